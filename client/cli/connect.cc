@@ -1,14 +1,20 @@
 #include <algorithm>
 #include <iostream>
 
-#include "client/cli/commands.h"
+#include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/message_file.h"
+#include "client/cli/options.h"
 #include "client/cli/progress/status_line.h"
 #include "client/cli/report.h"
 
 namespace stiefel::cli {
 namespace {
+
+struct ConnectCommand {
+  std::string file;
+  Remote server;
+};
 
 /// Returns "yes", "no", "unknown" or "none_shorter_found".
 std::string answer(v1::Shortest shortest) {
@@ -47,7 +53,7 @@ nlohmann::ordered_json geodesic_json(const v1::ConnectResponse& geodesic) {
 }
 
 /// Returns the exit status, and prints the first pair without a geodesic to stderr.
-ExitStatus conclude(const std::vector<v1::ConnectResponse>& geodesics) {
+ExitStatus conclude_all(const std::vector<v1::ConnectResponse>& geodesics) {
   for (const auto& geodesic : geodesics) {
     const auto& status = geodesic.run_status();
     if (status.outcome() == v1::OUTCOME_REACHED) continue;
@@ -57,8 +63,6 @@ ExitStatus conclude(const std::vector<v1::ConnectResponse>& geodesics) {
   }
   return reached;
 }
-
-}  // namespace
 
 ExitStatus connect(const ConnectCommand& command, Origin& origin) {
   const auto request = read_request(command.file, origin.single_pair);
@@ -72,7 +76,26 @@ ExitStatus connect(const ConnectCommand& command, Origin& origin) {
   for (const auto& geodesic : geodesics) all.push_back(geodesic_json(geodesic));
   std::cout << to_text(origin.single_pair ? all.at(0) : nlohmann::ordered_json{{"geodesics", all}})
             << '\n';
-  return conclude(geodesics);
+  return conclude_all(geodesics);
+}
+
+}  // namespace
+
+void add_connect(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<ConnectCommand>();
+  auto* app = all.add_subcommand("connect",
+                                 "Finds the geodesics that join pairs of frames in a given time");
+  app->add_option(
+         "FILE", command->file,
+         "{inertia, Q_0, Q_T, time}, or {inertia, pairs: [{Q_0, Q_T}, ...], time}: the JSON "
+         "form of stiefel.v1.ConnectRequest, in which a frame may also be a list of its rows")
+      ->required()
+      ->type_name("FILE.json");
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    chosen.origin = {.file = command->file, .whole_request = true};
+    chosen.run = [command](Origin& origin) { return connect(*command, origin); };
+  });
 }
 
 }  // namespace stiefel::cli

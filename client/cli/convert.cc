@@ -1,8 +1,9 @@
 #include <iostream>
 
-#include "client/cli/commands.h"
+#include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/message_file.h"
+#include "client/cli/options.h"
 #include "client/cli/progress/status_line.h"
 #include "client/cli/sinks/destination.h"
 
@@ -10,14 +11,21 @@ namespace stiefel::cli {
 
 namespace {
 
+struct ConvertCommand {
+  std::string scene;
+  Remote server;
+  std::string target;
+  std::optional<double> epsilon;
+  std::optional<double> parameter;
+  std::string output;
+};
+
 nlohmann::ordered_json blocks(const v1::ConvertResponse& reply) {
   nlohmann::ordered_json out = nlohmann::ordered_json::object();
   for (const auto& block : reply.blocks())
     out[block.name()] = to_json(client::to_matrix(block.value()));
   return out;
 }
-
-}  // namespace
 
 ExitStatus convert(const ConvertCommand& command) {
   v1::ConvertRequest request;
@@ -53,6 +61,34 @@ ExitStatus convert(const ConvertCommand& command) {
   out["margins"] = margins;
   std::cout << to_text(out) << '\n';
   return reached;
+}
+
+}  // namespace
+
+void add_convert(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<ConvertCommand>();
+  auto* app = all.add_subcommand("convert", "Prints the same motion as a scene of another system");
+  app->add_option("SCENE", command->scene, "a scene file")->required()->type_name("FILE.json");
+  app->add_option("--to", command->target,
+                  "the target: a system, or velocity, angular_velocity, interpolation")
+      ->required()
+      ->type_name("SYSTEM");
+  app->add_option(
+      "--epsilon", command->epsilon,
+      "epsilon of the symmetric and parametric systems; by default a power of two chosen "
+      "from the norm of M");
+  app->add_option("--parameter", command->parameter,
+                  "mu of the parametric systems; by default the scene's");
+  app->add_option("--output", command->output,
+                  "file for the converted scene; stdout then has the margins only")
+      ->type_name("FILE.json");
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    chosen.origin = {
+        .file = command->scene,
+        .options = {{"to", "--to"}, {"epsilon", "--epsilon"}, {"parameter", "--parameter"}}};
+    chosen.run = [command](Origin&) { return convert(*command); };
+  });
 }
 
 }  // namespace stiefel::cli

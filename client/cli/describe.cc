@@ -4,14 +4,19 @@
 #include <iostream>
 #include <sstream>
 
-#include "client/cli/commands.h"
+#include "client/cli/command.h"
 #include "client/cli/endpoint.h"
+#include "client/cli/options.h"
 #include "client/cli/report.h"
-#include "client/cli/table.h"
 #include "engine/numbers/to_text.h"
 
 namespace stiefel::cli {
 namespace {
+
+struct DescribeCommand {
+  Remote server;
+  bool json = false;
+};
 
 std::string preserves(const v1::MethodOnSystem& method) {
   std::string text;
@@ -83,8 +88,6 @@ void print(const v1::MethodInfo& method, Rows& rows) {
                   method.reversible() ? "reversible" : "", method.summary(), method.source()});
 }
 
-}  // namespace
-
 ExitStatus describe(const DescribeCommand& command) {
   const Endpoint endpoint(command.server);
   const v1::DescribeResponse reply = endpoint.client().describe();
@@ -120,6 +123,16 @@ ExitStatus describe(const DescribeCommand& command) {
                {"idle time, seconds", std::to_string(limits.idle_timeout().seconds())}},
               "  ");
   return reached;
+}
+
+}  // namespace
+
+void add_describe(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<DescribeCommand>();
+  auto* app = all.add_subcommand("describe", "Lists the systems, methods and limits of a server");
+  app->add_flag("--json", command->json, "as JSON: stiefel.v1.DescribeResponse");
+  add_server(app, command->server);
+  app->callback([=, &chosen] { chosen.run = [command](Origin&) { return describe(*command); }; });
 }
 
 }  // namespace stiefel::cli

@@ -1,13 +1,27 @@
 #include <iostream>
 
-#include "client/cli/commands.h"
+#include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
+#include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
 
 namespace stiefel::cli {
+
+namespace {
+
+struct DiagnoseCommand {
+  std::string scene;
+  Remote server;
+  std::int64_t to = 0;
+  std::vector<std::string> invariants;
+  /// A file with `forms` and `dirac_brackets`, as in stiefel.v1.DiagnoseRequest.
+  std::string structure;
+  bool symplectic = false;
+  std::optional<bool> estimate_error;
+};
 
 ExitStatus diagnose(const DiagnoseCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
@@ -33,6 +47,38 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
   std::cout << report(diagnosis.run_status(), diagnosis, session.choice()).dump(2) << '\n';
   show_summary(diagnosis);
   return conclude(diagnosis.run_status(), diagnosis.step());
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<DiagnoseCommand>();
+  auto* app = all.add_subcommand("diagnose",
+                                 "Prints invariants, drift, estimated error and domain at a step");
+  add_scene(app, command->scene, command->to);
+  app->add_option("--invariants", command->invariants,
+                  "families or single invariants, separated by commas; by default all families, "
+                  "the Manakov coefficients only up to N = 16")
+      ->delimiter(',')
+      ->type_name("A,B,...");
+  app->add_flag("--symplectic", command->symplectic,
+                "measures the symplectic defect: the change of the two-form by one step");
+  app->add_option(
+         "--structure", command->structure,
+         "file of two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
+         "stiefel.v1.DiagnoseRequest")
+      ->type_name("FILE.json");
+  add_error(app, command->estimate_error);
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    chosen.origin = {.file = command->scene,
+                     .options = {{"to", "--to"},
+                                 {"invariants", "--invariants"},
+                                 {"symplectic_test", "--symplectic"},
+                                 {"forms", "--structure: forms"},
+                                 {"dirac_brackets", "--structure: dirac_brackets"}}};
+    chosen.run = [command](Origin&) { return diagnose(*command); };
+  });
 }
 
 }  // namespace stiefel::cli

@@ -1,12 +1,18 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
-#include "client/cli/commands.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
 
 namespace stiefel::cli {
+
+struct Remote {
+  std::string address = {};     ///< empty: the command embeds a server
+  std::string tls_ca = {};      ///< path of a file of authorities; empty: no TLS
+  std::string token_file = {};  ///< path of a file; empty: the variable STIEFEL_TOKEN
+};
 
 /// The server that a command talks to: the one at the given address, or one inside this process.
 class Endpoint {

@@ -12,6 +12,11 @@
 namespace stiefel::cli {
 namespace {
 
+/// Returns the number of characters in UTF-8 text.
+std::size_t width(const std::string& text) {
+  return std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; });
+}
+
 std::string without(std::string_view start, std::string name) {
   return name.starts_with(start) ? name.substr(start.size()) : name;
 }
@@ -101,6 +106,21 @@ void print_remarks(const v1::Session& session) {
   if (session.has_choice() && isatty(STDERR_FILENO))
     std::cerr << "stiefel: chose " << session.choice().method().name() << ": "
               << session.choice().reason() << '\n';
+}
+
+void print_table(const Rows& rows, const std::string& indent) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
+  }
+  for (const auto& row : rows) {
+    std::string line = indent;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      line += row[i] + std::string(widths[i] - width(row[i]) + 2, ' ');
+    }
+    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
+  }
 }
 
 }  // namespace stiefel::cli

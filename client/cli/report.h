@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "client/cli/exit_status.h"
 #include "stiefel/v1/simulation.pb.h"
@@ -40,5 +42,11 @@ void print_warnings(const google::protobuf::RepeatedPtrField<std::string>& warni
 /// Prints the server's warnings about the session's scene to stderr and, if stderr is a terminal,
 /// the method that the server chose.
 void print_remarks(const v1::Session& session);
+
+using Rows = std::vector<std::vector<std::string>>;
+
+/// Prints a table to stdout. Columns are as wide as their widest cell, with two blanks between
+/// them.
+void print_table(const Rows& rows, const std::string& indent = "");
 
 }  // namespace stiefel::cli

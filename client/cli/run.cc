@@ -1,16 +1,21 @@
 #include <iostream>
 
-#include "client/cli/commands.h"
+#include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
+#include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
+#include "client/cli/run.h"
 #include "client/cli/sinks/sink.h"
-#include "client/cli/summaries/at_times.h"
 
 namespace stiefel::cli {
 namespace {
+
+/// Without --every, `run` samples every step if that gives at most this many samples, else only the
+/// first and the last step.
+constexpr std::int64_t max_default_samples = 1000;
 
 std::int64_t every(const RunCommand& command) {
   if (command.every) return *command.every;
@@ -35,8 +40,6 @@ void show_count(const RunCommand& command, std::int64_t samples) {
   std::cerr << "stiefel: wrote " << samples << (samples == 1 ? " sample" : " samples")
             << " (first and last); --every 1 for all\n";
 }
-
-}  // namespace
 
 ExitStatus run(const RunCommand& command, Origin& origin) {
   if (command.every && *command.every <= 0) {
@@ -79,6 +82,53 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
   show_count(command, samples);
   show_summary(diagnosis);
   return conclude(*stream.run_status(), diagnosis.step());
+}
+
+}  // namespace
+
+void add_run(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<RunCommand>();
+  auto* app = all.add_subcommand("run", "Runs a scene and writes samples");
+  add_scene(app, command->scene, command->to);
+  app->get_option("--to")->required(false);
+  app->add_option(
+         "--times", command->times,
+         "file of times, separated by white space, instead of --to: samples at these times, in "
+         "the order of the motion. Between two steps the method makes one shorter step from the "
+         "state before")
+      ->type_name("FILE")
+      ->excludes("--to");
+  app->add_option("--from", command->from, "the first sample; 0 by default")
+      ->transform(whole_number(between_steps))
+      ->type_name("STEP");
+  app->add_option("--every", command->every,
+                  "a sample every K steps, and always at the last step. By default a sample at "
+                  "every step if these are at most 1000, otherwise at the first and the last")
+      ->transform(whole_number())
+      ->type_name("K");
+  app->add_option(
+         "--fields", command->fields,
+         "fields to sample, separated by commas, as `stiefel describe` lists them; by default "
+         "quaternion and angular_velocity of a scene with `body`, otherwise the system's blocks")
+      ->delimiter(',')
+      ->type_name("Q,M,...");
+  app->add_option("--output", command->output,
+                  "a .json, .csv or .npz file; by default JSON on stdout. JSON contains outcome "
+                  "and diagnosis; with .csv and .npz the command prints them on stdout")
+      ->type_name("FILE");
+  for (const char* option : {"--from", "--every"}) app->get_option("--times")->excludes(option);
+  add_error(app, command->estimate_error);
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    if (app->count("--to") + app->count("--times") == 0) throw CLI::RequiredError("--to");
+    chosen.origin = {.file = command->scene,
+                     .options = {{"from", "--from"},
+                                 {"to", "--to"},
+                                 {"every", "--every"},
+                                 {"fields", "--fields"},
+                                 {"times", "--times"}}};
+    chosen.run = [command](Origin& origin) { return run(*command, origin); };
+  });
 }
 
 }  // namespace stiefel::cli

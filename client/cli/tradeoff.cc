@@ -1,19 +1,29 @@
 #include <algorithm>
 #include <iostream>
 
-#include "client/cli/commands.h"
+#include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/message_file.h"
+#include "client/cli/options.h"
 #include "client/cli/progress/tradeoff_progress.h"
 #include "client/cli/report.h"
 #include "client/cli/sinks/destination.h"
 #include "client/cli/sinks/sink.h"
-#include "client/cli/table.h"
 #include "engine/numbers/to_text.h"
 
 namespace stiefel::cli {
 namespace {
+
+struct TradeoffCommand {
+  std::string scene;
+  Remote server;
+  std::optional<double> horizon;
+  std::optional<double> budget;
+  std::optional<std::uint32_t> repeats;
+  bool all = false;  ///< prints all the points, not only the front
+  std::string output;
+};
 
 struct Answer {
   v1::TradeoffSetup setup;
@@ -184,8 +194,6 @@ Answer measure(const v1::MeasureTradeoffRequest& request, const Remote& server) 
   return answer;
 }
 
-}  // namespace
-
 ExitStatus tradeoff(const TradeoffCommand& command) {
   const bool json = command.output.ends_with(".json"), csv = command.output.ends_with(".csv");
   if (!command.output.empty() && !json && !csv)
@@ -207,6 +215,42 @@ ExitStatus tradeoff(const TradeoffCommand& command) {
     destination.commit();
   }
   return reached;
+}
+
+}  // namespace
+
+void add_tradeoff(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<TradeoffCommand>();
+  auto* app = all.add_subcommand(
+      "tradeoff",
+      "Measures error against cost of every method and prints the Pareto front: the points that no "
+      "other point beats in both work and error");
+  app->add_option("SCENE", command->scene, "a scene file; its method is ignored")
+      ->required()
+      ->type_name("FILE.json");
+  app->add_option(
+         "--horizon", command->horizon,
+         "the time at which errors are measured; by default the scene's horizon, else 100 steps")
+      ->type_name("T");
+  app->add_option(
+         "--budget", command->budget,
+         "work in instructions; by default 5e10, about ten seconds. A point that needs more than "
+         "its share is measured over a part of the horizon and extrapolated (marked ~)")
+      ->type_name("B");
+  app->add_flag("--all", command->all,
+                "prints all points, and marks those of the Pareto front with *");
+  app->add_option("--repeats", command->repeats, "timed runs of each point; by default 3")
+      ->transform(whole_number())
+      ->type_name("R");
+  app->add_option("--output", command->output, "a .json or .csv file for all points")
+      ->type_name("FILE");
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    chosen.origin = {
+        .file = command->scene,
+        .options = {{"horizon", "--horizon"}, {"budget", "--budget"}, {"repeats", "--repeats"}}};
+    chosen.run = [command](Origin&) { return tradeoff(*command); };
+  });
 }
 
 }  // namespace stiefel::cli

@@ -7,7 +7,6 @@
 #include "client/cpp/replies.h"
 #include "client/cpp/resolved_scene.h"
 #include "client/cpp/uuid.h"
-#include "client/cpp/verify.h"
 
 namespace stiefel::client {
 
@@ -38,7 +37,6 @@ Session Client::create(const v1::Scene& scene, std::string id, std::string check
   request.set_session_id(id.empty() ? make_uuid() : std::move(id));
   *request.mutable_scene() = scene;
   request.set_checkpoint(std::move(checkpoint));
-  request.mutable_view()->set_checksum(connection_->options.checksums);
   Recreation routed(connection_, request.session_id());
   auto reply =
       connection_->call(&Stub::CreateSession, request, connection_->options.timeout, &routed);
@@ -51,7 +49,6 @@ Session Client::attach(const std::string& id) const {
   v1::GetSessionRequest request;
   request.set_session_id(id);
   request.mutable_view()->set_scene(v1::SCENE_VIEW_FULL);
-  request.mutable_view()->set_checksum(connection_->options.checksums);
   Recreation routed(connection_, id);
   auto reply = connection_->call(&Stub::GetSession, request, connection_->options.timeout, &routed);
   check_session(reply.session(), id, true);
@@ -85,11 +82,9 @@ void Client::remove(const std::string& id) const {
 
 v1::ConvertResponse Client::convert(v1::ConvertRequest request) const {
   request.set_view(v1::SCENE_VIEW_FILLED_IN);
-  request.set_checksum(connection_->options.checksums);
   auto replies = connection_->call_all(&Stub::Convert, request, connection_->options.timeout);
   Assembly blocks, scene_arrays;
   for (auto& reply : replies) {
-    verify(reply, "the conversion to " + request.to(), request.checksum());
     require(reply.continues() == (&reply != &replies.back()),
             "a part of the conversion is missing");
     blocks.take(reply.mutable_blocks());
@@ -114,13 +109,11 @@ v1::ConvertResponse Client::convert(v1::ConvertRequest request) const {
 }
 
 std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) const {
-  request.set_checksum(connection_->options.checksums);
   auto replies =
       connection_->call_all(&Stub::Connect, request, connection_->options.compute_timeout);
   std::vector<v1::ConnectResponse> geodesics;
   std::vector<Assembly> trajectories;
   for (auto& reply : replies) {
-    verify(reply, "the geodesic of pair " + std::to_string(reply.pair()), request.checksum());
     if (geodesics.empty() || geodesics.back().pair() != reply.pair()) {
       require(reply.pair() == geodesics.size() && std::cmp_less(reply.pair(), request.pairs_size()),
               "a pair is missing");
@@ -141,7 +134,6 @@ std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) c
 }
 
 void Client::tradeoff(v1::MeasureTradeoffRequest request, const TradeoffReceiver& receive) const {
-  request.set_checksum(connection_->options.checksums);
   const Deadline deadline(connection_->options.compute_timeout);
   for (auto waiting = connection_->patience(deadline);;) {
     grpc::ClientContext context;
@@ -152,7 +144,6 @@ void Client::tradeoff(v1::MeasureTradeoffRequest request, const TradeoffReceiver
     TradeoffParts parts;
     bool wanted = true;
     while (wanted && reader->Read(&part)) {
-      verify(part, "a part of the trade-off", request.checksum());
       parts.check(part);
       wanted = receive(part);
     }

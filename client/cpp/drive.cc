@@ -4,7 +4,6 @@
 
 #include "client/cpp/replies.h"
 #include "client/cpp/step_by_stream.h"
-#include "client/cpp/verify.h"
 
 namespace stiefel::client {
 
@@ -14,7 +13,6 @@ Drive::Drive(std::shared_ptr<const Connection> connection, std::string session_i
       recreation_(recreation ? std::move(recreation)
                              : std::make_shared<Recreation>(connection_, session_id)) {
   request_.set_session_id(std::move(session_id));
-  request_.set_checksum(connection_->options.checksums);
   open();
 }
 
@@ -55,8 +53,6 @@ v1::StepResponse Drive::step(std::int64_t to, const std::vector<std::string>& fi
       continue;
     }
     if (response.has_step()) {
-      verify(response.step().sample(), "the state at step " + std::to_string(to),
-             request_.checksum());
       check_step(response.step(), to, request_.fields(), request_.return_checkpoint());
       recreation_->take(*response.mutable_step(), false);
       return std::move(*response.mutable_step());

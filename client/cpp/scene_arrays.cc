@@ -2,8 +2,6 @@
 
 #include <utility>
 
-#include "client/cpp/verify.h"
-
 namespace stiefel::client {
 
 Fields scene_arrays(const Connection& connection, const std::string& session_id,
@@ -11,7 +9,6 @@ Fields scene_arrays(const Connection& connection, const std::string& session_id,
   v1::StreamRequest request;  // for the sample at step 0, before which the arrays come
   request.set_session_id(session_id);
   request.set_scene_arrays(true);
-  request.set_checksum(connection.options.checksums);
   const Deadline deadline(connection.options.timeout);
   auto recoveries = connection.patience_to_recover(deadline);
   for (auto waiting = connection.patience(deadline);;) {
@@ -25,7 +22,6 @@ Fields scene_arrays(const Connection& connection, const std::string& session_id,
     bool complete = false, answered = false;
     while (!complete && reader->Read(&message)) {
       if (!std::exchange(answered, true)) handle.check_build(context, false);
-      verify(message, "an array of the scene", request.checksum());
       arrays.take(message.mutable_scene_arrays());
       complete = message.steps_size() > 0;
     }

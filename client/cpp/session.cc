@@ -9,7 +9,6 @@
 #include "client/cpp/scene_arrays.h"
 #include "client/cpp/step_by_stream.h"
 #include "client/cpp/uuid.h"
-#include "client/cpp/verify.h"
 
 namespace stiefel::client {
 
@@ -35,8 +34,6 @@ Session::Session(std::shared_ptr<const Connection> connection, v1::Session descr
       description_(std::move(description)),
       scene_(std::make_shared<ResolvedScene>()),
       kept_(kept) {
-  verify(description_, "the scene of session " + id(),
-         connection_->options.checksums && description_.has_scene());
   scene_->whole = description_.left_out().empty();
   if (!scene_->whole) scene_->sent = base;
   scene_->scene = resolved_scene(std::move(base), description_.scene(), description_.cleared(),
@@ -100,14 +97,12 @@ v1::StepResponse Session::step(std::int64_t to, const std::vector<std::string>& 
   request.set_to(to);
   request.mutable_fields()->Assign(fields.begin(), fields.end());
   request.set_return_checkpoint(return_checkpoint || recreation_->wants_checkpoint(to));
-  request.set_checksum(connection_->options.checksums);
   v1::StepResponse reply;
   try {
     reply = in_time(*connection_, id(), to, [&] {
       return connection_->call(&Stub::Step, request, connection_->options.compute_timeout,
                                recreation_.get());
     });
-    verify(reply.sample(), "the state at step " + std::to_string(to), request.checksum());
     check_step(reply, to, request.fields(), request.return_checkpoint());
   } catch (const Error& error) {
     if (!is_too_large(error)) throw;
@@ -139,12 +134,10 @@ v1::DiagnoseResponse Session::diagnose(std::int64_t to,
 
 v1::DiagnoseResponse Session::diagnose(v1::DiagnoseRequest request) const {
   request.set_session_id(id());
-  request.set_checksum(connection_->options.checksums);
   auto reply = in_time(*connection_, id(), request.to(), [&] {
     return connection_->call(&Stub::Diagnose, request, connection_->options.compute_timeout,
                              recreation_.get());
   });
-  verify_both(reply, "the diagnosis of step " + std::to_string(request.to()), request.checksum());
   check_diagnosis(reply, request);
   return reply;
 }
@@ -153,7 +146,6 @@ Session Session::fork(v1::ForkSessionRequest request) const {
   request.set_from_session_id(id());
   if (request.session_id().empty()) request.set_session_id(make_uuid());
   request.mutable_view()->set_scene(v1::SCENE_VIEW_FILLED_IN);
-  request.mutable_view()->set_checksum(connection_->options.checksums);
   const auto ask = [&] {
     auto reply = in_time(*connection_, id(), request.from_step(), [&] {
       return connection_->call(&Stub::ForkSession, request, connection_->options.compute_timeout,

@@ -6,7 +6,6 @@
 #include "client/cpp/assembly.h"
 #include "client/cpp/late.h"
 #include "client/cpp/replies.h"
-#include "client/cpp/verify.h"
 
 namespace stiefel::client {
 
@@ -30,7 +29,6 @@ Stream::Stream(std::shared_ptr<const Connection> connection, std::string session
   request_.set_checkpoint_every(range.checkpoint_every == 0 || recreation_every == 0
                                     ? std::max(range.checkpoint_every, recreation_every)
                                     : std::min(range.checkpoint_every, recreation_every));
-  request_.set_checksum(connection_->options.checksums);
   open();
 }
 
@@ -62,7 +60,6 @@ void Stream::resume_after(std::int64_t step) {
 }
 
 bool Stream::take() {
-  verify(batch_, "a message of the stream", request_.checksum());
   computed_ = std::max(computed_, batch_.computed_steps());
   if (!has_price_) check_present(batch_, {"price"});
   if (!std::exchange(has_price_, true)) price_ = batch_.price();

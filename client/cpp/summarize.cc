@@ -4,7 +4,6 @@
 #include "client/cpp/assembly.h"
 #include "client/cpp/late.h"
 #include "client/cpp/replies.h"
-#include "client/cpp/verify.h"
 #include "stiefel/client/session.h"
 
 namespace stiefel::client {
@@ -46,7 +45,6 @@ class Reading {
 
   /// Returns false when the receiver ends the call.
   bool take(v1::SummarizeResponse& message) {
-    verify(message, "a message of the summary", request_.checksum());
     if (message.checkpoint_ignored()) forget_checkpoint();
     statistics_.take(message.mutable_statistics());
     if (message.has_events() || message.has_states()) {
@@ -199,7 +197,6 @@ class Reading {
 v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
                                          const SummaryReceiver& receive) const {
   request.set_session_id(id());
-  request.set_checksum(connection_->options.checksums);
   const Deadline deadline(connection_->options.compute_timeout);
   Reading reading(request, receive);
   auto waiting = connection_->patience(deadline);

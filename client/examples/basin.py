@@ -44,8 +44,6 @@ def workers(where: str) -> dict[str, Any]:
 
         return {"executor": Client(address).get_executor()}
     if kind == "ray":
-        import stiefel.ray
-
         return {"executor": stiefel.ray.Executor(address=address or None)}
     if kind == "mpi":
         from mpi4py.futures import MPIPoolExecutor

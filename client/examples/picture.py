@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.legend_handler import HandlerTuple
 
-from stiefel import diagram
+from stiefel._results import diagram
 
 FLOOR = 2.0**-53  # the rounding unit; smaller drifts are drawn as this value
 

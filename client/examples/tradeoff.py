@@ -13,7 +13,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import stiefel
-from stiefel import diagram
+from stiefel._results import diagram
 
 
 def table(tradeoff: stiefel.Tradeoff) -> str:

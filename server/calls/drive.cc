@@ -186,7 +186,6 @@ grpc::Status DriveCall::prepare(const v1::DriveRequest& request) {
   }
   task_.to = request.to();
   task_.return_checkpoint = request.return_checkpoint();
-  task_.checksum = request.checksum();
   if (const auto status = check_size(**lease_, task_); !status.ok()) return status;
   if (const auto refusal = log_.account().overdrawn()) return errors::over_quota(*refusal);
   memory_.grow_to(step_memory(**lease_, task_));

@@ -2,7 +2,6 @@
 
 #include <limits>
 
-#include "proto/checksum/checksum.h"
 #include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
@@ -47,7 +46,6 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
            response->mutable_price());
   if (task.return_checkpoint)
     response->set_checkpoint(encode_checkpoint(session, cursor.simulation()));
-  if (task.checksum) response->mutable_sample()->set_checksum(wire::checksum(response->sample()));
 }
 
 bool step_inline(Session& session, const StepTask& task, Account& account,
@@ -78,8 +76,7 @@ grpc::ServerUnaryReactor* Service::Step(grpc::CallbackServerContext* context,
     auto fields = select_fields(**session, request->fields());
     if (!fields) return finish(errors::invalid(fields.error()));
 
-    StepTask task{request->to(), *std::move(fields), request->return_checkpoint(),
-                  request->checksum()};
+    StepTask task{request->to(), *std::move(fields), request->return_checkpoint()};
     if (const auto status = check_size(**session, task); !status.ok()) return finish(status);
     if (const auto refusal = log.account().overdrawn()) return finish(errors::over_quota(*refusal));
     if (step_inline(**session, task, log.account(), response)) {

@@ -16,7 +16,6 @@ struct StepTask {
   std::int64_t to = 0;
   std::vector<std::size_t> fields;
   bool return_checkpoint = false;
-  bool checksum = false;
 };
 
 /// Returns the bytes of memory that the reply takes while it is made and sent.

@@ -5,7 +5,6 @@
 #include <stop_token>
 #include <utility>
 
-#include "proto/checksum/checksum.h"
 #include "server/admission/admission.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
@@ -42,7 +41,6 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
         session_(std::move(session)),
         fields_(std::move(fields)),
         range_(range),
-        checksum_(request.checksum()),
         sends_scene_(request.scene_arrays()),
         large_(sample_bytes(**session_, fields_) > 2 * Sampling::batch_bytes),
         memory_(std::move(memory)),
@@ -103,7 +101,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
   std::optional<SessionLease> session_;
   const std::vector<std::size_t> fields_;
   const Sampling::Range range_;
-  const bool checksum_, sends_scene_;
+  const bool sends_scene_;
   const bool large_;  ///< a sample alone fills two batches
   MemoryLease memory_;
   Pool& pool_;
@@ -237,7 +235,6 @@ void StreamCall::write_next() {
     to_proto(cursor, (*session_)->scene(), message_.mutable_run_status());
     check_at_the_door(finite_, message_.mutable_run_status());
   }
-  if (checksum_) message_.set_checksum(wire::checksum(message_));
   serialize(message_, bytes_);
   if (large_) message_ = {};  // gives its memory back
 }

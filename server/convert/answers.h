@@ -67,7 +67,6 @@ struct ConnectTask {
   std::vector<TwoPointProblem> problems;
   int steps = 0;
   int samples = 0;
-  bool checksum = false;
 };
 OrStatus<ConnectTask> read(const v1::ConnectRequest& request);
 

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "engine/numbers/to_text.h"
-#include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/sessions/field_bytes.h"
@@ -48,10 +47,7 @@ class ConnectReader {
     common.seed = request_.seed();
     if (request_.has_restarts())
       common.restarts = static_cast<int>(std::min(request_.restarts(), max_restarts));
-    ConnectTask task{{},
-                     static_cast<int>(request_.steps()),
-                     static_cast<int>(request_.samples()),
-                     request_.checksum()};
+    ConnectTask task{{}, static_cast<int>(request_.steps()), static_cast<int>(request_.samples())};
     for (int i = 0; i < std::min(request_.pairs_size(), max_pairs); ++i) {
       stop_point();
       TwoPointProblem one = problem(i, common);
@@ -212,7 +208,6 @@ grpc::Status ConnectAnswer::next(const std::stop_token& stop, v1::ConnectRespons
     response.mutable_trajectory()->Swap(parts.Mutable(0));
   }
   check_at_the_door(is_finite(response), response.mutable_run_status());
-  if (task_.checksum) response.set_checksum(wire::checksum(response));
   return grpc::Status::OK;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "engine/numbers/to_text.h"
-#include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/parts.h"
@@ -103,7 +102,6 @@ grpc::Status ConversionAnswer::next(v1::ConvertResponse& response) {
   else if (room && !blocks_.empty())
     blocks_.take(part_bytes, response.mutable_blocks());
   response.set_continues(!done());
-  if (request_.checksum()) response.set_checksum(wire::checksum(response));
   return grpc::Status::OK;
 }
 

@@ -72,7 +72,7 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
 /// when that is absent and with `members` in ensembles only.
 void describe_field(const Session& session, const Field& field, std::optional<std::size_t> samples,
                     v1::Field* out);
-/// Writes the simulation's current state, without checksum.
+/// Writes the simulation's current state.
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out);
 

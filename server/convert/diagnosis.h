@@ -54,7 +54,6 @@ class DiagnoseTask {
   bool large_ = false;  // the scene is so large that each invariant is work
   v1::ErrorEstimation estimate_error_ = v1::ERROR_ESTIMATION_UNSPECIFIED;
   std::size_t max_invariants_ = 0;
-  bool checksum_ = false;
 };
 
 }  // namespace stiefel::server

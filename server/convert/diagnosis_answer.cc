@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "engine/numbers/to_text.h"
-#include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "stiefel/error_estimate.h"
@@ -125,10 +124,6 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   }
   if (estimates_error()) estimate(scene, now, stop, response->mutable_estimated_error());
   check_at_the_door(is_finite(*response), response->mutable_run_status());
-  if (checksum_) {
-    response->set_checksum(wire::checksum(*response));
-    response->set_details_checksum(wire::details_checksum(*response));
-  }
   return grpc::Status::OK;
 }
 

@@ -145,7 +145,6 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
   in.at_most("max_invariants", request.max_invariants(), max_invariants);
   task.max_invariants_ =
       request.max_invariants() > 0 ? request.max_invariants() : default_invariants;
-  task.checksum_ = request.checksum();
   if (!in.sound()) return std::unexpected(in.refusal());
   return task;
 }

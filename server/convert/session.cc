@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "engine/scene/near_name.h"
-#include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/parts.h"
 #include "server/sessions/field_bytes.h"
@@ -38,10 +37,6 @@ void write_scene(const Session& session, const Resolution& resolution, v1::Scene
   if (view != v1::SCENE_VIEW_FULL && view != v1::SCENE_VIEW_NONE)
     for (const std::string& field : resolution.difference.cleared) out->add_cleared(field);
   if (resolution.choice) to_proto(session.scene(), *resolution.choice, out->mutable_choice());
-}
-
-void write_checksum(const v1::SessionView& view, v1::Session* out) {
-  if (view.checksum()) out->set_checksum(wire::checksum(*out));
 }
 
 v1::Outcome outcome(Outcome value) {
@@ -80,7 +75,6 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
   for (const std::string& warning : session.warnings()) out->add_warnings(warning);
   to_proto(session.work(0, 1), sample_bytes(session, session.default_fields()),
            v1::PRICE_BOUND_EXPECTED, session.simulation_bytes(), out->mutable_step_price());
-  write_checksum(view, out);
 }
 
 bool shows_scenes(const v1::SessionView& view) {
@@ -92,7 +86,6 @@ void to_list(const Session& session, const Registry& registry, const v1::Session
   stop_point();
   if (shows_scenes(view)) return to_proto(session, session.resolution(), registry, view, out);
   write_heading(session, registry, out);
-  write_checksum(view, out);
 }
 
 v1::PriceBound bound_of_steps(const Session& session) {

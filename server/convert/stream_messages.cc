@@ -20,7 +20,6 @@ void StreamMessages::pack(const Session& session, const std::vector<std::size_t>
   message.clear_checkpoint();
   message.clear_scene_arrays();
   message.clear_price();
-  message.clear_checksum();
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const int index = static_cast<int>(i);
     auto* field =

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/request_price.h"
@@ -25,7 +24,6 @@ std::uint64_t digest_of(v1::SummarizeRequest request) {
   request.clear_checkpoint();
   request.clear_checkpoint_every();
   request.clear_return_checkpoint();
-  request.clear_checksum();
   request.set_every(std::max<std::int64_t>(request.every(), 1));
   return hash(request.SerializeAsString());
 }
@@ -189,7 +187,6 @@ bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
       status.set_message(to_sentence(summary_->status(), session_->scene(), summary_->rate()));
     check_at_the_door(finite_, &status);
   }
-  if (request_.checksum()) message.set_checksum(wire::checksum(message));
   return last;
 }
 

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "proto/checksum/checksum.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/resolve.h"
@@ -87,7 +86,6 @@ grpc::Status TradeoffAnswer::next(const std::stop_token& stop,
   } else {
     finish(response.mutable_front());
   }
-  if (request_.checksum()) response.set_checksum(wire::checksum(response));
   return grpc::Status::OK;
 }
 

@@ -124,46 +124,5 @@ TEST_F(BrokenStreamTest, ACheckpointInPartsIsPutTogether) {
   }
 }
 
-TEST_F(BrokenStreamTest, NumbersThatChangeOnTheirWayAreNoticed) {
-  service_.streams_to_break = 0;
-  const auto run = [&](bool checksums) {
-    Stream stream(connection({.checksums = checksums}), "any",
-                  {.from = 4, .to = 4, .fields = {"large"}, .return_checkpoint = true});
-    while (stream.next_batch() != nullptr) {
-    }
-  };
-  EXPECT_NO_THROW(run(true));
-  const std::vector<std::function<void(v1::StreamResponse&)>> spoils = {
-      [](auto& message) {
-        if (message.fields_size() > 0)
-          (*message.mutable_fields(0)->mutable_value()->mutable_data())[3] ^= 1;
-      },
-      [](auto& message) {
-        if (message.times_size() > 0) message.set_times(0, 0.5);
-      },
-      [](auto& message) {
-        if (message.has_checkpoint()) (*message.mutable_checkpoint()->mutable_data())[0] ^= 1;
-      }};
-  for (const auto& spoil : spoils) {
-    service_.spoil = spoil;
-    EXPECT_THROW(run(true), CorruptReply);
-    EXPECT_NO_THROW(run(false));
-  }
-}
-
-TEST_F(BrokenStreamTest, APartOfATradeoffThatChangesOnItsWayIsNoticed) {
-  const auto parts = [&](bool checksums) {
-    int count = 0;
-    Client(channel_, {.checksums = checksums}).tradeoff({}, [&](const auto&) {
-      return ++count > 0;
-    });
-    return count;
-  };
-  EXPECT_EQ(parts(true), 2);
-  service_.steps_after_checksum = 3;
-  EXPECT_THROW(parts(true), CorruptReply);
-  EXPECT_EQ(parts(false), 2);
-}
-
 }  // namespace
 }  // namespace stiefel::client

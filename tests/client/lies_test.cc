@@ -196,13 +196,13 @@ class Liar : public v1::SimulationService::Service {
   std::unique_ptr<v1::SimulationService::Stub> right_;
 };
 
-class LiesTest : public testing::TestWithParam<bool> {
+class LiesTest : public testing::Test {
  protected:
   LiesTest() : right_({.threads = 1, .log_level = "off"}), liar_(right_.in_process_channel()) {
     grpc::ServerBuilder builder;
     builder.RegisterService(&liar_);
     server_ = builder.BuildAndStart();
-    client_.emplace(server_->InProcessChannel({}), Options{.checksums = GetParam()});
+    client_.emplace(server_->InProcessChannel({}));
     session_.emplace(client_->create(tumbling(), "lied-about"));
     session_->keep();
   }
@@ -239,17 +239,14 @@ class LiesTest : public testing::TestWithParam<bool> {
   std::optional<Session> session_;
 };
 
-INSTANTIATE_TEST_SUITE_P(, LiesTest, testing::Bool(),
-                         [](const auto& of) { return of.param ? "Checksums" : "None"; });
-
-TEST_P(LiesTest, OfCallsAboutSessions) {
+TEST_F(LiesTest, OfCallsAboutSessions) {
   lie_about([&] { client_->describe(); });
   lie_about([&] { client_->create(tumbling(), "lied-about").keep(); });
   lie_about([&] { client_->attach("lied-about").scene(); });
   lie_about([&] { session_->refresh(); });
 }
 
-TEST_P(LiesTest, OfStates) {
+TEST_F(LiesTest, OfStates) {
   lie_about([&] { field(session_->step(5, {"Q", "M"}).sample(), "Q"); });
   lie_about([&] { session_->checkpoint(7); });
   lie_about([&] {
@@ -266,7 +263,7 @@ TEST_P(LiesTest, OfStates) {
   });
 }
 
-TEST_P(LiesTest, OfWhatIsComputed) {
+TEST_F(LiesTest, OfWhatIsComputed) {
   v1::DiagnoseRequest diagnosis;
   diagnosis.set_to(5);
   diagnosis.set_estimate_error(v1::ERROR_ESTIMATION_ALWAYS);

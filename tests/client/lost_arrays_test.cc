@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "proto/checksum/checksum.h"
 #include "stiefel/client/client.h"
 #include "stiefel/v1/error.pb.h"
 
@@ -47,11 +46,9 @@ class Forgetful : public v1::SimulationService::Service {
     array.mutable_value()->set_data_type(v1::DATA_TYPE_FLOAT64);
     const double numbers[] = {3, 2, 1};
     array.mutable_value()->set_data(numbers, sizeof numbers);
-    message.set_checksum(wire::checksum(message));
     writer->Write(message);
     message.Clear();
     message.add_steps(0);
-    message.set_checksum(wire::checksum(message));
     writer->Write(message);
     return grpc::Status::OK;
   }
@@ -68,7 +65,6 @@ class Forgetful : public v1::SimulationService::Service {
     session->mutable_scene();
     session->mutable_step_price();
     session->add_left_out("inertia");
-    session->set_checksum(wire::checksum(*session));
   }
   static grpc::Status gone(const std::string& id) {
     v1::ErrorInfo info;

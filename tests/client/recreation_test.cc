@@ -202,7 +202,6 @@ class OtherBuild : public v1::SimulationService::Service {
     *reply->mutable_price() = a_price();
     reply->mutable_sample()->set_step(request->to());
     *reply->mutable_sample()->add_fields() = field_x(std::array{request->to()}, false);
-    reply->mutable_sample()->set_checksum(wire::checksum(reply->sample()));
     if (request->return_checkpoint()) reply->set_checkpoint("of the other build");
     return grpc::Status::OK;
   }

@@ -37,18 +37,6 @@ TEST(AppendNumber, IsNeverAnInteger) {
   }
 }
 
-constexpr Room terminal{79, true}, in_log{70, false};
-
-TEST(ProgressLine, FillsFromEmptyToFull) {
-  EXPECT_EQ(progress_line(0, 1000, 1, {41, true}), "[      ]   0 %  step 0 of 1000  0 steps/s");
-  EXPECT_EQ(progress_line(500, 1000, 2, {59, true}),
-            "[=====     ]  50 %  step 500 of 1000  250 steps/s  ETA 0:02");
-  EXPECT_EQ(progress_line(1000, 1000, 5e-4, {61, true}),
-            "[=========] 100 %  step 1000 of 1000  2e+06 steps/s  ETA 0:00");
-  EXPECT_EQ(progress_line(0, 0, 1, {39, true}), "[=======] 100 %  step 0 of 0  0 steps/s");
-  EXPECT_EQ(progress_line(500, 1000, 2, in_log), "50 %, step 500 of 1000, 250 steps/s, ETA 0:02");
-}
-
 TEST(ProgressLine, KeepsWithinItsColumnsAndKeepsPercentageAndTimeLeft) {
   constexpr std::int64_t far = std::int64_t{1} << 53;
   for (const std::int64_t to : {std::int64_t{1}, std::int64_t{1'000'000'000'000}, far}) {
@@ -70,20 +58,6 @@ TEST(ProgressLine, KeepsWithinItsColumnsAndKeepsPercentageAndTimeLeft) {
               static_cast<std::size_t>(columns));
 }
 
-TEST(ProgressLine, TellsTheTimeLeft) {
-  EXPECT_EQ(duration(0.4), "0:00");
-  EXPECT_EQ(duration(65), "1:05");
-  EXPECT_EQ(duration(7209.3), "2:00:09");
-  EXPECT_EQ(duration(12 * 86400.0), "12 days");
-  EXPECT_EQ(duration(1e12), "3e+04 years");
-}
-
-TEST(Cut, CountsCharactersAndNotBytes) {
-  EXPECT_EQ(cut("Λ over twelve", 13), "Λ over twelve");
-  EXPECT_EQ(cut("Λ over twelve", 12), "Λ over tw...");
-  EXPECT_EQ(cut("abc", 2), "..");
-}
-
 v1::MeasureTradeoffResponse point(const std::string& method, int order) {
   v1::MeasureTradeoffResponse part;
   auto& made = *part.mutable_point()->mutable_method();
@@ -95,7 +69,6 @@ v1::MeasureTradeoffResponse point(const std::string& method, int order) {
 
 TEST(TradeoffProgress, CountsPointsAndCurvesAndEstimatesTheRest) {
   TradeoffProgress progress;
-  EXPECT_EQ(progress.line(3, terminal), "solving the reference, 0:03");
   EXPECT_EQ(progress.how_far(), "before the first point");
   v1::MeasureTradeoffResponse setup;
   setup.mutable_setup()->set_curves(4);
@@ -108,22 +81,6 @@ TEST(TradeoffProgress, CountsPointsAndCurvesAndEstimatesTheRest) {
             "29 %, 7 of about 24 points, curve 2 of 4, ETA 0:17, gauss4 4, plain");
   for (int k = 0; k < 9; ++k) progress.take(point("gauss4", 4));
   EXPECT_EQ(progress.how_far(), "after 16 of about 29 points") << "at least one more of this curve";
-}
-
-TEST(TradeoffProgress, KeepsWithinItsColumnsWhateverTheNames) {
-  TradeoffProgress progress;
-  v1::MeasureTradeoffResponse setup;
-  setup.mutable_setup()->set_curves(61);
-  progress.take(setup);
-  for (int k = 0; k < 300; ++k)
-    progress.take(point(std::string(static_cast<std::size_t>(10 * (k % 12)), 'm'), k % 3));
-  for (int columns = 20; columns <= 79; ++columns) {
-    for (const bool in_place : {true, false}) {
-      const std::string line = progress.line(1234, {columns, in_place});
-      EXPECT_LE(line.size(), static_cast<std::size_t>(columns)) << line;
-      EXPECT_NE(line.find("ETA "), std::string::npos) << line;
-    }
-  }
 }
 
 }  // namespace

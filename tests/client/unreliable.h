@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "proto/checksum/checksum.h"
 #include "stiefel/client/client.h"
 #include "stiefel/v1/error.pb.h"
 
@@ -70,10 +69,8 @@ class Unreliable : public v1::SimulationService::Service {
   int streams_to_break = 1'000'000;
   int calls = 0;
   std::chrono::milliseconds pause_a_message{0};
-  /// Changes a message of `Stream` after its checksum was computed.
+  /// Changes a message of `Stream`.
   std::function<void(v1::StreamResponse&)> spoil = [](v1::StreamResponse&) {};
-
-  std::int64_t steps_after_checksum = 0;  ///< that a trade-off's setup has
 
   grpc::Status Describe(grpc::ServerContext*, const v1::DescribeRequest*,
                         v1::DescribeResponse* reply) override {
@@ -132,7 +129,6 @@ class Unreliable : public v1::SimulationService::Service {
     const bool breaks = streams_to_break-- > 0;
     for (auto& message : in_parts(request)) {
       if (breaks && sent++ == messages_a_stream) return unavailable;
-      if (request.checksum()) message.set_checksum(wire::checksum(message));
       spoil(message);
       writer->Write(message);
     }
@@ -166,16 +162,14 @@ class Unreliable : public v1::SimulationService::Service {
         *step.mutable_price() = a_price();
         step.mutable_sample()->set_step(request.to());
         *step.mutable_sample()->add_fields() = field_x(std::array{request.to()}, false);
-        response.mutable_step()->mutable_sample()->set_checksum(
-            wire::checksum(response.step().sample()));
       }
       stream->Write(response);
     }
     return grpc::Status::OK;
   }
 
-  /// A setup whose checksum was computed before its number of steps, then an empty front.
-  grpc::Status MeasureTradeoff(grpc::ServerContext*, const v1::MeasureTradeoffRequest* request,
+  /// A setup, then an empty front.
+  grpc::Status MeasureTradeoff(grpc::ServerContext*, const v1::MeasureTradeoffRequest*,
                                grpc::ServerWriter<v1::MeasureTradeoffResponse>* writer) override {
     v1::MeasureTradeoffResponse part;
     part.mutable_setup()->set_horizon(2);
@@ -183,11 +177,8 @@ class Unreliable : public v1::SimulationService::Service {
     part.mutable_setup()->set_numerics_id("2");
     part.mutable_setup()->set_reference("a reference");
     *part.mutable_setup()->mutable_price() = a_price();
-    if (request->checksum()) part.set_checksum(wire::checksum(part));
-    part.mutable_setup()->set_steps(steps_after_checksum);
     writer->Write(part);
     part.mutable_front();
-    if (request->checksum()) part.set_checksum(wire::checksum(part));
     writer->Write(part);
     return grpc::Status::OK;
   }
@@ -211,7 +202,6 @@ class Unreliable : public v1::SimulationService::Service {
         message.set_computed_steps(step - request->from());
         *message.add_fields() = field_x(message.steps(), true);
         if (sent == 0) *message.mutable_price() = a_price();
-        if (request->checksum()) message.set_checksum(wire::checksum(message));
         writer->Write(message);
         message.Clear();
         ++sent;
@@ -222,7 +212,6 @@ class Unreliable : public v1::SimulationService::Service {
     if (breaks && sent == messages_a_stream) return unavailable;
     message.set_computed_steps(request->to() - request->from());
     message.mutable_run_status()->set_outcome(v1::OUTCOME_REACHED);
-    if (request->checksum()) message.set_checksum(wire::checksum(message));
     writer->Write(message);
     return grpc::Status::OK;
   }

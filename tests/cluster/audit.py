@@ -41,7 +41,7 @@ def main(wheels: Path) -> None:
                     for text in common_licenses(archive.read(name).decode("utf-8", errors="replace"))}
         texts = {Path(name).name: archive.read(name) for name in names if Path(name).name in pointers}
     assert libraries and licenses and any(name.endswith("dist-info/LICENSE") for name in names)
-    assert all(name.startswith("stiefel/programs/") for name in libraries)
+    assert all(name.startswith("stiefel/_programs/") for name in libraries)
     assert pointers <= texts.keys(), f"the wheel lacks the license texts {', '.join(sorted(pointers - texts.keys()))}"
     assert any(Path(name).name.startswith("libquadmath") for name in libraries)
     assert b"GNU LESSER GENERAL PUBLIC LICENSE" in texts["LGPL-2.1"], "libquadmath's license"

@@ -21,8 +21,8 @@ import numpy as np
 import psutil
 
 import stiefel
-from stiefel.sweeps.chunks import Task, Values
-from stiefel.sweeps.reduction import reduce, request_of
+from stiefel._sweep.chunks import Task, Values
+from stiefel._sweep.reduction import reduce, request_of
 
 STEPS = 10_000
 SCENE = {"system": "rigid_body", "step": 0.01, "method": {"name": "preprocessed_variational", "order": 10},
@@ -55,8 +55,6 @@ def dask(workers: int) -> Iterator[Any]:
 @contextmanager
 def ray(workers: int) -> Iterator[Any]:
     import ray
-
-    import stiefel.ray
 
     os.environ["RAY_AUTH_MODE"] = "disabled"
     ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False)

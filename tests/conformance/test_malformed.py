@@ -6,7 +6,7 @@ import pytest
 import scenes
 import stiefel
 from stiefel import v1 as pb
-from stiefel.errors import from_status
+from stiefel._wire.failures import from_status
 
 INVALID, MISSING, EXISTS = stiefel.InvalidArgument, stiefel.NotFound, stiefel.AlreadyExists
 BIG = 2**53 + 1
@@ -161,8 +161,8 @@ def ask(client, method, request):
         try:
             return list(client.stub.Stream(request))
         except grpc.RpcError as failure:
-            raise client.error(failure) from None
-    return client.call(method, request)
+            raise client._connection.error(failure) from None
+    return client._connection.call(method, request)
 
 
 @pytest.mark.parametrize("name", MALFORMED)

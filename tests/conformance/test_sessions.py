@@ -6,7 +6,7 @@ import pytest
 import scenes
 import stiefel
 from stiefel import v1 as pb
-from stiefel.scenes import to_message
+from stiefel.scene import to_message
 
 
 @pytest.fixture
@@ -72,9 +72,9 @@ def test_a_reply_has_what_was_filled_in_and_a_view_asks_for_more(client, id):
     def created(view):
         request = pb.CreateSessionRequest(session_id=id, scene=client.create(scenes.rigid_body(), id=id).resolved(),
                                           view=pb.SessionView(scene=view))
-        return client.call("CreateSession", request).session
+        return client._connection.call("CreateSession", request).session
 
-    asked = client.call("CreateSession", pb.CreateSessionRequest(session_id=id, scene=to_message(scenes.rigid_body())))
+    asked = client._connection.call("CreateSession", pb.CreateSessionRequest(session_id=id, scene=to_message(scenes.rigid_body())))
     assert [field.name for field, _ in asked.session.scene.ListFields()] == ["method"]
     assert created(pb.SCENE_VIEW_FILLED_IN).scene == pb.Scene()
     assert not created(pb.SCENE_VIEW_NONE).HasField("scene")
@@ -89,7 +89,7 @@ def test_list_is_ordered_and_paged(client):
         client.create(scenes.moser_veselov(), id=name)
     token, found = "", []
     while True:
-        page = client.call("ListSessions", pb.ListSessionsRequest(page_size=2, page_token=token))
+        page = client._connection.call("ListSessions", pb.ListSessionsRequest(page_size=2, page_token=token))
         assert len(page.sessions) <= 2 and not any(session.HasField("scene") for session in page.sessions)
         found += [session.session_id for session in page.sessions]
         token = page.next_page_token
@@ -98,7 +98,7 @@ def test_list_is_ordered_and_paged(client):
     assert found == sorted(found)
     assert [name for name in found if name.startswith(prefix)] == ids
     assert {session.id for session in client.list()} >= set(ids)
-    assert len(client.call("ListSessions", pb.ListSessionsRequest(page_size=10**9)).sessions) >= 5  # clamped
+    assert len(client._connection.call("ListSessions", pb.ListSessionsRequest(page_size=10**9)).sessions) >= 5  # clamped
     for name in ids:
         client.delete(name)
 

@@ -17,7 +17,7 @@ def session(client):
 def messages(session, **request):
     if "start" in request:
         request["from"] = request.pop("start")
-    return list(session._client.stub.Stream(pb.StreamRequest(session_id=session.id, **request), timeout=60))
+    return list(session._connection.stub.Stream(pb.StreamRequest(session_id=session.id, **request), timeout=60))
 
 
 def test_every_message_tells_what_the_stream_has_cost(client):
@@ -86,7 +86,7 @@ def test_a_large_sample_travels_alone(client):
 
 def test_a_stream_resumes_where_it_broke(session):
     whole = session.trajectory(to=5000)
-    broken = session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=5000), timeout=60)
+    broken = session._connection.stub.Stream(pb.StreamRequest(session_id=session.id, to=5000), timeout=60)
     last = next(broken).steps[-1]
     broken.cancel()
     rest = session.trajectory(start=last + 1, to=5000)
@@ -132,7 +132,7 @@ def test_drive_remembers_session_and_fields(session):
     """On the wire only the first request names the session, and the fields named last stay in force."""
     requests = [pb.DriveRequest(session_id=session.id, to=4), pb.DriveRequest(to=6, fields=["M"]),
                 pb.DriveRequest(to=5, return_checkpoint=True)]
-    replies = list(session._client.stub.Drive(iter(requests), timeout=60))
+    replies = list(session._connection.stub.Drive(iter(requests), timeout=60))
     assert [reply.step.sample.step for reply in replies] == [4, 6, 5]
     assert [[field.name for field in reply.step.sample.fields] for reply in replies] == [["Q", "M"], ["M"], ["M"]]
     assert [bool(reply.step.checkpoint) for reply in replies] == [False, False, True]
@@ -141,6 +141,6 @@ def test_drive_remembers_session_and_fields(session):
 def test_drive_stays_with_its_session(session):
     requests = [pb.DriveRequest(session_id=session.id, to=1), pb.DriveRequest(session_id="another", to=2),
                 pb.DriveRequest(to=3)]
-    replies = list(session._client.stub.Drive(iter(requests), timeout=60))
+    replies = list(session._connection.stub.Drive(iter(requests), timeout=60))
     assert [reply.WhichOneof("result") for reply in replies] == ["step", "error", "step"]
     assert "session_id" in replies[1].error.message and replies[2].step.sample.step == 3

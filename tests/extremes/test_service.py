@@ -37,6 +37,7 @@ def work_after(cpu_seconds, patience=0.5):
 @pytest.fixture
 def session(client):
     with client.create(BODY) as session:
+        session.client = client
         yield session
 
 
@@ -51,17 +52,17 @@ def test_progress_is_seen(session, record):
             break
     seconds = time.monotonic() - start
     assert samples == list(range(0, len(samples) * 100_000, 100_000))
-    assert session._client.get(session.id).message.cached_steps[-1] > 0
+    assert session.client.get(session.id).message.cached_steps[-1] > 0
     record("10^9 steps: progress", "steps a second, as samples arrive", samples[-1] / seconds)
 
 
 def cancelled_step(session):
-    call = session._client.stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR))
+    call = session._connection.stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR))
     return call.cancel
 
 
 def cancelled_stream(session):
-    stream = session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=FAR, every=FAR))
+    stream = session._connection.stub.Stream(pb.StreamRequest(session_id=session.id, to=FAR, every=FAR))
     return stream.cancel
 
 
@@ -71,7 +72,7 @@ def cancelled_drive(session):
         gone.wait()
 
     gone = threading.Event()
-    stream = session._client.stub.Drive(requests())
+    stream = session._connection.stub.Drive(requests())
 
     def cancel():
         stream.cancel()
@@ -80,12 +81,12 @@ def cancelled_drive(session):
 
 
 def cancelled_diagnose(session):
-    return session._client.stub.Diagnose.future(pb.DiagnoseRequest(session_id=session.id, to=FAR)).cancel
+    return session._connection.stub.Diagnose.future(pb.DiagnoseRequest(session_id=session.id, to=FAR)).cancel
 
 
 def cancelled_tradeoff(session):
     """Begins a trade-off and returns a function that cancels it while its points are measured."""
-    parts = session._client.tradeoff_parts(session.scene, budget=1e12)
+    parts = session.client.tradeoff_parts(session.scene, budget=1e12)
     next(parts)
     return parts.close
 
@@ -273,10 +274,10 @@ def test_max_message_bytes(client, limits, record):
     request.checkpoint = bytes(room)
     request.session_id += "x" * (limits.max_message_bytes - request.ByteSize())
     assert request.ByteSize() == limits.max_message_bytes
-    refused(lambda: client.call("CreateSession", request), "checkpoint", room, "damaged")
+    refused(lambda: client._connection.call("CreateSession", request), "checkpoint", room, "damaged")
     request.session_id += "x"
     with pytest.raises(stiefel.ResourceExhausted, match=str(limits.max_message_bytes)):
-        client.call("CreateSession", request)
+        client._connection.call("CreateSession", request)
     record("limit: max_message_bytes", "bytes", limits.max_message_bytes, limits.max_message_bytes, "Describe",
            "RESOURCE_EXHAUSTED")
 
@@ -300,9 +301,9 @@ def test_ids(client):
 def test_pages(client):
     """A page size above 1000 counts as 1000; a smaller one is kept."""
     made = [client.create(BODY) for _ in range(5)]
-    reply = client.call("ListSessions", pb.ListSessionsRequest(page_size=2**32 - 1))
+    reply = client._connection.call("ListSessions", pb.ListSessionsRequest(page_size=2**32 - 1))
     assert len(reply.sessions) == 5 and not reply.next_page_token
-    reply = client.call("ListSessions", pb.ListSessionsRequest(page_size=4))
+    reply = client._connection.call("ListSessions", pb.ListSessionsRequest(page_size=4))
     assert len(reply.sessions) == 4 and reply.next_page_token
     for session in made:
         session.delete()
@@ -336,7 +337,7 @@ def test_frames_of_too_many_rows(client, limits):
 def test_pairs(session):
     def ask(pairs):
         request = pb.DiagnoseRequest(session_id=session.id, symplectic_test=pb.SymplecticTest(pairs=pairs))
-        return session._client.call("Diagnose", request)
+        return session._connection.call("Diagnose", request)
     assert ask(1000).symplectic_defect < 1e-6
     refused(lambda: ask(1001), "symplectic_test.pairs", 1001, "at most 1000")
 

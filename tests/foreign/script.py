@@ -1,11 +1,17 @@
-"""One call of every RPC and more, as JSON that any client of gRPC can send: `script(N)`."""
+"""The calls of every_call.txtpb and more, as JSON that any client of gRPC can send: `script(N)`."""
 from __future__ import annotations
 
 import base64
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Optional
 
 import numpy as np
+from google.protobuf import json_format
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "calls"))
+from every_call import every_call  # noqa: E402
 
 SIZES = (3, 64, 512)
 STEPS = {3: 40, 64: 8, 512: 2}
@@ -58,43 +64,51 @@ QUARTER = 0.5 * (np.pi / 2) ** 2  # the energy of the way between `frames` in ti
 
 
 def script(size: int) -> list[Call]:
-    """In this order: sessions are made, used, forked and deleted. What does not fit into a message is refused, and comes
-    by Stream."""
+    """The calls of every_call.txtpb with a scene of this size, and after some of them more calls of the same RPC. What does
+    not fit into a message is refused, and comes by Stream."""
     body, id, fork, last = scene(size), f"s-{size}", f"f-{size}", STEPS[size]
     large = size == 512
-    too_dear = ("INVALID_ARGUMENT", "") if large else None  # the reference takes 2e12 to the first state
-    too_large = ("INVALID_ARGUMENT", "REPLY_TOO_LARGE") if large else None
+    other = {  # than in the list: names, scenes, and steps that take a second at most
+        "CreateSession": {"scene": body},
+        "Step": {"to": last},
+        "Stream": {"to": last},
+        "Summarize": {"to": last, "times": [0, body["step"] / 3], "fields": ["Q"], "checkpoint_every": 0, "events": [],
+                      "quantities": [{"name": "energy", "statistics": ["STATISTIC_LAST", "STATISTIC_DRIFT"]}]},
+        "Diagnose": {"to": last},
+        "Convert": {"scene": body},
+        "Connect": {"metric": "METRIC_EUCLIDEAN", "inertia": [], "pairs": [frames(min(size, LARGEST_SPHERE))], "samples": 4},
+        "MeasureTradeoff": {"scene": body, "horizon": body["step"], "budget": 1e10},
+    }
+    fails = {"Step": ("INVALID_ARGUMENT", "REPLY_TOO_LARGE"),
+             "MeasureTradeoff": ("INVALID_ARGUMENT", "")} if large else {}  # the reference takes 2e12 to the first state
 
     def call(rpc: str, *requests: Json, name: str = "", fails: Optional[tuple[str, str]] = None) -> Call:
         session = requests[0].get("from_session_id") or requests[0].get("session_id", "")
         return Call(name or rpc, rpc, requests, fails, session)
-    return [
-        call("Describe", {}),
-        call("CreateSession", {"session_id": id, "scene": body, "view": {"checksum": True}}),
-        call("CreateSession", {"session_id": id, "scene": body}, name="CreateSession again"),
-        call("CreateSession", {"session_id": id, "scene": {**body, "step": 0.07}}, name="CreateSession of another scene",
-             fails=("ALREADY_EXISTS", "SESSION_HAS_OTHER_SCENE")),
-        call("CreateSession", {"session_id": "bad", "scene": {**body, "step": 0}}, name="CreateSession without a step",
-             fails=("INVALID_ARGUMENT", "")),
-        call("GetSession", {"session_id": id, "view": {"scene": "SCENE_VIEW_FULL", "checksum": True}}),
-        call("ListSessions", {"page_size": 1}),
-        call("Step", {"session_id": id, "to": last, "return_checkpoint": True}, fails=too_large),
-        call("Step", {"session_id": id, "to": last, "fields": ["Q"], "checksum": True}, name="Step with Q"),
-        call("Drive", {"session_id": id, "to": 1, "fields": ["Q"]}, {"to": -1}, {"to": last, "checksum": True}),
-        call("Stream", {"session_id": id, "to": last, "every": 2, "return_checkpoint": True, "scene_arrays": True,
-                        "checksum": True}),
-        call("Summarize", {"session_id": id, "to": last, "times": [0, body["step"] / 3], "fields": ["Q"], "checksum": True,
-                           "quantities": [{"name": "energy", "statistics": ["STATISTIC_LAST", "STATISTIC_DRIFT"]}]}),
-        call("Diagnose", {"session_id": id, "to": last, "checksum": True}),
-        call("ForkSession", {"session_id": fork, "from_session_id": id, "from_step": 1, "method": {"name": "munthe_kaas4"}}),
-        call("Step", {"session_id": fork, "to": 1, "fields": ["Q"]}, name="Step of a fork"),
-        call("Convert", {"scene": body, "to": "velocity", "checksum": True}),
-        call("Convert", {"scene": body, "to": "right_rigid_body", "view": "SCENE_VIEW_FULL"}, name="Convert to a system"),
-        call("Connect", {"metric": "METRIC_EUCLIDEAN", "time": 1, "pairs": [frames(min(size, LARGEST_SPHERE))], "samples": 4,
-                         "restarts": 0}),
-        call("MeasureTradeoff", {"scene": body, "horizon": body["step"], "budget": 1e10, "repeats": 1}, fails=too_dear),
-        call("DeleteSession", {"session_id": fork}),
-        call("DeleteSession", {"session_id": id}),
+
+    more = {
+        "CreateSession": [
+            call("CreateSession", {"session_id": id, "scene": body}, name="CreateSession again"),
+            call("CreateSession", {"session_id": id, "scene": {**body, "step": 0.07}}, name="CreateSession of another scene",
+                 fails=("ALREADY_EXISTS", "SESSION_HAS_OTHER_SCENE")),
+            call("CreateSession", {"session_id": "bad", "scene": {**body, "step": 0}}, name="CreateSession without a step",
+                 fails=("INVALID_ARGUMENT", ""))],
+        "Step": [call("Step", {"session_id": id, "to": last, "fields": ["Q"]}, name="Step with Q")],
+        "ForkSession": [call("Step", {"session_id": fork, "to": 1, "fields": ["Q"]}, name="Step of a fork")],
+        "Convert": [call("Convert", {"scene": body, "to": "right_rigid_body", "view": "SCENE_VIEW_FULL"},
+                         name="Convert to a system")],
+    }
+    calls = []
+    for rpc, messages in every_call():
+        requests = [json_format.MessageToDict(message, preserving_proto_field_name=True) for message in messages]
+        if rpc == "Drive":  # the second of its requests is refused, and does not end the stream
+            requests = [{"session_id": id, "to": 1, "fields": ["Q"]}, {"to": -1}, {"to": last}]
+        for request in requests:
+            request.update((key, int(value)) for key, value in request.items() if isinstance(value, str) and value.isdigit())
+            request.update(other.get(rpc, {}))
+            request.update({key: {"s": id, "f": fork}[request[key]] for key in ("session_id", "from_session_id")
+                            if request.get(key) in ("s", "f")})
+        calls += [call(rpc, *requests, fails=fails.get(rpc)), *more.pop(rpc, [])]
+    return calls + [
         call("Step", {"session_id": id, "to": 1}, name="Step of a deleted session", fails=("NOT_FOUND", "SESSION_DELETED")),
-        call("Step", {"session_id": "none", "to": 1}, name="Step of no session", fails=("NOT_FOUND", "SESSION_NOT_FOUND")),
-    ]
+        call("Step", {"session_id": "none", "to": 1}, name="Step of no session", fails=("NOT_FOUND", "SESSION_NOT_FOUND"))]

@@ -19,8 +19,8 @@ import stiefel
 import tools
 from toxiproxy import Toxiproxy
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "server/attack"))
-from every_call import CALLS, SCENE, WIDE  # noqa: E402
+sys.path.insert(0, str(Path(__file__).parents[1] / "calls"))
+from client_calls import CALLS, SCENE, WIDE  # noqa: E402
 
 TYPED = (stiefel.Unavailable, stiefel.DeadlineExceeded, stiefel.Cancelled)
 DELAYS = {

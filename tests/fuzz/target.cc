@@ -2,6 +2,7 @@
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/text_format.h>
 
 #include <cmath>
 #include <cstdint>
@@ -38,6 +39,8 @@ void require_numbers(const v1::Tensor& tensor) {
 }  // namespace
 
 bool read(std::string_view bytes, Message* message) {
+  if (bytes.starts_with('#'))
+    return google::protobuf::TextFormat::ParseFromString(std::string(bytes), message);
   if (bytes.empty() || bytes[0] != '{')
     return message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
   try {

@@ -49,7 +49,7 @@ TEXT = {"engine/numbers/to_text.h", "engine/scene/near_name.h"}
 
 ENGINE_FOLDERS = [folder for line in ENGINE for folder in line]
 PUBLIC, CLIENT = r"stiefel/[a-z_]+\.h", r"stiefel/client/.*"
-PROTO = r"(stiefel/v1|proto)/.*"
+PROTO = r"stiefel/v1/.*"
 FAILPOINT = r"server/limits/failpoint\.h"
 # The only folder that sees both messages and the engine.
 CONVERSION = "server/convert"

@@ -40,23 +40,9 @@ def test_the_page_on_the_architecture_has_every_folder_of_the_server():
 
 @pytest.mark.parametrize("file, line", [
     ("engine/linalg/a.h", '#include "engine/methods/rk4.h"'),
-    ("engine/scene/a.cc", '#include "engine/catalogue/system_entry.h"'),
     ("engine/accuracy/a.cc", '#include "engine/conversion/phase.h"'),
-    ("engine/include/stiefel/a.h", '#include "engine/numbers/scalar.h"'),
-    ("engine/linalg/lie/a.h", '#include "stiefel/v1/scene.pb.h"'),
     ("engine/run/a.h", "#include <google/protobuf/message.h>"),
     ("server/calls/a.cc", '#include "engine/run/ensemble.h"'),
-    ("server/calls/a.cc", '#include "stiefel/scene.h"'),
-    ("server/convert/a.cc", '#include "engine/run/ensemble.h"'),
-    ("server/pricing/a.h", '#include "stiefel/v1/scene.pb.h"'),
-    ("server/pricing/a.cc", '#include "server/convert/convert.h"'),
-    ("server/durability/a.cc", '#include "stiefel/v1/scene.pb.h"'),
-    ("server/sessions/a.cc", '#include "engine/frames/body/stiefel.h"'),
-    ("server/sessions/a.cc", '#include "stiefel/v1/scene.pb.h"'),
-    ("server/sessions/a.cc", "#include <grpcpp/grpcpp.h>"),
-    ("server/sessions/a.cc", '#include "server/store/store.h"'),
-    ("server/store/a.cc", '#include "stiefel/v1/scene.pb.h"'),
-    ("client/cpp/a.cc", '#include "stiefel/scene.h"'),
     ("client/cli/a.cc", '#include "server/calls/service.h"'),
 ])
 def test_a_wrong_arrow_is_found(tmp_path: Path, file: str, line: str):

@@ -42,7 +42,7 @@ def preserved(pair):
     """Returns what the method declares about each family of invariants."""
     system = next(s for s in catalogue().systems if s.name == pair.system)
     on = next(m for m in system.methods if m.method == pair.method)
-    return {p.invariant: stiefel.Conservation.of(p.conservation) for p in on.preserves}
+    return {p.invariant: stiefel.Conservation(p.conservation) for p in on.preserves}
 
 
 def sixteenths(low, high):

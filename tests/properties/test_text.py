@@ -6,7 +6,7 @@ import subprocess
 from hypothesis import given, settings, strategies as st
 
 import scenes
-from stiefel.scenes import to_dict, to_message
+from stiefel.scene import to_dict, to_message
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 

@@ -1,7 +1,7 @@
 import pytest
 
 import stiefel
-from stiefel.connection import Connection
+from stiefel._wire.connection import Connection
 
 
 @pytest.fixture(scope="session")

@@ -12,20 +12,10 @@ REACHED = pb.RunStatus(outcome=pb.OUTCOME_REACHED)
 
 PRICE = pb.Price(work=1, bound=pb.PRICE_BOUND_EXPECTED)
 SESSION = pb.Session(session_id="fake", system="rigid_body", scene=pb.Scene(system="rigid_body", step=0.5),
-                     left_out=["initial.Q"], numerics_id="of the fake", checksum=0)
+                     left_out=["initial.Q"], numerics_id="of the fake")
 SESSION.step_price.SetInParent()  # of no work, so that the client asks for no checkpoints
 Q = np.arange(6.0).reshape(2, 3)
 PART = 4  # numbers
-
-
-def crc32c(data):
-    """Bit by bit, as RFC 3720 defines it."""
-    crc = 0xFFFFFFFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc >> 1) ^ (0x82F63B78 if crc & 1 else 0)
-    return crc ^ 0xFFFFFFFF
 
 
 def tensor(array):
@@ -43,25 +33,14 @@ def parts(name, array):
 
 
 def sample_at(step):
-    """The state at a step, which is its field x, with its checksum."""
-    sample = pb.Sample(step=step, time=0.5 * step, fields=[pb.Field(name="x", value=tensor(np.array([[float(step)]])))])
-    sample.checksum = crc32c(np.int64(step).tobytes() + np.float64(sample.time).tobytes() + sample.fields[0].value.data)
-    return sample
+    """The state at a step, which is its field x."""
+    return pb.Sample(step=step, time=0.5 * step, fields=[pb.Field(name="x", value=tensor(np.array([[float(step)]])))])
 
 
 def setup(steps):
-    """The first part of a trade-off, with its checksum."""
-    found = pb.TradeoffSetup(machine="a machine", numerics_id="of the fake", reference="a reference", steps=steps, price=PRICE)
-    data = bytes(16) + np.array([steps, 0], "<i8").tobytes() + bytes(16)
-    return pb.MeasureTradeoffResponse(setup=found, checksum=crc32c(data))
-
-
-def with_checksum(message):
-    """Of a StreamResponse."""
-    data = [np.array(message.steps, "<i8").tobytes(), np.array(message.times, "<f8").tobytes()]
-    data += [field.value.data for field in [*message.fields, *message.scene_arrays]]
-    message.checksum = crc32c(b"".join(data) + message.checkpoint.data)
-    return message
+    """The first part of a trade-off."""
+    return pb.MeasureTradeoffResponse(setup=pb.TradeoffSetup(
+        machine="a machine", numerics_id="of the fake", reference="a reference", steps=steps, price=PRICE))
 
 
 TOO_LARGE = pb.Status(code=3, message="too large")
@@ -87,8 +66,7 @@ def refusal(delay=None):
 class Fake(SimulationServiceServicer):
     """`failures` is how the next calls fail, first come first served: with a code, or with a `refusal`; a number breaks
     a stream after so many messages, with the code `break_code`. A stream computes what it tells of, and calls
-    `before_message` before each message. `spoil` changes a message of a stream, or the first part of a trade-off, after
-    its checksum was computed."""
+    `before_message` before each message. `spoil` changes a message of a stream, or the first part of a trade-off."""
 
     break_code = grpc.StatusCode.UNAVAILABLE
     before_message = staticmethod(lambda: None)
@@ -150,7 +128,7 @@ class Fake(SimulationServiceServicer):
             if count == breaks or (breaks == -1 and message is messages[-1]):
                 context.abort(self.break_code, "on purpose")
             self.before_message()
-            yield self.spoil(with_checksum(message) if request.checksum else message)
+            yield self.spoil(message)
 
     def MeasureTradeoff(self, request, context):
         """Two parts, with the number of this call as the steps that the first one tells of."""
@@ -158,7 +136,7 @@ class Fake(SimulationServiceServicer):
         yield self.spoil(setup(len(self.requests)))
         if self.failures:
             context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
-        yield pb.MeasureTradeoffResponse(front=pb.TradeoffFront(), checksum=0)
+        yield pb.MeasureTradeoffResponse(front=pb.TradeoffFront())
 
     def _messages(self, request):
         """Ten samples a message, or four numbers; the last has the run status alone."""

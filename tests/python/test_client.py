@@ -53,7 +53,7 @@ def test_what_comes_by_default_is_what_the_scene_was_given_in(client, system, me
 def test_times_are_the_server_s(session):
     from stiefel import v1 as pb
 
-    replies = session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=3000, every=7))
+    replies = session._connection.stub.Stream(pb.StreamRequest(session_id=session.id, to=3000, every=7))
     times = [time for reply in replies for time in reply.times]
     assert list(session.trajectory(to=3000, every=7).time) == times
 
@@ -115,10 +115,10 @@ def test_drive_has_the_bits_of_step(session):
     assert (states[-1]["Q"] == session.step(to=49, fields="Q")["Q"]).all() and set(states[-1].fields) == {"Q"}
 
 
-def test_the_estimated_error_is_that_of_the_closed_form(session):
+def test_the_estimated_error_is_that_of_the_closed_form(client, session):
     assert session.diagnose(to=1000).estimated_error is None
     error = session.diagnose(to=1000, estimate_error=True).estimated_error
-    with session._client.create({**SCENE, "method": {"name": "exact"}}) as exact:
+    with client.create({**SCENE, "method": {"name": "exact"}}) as exact:
         ours, theirs = (each.step(to=1000, fields="Q")["Q"] for each in (session, exact))
     assert error.attitude == pytest.approx(np.abs(ours - theirs).max(), rel=1e-6) and error.attitude > 1e-5
     assert error.angle == pytest.approx(np.arccos((np.trace(ours.T @ theirs) - 1) / 2), rel=1e-4)

@@ -9,10 +9,10 @@ import pytest
 
 import fake
 import stiefel
-from stiefel import calls
 from stiefel import v1 as pb
-from stiefel.connection import Connection
-from stiefel.errors import in_plain_words
+from stiefel._wire import failures, retries
+from stiefel._wire.connection import Connection
+from stiefel._wire.failures import in_plain_words
 
 UNAVAILABLE, EXHAUSTED = grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.RESOURCE_EXHAUSTED
 
@@ -41,7 +41,9 @@ def service(tmp_path):
 @pytest.fixture
 def session(service, without_pauses):
     with stiefel.Client(service.address) as client:
-        yield client.get("fake")
+        session = client.get("fake")
+        session.client = client
+        yield session
         service.failures.clear()
 
 
@@ -49,7 +51,7 @@ def session(service, without_pauses):
 def clock(service, monkeypatch):
     """A clock by which every message of a stream takes 30 s, and pauses as long as they are."""
     clock = Clock()
-    monkeypatch.setattr(calls, "time", clock)
+    monkeypatch.setattr(retries, "time", clock)
     monkeypatch.setattr(Connection, "rest", lambda connection, seconds: clock.sleep(seconds))
     service.before_message = lambda: clock.sleep(30)
     return clock
@@ -57,7 +59,7 @@ def clock(service, monkeypatch):
 
 def test_details_of_an_error(session):
     with pytest.raises(stiefel.InvalidArgument, match="told") as caught:
-        session._client.describe()
+        session.client.describe()
     error = caught.value
     assert error.violations == (stiefel.Violation("initial.Q", "1: must be 2"),)
     assert (error.reason, error.metadata) == ("BECAUSE", {"a": "b"})
@@ -76,7 +78,7 @@ def test_but_not_for_ever(service, session):
     service.requests.clear()
     with pytest.raises(stiefel.Unavailable, match="on purpose"):
         session.step(to=5)
-    assert len(service.requests) == calls.ATTEMPTS
+    assert len(service.requests) == retries.ATTEMPTS
 
 
 def test_other_errors_are_not_retried(service, session):
@@ -237,7 +239,7 @@ def test_without_one_a_stream_that_brings_something_goes_on(service, session):
 
 def test_nor_is_the_clients_deadline_that_of_the_whole_trajectory(service, session, clock):
     """It is 60 s here, for each stream that brings something. Ten messages take 300 s."""
-    session._client.timeout, service.failures = 60, [1] * 9
+    session._connection.timeout, service.failures = 60, [1] * 9
     assert session.trajectory(to=99).samples == 100 and clock.now >= 300
 
 
@@ -254,7 +256,7 @@ def test_other_errors_have_what_arrived_too(service, session):
 
 def test_a_refusal_with_a_time_is_made_again_after_it(service, session, monkeypatch):
     slept = []
-    monkeypatch.setattr(session._client.connection, "rest", slept.append)
+    monkeypatch.setattr(session._connection, "rest", slept.append)
     service.failures, begin = [fake.refusal(0.25)] * 3, len(service.requests)
     assert session.step(to=5).step == 5
     assert len(service.requests) - begin == 4 and len(slept) == 3
@@ -280,8 +282,8 @@ def test_a_refusal_until_after_the_deadline_is_told_at_once(service, session):
 def test_nobody_waits_for_ever(service, session, monkeypatch, delay):
     """A call without a deadline, a drive and a stream wait for at most five minutes at a time."""
     slept = []
-    monkeypatch.setattr(session._client.connection, "rest", slept.append)
-    session._client.timeout = None
+    monkeypatch.setattr(session._connection, "rest", slept.append)
+    session._connection.timeout = None
     with session.drive() as drive:
         for call in (session.step, drive.step, session.trajectory):
             service.failures = [fake.refusal(299.0), fake.refusal(delay)]
@@ -296,12 +298,12 @@ def test_attempts_at_an_absent_and_a_full_server_add_up(service, session):
     service.failures, begin = [UNAVAILABLE, fake.refusal(0.001)] * 100, len(service.requests)
     with pytest.raises(stiefel.Unavailable):
         session.step(to=5)
-    assert len(service.requests) - begin == 2 * calls.ATTEMPTS - 1
-    session._client.timeout = None
+    assert len(service.requests) - begin == 2 * retries.ATTEMPTS - 1
+    session._connection.timeout = None
     service.failures, begin = [fake.refusal(0.001)] * 1000, len(service.requests)
     with pytest.raises(stiefel.ResourceExhausted):
         session.step(to=5)
-    assert len(service.requests) - begin == calls.REFUSALS + 1
+    assert len(service.requests) - begin == retries.REFUSALS + 1
 
 
 def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
@@ -317,7 +319,7 @@ def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
 
 
 def test_a_measurement_is_made_again_until_a_part_has_come(service, session):
-    measure = session._client.tradeoff_parts
+    measure = session.client.tradeoff_parts
     service.requests.clear()
     service.failures = [fake.refusal(0.001), UNAVAILABLE]
     assert [part.setup.steps for part in measure({"system": "rigid_body"})] == [3, 0]
@@ -332,7 +334,7 @@ def test_a_measurement_is_made_again_until_a_part_has_come(service, session):
 
 
 def test_details_that_cannot_be_read_are_left_out():
-    error = stiefel.errors.make_error(13, "told", b"\xff\xff no message")
+    error = failures.make_error(13, "told", b"\xff\xff no message")
     assert isinstance(error, stiefel.Internal) and str(error) == "told" and error.violations == ()
 
 
@@ -341,7 +343,7 @@ def test_a_detail_that_cannot_be_read_does_not_hide_the_others():
     for name, value in (("RetryInfo", b"\xff"), ("BadRequest", b"\xff"), ("QuotaFailure", b"\xff"), ("ErrorInfo", b"\xff"),
                         ("ErrorInfo", pb.ErrorInfo(reason="BECAUSE").SerializeToString())):
         status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=value)
-    error = stiefel.errors.from_status(status)
+    error = failures.from_status(status)
     assert isinstance(error, stiefel.InvalidArgument) and error.reason == "BECAUSE" and error.retry_delay is None
 
 
@@ -350,7 +352,7 @@ def test_a_stream_that_never_begins_gives_up(service, session):
     service.requests.clear()
     with pytest.raises(stiefel.Unavailable):
         list(session.stream(to=100))
-    assert len(service.requests) == calls.ATTEMPTS
+    assert len(service.requests) == retries.ATTEMPTS
 
 
 def test_a_drive_reconnects(service, session):
@@ -375,8 +377,8 @@ def test_a_quota_is_told_with_the_time_to_wait():
     retry.retry_delay.FromMilliseconds(1500)
     for name, detail in (("QuotaFailure", quota), ("RetryInfo", retry)):
         status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=detail.SerializeToString())
-    for error in (stiefel.errors.from_status(status),
-                  stiefel.errors.make_error(8, "too many sessions", status.SerializeToString())):
+    for error in (failures.from_status(status),
+                  failures.make_error(8, "too many sessions", status.SerializeToString())):
         assert isinstance(error, stiefel.ResourceExhausted) and str(error) == "too many sessions"
         assert error.quota == (stiefel.Violation("sessions", "1025: at most 1024"),) and error.retry_delay == 1.5
-    assert stiefel.errors.make_error(8, "told").retry_delay is None
+    assert failures.make_error(8, "told").retry_delay is None

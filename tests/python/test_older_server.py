@@ -23,7 +23,9 @@ def session(tmp_path):
     server.add_insecure_port(address)
     server.start()
     with stiefel.Client(address) as client:
-        yield client.get("fake")
+        session = client.get("fake")
+        session.client = client
+        yield session
     server.stop(None)
 
 
@@ -33,8 +35,8 @@ def session(tmp_path):
     lambda session: session.trajectory(times=[0.25]),
     lambda session: session.diagnose(to=1),
     lambda session: session.drive().step(1),
-    lambda session: session._client.describe(),
-    lambda session: session._client.tradeoff({"system": "rigid_body"}),
+    lambda session: session.client.describe(),
+    lambda session: session.client.tradeoff({"system": "rigid_body"}),
 ], ids=["summarize", "events", "times", "diagnose", "drive", "describe", "tradeoff"])
 def test_a_call_that_the_server_does_not_have_says_which_version_it_needs(session, call):
     with pytest.raises(stiefel.Unimplemented, match=f"does not have this call.*stiefel-server {stiefel.__version__}"):

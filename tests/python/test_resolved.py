@@ -4,7 +4,7 @@ import pytest
 
 import stiefel
 from stiefel import v1 as pb
-from stiefel.resolved import put, resolve, with_blocks_as_matrices
+from stiefel._wire.resolved import put, resolve, with_blocks_as_matrices
 
 
 def matrix(*values):

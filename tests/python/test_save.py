@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel.save import number
+from stiefel._results.save import number
 
 BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
         "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}

@@ -7,7 +7,7 @@ from google.protobuf.descriptor import FieldDescriptor
 
 import stiefel
 from stiefel import v1 as pb
-from stiefel.mappings import is_repeated
+from stiefel._given.mappings import is_repeated
 
 SCENE = {
     "system": "rigid_body",

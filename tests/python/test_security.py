@@ -9,8 +9,9 @@ import grpc
 import pytest
 
 import stiefel
-from stiefel.programs import variables
-from stiefel.security import is_local
+from stiefel._programs import variables
+from stiefel._wire import security
+from stiefel._wire.security import is_local
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 from authority import Authority  # noqa: E402
@@ -55,7 +56,7 @@ def test_a_name_that_does_not_lead_here_gets_no_token(monkeypatch):
     received = []
     with socket.create_server((own, 0)) as listener:
         listener.settimeout(20)
-        monkeypatch.setattr(stiefel.security, "is_local", lambda address: True)
+        monkeypatch.setattr(security, "is_local", lambda address: True)
         with stiefel.Client(f"{own}:{listener.getsockname()[1]}", token="secret-one", timeout=3) as client:
             with pytest.raises(stiefel.StiefelError):
                 client.describe()

@@ -212,7 +212,7 @@ def test_where_it_is_looked_for(monkeypatch, tmp_path):
 def test_the_programs_of_the_wheel_come_before_those_of_the_build_tree(tmp_path, monkeypatch):
     """A console script of the wheel on PATH would start a Python for nothing."""
     (tmp_path / "stiefel-server").write_text("#!/bin/sh")
-    monkeypatch.setattr("stiefel.programs._FOLDER", tmp_path)
+    monkeypatch.setattr("stiefel._programs._FOLDER", tmp_path)
     monkeypatch.delenv("STIEFEL_SERVER", raising=False)
     assert find_server() != str(tmp_path / "stiefel-server")
     (tmp_path / "stiefel-server").chmod(0o755)
@@ -220,9 +220,9 @@ def test_the_programs_of_the_wheel_come_before_those_of_the_build_tree(tmp_path,
 
 
 def test_a_script_without_its_program_says_so(monkeypatch):
-    monkeypatch.setattr("stiefel.programs._FOLDER", Path("/nonexistent"))
+    monkeypatch.setattr("stiefel._programs._FOLDER", Path("/nonexistent"))
     with pytest.raises(SystemExit, match="stiefel: this installation of the package holds no programs"):
-        stiefel.programs.command()
+        stiefel._programs.command()
 
 
 def test_the_package_of_the_build_tree_holds_no_program():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel import calls
 from stiefel import v1 as pb
+from stiefel._wire import retries
 
 I, M_1, M_3 = (1.0, 2.0, 3.0), 0.5, 1.5
 #: Circles the third axis: m_2 is 0 at the multiples of 2K/p.
@@ -100,14 +100,14 @@ def test_an_event_of_a_discrete_system_is_an_interval(client):
             session.trajectory(times=[0.15])
 
 
-def test_states_at_any_times(session):
+def test_states_at_any_times(client, session):
     times = [3.0, 0.0, 0.123, 17.01, 17.02, 3.0]
     run = session.trajectory(times=times, fields=["Q", "M"])
     assert list(run.time) == times and run["Q"].shape == (6, 3, 3)
     assert list(run.step) == [60, 0, 2, 340, 340, 60]
     assert (run["Q"][0] == session.step(60, "Q")["Q"]).all() and (run["Q"][1] == session.step(0, "Q")["Q"]).all()
     exact = {**TOP, "method": {"name": "exact"}}
-    with session._client.create(exact) as closed:
+    with client.create(exact) as closed:
         truth = closed.trajectory(times=times, fields=["Q", "M"])
     for name in ("Q", "M"):
         np.testing.assert_allclose(run[name], truth[name], atol=1e-12)
@@ -177,12 +177,6 @@ def test_states_that_had_arrived_are_in_partial(session):
     assert (partial["M"][-1] == session.step(0, "M")["M"]).all()
 
 
-def test_times_have_a_progress_bar(session, capsys):
-    pytest.importorskip("tqdm")
-    assert session.trajectory(times=np.linspace(0, 10, 300), progress=True).samples == 300
-    assert "300/300" in capsys.readouterr().err
-
-
 def test_many_times_come_in_parts(session):
     times = np.linspace(0, 100, 30_001)
     run = session.trajectory(times=times, fields=["Q", "M"])
@@ -225,7 +219,7 @@ def test_members_that_stop_do_not_stop_the_others(client):
 
 
 def every_message(session, **request):
-    return list(session._client.stub.Summarize(pb.SummarizeRequest(session_id=session.id, **request)))
+    return list(session._connection.stub.Summarize(pb.SummarizeRequest(session_id=session.id, **request)))
 
 
 def arrays(messages):
@@ -297,8 +291,8 @@ class Breaks:
 def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_every):
     asked = {"M": [*STATISTICS, {"quantiles": [0.5]}]}
     whole = session.summarize(1000, asked)
-    breaks = Breaks(session._client.stub.Summarize, [2, 4, 1])
-    monkeypatch.setattr(session._client.stub, "Summarize", breaks)
+    breaks = Breaks(session._connection.stub.Summarize, [2, 4, 1])
+    monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
     again = session.summarize(1000, asked, checkpoint_every=checkpoint_every)
     if checkpoint_every:
         assert len(breaks.requests) == 4
@@ -308,14 +302,14 @@ def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_
         assert again["M"][statistic].tobytes() == values.tobytes()
 
 
-def test_a_call_that_breaks_often_goes_on_as_long_as_checkpoints_come(session, monkeypatch, without_pauses):
-    handle = session._client.get(session.id)  # which never creates the session again
-    breaks = Breaks(session._client.stub.Summarize, [2] * 2 * calls.ATTEMPTS)
-    monkeypatch.setattr(session._client.stub, "Summarize", breaks)
+def test_a_call_that_breaks_often_goes_on_as_long_as_checkpoints_come(client, session, monkeypatch, without_pauses):
+    handle = client.get(session.id)  # which never creates the session again
+    breaks = Breaks(session._connection.stub.Summarize, [2] * 2 * retries.ATTEMPTS)
+    monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
     again = handle.summarize(1000, {"M": STATISTICS}, checkpoint_every=20)
-    assert again.last_step == 1000 and len(breaks.requests) == 2 * calls.ATTEMPTS + 1
+    assert again.last_step == 1000 and len(breaks.requests) == 2 * retries.ATTEMPTS + 1
     with pytest.raises(stiefel.Unavailable):
-        breaks.after = [0] * calls.ATTEMPTS
+        breaks.after = [0] * retries.ATTEMPTS
         handle.summarize(1000, {"M": STATISTICS}, checkpoint_every=20)
 
 
@@ -334,8 +328,8 @@ def test_a_call_that_ends_at_its_price_goes_on(client):
 def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses):
     many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]
     whole = session.events(20_000, many, fields=["Q", "M", "Omega"])
-    breaks = Breaks(session._client.stub.Summarize, [3, 2, 6])
-    monkeypatch.setattr(session._client.stub, "Summarize", breaks)
+    breaks = Breaks(session._connection.stub.Summarize, [3, 2, 6])
+    monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
     again = session.events(20_000, many, fields=["Q", "M", "Omega"])
     assert len(breaks.requests) == 4 and again.count > 1000
     assert list(again.time) == list(whole.time) and (again["Q"] == whole["Q"]).all()
@@ -364,7 +358,7 @@ def test_a_wrong_request_names_its_field(session, change, field):
         try:
             every_message(session, **{"to": 100, **change})
         except grpc.RpcError as failure:
-            raise session._client.error(failure) from None
+            raise session._connection.error(failure) from None
     assert caught.value.violations[0].field == field
     assert session.summarize(10, {"energy": "drift"}).outcome == "REACHED"
 
@@ -376,7 +370,7 @@ def test_a_misspelt_statistic_is_refused_here(session, asked):
 
 
 def test_a_cancelled_call_ends_soon(session):
-    stream = session._client.stub.Summarize(pb.SummarizeRequest(
+    stream = session._connection.stub.Summarize(pb.SummarizeRequest(
         session_id=session.id, to=10**12, quantities=[pb.Quantity(name="casimirs", statistics=[7])]))
     next(iter(stream))  # of its progress
     stream.cancel()
@@ -400,13 +394,3 @@ def test_two_at_once_do_not_mix(session):
     for start, found in results.items():
         alone = session.summarize(3000, {"M": STATISTICS}, start=start)["M"]
         assert all(found[name].tobytes() == alone[name].tobytes() for name in STATISTICS)
-
-
-def test_a_summary_is_a_thousandth_of_its_samples(session):
-    def size(messages):
-        return sum(message.ByteSize() for message in messages)
-
-    summary = size(every_message(session, to=20_000, quantities=[
-        pb.Quantity(name="energy", statistics=[7]), pb.Quantity(name="quaternion", statistics=[1])]))
-    stream = size(session._client.stub.Stream(pb.StreamRequest(session_id=session.id, to=20_000)))
-    assert summary < 1e-3 * stream

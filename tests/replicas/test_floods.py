@@ -14,6 +14,7 @@ import pytest
 
 import stiefel
 from conftest import LONG, long
+from stiefel._wire import failures
 
 FLOODS = Path(__file__).parents[1] / "server/attack/floods.py"
 NAMES = ["continuations", "large_continuations", "resets", "metadata", "calls", "settings"]
@@ -90,6 +91,6 @@ def test_a_client_that_calls_too_often_is_told_when_to_come_back(proxy: str, mak
         if not refusals:
             pytest.skip("this machine makes fewer calls a second than the proxy admits")
         details = dict(refusals[0].trailing_metadata())["grpc-status-details-bin"]
-        error = stiefel.errors.make_error(8, refusals[0].details(), details)
+        error = failures.make_error(8, refusals[0].details(), details)
         assert isinstance(error, stiefel.ResourceExhausted) and error.retry_delay == 0.25
-        assert client.call("Describe", request).version
+        assert client._connection.call("Describe", request).version

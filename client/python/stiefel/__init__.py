@@ -9,21 +9,16 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from stiefel.answers import Choice, Conversion, EstimatedError, Geodesic
-from stiefel.arrays import Batch, Outcome, Price, RunStatus, State, Trajectory
-from stiefel.client import Client
-from stiefel.diagnosis import Conservation, Diagnosis, Domain, Invariant
-from stiefel.drive import Drive
+from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
                             Unauthenticated, Unavailable, Unimplemented, Violation)
-from stiefel.scenes import SceneLike, to_dict, to_message
-from stiefel.security import Tls
+from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis, Domain, EstimatedError, Events, Geodesic,
+                             Invariant, Outcome, Point, Price, RunStatus, State, Summary, Tradeoff, Trajectory)
+from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
-from stiefel.session import Session
-from stiefel.summary import Events, Summary
-from stiefel.sweeps import SweepFailed, SweepResult, sweep
-from stiefel.tradeoff import Point, Tradeoff
+from stiefel.session import Drive, Session
+from stiefel.sweep import SweepFailed, SweepResult, sweep
 from stiefel.version import __version__
 
 __all__ = [
@@ -40,7 +35,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Imports `stiefel.ray` when it is first used, because only it needs Ray."""
     if name == "ray":
-        return importlib.import_module("stiefel.ray")
+        return importlib.import_module("stiefel._sweep.ray")
     raise AttributeError(f"module 'stiefel' has no attribute {name!r}")
 
 

@@ -9,21 +9,22 @@ from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import grpc
 
-from stiefel import calls
 from stiefel import v1 as pb
-from stiefel.answers import Conversion, Geodesic
-from stiefel.connection import Connection
-from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Unimplemented, from_rpc_error)
-from stiefel.given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
-from stiefel.programs.variables import warn_of_unknown
-from stiefel.recreation import Metadata, route
-from stiefel.replies import complete, described, require
-from stiefel.scenes import SceneLike, to_matrix, to_message
-from stiefel.security import TlsLike, has_tls, open_channel, token_from_environment
+from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
+from stiefel._programs.variables import warn_of_unknown
+from stiefel._wire import answers
+from stiefel._wire.connection import Connection
+from stiefel._wire.recreation import route
+from stiefel._wire.replies import complete, described, require
+from stiefel._wire.retries import Pauses
+from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
+from stiefel.errors import CorruptReply, InvalidArgument, SceneWarning, StiefelError
+from stiefel.results import Conversion, Geodesic, Tradeoff
+from stiefel.scene import SceneLike, to_matrix, to_message
 from stiefel.session import Session
-from stiefel.tradeoff import Tradeoff, TradeoffParts
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
-from stiefel.version import __version__
+
+__all__ = ["Client", "Tls"]
 
 _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
@@ -42,11 +43,10 @@ class Client:
 
     `address` is by default the environment variable STIEFEL_ADDRESS, or else 127.0.0.1:50551. `timeout` is the deadline
     in seconds of every call that does not get its own; None sets no deadline. A stream or a trajectory may take longer:
-    it goes on as long as samples arrive within `timeout` seconds. `checksums`: the server sends checksums of the
-    numbers of its replies, and the client raises `CorruptReply` if they differ. When the server of a session is lost,
-    the client creates the session again if it came from `create` or `fork`; it raises `BuildChanged` if a server of
-    another build answers for the session, unless `any_build` is set. As a context manager the client closes itself at
-    the end; a later call raises `Closed`. Thread-safe. A pickled client connects anew to the same address.
+    it goes on as long as samples arrive within `timeout` seconds. When the server of a session is lost, the client
+    creates the session again if it came from `create` or `fork`; it raises `BuildChanged` if a server of another build
+    answers for the session, unless `any_build` is set. As a context manager the client closes itself at the end; a
+    later call raises `Closed`. Thread-safe. A pickled client connects anew to the same address.
 
     `tls`: the path of a file of authorities in PEM, True for the authorities that gRPC comes with, or a `Tls`; by
     default the file that the environment variable STIEFEL_TLS_CA names, or no TLS. `token` tells the server who calls;
@@ -54,35 +54,40 @@ class Client:
     beyond this machine. `channel`: a gRPC channel to use instead; address, tls and token must then be absent.
     """
 
-    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, checksums: bool = True,
-                 tls: TlsLike = None, token: Optional[str] = None, channel: Optional[grpc.Channel] = None,
-                 any_build: bool = False):
+    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, tls: TlsLike = None,
+                 token: Optional[str] = None, channel: Optional[grpc.Channel] = None, any_build: bool = False):
         if channel is not None and not (address is None and tls is None and token is None):
             raise InvalidArgument("channel: address, tls and token are those of the channel")
         warn_of_unknown()
-        self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
-        self.timeout = checked(timeout)
-        self.checksums = checksums
-        self.any_build = any_build
         self._tls, self._token, self._own_channel = tls, token, channel is None
+        self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
+        seconds, knows_tls = checked(timeout), None
         if channel is None:
             channel = open_channel(self.address, tls, token_from_environment() if token is None else token, _OPTIONS)
+            knows_tls = has_tls(tls, self.address)
         else:
             self.address = "a channel of the caller's"
         self.channel = channel
-        self.connection = Connection(channel)
-        self._stub = SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
+        self._connection = Connection(channel, self.address, seconds, any_build, knows_tls)
+
+    @property
+    def timeout(self) -> Optional[float]:
+        """The seconds of every call that does not get its own; None for no end."""
+        return self._connection.timeout
+
+    @property
+    def any_build(self) -> bool:
+        """Whether sessions may go on at a server of another build."""
+        return self._connection.any_build
 
     @property
     def stub(self) -> SimulationServiceStub:
-        """The gRPC stub of the service. Raises `Closed` after `close`."""
-        if self.closed:
-            raise self._closed_error()
-        return self._stub
+        """The gRPC stub of the service, for calls by hand. Raises `Closed` after `close`."""
+        return self._connection.stub
 
     def describe(self) -> pb.DescribeResponse:
         """Returns the server's systems, methods, limits and versions."""
-        reply: pb.DescribeResponse = self.call("Describe", pb.DescribeRequest())
+        reply: pb.DescribeResponse = self._connection.call("Describe", pb.DescribeRequest())
         return complete(reply, "version", "numerics_id", "build", "limits", "systems", "methods")
 
     def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"") -> Session:
@@ -94,28 +99,28 @@ class Client:
         """
         sent = to_message(scene)
         request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent,
-                                          checkpoint=checkpoint, view=pb.SessionView(checksum=self.checksums))
-        reply = self.call("CreateSession", request, metadata=route(request.session_id))
+                                          checkpoint=checkpoint)
+        reply = self._connection.call("CreateSession", request, metadata=route(request.session_id))
         session = described(reply.session, request.session_id)
         for text in session.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
-        return Session(self, session, reply.created, sent, owner=True, checkpoint=checkpoint)
+        return Session(self._connection, session, reply.created, sent, owner=True, checkpoint=checkpoint)
 
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
-        view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self.checksums)
-        reply = self.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
-        return Session(self, described(reply.session, id), created=False, base=pb.Scene())
+        view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
+        reply = self._connection.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
+        return Session(self._connection, described(reply.session, id), created=False, base=pb.Scene())
 
     def list(self) -> Iterator[Session]:
         """Iterates over all sessions of the server, ordered by id."""
         token, last = "", ""
         while True:
-            reply = self.call("ListSessions", pb.ListSessionsRequest(page_token=token))
+            reply = self._connection.call("ListSessions", pb.ListSessionsRequest(page_token=token))
             for session in reply.sessions:
                 require(session.session_id > last, f"session {session.session_id} comes after {last}")
                 last = session.session_id
-                yield Session(self, described(session, last, wants_scene=False), created=False)
+                yield Session(self._connection, described(session, last, wants_scene=False), created=False)
             token = reply.next_page_token
             require(not token or bool(reply.sessions), "a page without sessions is not the last")
             if not token:
@@ -123,7 +128,7 @@ class Client:
 
     def delete(self, id: str) -> None:
         """Deletes a session. Deleting an unknown id succeeds."""
-        self.call("DeleteSession", pb.DeleteSessionRequest(session_id=id), metadata=route(id))
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=id), metadata=route(id))
 
     def convert(self, scene: SceneLike, to: str, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:
@@ -134,9 +139,8 @@ class Client:
         parametric system, the scene's when absent. Raises InvalidArgument if the motion has no such form.
         """
         request = pb.ConvertRequest(
-            scene=to_message(scene), to=to, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter),
-            checksum=self.checksums)
-        return Conversion.of(self.call_all("Convert", request), request)
+            scene=to_message(scene), to=to, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter))
+        return answers.conversion(self._connection.call_all("Convert", request), request)
 
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
                  samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
@@ -152,7 +156,7 @@ class Client:
             return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
                                  restarts=restarts, timeout=timeout)[0]
         except StiefelError as error:
-            error.relative_to("pairs[0]")
+            error._relative_to("pairs[0]")
             raise
 
     def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
@@ -174,15 +178,15 @@ class Client:
         if lambdas.ndim != 1:
             raise refused("inertia", f"the shape {lambdas.shape}: must be (numbers)")
         request = pb.ConnectRequest(
-            pairs=pairs, metric=metric, inertia=lambdas.tolist(), time=number("time", time, SECONDS), checksum=self.checksums,
+            pairs=pairs, metric=metric, inertia=lambdas.tolist(), time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts),
             **{name: whole(name, count) for name, count in counts.items()})
         replies: dict[int, Any] = {}
-        for reply in self.call_all("Connect", request, timeout):
+        for reply in self._connection.call_all("Connect", request, timeout):
             replies.setdefault(reply.pair, []).append(reply)
         if sorted(replies) != list(range(len(pairs))):
             raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
-        return tuple(Geodesic.of(replies[pair], request) for pair in range(len(pairs)))
+        return tuple(answers.geodesic(replies[pair], request) for pair in range(len(pairs)))
 
     def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None) -> Tradeoff:
@@ -192,7 +196,7 @@ class Client:
         instructions that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
         runs of each point; by default 3. The server's warnings are issued as `SceneWarning`.
         """
-        tradeoff = Tradeoff.of(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
+        tradeoff = answers.tradeoff(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
         for text in tradeoff.setup.warnings:
             warnings.warn(text, SceneWarning, stacklevel=2)
         return tradeoff
@@ -204,9 +208,9 @@ class Client:
         the measurement."""
         request = pb.MeasureTradeoffRequest(
             scene=to_message(scene), horizon=optional("horizon", horizon, SECONDS), budget=optional("budget", budget),
-            repeats=None if repeats is None else whole("repeats", repeats), checksum=self.checksums)
-        deadline, waits = calls.Deadline(self.deadline(timeout)), calls.Pauses()
-        parts = TradeoffParts(self.checksums)
+            repeats=None if repeats is None else whole("repeats", repeats))
+        deadline, waits = self._connection.deadline(timeout), Pauses()
+        parts = answers.TradeoffParts()
         while True:
             try:
                 stream = self.stub.MeasureTradeoff(request, timeout=deadline.left())
@@ -219,50 +223,19 @@ class Client:
                 finally:
                     stream.cancel()
             except (grpc.RpcError, ValueError) as failure:
-                error = self.error(failure)
+                error = self._connection.error(failure)
             if parts.begun:  # a retry would measure everything again, with other times
-                raise calls.in_time(error, deadline) from None
-            calls.pause_or_raise(error, waits, self, deadline)
-
-    def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = ()) -> Any:
-        """Makes a unary call by name, with this package's deadlines, retries and exceptions."""
-        return calls.call(lambda left: getattr(self.stub, method)(request, timeout=left, metadata=metadata), self,
-                          self.deadline(timeout))
-
-    def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
-        """Makes a call with a stream of replies and returns all of them, with this package's deadlines, retries and
-        exceptions."""
-        replies: Sequence[Any] = calls.call(lambda left: tuple(getattr(self.stub, method)(request, timeout=left)),
-                                            self, self.deadline(timeout))
-        require(len(replies) > 0, f"{method} has no reply")
-        return replies
-
-    def error(self, failure: Exception) -> StiefelError:
-        """Returns this package's exception for one of gRPC's."""
-        if self.closed:  # gRPC reports a closed channel with ValueError or CANCELLED
-            return self._closed_error()
-        if not isinstance(failure, grpc.RpcError):
-            raise failure
-        error = from_rpc_error(failure, has_tls(self._tls, self.address) if self._own_channel else None)
-        if isinstance(error, Unimplemented) and not error.reason:  # gRPC's own error names neither call nor version
-            said = f" ({error.message})" if error.message else ""
-            return Unimplemented(f"the server of {self.address} does not have this call{said}: it needs stiefel-server "
-                                 f"{__version__}, the version of this client, or a later one")
-        return error
-
-    def _closed_error(self) -> Closed:
-        return Closed(f"the client of {self.address} is closed")
-
-    def deadline(self, timeout: Optional[float]) -> Optional[float]:
-        return self.timeout if timeout is None else timeout
+                raise deadline.explain(error) from None
+            self._connection.pause(error, waits, deadline)
 
     def close(self) -> None:
         """Closes the connection and ends running calls. Sessions stay on the server."""
-        self.connection.close()
+        self._connection.close()
 
     @property
     def closed(self) -> bool:
-        return self.connection.closed
+        """Whether `close` was called."""
+        return self._connection.closed
 
     def __reduce__(self) -> Any:
         if not self._own_channel:
@@ -270,7 +243,7 @@ class Client:
         if self._token is not None:
             raise TypeError("a client with a token cannot be pickled, because the token would be written out: set the "
                             "environment variable STIEFEL_TOKEN in every process instead")
-        return functools.partial(Client, timeout=self.timeout, checksums=self.checksums, tls=self._tls,
+        return functools.partial(Client, timeout=self.timeout, tls=self._tls,
                                  any_build=self.any_build), (self.address,)
 
     def __enter__(self) -> Client:

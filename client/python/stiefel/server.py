@@ -14,10 +14,10 @@ import weakref
 from pathlib import Path
 from typing import IO, Any, Mapping, Optional, Sequence
 
+from stiefel._given.numbers import SECONDS, number
+from stiefel._programs import bundled
+from stiefel._programs.variables import warn_of_unknown
 from stiefel.errors import NotStarted
-from stiefel.given.numbers import SECONDS, number
-from stiefel.programs import bundled
-from stiefel.programs.variables import warn_of_unknown
 
 _READY = b"listening on "
 _GRACE = 5.0
@@ -83,7 +83,7 @@ class Server:
         self._stop()
         return self.process.returncode
 
-    def leave_to_parent(self) -> None:
+    def _leave_to_parent(self) -> None:
         """Call this in a forked child: the server stays the parent's and ends with it, even if the child lives on."""
         self._stop.detach()
         for pipe in (self.process.stdin, self.process.stdout):
@@ -109,7 +109,7 @@ _running: "weakref.WeakSet[Server]" = weakref.WeakSet()
 
 def _forked() -> None:
     for server in list(_running):
-        server.leave_to_parent()
+        server._leave_to_parent()
 
 
 if hasattr(os, "register_at_fork"):

@@ -3,31 +3,29 @@ from __future__ import annotations
 
 import threading
 import uuid
-from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional, Sequence, Union
+from typing import Any, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from stiefel import calls
 from stiefel import v1 as pb
-from stiefel.answers import Choice
-from stiefel.arrays import Batch, Collector, Outcome, Price, RunStatus, State, Trajectory, decode_fields
-from stiefel.checksums import verify_sample, verify_session
-from stiefel.diagnosis import Diagnosis
-from stiefel.drive import TOO_LARGE, Drive
+from stiefel._given.mappings import Names, names
+from stiefel._given.numbers import SECONDS, optional, refused, step_index
+from stiefel._given.summaries import EventDescription, Quantities, in_steps, to_events, to_quantities
+from stiefel._wire import answers
+from stiefel._wire.arrays import decode_fields
+from stiefel._wire.connection import Connection
+from stiefel._wire.drive import TOO_LARGE, Drive
+from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, pauses, route
+from stiefel._wire.replies import Layout, complete, described, ends_at, price, require, run_status
+from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
+from stiefel._wire.samples import Collector, Samples
+from stiefel._wire.streams import progress_bar
+from stiefel._wire.summarizing import Summarizing, states_at
 from stiefel.errors import DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable
-from stiefel.given.numbers import SECONDS, optional, refused, step_index
-from stiefel.mappings import Names, names
-from stiefel.recreation import Recreation, is_loss, pause_after_loss, pauses
-from stiefel.replies import Layout, complete, described, ends_at, require
-from stiefel.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
-from stiefel.samples import Samples
-from stiefel.scenes import to_dict, to_matrix, to_method
-from stiefel.streams import progress_bar
-from stiefel.summarizing import Summarizing, in_steps, states_at
-from stiefel.summary import EventDescription, Events, Quantities, Summary, to_events, to_quantities
+from stiefel.results import (Batch, Choice, Diagnosis, Events, Outcome, Price, RunStatus, State, Summary, Trajectory)
+from stiefel.scene import to_dict, to_matrix, to_method
 
-if TYPE_CHECKING:
-    from stiefel.client import Client
+__all__ = ["Drive", "Session"]
 
 TangentVector = Mapping[str, Any]
 Form = tuple[str, TangentVector, TangentVector]
@@ -42,23 +40,24 @@ class Session:
     have arrived, and goes on. A deleted session is not created again, whoever deleted it.
     """
 
-    def __init__(self, client: Client, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
+    def __init__(self, connection: Connection, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
                  owner: bool = False, checkpoint: bytes = b""):
         """`base`: the scene that the scene of `message` completes; None for a session from `Client.list`. `owner`:
         whether this handle created the session, with `checkpoint`."""
-        self._client = client
+        self._connection = connection
         self.message = message  #: the server's reply; its scene may have only the fields that the server filled in
         self.created = created  #: False if the session existed already
         self._lock = threading.Lock()
         self._scene: Optional[pb.Scene] = None
         self._whole = False
         self._sent = base  # the scene as sent, kept until all arrays of the resolved scene have arrived
-        self._recreation = Recreation(client, message, self._known_or_sent if owner else None, checkpoint)
+        self._recreation = Recreation(connection, message, self._known_or_sent if owner else None, checkpoint)
         if base is not None:
             self._resolve(base)
 
     @property
     def id(self) -> str:
+        """The id by which every client finds the session."""
         return self.message.session_id
 
     @property
@@ -74,13 +73,13 @@ class Session:
     def choice(self) -> Optional[Choice]:
         """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
         self._known_scene()
-        return Choice.of(self.message)
+        return answers.choice(self.message)
 
     @property
     def step_price(self) -> Price:
         """The predicted price of one step."""
         self._known_scene()
-        return Price.of(self.message.step_price)
+        return price(self.message.step_price)
 
     def resolved(self) -> pb.Scene:
         """Returns the resolved scene as a message. Do not change it: the session keeps it."""
@@ -91,7 +90,7 @@ class Session:
         scene = self._known_scene()
         with self._lock:
             if not self._whole:
-                arrays = scene_arrays(self._client, handle, self.id)
+                arrays = scene_arrays(handle, self.id)
                 require(arrays.keys() >= set(self.message.left_out), f"arrays of the scene are missing: {self.message.left_out}")
                 put({path: arrays[path] for path in self.message.left_out}, scene)
                 self._whole, self._sent = True, None
@@ -101,7 +100,7 @@ class Session:
         """Returns the resolved scene, possibly without the arrays that are too large for a reply."""
         with self._lock:
             if self._scene is None:
-                view = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=self._client.checksums)
+                view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
                 reply = self._recreation.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
                 self.message = described(reply.session, self.id)
                 self._resolve(pb.Scene())
@@ -109,7 +108,6 @@ class Session:
             return self._scene
 
     def _resolve(self, base: pb.Scene) -> None:
-        verify_session(self.message, self._client.checksums)
         scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
         require(scene.system == self.message.system or not scene.system, f"the scene is of {scene.system}")
         self._scene = scene
@@ -132,15 +130,14 @@ class Session:
         """
         to, wanted = step_index("to", to), names("fields", fields)
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
-                                 return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to),
-                                 checksum=self._client.checksums)
+                                 return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to))
         try:
             with self._recreation.explains(to):
                 reply = self._recreation.call("Step", request, timeout)
         except InvalidArgument as error:
             if error.reason != TOO_LARGE:
                 raise
-            return self.step_in_parts(to, wanted, checkpoint, timeout)
+            return self._step_in_parts(to, wanted, checkpoint, timeout)
         return self._state(reply, request, wanted, checkpoint)
 
     def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
@@ -148,7 +145,6 @@ class Session:
         """Reads a reply of Step or Drive. Keeps its checkpoint, and passes it on only if the caller asked for it.
         `fields`: the names that are in force, none for the system's blocks."""
         sample = complete(reply, "run_status", "sample", "price").sample
-        verify_sample(sample, request.checksum)
         ends_at(reply.run_status, sample.step, request.to)
         if request.return_checkpoint:
             complete(reply, "checkpoint")
@@ -158,10 +154,10 @@ class Session:
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
         Layout(fields, axes=(2, 3)).check(arrays)
-        return State.of(reply, arrays)
+        return answers.state(reply, arrays)
 
-    def step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
-                      timeout: Optional[float] = None) -> State:
+    def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
+                       timeout: Optional[float] = None) -> State:
         """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
         last = list(samples)[-1]
@@ -171,7 +167,7 @@ class Session:
 
     def drive(self, fields: Optional[Names] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
-        return Drive(self, fields)
+        return Drive(self._recreation, self.id, fields, self._state, self._step_in_parts)
 
     def diagnose(self, to: int, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
@@ -186,8 +182,7 @@ class Session:
         """
         request = pb.DiagnoseRequest(session_id=self.id, to=step_index("to", to), invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
-                                     estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None,
-                                     checksum=self._client.checksums)
+                                     estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
         for i, (name, first, second) in enumerate(forms):
             request.forms.add(form=name, first=_blocks(first, f"forms[{i}].first"),
                               second=_blocks(second, f"forms[{i}].second"))
@@ -195,7 +190,7 @@ class Session:
             request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
                                        second=_factors(other, f"dirac_brackets[{i}].second"))
         with self._recreation.explains(request.to):
-            return Diagnosis.of(self._recreation.call("Diagnose", request, timeout), request)
+            return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request)
 
     def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None,
@@ -206,29 +201,29 @@ class Session:
         FailedPrecondition if the step cannot be reached.
         """
         request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, from_session_id=self.id,
-                                        from_step=step_index("at", at), step=optional("step", step, SECONDS), system=system,
-                                        view=pb.SessionView(checksum=self._client.checksums))
+                                        from_step=step_index("at", at), step=optional("step", step, SECONDS), system=system)
         if method is not None:
             request.method.CopyFrom(to_method(method))
-        deadline, waits = calls.Deadline(self._client.deadline(timeout)), pauses()
+        deadline, waits = self._connection.deadline(timeout), pauses()
         while True:
             with self._recreation.explains(request.from_step):
                 reply = self._recreation.call("ForkSession", request, deadline.left())
-            if RunStatus.of(reply.run_status).outcome != Outcome.REACHED:
+            if run_status(reply.run_status).outcome != Outcome.REACHED:
                 raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-            forked = Session(self._client, described(reply.session, request.session_id), reply.created, self.resolved(), owner=True)
+            described(reply.session, request.session_id)
+            forked = Session(self._connection, reply.session, reply.created, self.resolved(), owner=True)
             try:
                 # The server resolved the fork's scene. With all of it the handle can create the session again elsewhere;
                 # until then only this session can make a lost fork again.
-                forked._resolved_by(Recreation(self._client, reply.session))
+                forked._resolved_by(Recreation(self._connection, reply.session))
                 return forked
             except (NotFound, Unavailable) as error:
-                pause_after_loss(error, is_loss(error, forked.id), waits, deadline, self._client)
+                pause_after_loss(error, is_loss(error, forked.id), waits, deadline, self._connection)
 
     def delete(self) -> None:
         """Deletes the session from its server. Later calls of this handle raise NotFound."""
         self._recreation.end()
-        self._client.delete(self.id)
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id))
 
     def stream(self, to: int, start: int = 0, every: int = 1,
                fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
@@ -318,8 +313,8 @@ class Session:
         parts = [part for part in running if isinstance(part, Events)]
         if not parts:
             fields_of_a_state = self.step(to=0, fields=request.fields, timeout=timeout)
-            parts = [Events.none(fields_of_a_state, self._known_scene().HasField("members"))]
-        return Events.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
+            parts = [answers.no_events(fields_of_a_state, self._known_scene().HasField("members"))]
+        return answers.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
 
     def stream_events(self, to: int, events: Union[EventDescription, Sequence[EventDescription]], start: int = 0,
                       fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Events]:
@@ -334,12 +329,12 @@ class Session:
 
     def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
         to, start, every = _range(to, start, every)
-        message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, checksum=self._client.checksums, **request)
+        message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, **request)
         setattr(message, "from", start)
         return message
 
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
-        return Summarizing(self._client, self._recreation, request, self._known_scene().HasField("members"), timeout)
+        return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout)
 
     def _at_times(self, times: Sequence[float], fields: Optional[Names], progress: bool,
                   timeout: Optional[float]) -> Trajectory:
@@ -354,9 +349,9 @@ class Session:
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
         request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
-                                   checkpoint_every=self._recreation.checkpoint_every(), checksum=self._client.checksums)
+                                   checkpoint_every=self._recreation.checkpoint_every())
         setattr(request, "from", start)
-        return Samples(self._client, self._recreation, request, self._known_scene().step, timeout)
+        return Samples(self._recreation, request, self._known_scene().step, timeout)
 
     def __reduce__(self) -> Any:
         raise TypeError("a session cannot be pickled, because only one handle may create it again: send its `id`, and use "

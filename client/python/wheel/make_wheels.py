@@ -36,8 +36,8 @@ setup(distclass=WithPrograms, cmdclass={{"bdist_wheel": ForAnyPython}})
 """
 SCRIPTS = """\
 [project.scripts]
-stiefel-server = "stiefel.programs:server"
-stiefel = "stiefel.programs:command"
+stiefel-server = "stiefel._programs:server"
+stiefel = "stiefel._programs:command"
 
 [tool.setuptools]
 """
@@ -60,14 +60,14 @@ def platform_tag() -> str:
 
 def for_this_platform(build: Path, folder: Path) -> None:
     project = stage(build, folder)
-    programs = folder / "stiefel" / "programs"
+    programs = folder / "stiefel" / "_programs"
     needed = bundle([build / "bin" / name for name in PROGRAMS], programs)
     # The programs contain these header-only libraries. libquadmath and the C++ headers belong to g++.
     compiled_in = [Path("/usr/include/eigen3/Eigen/Core"), Path("/usr/include/boost/version.hpp"),
                    Path("/usr/include/CLI/CLI.hpp"), Path("/usr/include/nlohmann/json.hpp")]
     write_licenses([*needed.values(), *compiled_in], folder / "licenses")
     project = project.replace("[tool.setuptools]\n", SCRIPTS)
-    project = project.replace('stiefel = ["py.typed", "v1/*.pyi"]', 'stiefel = ["py.typed", "v1/*.pyi", "programs/*"]')
+    project = project.replace('stiefel = ["py.typed", "v1/*.pyi"]', 'stiefel = ["py.typed", "v1/*.pyi", "_programs/*"]')
     (folder / "pyproject.toml").write_text(project)
     (folder / "setup.py").write_text(SETUP.format(platform=platform_tag()))
 

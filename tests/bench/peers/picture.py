@@ -9,7 +9,7 @@ import importlib.util
 from pathlib import Path
 from typing import Any
 
-_SOURCE = Path(__file__).parents[3] / "client/python/stiefel/diagram.py"
+_SOURCE = Path(__file__).parents[3] / "client/python/stiefel/_results/diagram.py"
 _Curve = list[tuple[float, float]]  # seconds, error
 
 

@@ -200,49 +200,14 @@ def test_the_session_on_a_server_is_deleted(start, write, scene, tmp_path):
 # Progress
 
 
-@pytest.mark.parametrize("columns", [200, 80, 60, 40])
-def test_progress_on_a_terminal_fits_it(start, terminal, write, scene, columns):
-    ours, theirs = terminal(columns)
-    run = start("run", write(scene), "--to", FAR, "--every", FAR, stderr=theirs)
+def test_progress_on_a_terminal_fits_it(start, terminal, write, scene):
+    ours, theirs = terminal(60)
+    start("run", write(scene), "--to", FAR, "--every", FAR, stderr=theirs)
     os.close(theirs)
-    seen = read_until(ours, rb"(?s)(ETA.*){3}")
-    run.kill()
-    lines = [line.removesuffix("\x1b[K") for line in seen.split("\r") if line.endswith("\x1b[K")]
-    assert len(lines) >= 2
-    for line in lines:
-        assert len(line) <= min(79, columns - 1)
-        assert re.search(r" 0 %.*  ETA \S+", line)
-        if columns >= 80:
-            assert re.match(rf"\[ +\]   0 %  step [1-9]\d+ of {FAR}  \S+ steps/s  ETA \S+", line)
-
-
-def test_without_a_terminal_there_is_a_line_every_ten_seconds(start, write, scene):
-    begun = time.monotonic()
-    run = start("run", write(scene), "--to", FAR, "--every", FAR)
-    tradeoff = start("tradeoff", write({**scene, "step": 0.1}, "other.json"), "--budget", "1e13")
-    diagnose = start("diagnose", write(scene), "--to", FAR)
-    lines = {}
-    for command in (run, tradeoff, diagnose):
-        lines[command] = command.stderr.readline().decode()
-        assert 9 < time.monotonic() - begun
-    step = rf"stiefel: 0 %, step [1-9]\d+ of {FAR}, \S+ steps/s, ETA .+\n"
-    assert re.fullmatch(step, lines[run]) and re.fullmatch(step, lines[diagnose])
-    assert re.fullmatch(r"stiefel: (solving the reference, 0:\d\d|\d+ %, \d+ of about \d+ points.*)\n", lines[tradeoff])
-    assert all(len(line) <= 80 for line in lines.values())
-    second = run.stderr.readline().decode()
-    assert re.fullmatch(step, second) and 19 < time.monotonic() - begun
+    lines = read_until(ours, rb"(?s)(ETA.*){3}").split("\r")
+    assert all(len(line.removesuffix("\x1b[K")) < 60 for line in lines)
 
 
 def test_a_short_command_says_nothing(stiefel, write, scene):
     result = stiefel("run", write(scene), "--to", 1000, "--every", 1000)
     assert (result.status, result.err) == (0, "")
-
-
-def test_a_trade_off_tells_its_progress(start, terminal, write, scene):
-    ours, theirs = terminal(80)
-    tradeoff = start("tradeoff", write({**scene, "step": 0.1}), "--budget", "1e11", "--horizon", 3, stderr=theirs)
-    os.close(theirs)
-    line = read_until(ours, rb"points, curve [1-9]\d* of \d+  ETA")
-    tradeoff.kill()
-    assert re.search(r"\d+ %  [1-9]\d* of about \d+ points, curve [1-9]\d* of \d+  ETA \S+", line)
-    assert all(len(one) <= 79 + len("\x1b[K") for one in line.split("\r"))

@@ -254,7 +254,7 @@ TEST(Connect, ProvesNothingByASearch) {
   }
 }
 
-TEST(Connect, GoesTheShortWayRoundACircle) {
+TEST(Connect, GoesTheShortWayRoundACircleOfRotations) {
   TwoPointProblem p = random_frames(2, 2, 1, 1);
   p.inertia << 3, 1;
   p.Q_0.setIdentity();
@@ -263,17 +263,6 @@ TEST(Connect, GoesTheShortWayRoundACircle) {
   ASSERT_TRUE(body);
   EXPECT_NEAR(body->energy, (3 + 1) * 4 / 2.0, 1e-12);
   EXPECT_EQ(body->shortest, Shortest::yes);
-
-  // An ellipse: half of its perimeter is 4E(3/4) semi-axes 2 and 1: the time integral of √(2E).
-  p = random_frames(1, 2, 1, 1);
-  p.inertia << 4, 1;
-  p.Q_0 << 1, 0;
-  p.Q_T << 0, -1;
-  const auto ellipse = connect(p);
-  ASSERT_TRUE(ellipse);
-  EXPECT_NEAR(std::sqrt(2 * ellipse->energy), 2 * std::comp_ellint_2(std::sqrt(0.75)), 1e-11);
-  EXPECT_LT(ellipse->Qdot(0, 1), 0);
-  EXPECT_EQ(ellipse->shortest, Shortest::yes);
 }
 
 TEST(Connect, StaysWhereItIs) {
@@ -285,16 +274,6 @@ TEST(Connect, StaysWhereItIs) {
     EXPECT_LT(answer->energy, 1e-28);
     EXPECT_EQ(answer->shortest, Shortest::yes);
   }
-}
-
-TEST(Connect, FindsOneOfManyBetweenAntipodes) {
-  TwoPointProblem p = random_frames(1, 4, 1, 7);
-  p.inertia.setConstant(1);
-  p.Q_T = -p.Q_0;
-  const auto answer = connect(p);
-  ASSERT_TRUE(answer);
-  EXPECT_NEAR(std::sqrt(2 * answer->energy), pi, 1e-10);
-  EXPECT_LT(miss(p, *answer), 1e-11);
 }
 
 TEST(Connect, RepairsFramesAsAScene) {

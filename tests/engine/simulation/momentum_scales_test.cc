@@ -163,22 +163,25 @@ bool rates_underflow(const Way& way, const Scale& scale) {
 /// Units of momentum and time that differ by a power of two change no bit of Q, nor of M but its
 /// exponent.
 TEST_P(MomentumScales, PowersOfTwoChangeNoBit) {
-  // Its solver stops by the larger of Q and B.
-  if (GetParam().system == "mclachlan_scovel" && GetParam().method == "gauss4") return;
+  if (GetParam().system == "mclachlan_scovel" && GetParam().method == "gauss4")
+    GTEST_SKIP() << "its solver stops by the larger of Q and B, whose ratio depends on the units";
   const auto at = [&](const Scale& scale) {
     const auto simulation = make_simulation(scene(scale));
     EXPECT_TRUE(simulation->advance(20).reached());
     return std::pair(simulation->get("Q"), simulation->get("M"));
   };
   const auto [Q, M] = at({1, 1});
+  int compared = 0;
   for (const Scale& scale : by_twos) {
     if (rates_underflow(GetParam(), scale)) continue;
+    ++compared;
     const auto [scaled_Q, scaled_M] = at(scale);
     EXPECT_EQ(scaled_Q, Q) << scale.momentum;
     const RowMatrix skew = scaled_M - scaled_M.transpose();
     const RowMatrix wanted = scale.momentum * (M - M.transpose());
     EXPECT_EQ(skew, wanted) << scale.momentum;
   }
+  EXPECT_GE(compared, 6);
 }
 
 /// At every scale the error of the motion is that at scale 1, and the invariants declared exact are

@@ -22,22 +22,6 @@ std::vector<double> saved(const Simulation& s) {
 
 class EveryMethod : public ::testing::TestWithParam<std::tuple<int, std::string>> {};
 
-TEST_P(EveryMethod, TheStateAtAStepHasOneSetOfBits) {
-  const auto [N, method] = GetParam();
-  const Scene scene = random_scene(N, 3, 0.08, method);
-  const auto once = make_simulation(scene), many = make_simulation(scene),
-             resumed = make_simulation(scene);
-  ASSERT_TRUE(once->advance(200).reached());
-  for (int k = 0; k < 200; ++k) {
-    ASSERT_TRUE(many->advance(1).reached());
-    if (many->step() == 77) resumed->restore(77, saved(*many));
-  }
-  ASSERT_TRUE(resumed->advance(123).reached());
-  EXPECT_EQ(saved(*once), saved(*many));
-  EXPECT_EQ(saved(*once), saved(*resumed));
-  EXPECT_EQ(once->step(), 200);
-}
-
 TEST_P(EveryMethod, SubstepsAreSmallerSteps) {
   const auto [N, method] = GetParam();
   if (method.empty()) GTEST_SKIP() << "a discrete system has no substeps";

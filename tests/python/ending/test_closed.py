@@ -14,7 +14,7 @@ def closed(client):
     """A session whose client is closed, with an idle drive, a used drive and a stream that has begun."""
     own = stiefel.Client(client.address)
     session = own.create(SCENE)
-    session.idle, session.used, session.begun = session.drive(), session.drive(), session.stream(to=10**9)
+    session.client, session.idle, session.used, session.begun = own, session.drive(), session.drive(), session.stream(to=10**9)
     session.used.step(3)
     next(session.begun)
     own.close()
@@ -23,8 +23,8 @@ def closed(client):
 
 
 @pytest.mark.parametrize("use", [
-    lambda s: s._client.describe(), lambda s: s._client.create(SCENE), lambda s: s._client.get(s.id),
-    lambda s: list(s._client.list()), lambda s: s._client.tradeoff(SCENE), lambda s: s.step(to=1),
+    lambda s: s.client.describe(), lambda s: s.client.create(SCENE), lambda s: s.client.get(s.id),
+    lambda s: list(s.client.list()), lambda s: s.client.tradeoff(SCENE), lambda s: s.step(to=1),
     lambda s: s.trajectory(to=1), lambda s: list(s.stream(to=1)), lambda s: s.diagnose(to=1), lambda s: s.fork(at=1),
     lambda s: s.delete(), lambda s: s.idle.step(1), lambda s: s.used.step(1), lambda s: list(s.begun),
     lambda s: s.drive().step(1), lambda s: s.__enter__().__exit__(None, None, None),
@@ -75,12 +75,12 @@ def test_the_end_of_a_block_asks_nothing_of_a_server_that_is_gone(without_pauses
 
 
 def test_another_error_of_the_deletion_is_told(client, monkeypatch):
-    def withdrawn(id):
+    def withdrawn(*call, **more):
         raise stiefel.Unauthenticated("the token was withdrawn")
 
     with pytest.raises(stiefel.Unauthenticated):
         with client.create(SCENE) as session:
-            monkeypatch.setattr(client, "delete", withdrawn)
+            monkeypatch.setattr(session._connection, "call", withdrawn)
     monkeypatch.undo()
     client.delete(session.id)
 

@@ -47,5 +47,5 @@ def test_a_closed_connection_rests_no_more(service):
     with stiefel.Client(service.address) as client:
         pass
     begun = time.monotonic()
-    client.connection.rest(100.0)
+    client._connection.rest(100.0)
     assert time.monotonic() - begun < 50

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel.given.numbers import number, numbers, step_index, timeout, whole
+from stiefel._given.numbers import number, numbers, step_index, timeout, whole
 
 SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.5,
          "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 0.2, 0.1]}}

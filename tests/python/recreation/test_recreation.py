@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel import recreation
+from stiefel._wire import failures, recreation
 
 BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]},
         "method": {"name": "preprocessed_variational"}}
@@ -260,4 +260,4 @@ def test_a_connection_that_broke_is_unavailable(code, says, taken):
         def code(self): return code
         def details(self): return says
         def trailing_metadata(self): return ()
-    assert isinstance(stiefel.errors.from_rpc_error(Failure()), stiefel.Unavailable) == taken
+    assert isinstance(failures.from_rpc_error(Failure()), stiefel.Unavailable) == taken

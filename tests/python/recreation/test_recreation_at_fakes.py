@@ -5,9 +5,9 @@ import pytest
 
 import fake
 import stiefel
-from stiefel import recreation
 from stiefel import v1 as pb
-from stiefel.connection import Connection
+from stiefel._wire import recreation
+from stiefel._wire.connection import Connection
 
 
 class Forgetful(fake.Fake):
@@ -122,8 +122,8 @@ def other_build(tmp_path, monkeypatch):
 
 
 def session_of(client, numerics_id, **more):
-    message = pb.Session(session_id="fake", numerics_id=numerics_id, checksum=0, **more)
-    return stiefel.Session(client, message, True, pb.Scene(step=0.5), owner=True)
+    message = pb.Session(session_id="fake", numerics_id=numerics_id, **more)
+    return stiefel.Session(client._connection, message, True, pb.Scene(step=0.5), owner=True)
 
 
 def test_another_build_is_not_gone_on_at_silently(other_build):

@@ -23,13 +23,13 @@ TO = 200
 @pytest.fixture
 def small_chunks(monkeypatch):
     """A sixteenth of the points a chunk, or fewer."""
-    monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", 4)
+    monkeypatch.setattr("stiefel._sweep.chunks.LARGEST", 4)
 
 
 @pytest.fixture
 def plain_result(monkeypatch):
     """`sweep` returns its own type, as where xarray is not installed."""
-    monkeypatch.setattr("stiefel.sweeps.SweepResult.to_xarray", _without_xarray)
+    monkeypatch.setattr("stiefel.SweepResult.to_xarray", _without_xarray)
 
 
 def _without_xarray(self):

@@ -37,7 +37,7 @@ def test_short_sweeps_leave_nothing(tmp_path, monkeypatch):
 def test_progress_without_tqdm(monkeypatch, capsys, done, points, line):
     import sys
 
-    from stiefel.sweeps.progress import Progress
+    from stiefel._sweep.progress import Progress
 
     monkeypatch.setitem(sys.modules, "tqdm", None)
     with Progress(points, 0, True) as progress:
@@ -48,9 +48,9 @@ def test_progress_without_tqdm(monkeypatch, capsys, done, points, line):
 
 
 def test_a_worker_has_its_share_of_the_machine(monkeypatch):
-    from stiefel.sweeps.chunks import Task
-    from stiefel.sweeps.own_server import Share
-    from stiefel.sweeps.worker import here, share_of
+    from stiefel._sweep.chunks import Task
+    from stiefel._sweep.own_server import Share
+    from stiefel._sweep.worker import here, share_of
 
     monkeypatch.delenv("SLURM_CPUS_PER_TASK", raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: 8)

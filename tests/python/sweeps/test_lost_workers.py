@@ -14,8 +14,8 @@ import pytest
 from cases import can_fork, failures, processes, small_chunks, sweep  # noqa: F401
 
 import stiefel
-from stiefel.sweeps import own_server, worker
-from stiefel.sweeps.failures import is_dead_worker
+from stiefel._sweep import own_server, worker
+from stiefel._sweep.failures import is_dead_worker
 
 pytestmark = pytest.mark.usefixtures("small_chunks")
 
@@ -168,7 +168,7 @@ def test_an_executor_that_breaks_for_good_leaves_what_is_done():
 
 
 def test_a_worker_of_another_build_is_refused(monkeypatch):
-    monkeypatch.setattr("stiefel.sweeps.worker.REFUSAL", 0.01)
+    monkeypatch.setattr("stiefel._sweep.worker.REFUSAL", 0.01)
     refused = []
 
     class Mixed(ThreadPoolExecutor):
@@ -196,7 +196,7 @@ def test_what_a_task_itself_raises_is_raised():
 
 
 @pytest.mark.parametrize("error, dead", [
-    (BrokenProcessPool(), True), (stiefel.sweeps.LostServer("gone"), True), (ConnectionResetError(), True),
+    (BrokenProcessPool(), True), (stiefel._sweep.failures.LostServer("gone"), True), (ConnectionResetError(), True),
     (KilledWorker(), True), (stiefel.InvalidArgument("scene"), False), (ValueError(), False), (MemoryError(), False),
 ])
 def test_which_errors_are_the_workers(error, dead):
@@ -218,12 +218,12 @@ def test_the_server_of_a_worker_that_was_killed_ends():
 POOL = """
 import sys
 sys.path.insert(0, {here!r})
-import stiefel.sweeps.chunks
+import stiefel._sweep.chunks
 from cases import processes, sweep
 from test_lost_workers import _server_of_this_process
 
 if __name__ == "__main__":
-    stiefel.sweeps.chunks.LARGEST = 2  # both have tasks
+    stiefel._sweep.chunks.LARGEST = 2  # both have tasks
     pool = processes(2)
     sweep(executor=pool)
     print(*pool._processes, pool.submit(_server_of_this_process).result(), flush=True)

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 import stiefel
-from stiefel.sweeps.axes import COMMON, LISTS
+from stiefel._sweep.axes import COMMON, LISTS
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs/sweeps.md").read_text(encoding="utf-8")

@@ -47,7 +47,7 @@ def test_the_bytes_do_not_depend_on_who_computes_them(client, small_chunks):
 
 def test_the_bytes_do_not_depend_on_the_chunks(monkeypatch):
     one = sweep()
-    monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", 7)
+    monkeypatch.setattr("stiefel._sweep.chunks.LARGEST", 7)
     many = sweep()
     assert (one.attrs["chunks"], many.attrs["chunks"]) == (1, 9)
     assert one.attrs["sha256"] == many.attrs["sha256"]
@@ -75,7 +75,7 @@ def test_statistics_over_all_motions_are_combined_here_in_the_order_of_the_point
 def test_their_bytes_do_not_depend_on_the_chunks(monkeypatch, tmp_path):
     hashes = set()
     for largest in (1 << 14, 16, 7):
-        monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", largest)
+        monkeypatch.setattr("stiefel._sweep.chunks.LARGEST", largest)
         hashes.add(sweep(summarize=OVER).attrs["sha256"])
     hashes.add(sweep(summarize=OVER, store=tmp_path / "store").attrs["sha256"])
     hashes.add(sweep(summarize=OVER, store=tmp_path / "store").attrs["sha256"])
@@ -176,8 +176,8 @@ def test_the_recommended_method_does_not_depend_on_the_chunks(monkeypatch):
     scene = {name: value for name, value in SCENE.items() if name != "method"}
     spins = np.outer(np.linspace(0.1, 300, 12), [0.1, 1, 0.1])
     one = sweep(scene=scene, axes={"body.angular_velocity": spins})
-    monkeypatch.setattr("stiefel.sweeps.choices.LARGEST", 5)
-    monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", 2)
+    monkeypatch.setattr("stiefel._sweep.choices.LARGEST", 5)
+    monkeypatch.setattr("stiefel._sweep.chunks.LARGEST", 2)
     many = sweep(scene=scene, axes={"body.angular_velocity": spins})
     assert json.loads(one.attrs["scene"])["method"]["substeps"] > 1
     assert one.attrs["sha256"] == many.attrs["sha256"] and many.attrs["chunks"] == 6

@@ -16,7 +16,7 @@ import zarr
 from cases import SPINS, failures, small_chunks, sweep  # noqa: F401
 
 import stiefel
-from stiefel.sweeps import store, worker
+from stiefel._sweep import store, worker
 
 pytestmark = pytest.mark.usefixtures("small_chunks")
 
@@ -30,7 +30,7 @@ def computed(monkeypatch):
         chunks.append(task.index)
         return compute_at(client, task)
 
-    monkeypatch.setattr("stiefel.sweeps.executors.compute_at", counting)
+    monkeypatch.setattr("stiefel._sweep.executors.compute_at", counting)
     return chunks
 
 
@@ -100,9 +100,9 @@ def test_what_is_no_store_is_refused_before_work(tmp_path, computed):
 KILLED = """
 import sys
 sys.path.insert(0, {here!r})
-import stiefel.sweeps.chunks
+import stiefel._sweep.chunks
 from cases import sweep
-stiefel.sweeps.chunks.LARGEST = 4
+stiefel._sweep.chunks.LARGEST = 4
 sweep(to=20_000, store=sys.argv[1], threads=1)
 """
 
@@ -136,7 +136,7 @@ def test_a_store_without_zarr_says_what_to_install(tmp_path, monkeypatch):
 def test_the_store_is_made_before_work(tmp_path, monkeypatch):
     """A folder that cannot be written to is found before the first chunk."""
     seen = []
-    monkeypatch.setattr("stiefel.sweeps.executors.compute_at",
+    monkeypatch.setattr("stiefel._sweep.executors.compute_at",
                         lambda client, task: seen.append(os.listdir(tmp_path / "sweep.zarr")) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
         sweep(store=tmp_path / "sweep.zarr")
@@ -160,7 +160,7 @@ def put(monkeypatch):
 @pytest.fixture
 def one_at_a_time(monkeypatch):
     """The first chunk is back, and the arrays are made, before most others are given."""
-    monkeypatch.setattr("stiefel.sweeps.executors.AHEAD", 1)
+    monkeypatch.setattr("stiefel._sweep.executors.AHEAD", 1)
 
 
 def test_workers_that_see_the_store_write(tmp_path, put, one_at_a_time, computed):

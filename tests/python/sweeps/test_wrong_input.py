@@ -76,14 +76,14 @@ def test_an_executor_that_is_shut_down():
 
 
 def test_a_server_that_is_not_there(monkeypatch):
-    monkeypatch.setattr("stiefel.sweeps.failures.ATTEMPTS", 1)
+    monkeypatch.setattr("stiefel._sweep.failures.ATTEMPTS", 1)
     with pytest.raises(stiefel.SweepFailed, match="no worker answered: LostServer: localhost:1.*cannot reach"):
         sweep(servers=["localhost:1"])
 
 
 def test_a_point_that_is_no_body_is_found_with_its_place(monkeypatch):
     """The server finds it when the chunk comes, and says which."""
-    monkeypatch.setattr("stiefel.sweeps.chunks.LARGEST", 4)
+    monkeypatch.setattr("stiefel._sweep.chunks.LARGEST", 4)
     moments = MOMENTS.copy()
     moments[30] = [1, -2, 3]
     with pytest.raises(stiefel.InvalidArgument, match=r"scene.body.moments: .*\(member 2\).*chunk of points 28 to 31"):

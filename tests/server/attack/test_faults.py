@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import stiefel
+from client_calls import CALLS, SCENE
 from conftest import Process
-from every_call import CALLS, SCENE
 from fault_socket import Ends, FaultSocket, bandwidth, latency, plain, slicer, slow_close
 
 FAULTS = {

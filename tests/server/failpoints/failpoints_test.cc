@@ -41,7 +41,7 @@ server::Options with_store(const std::string& file) {
 class Server {
  public:
   Server() : harness_(with_store(folder_.file("store"))) {}
-  std::vector<Heard> call_all() { return EveryCall(*harness_.stub).run(); }
+  std::vector<Heard> call_all() { return test::call_all(*harness_.stub); }
 
  private:
   Folder folder_;
@@ -59,7 +59,7 @@ void expect_right(const std::vector<Heard>& heard, const std::vector<Heard>& rig
       EXPECT_TRUE(is_typed(call.status))
           << call.call << ": " << call.status.error_code() << " " << call.status.error_message();
       EXPECT_TRUE(right[i].said.starts_with(call.said)) << call.call << ": wrong before its error";
-    } else if (!(failed && call.call == "ListSessions")) {
+    } else if (!(failed && call.call == "list_sessions")) {
       EXPECT_TRUE(call.said == right[i].said) << call.call << ": wrong answer";
     }
   }

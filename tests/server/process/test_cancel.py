@@ -8,6 +8,7 @@ import grpc
 import numpy as np
 import pytest
 
+from every_call import every_call
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
@@ -151,7 +152,13 @@ QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diag
          "Convert to interpolation"]
 
 
+#: The RPCs that compute nothing for long; CALLS has all others.
+SHORT = {"Describe", "GetSession", "ListSessions", "DeleteSession"}
 STREAMS = {"Stream", "Drive", "Summarize", "MeasureTradeoff", "Connect", "Convert"}
+
+
+def rpc_of(name):
+    return name.split(",")[0].split()[0]
 
 
 class Replies:
@@ -181,7 +188,7 @@ def start(process, name):
     """Starts the call, waits until the server computes, and gives the call with its channel."""
     channel = process.channel(options=[("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)])
     call = CALLS[name](rpc.SimulationServiceStub(channel))
-    if name.split(",")[0].split()[0] in STREAMS:
+    if rpc_of(name) in STREAMS:
         threading.Thread(target=drain, args=(call,), daemon=True).start()
     process.computes(UNDER_WAY_OF_LARGE if "brackets" in name else UNDER_WAY)
     return channel, call
@@ -200,7 +207,7 @@ def cancelled(serve, name, patience=60.0):
     process = serve("--log-format", "json", "--log-level", "debug", "--threads", "2")
     replies = Replies(process)
     channel, call = start(process, name)
-    method = name.split(",")[0].split()[0]
+    method = rpc_of(name)
     assert replies.of(method, 0) is None, "the call ended before it was cancelled"
     begin, before = time.monotonic(), process.processor_seconds()
     call.cancel()
@@ -208,6 +215,10 @@ def cancelled(serve, name, patience=60.0):
     computed = process.processor_seconds() - before
     channel.close()
     return (end[0] - begin, computed, json.loads(end[1])["code"]) if end else (patience, computed, "none")
+
+
+def test_every_rpc_that_computes_is_cancelled():
+    assert {rpc_of(name) for name in CALLS} == {rpc for rpc, _ in every_call()} - SHORT
 
 
 @pytest.mark.parametrize("name", QUICK)

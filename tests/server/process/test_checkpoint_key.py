@@ -31,7 +31,7 @@ def keyed(serve, tmp_path):
 def goes_on(address, checkpoint):
     """Whether a new session ignores the checkpoint, the steps it then computes to `FAR`, and that state."""
     with stiefel.Client(address) as client:
-        reply = client.call("CreateSession", pb.CreateSessionRequest(
+        reply = client._connection.call("CreateSession", pb.CreateSessionRequest(
             session_id="taken-over", scene=stiefel.to_message(RUN), checkpoint=checkpoint))
         try:
             state = client.get("taken-over").step(FAR)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stiefel.programs import variables
+from stiefel._programs import variables
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--store-limit", "--principal-sessions"]

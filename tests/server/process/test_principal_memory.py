@@ -6,7 +6,7 @@ import pytest
 import stiefel
 from conftest import eventually
 from stiefel import v1 as pb
-from stiefel.errors import from_status
+from stiefel._wire.failures import from_status
 from test_two_principals import Caller, token
 
 

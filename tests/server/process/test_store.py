@@ -1,12 +1,8 @@
-"""The file of --store: on a full disk, beside a second server, torn, from a backup."""
+"""The file of --store: on a full disk, beside a second server, from a backup."""
 import os
-import random
 import resource
-import shutil
 import sqlite3
 import subprocess
-import threading
-import time
 
 import grpc
 import pytest
@@ -158,30 +154,6 @@ def test_a_server_whose_store_is_removed_acknowledges_nothing(serve, tmp_path, s
     assert "store lost" in log and "store there again" in log and f"store{suffix} was removed" in log
 
 
-def test_a_lock_of_another_program_is_waited_for_once(serve, tmp_path):
-    """Six creations, one after another, while it holds the lock: each waits 5 s, and not for those before it."""
-    process = serve("--store", str(tmp_path / "store"), "--log-level", "off")
-    other = sqlite3.connect(tmp_path / "store", isolation_level=None)
-    other.execute("BEGIN IMMEDIATE")
-    waited, ends = [], []
-
-    def wait_for(client, id):
-        begin = time.monotonic()
-        ends.append(create(client, id))
-        waited.append(time.monotonic() - begin)
-    with stiefel.Client(process.address) as client:
-        threads = [threading.Thread(target=wait_for, args=(client, f"s{number}")) for number in range(6)]
-        for thread in threads:
-            thread.start()
-            time.sleep(0.1)
-        for thread in threads:
-            thread.join()
-        assert ends == 6 * ["STORE_UNAVAILABLE"] and max(waited) < 10, waited
-        other.execute("ROLLBACK")
-        assert create(client, "s0") is None
-    other.close()
-
-
 def refused(*arguments):
     """The line on stderr of a server that does not start."""
     done = subprocess.run([SERVER, "--listen", "127.0.0.1:0", *arguments], stdin=subprocess.DEVNULL,
@@ -213,30 +185,6 @@ def test_a_file_that_is_no_sound_store_is_refused(tmp_path):
         songs.execute("CREATE TABLE song (title TEXT)")
     assert "SQLite file of another program" in refused("--store", str(tmp_path / "songs"))
     assert "No such file or directory" in refused("--store", str(tmp_path / "no" / "store"))
-
-
-def test_a_torn_store_is_refused_or_whole(serve, tmp_path):
-    whole = tmp_path / "store"
-    process = serve("--store", str(whole))
-    with stiefel.Client(process.address) as client:
-        ids = {client.create(scene_of(number)).id for number in range(0, 200, 8)}
-    assert process.stop() == 0  # the log is in the file now
-    draw, size, refusals = random.Random(1), whole.stat().st_size, 0
-    for k in range(8):
-        torn = tmp_path / f"torn{k}"
-        shutil.copy(whole, torn)
-        os.truncate(torn, draw.randrange(size))
-        done = subprocess.Popen([SERVER, "--listen", "127.0.0.1:0", "--exit-with-parent", "--store", str(torn)],
-                                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        line = done.stdout.readline()
-        if line:
-            with stiefel.Client(line.split()[-1]) as client:
-                assert {session.id for session in client.list()} == ids
-            done.communicate()
-        else:
-            assert f"the store {torn}" in done.communicate()[1]
-            refusals += 1
-    assert refusals > 0
 
 
 def test_check_looks_at_the_store(tmp_path):

@@ -15,7 +15,7 @@ from stiefel.v1 import simulation_pb2_grpc as rpc
 from stored import blocks, is_deleted, scene_of
 
 CYCLES = int(os.environ.get("STIEFEL_KILL_CYCLES", "20"))
-FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL, checksum=True)
+FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
 SERVER = os.environ["STIEFEL_SERVER"]
 
 

@@ -132,7 +132,7 @@ def test_a_certificate_exchanged_under_load_loses_no_call(serve, authority, iden
             while not stop.is_set():
                 to += 1
                 try:
-                    session._client.stub.Step(stiefel.v1.StepRequest(session_id=session.id, to=to), timeout=60)
+                    session._connection.stub.Step(stiefel.v1.StepRequest(session_id=session.id, to=to), timeout=60)
                     calls[0] += 1
                 except Exception as error:  # without the client's own retries
                     lost.append(error)

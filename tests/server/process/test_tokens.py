@@ -12,7 +12,7 @@ from conftest import BODY, eventually, refused_at_the_start
 
 import stiefel
 from stiefel import v1 as pb
-from stiefel.errors import from_status
+from stiefel._wire.failures import from_status
 
 RUN = {**BODY, "method": {"name": "rk4"}}
 SERVICE = pb.simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"]

@@ -1,4 +1,3 @@
-#include "proto/checksum/checksum.h"
 #include "tests/server/harness.h"
 #include "tests/support/toys/toys.h"
 
@@ -78,13 +77,10 @@ TEST_F(ToysOverTheWire, HaveATradeoff) {
   *request.mutable_scene() = wire(toy_scene());
   request.set_horizon(2);
   request.set_budget(1e8);
-  request.set_checksum(true);
   const auto reader = harness_.stub->MeasureTradeoff(&context_, request);
   v1::MeasureTradeoffResponse part;
   int points_of_heun = 0, front = 0;
   while (reader->Read(&part)) {
-    EXPECT_TRUE(part.has_checksum());
-    EXPECT_EQ(part.checksum(), wire::checksum(part));
     if (part.has_point()) points_of_heun += part.point().method().name() == "heun";
     front += part.has_front();
   }

@@ -2,7 +2,6 @@
 // resolved one.
 #include <set>
 
-#include "proto/checksum/checksum.h"
 #include "server/sessions/identity.h"
 #include "tests/server/harness.h"
 
@@ -10,12 +9,11 @@ namespace stiefel {
 namespace {
 
 v1::Session create(test::Harness& harness, const std::string& id, const v1::Scene& scene,
-                   v1::SceneView view, bool checksum = false) {
+                   v1::SceneView view) {
   v1::CreateSessionRequest request;
   request.set_session_id(id);
   *request.mutable_scene() = scene;
   request.mutable_view()->set_scene(view);
-  request.mutable_view()->set_checksum(checksum);
   grpc::ClientContext context;
   v1::CreateSessionResponse response;
   const auto status = harness.stub->CreateSession(&context, request, &response);
@@ -165,7 +163,6 @@ TEST(Views, AConversionIsShownAgainstTheScene) {
   v1::ConvertRequest request;
   *request.mutable_scene() = body_scene();
   request.set_to("symmetric_rigid_body");
-  request.set_checksum(true);
   const auto filled_in = harness.convert(request);
   request.set_view(v1::SCENE_VIEW_FULL);
   const auto full = harness.convert(request);
@@ -176,8 +173,6 @@ TEST(Views, AConversionIsShownAgainstTheScene) {
   EXPECT_EQ(merged(body_scene(), filled_in[0]).DebugString(), full[0].scene().DebugString());
   for (const auto& response : {filled_in[0], full[0]}) {
     EXPECT_GT(response.margins_size(), 0);
-    EXPECT_EQ(response.checksum(), wire::checksum(response));
-    EXPECT_NE(response.checksum(), 0u);
   }
   request.set_to("velocity");
   const auto blocks = harness.convert(request);
@@ -186,16 +181,6 @@ TEST(Views, AConversionIsShownAgainstTheScene) {
   EXPECT_EQ(blocks[0].blocks(1).name(), "Qdot");
   EXPECT_EQ(blocks[0].blocks(1).value().data().size(), 72u);
   EXPECT_FALSE(blocks[0].has_scene());
-}
-
-TEST(Views, ChecksumsOfScenes) {
-  test::Harness harness;
-  EXPECT_FALSE(create(harness, "s", body_scene(), v1::SCENE_VIEW_FULL).has_checksum());
-  const v1::Session session = create(harness, "s", body_scene(), v1::SCENE_VIEW_FULL, true);
-  EXPECT_EQ(session.checksum(), wire::checksum(session));
-  v1::Session changed = session;
-  changed.mutable_scene()->mutable_body()->set_moments(0, 7);
-  EXPECT_NE(wire::checksum(changed), session.checksum());
 }
 
 TEST(Lists, AreSmallAndComeInPages) {

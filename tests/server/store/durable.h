@@ -73,7 +73,6 @@ inline std::optional<v1::Session> get(Stub& stub, const std::string& id, v1::Sce
   v1::GetSessionRequest request;
   request.set_session_id(id);
   request.mutable_view()->set_scene(view);
-  request.mutable_view()->set_checksum(true);
   grpc::ClientContext context;
   v1::GetSessionResponse response;
   if (!stub.GetSession(&context, request, &response).ok()) return std::nullopt;

@@ -33,9 +33,6 @@ struct Options {
   /// How long a call is repeated while the server is UNAVAILABLE. Repeating is safe because every
   /// call is idempotent.
   std::chrono::milliseconds patience = std::chrono::seconds(2);
-  /// Whether the server sends checksums (CRC-32C) of the numbers of its replies. The client
-  /// compares them on receipt and throws CorruptReply where they differ.
-  bool checksums = true;
   /// Whether a session may go on at a server of another build, whose states may have other bits. If
   /// false, a call that such a server answers throws BuildChanged.
   bool any_build = false;

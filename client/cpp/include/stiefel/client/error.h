@@ -80,8 +80,8 @@ class BuildChanged : public Error {
   std::string now_;
 };
 
-/// Thrown for a reply that breaks the protocol: it was damaged on the way, so that its checksum
-/// differs, or a part of it, or the checksum that was asked for, is missing. The code is DATA_LOSS.
+/// Thrown for a reply that breaks the protocol: a field or a part of it is missing, or has a wrong
+/// shape. The code is DATA_LOSS.
 class CorruptReply : public Error {
  public:
   explicit CorruptReply(const std::string& message) : Error(grpc::StatusCode::DATA_LOSS, message) {}

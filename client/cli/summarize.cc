@@ -1,0 +1,231 @@
+#include <algorithm>
+#include <cctype>
+#include <iostream>
+#include <optional>
+
+#include "client/cli/command.h"
+#include "client/cli/endpoint.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/message_file.h"
+#include "client/cli/options.h"
+#include "client/cli/progress/progress.h"
+#include "client/cli/report.h"
+#include "client/cli/sinks/destination.h"
+#include "stiefel/client/samples.h"
+
+namespace stiefel::cli {
+namespace {
+
+struct SummarizeCommand {
+  std::string scene;
+  Remote server;
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  std::int64_t every = 1;
+  /// "energy=drift", "M=min,max".
+  std::vector<std::string> quantities;
+  /// A file with `quantities`, `events` and `fields`, as in stiefel.v1.SummarizeRequest.
+  std::string request;
+  bool over_members = false;
+  std::string output;
+};
+
+/// Reads a quantity such as "energy=drift,last".
+v1::Quantity read_quantity(const std::string& text, bool over_members) {
+  v1::Quantity quantity;
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw BadInput("--quantity: " + text + ": must be NAME=STATISTIC,...");
+  quantity.set_name(text.substr(0, equals));
+  quantity.set_over_members(over_members);
+  for (std::size_t at = equals; at < text.size();) {
+    const std::size_t end = std::min(text.find(',', at + 1), text.size());
+    std::string name = text.substr(at + 1, end - at - 1);
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::toupper(c); });
+    v1::Statistic statistic;
+    if (!v1::Statistic_Parse("STATISTIC_" + name, &statistic))
+      throw BadInput("--quantity: " + text +
+                     ": must name last, min, max, mean, rms, sign_changes or drift");
+    quantity.add_statistics(statistic);
+    at = end;
+  }
+  return quantity;
+}
+
+/// Reads a file with quantities, events and fields, and refuses what options of the command say.
+v1::SummarizeRequest read_request(const std::string& file) {
+  v1::SummarizeRequest request;
+  read_message(file, &request);
+  std::vector<const google::protobuf::FieldDescriptor*> given;
+  request.GetReflection()->ListFields(request, &given);
+  for (const auto* field : given) {
+    const std::string& name = field->name();
+    if (name != "quantities" && name != "events" && name != "fields")
+      throw BadInput(file + ": " + name +
+                     ": must be absent; the file may have quantities, events " + "and fields");
+  }
+  return request;
+}
+
+v1::SummarizeRequest request_of(const SummarizeCommand& command) {
+  v1::SummarizeRequest request;
+  if (!command.request.empty()) request = read_request(command.request);
+  request.set_from(command.from);
+  request.set_to(command.to);
+  request.set_every(command.every);
+  if (command.over_members)
+    for (auto& quantity : *request.mutable_quantities()) quantity.set_over_members(true);
+  for (const std::string& text : command.quantities)
+    *request.add_quantities() = read_quantity(text, command.over_members);
+  return request;
+}
+
+nlohmann::ordered_json numbers(const v1::Tensor& tensor, std::size_t first, std::size_t count) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  if (tensor.data_type() == v1::DATA_TYPE_INT64) {
+    const auto* all = reinterpret_cast<const std::int64_t*>(tensor.data().data());
+    for (std::size_t i = first; i < first + count; ++i) out.push_back(all[i]);
+  } else if (tensor.data_type() == v1::DATA_TYPE_FLOAT32) {
+    for (const float x : client::floats(tensor).subspan(first, count)) out.push_back(x);
+  } else {
+    for (const double x : client::values(tensor).subspan(first, count)) out.push_back(x);
+  }
+  return out;
+}
+
+std::size_t count_of(const v1::Tensor& tensor) {
+  return tensor.data().size() / (tensor.data_type() == v1::DATA_TYPE_FLOAT32 ? 4 : 8);
+}
+
+/// Returns {"shape", "values"}. The values of a complex array are pairs; NaN becomes null.
+nlohmann::ordered_json to_json(const v1::Tensor& tensor) {
+  nlohmann::ordered_json shape = nlohmann::ordered_json::array();
+  for (const auto extent : tensor.shape()) shape.push_back(extent);
+  return {{"shape", shape}, {"values", numbers(tensor, 0, count_of(tensor))}};
+}
+
+void append_events(const v1::EventBatch& batch, nlohmann::ordered_json& events) {
+  for (int i = 0; i < batch.steps_size(); ++i) {
+    nlohmann::ordered_json event = {{"event", batch.events(i)},
+                                    {"step", batch.steps(i)},
+                                    {"fraction", batch.fractions(i)},
+                                    {"time", batch.times(i)}};
+    if (batch.members_size() > 0) event["member"] = batch.members(i);
+    for (const auto& field : batch.fields()) {
+      const std::size_t each =
+          count_of(field.value()) / static_cast<std::size_t>(batch.steps_size());
+      event["fields"][field.name()] =
+          numbers(field.value(), each * static_cast<std::size_t>(i), each);
+    }
+    events.push_back(std::move(event));
+  }
+}
+
+nlohmann::ordered_json outcomes(const v1::Tensor& tensor) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const auto& outcome : numbers(tensor, 0, count_of(tensor)))
+    out.push_back(to_string(static_cast<v1::Outcome>(outcome.get<int>())));
+  return out;
+}
+
+nlohmann::ordered_json to_json(const v1::SummarizeResponse& end, nlohmann::ordered_json events,
+                               bool ensemble) {
+  nlohmann::ordered_json out = {{"outcome", to_string(end.run_status().outcome())}};
+  if (end.run_status().outcome() != v1::OUTCOME_REACHED)
+    out["message"] = end.run_status().message();
+  auto& statistics = out["statistics"] = nlohmann::ordered_json::object();
+  for (const auto& field : end.statistics()) {
+    const bool of_quantity = field.name().find('.') != std::string::npos;
+    if (of_quantity)
+      statistics[field.name()] = to_json(field.value());
+    else if (field.name() == "outcome" && ensemble)
+      out["outcomes"] = outcomes(field.value());
+    else if (field.name() != "outcome")
+      out[field.name()] = ensemble ? numbers(field.value(), 0, count_of(field.value()))
+                                   : numbers(field.value(), 0, 1).front();
+  }
+  if (!events.is_null()) out["events"] = std::move(events);
+  return out;
+}
+
+ExitStatus summarize(const SummarizeCommand& command) {
+  if (command.every <= 0)
+    throw BadInput("--every: " + std::to_string(command.every) + " must be positive");
+  const v1::Scene scene = read_scene(command.scene);
+  const v1::SummarizeRequest request = request_of(command);
+  if (request.quantities().empty() && request.events().empty())
+    throw BadInput("summarize: give --quantity, or --request with quantities or events");
+  std::optional<Destination> destination;
+  if (!command.output.empty()) destination.emplace(command.output);
+  const Endpoint endpoint(command.server);
+  const auto session = endpoint.create(scene);
+  print_remarks(session.description());
+  nlohmann::ordered_json events;
+  if (!request.events().empty()) events = nlohmann::ordered_json::array();
+  v1::SummarizeResponse end;
+  {
+    Progress progress(session, command.to);
+    try {
+      end = session.summarize(request, [&](const v1::SummarizeResponse& message) {
+        progress.at(message.step());
+        append_events(message.events(), events);
+        return true;
+      });
+    } catch (const client::Error&) {
+      if (interrupted()) throw Interrupted(progress.how_far() + "; nothing was written");
+      throw;
+    }
+  }
+  const std::string text = to_text(to_json(end, std::move(events), scene.has_members())) + "\n";
+  if (destination) {
+    const File file = open_for_writing(destination->working_path());
+    write(file.get(), text);
+    flush(file.get());
+    destination->commit();
+  } else {
+    std::cout << text;
+  }
+  return conclude(end.run_status(), end.step());
+}
+
+}  // namespace
+
+void add_summarize(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<SummarizeCommand>();
+  auto* app = all.add_subcommand("summarize",
+                                 "Prints statistics and events of a motion without its samples");
+  add_scene(app, command->scene, command->to);
+  app->add_option("--from", command->from, "the first sample; 0 by default")
+      ->transform(whole_number(between_steps))
+      ->type_name("STEP");
+  app->add_option("--every", command->every,
+                  "a sample every K steps, and always at the last step; 1 by default")
+      ->transform(whole_number())
+      ->type_name("K");
+  app->add_option("--quantity", command->quantities,
+                  "NAME is a field, an invariant or a family of invariants; A,B,... are among "
+                  "last, min, max, mean, rms, sign_changes, drift. Repeatable. Example: "
+                  "energy=drift")
+      ->type_name("NAME=A,B,...");
+  app->add_flag("--over-members", command->over_members,
+                "one statistic over the members of an ensemble instead of one for each");
+  app->add_option(
+         "--request", command->request,
+         "file with `quantities` (which may have quantiles and edges), `events` and `fields`: the "
+         "JSON form of stiefel.v1.SummarizeRequest")
+      ->type_name("FILE.json");
+  app->add_option("--output", command->output, "a .json file; stdout by default")
+      ->type_name("FILE.json");
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    chosen.origin = {.file = command->scene,
+                     .options = {{"from", "--from"},
+                                 {"to", "--to"},
+                                 {"every", "--every"},
+                                 {"events", "--request: events"},
+                                 {"fields", "--request: fields"}}};
+    chosen.run = [command](Origin&) { return summarize(*command); };
+  });
+}
+
+}  // namespace stiefel::cli

@@ -1,0 +1,129 @@
+"""Statistics, events and times that a caller asks for, as messages."""
+from __future__ import annotations
+
+import reprlib
+from typing import Any, Iterable, Mapping, Sequence, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+from stiefel._given.numbers import SECONDS, number, numbers, refused, whole
+
+MOST_STEPS = 2.0**53  #: beyond it a double does not tell one step from the next
+#: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
+Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
+Quantities = Mapping[str, Statistics]
+#: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal.
+EventDescription = Mapping[str, Any]
+
+_STATISTICS: dict[str, int] = {name[len("STATISTIC_"):].lower(): number for name, number in pb.Statistic.items()}
+_DIRECTIONS: dict[str, int] = {"both": pb.DIRECTION_UNSPECIFIED, "rising": pb.DIRECTION_RISING,
+                               "falling": pb.DIRECTION_FALLING}
+_KEYS = tuple(name for name in pb.Quantity.DESCRIPTOR.fields_by_name if name != "name")
+_RULE = f"must be a statistic, several, or a mapping with the keys {', '.join(_KEYS)}"
+
+
+def to_quantities(quantities: Quantities) -> list[pb.Quantity]:
+    """Returns the messages for a mapping such as `{"energy": "drift", "M": ["min", {"quantiles": [0.1, 0.9]}]}`. Raises
+    InvalidArgument that names what is malformed."""
+    if not isinstance(quantities, Mapping):
+        raise refused("quantities", f"{reprlib.repr(quantities)}: must be a mapping from fields and invariants to statistics")
+    return [_quantity(name, statistics) for name, statistics in quantities.items()]
+
+
+def _quantity(name: str, statistics: Statistics) -> pb.Quantity:
+    path = f"quantities.{name}"
+    if not isinstance(name, str):
+        raise refused(path, "must be a name")
+    quantity = pb.Quantity(name=name)
+    for item in _several(statistics, path):
+        if isinstance(item, str):
+            quantity.statistics.append(_number(_STATISTICS, item, path))
+            continue
+        if not isinstance(item, Mapping):
+            raise refused(path, f"{reprlib.repr(item)}: {_RULE}")
+        for key, value in item.items():
+            if key == "statistics":
+                quantity.statistics.extend(_number(_STATISTICS, one, path) for one in _several(value, path))
+            elif key == "over_members":
+                quantity.over_members = _truth(f"{path}.{key}", value)
+            elif key in _KEYS:
+                getattr(quantity, key).extend(numbers(f"{path}.{key}", value).ravel().tolist())
+            else:
+                raise refused(path, f"{key!r}: must be one of {', '.join(_KEYS)}")
+    return quantity
+
+
+def _several(given: Any, path: str) -> list[Any]:
+    """Returns the elements of `given`, in which a text or a mapping is one element."""
+    if isinstance(given, (str, Mapping)):
+        return [given]
+    if not isinstance(given, Iterable):
+        raise refused(path, f"{reprlib.repr(given)}: {_RULE}")
+    return list(given)
+
+
+def to_events(events: Union[EventDescription, Sequence[EventDescription]]) -> list[pb.Event]:
+    """Returns the messages for mappings such as `{"field": "angular_velocity", "coefficients": [0, 0, 1]}`. Raises
+    InvalidArgument that names what is malformed."""
+    if isinstance(events, str) or not isinstance(events, Iterable):
+        raise refused("events", f"{reprlib.repr(events)}: must be a mapping or several")
+    given = [events] if isinstance(events, Mapping) else events
+    return [_event(event, f"events[{i}]") for i, event in enumerate(given)]
+
+
+def _event(description: EventDescription, path: str) -> pb.Event:
+    event, keys = pb.Event(), ", ".join(pb.Event.DESCRIPTOR.fields_by_name)
+    if not isinstance(description, Mapping):
+        raise refused(path, f"{reprlib.repr(description)}: must be a mapping with the keys {keys}")
+    for key, value in description.items():
+        place = f"{path}.{key}"
+        if key == "coefficients":
+            event.coefficients.extend(numbers(place, value).ravel().tolist())
+        elif key == "direction":
+            event.direction = _number(_DIRECTIONS, value, path)
+        elif key == "level":
+            event.level = number(place, value)
+        elif key == "limit":
+            event.limit = whole(place, value)
+        elif key == "terminal":
+            event.terminal = _truth(place, value)
+        elif key == "field":
+            if not isinstance(value, str):
+                raise refused(place, f"{reprlib.repr(value)}: must be a name")
+            event.field = value
+        else:
+            raise refused(path, f"{key!r}: must be one of {keys}")
+    return event
+
+
+def _number(known: Mapping[str, int], name: Any, path: str) -> Any:
+    if not isinstance(name, str) or name not in known or name == "unspecified":
+        names = ", ".join(key for key in known if key != "unspecified")
+        raise refused(path, f"{reprlib.repr(name)}: must be one of {names}")
+    return known[name]
+
+
+def _truth(path: str, value: Any) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise refused(path, f"{reprlib.repr(value)}: must be True or False")
+    return bool(value)
+
+
+def in_steps(times: Sequence[float], step: float) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Returns the times as an array, and how many steps of the length `step` after time 0 each of them is: a whole number
+    where it is one to rounding, as the engine takes it. Raises InvalidArgument that names the first wrong one."""
+    given = np.atleast_1d(numbers("times", times, SECONDS))
+    if given.ndim != 1 or not given.size:
+        raise refused("times", f"the shape {given.shape}: must be (times), one or more")
+    steps = given / step
+    other = "a negative" if step > 0 else "a positive"
+    for wrong, rule in ((~np.isfinite(steps), "must be finite"),
+                        (steps < 0, f"must be 0 or have the sign of the scene's step {step!r}; for this time, use {other} step"),
+                        (abs(steps) > MOST_STEPS, f"must be at most {MOST_STEPS:.0e} steps from time 0")):
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise refused(f"times[{k}]", f"{float(given[k])!r}: {rule}")
+    whole = np.rint(steps)
+    return given, np.where(abs(steps - whole) <= 3 * 2**-53 * whole, whole, steps)

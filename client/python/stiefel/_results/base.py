@@ -1,0 +1,114 @@
+"""What results have in common: how a run ended, its price, fields by name, and equality by value."""
+from __future__ import annotations
+
+import dataclasses
+import enum
+from dataclasses import dataclass
+from typing import Any, Iterator, Mapping, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]  # float64, complex128, or float32 in a scene whose scalar is "float"
+
+
+def same(first: Any, second: Any) -> bool:
+    """Returns whether both hold the same numbers. A NaN equals a NaN, and -0.0 equals 0.0."""
+    if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
+        numbers = all(np.asarray(one).dtype.kind in "fc" for one in (first, second))  # others are never NaN
+        return np.array_equal(first, second, equal_nan=numbers)
+    if isinstance(first, dict) and isinstance(second, dict):
+        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
+    if isinstance(first, tuple) and isinstance(second, tuple):
+        return len(first) == len(second) and all(map(same, first, second))
+    return bool(first == second)
+
+
+class ByValue:
+    """Base of dataclasses that are compared field by field, without the fields that have `compare=False`.
+
+    The dataclass must have eq=False. It cannot be hashed, because it may hold arrays.
+    """
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(same(getattr(self, field.name), getattr(other, field.name))
+                   for field in dataclasses.fields(self) if field.compare)
+
+
+class Outcome(str, enum.Enum):
+    """How a run ended. Anything but REACHED is a numerical stop with the last good state."""
+
+    REACHED = "REACHED"
+    LEFT_DOMAIN = "LEFT_DOMAIN"
+    SOLVER_STALLED = "SOLVER_STALLED"
+    NOT_FINITE = "NOT_FINITE"
+    CANCELLED = "CANCELLED"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True)
+class RunStatus:
+    """How a run ended, with the reason."""
+
+    outcome: Outcome
+    #: For LEFT_DOMAIN: the largest |h| with which all substeps of the next step have a solution, or None.
+    largest_step: Optional[float] = None
+    message: str = ""  #: the reason in one sentence; empty when REACHED
+    #: In an ensemble: the member that stopped first, counted from 0.
+    member: Optional[int] = None
+
+
+class Ended:
+    """What has a run status."""
+
+    run_status: RunStatus
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the run ended; `run_status` has the reason."""
+        return self.run_status.outcome
+
+
+@dataclass(frozen=True)
+class Price:
+    """The cost of a call, predicted before it runs."""
+
+    work: float  #: instructions
+    bytes: int  #: bytes of the reply's arrays
+    #: "expected"; "at_least" if a part of the work cannot be predicted; "at_most" if the call stops at this work.
+    bound: str
+
+
+class Fields(ByValue, Mapping[str, Array]):
+    """A mapping from field names to arrays: `state["Q"]`."""
+
+    fields: dict[str, Array]
+
+    def __getitem__(self, name: str) -> Array:
+        try:
+            return self.fields[name]
+        except KeyError:
+            there = ", ".join(self.fields) or "none"
+            raise KeyError(f"no field {name!r}; the fields are {there}, or those that `fields` names") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.fields
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.fields)
+
+    def __len__(self) -> int:
+        """Returns the number of fields."""
+        return len(self.fields)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.fields)
+
+    def _shapes(self) -> str:
+        return ", ".join(f"{name} {values.shape}" for name, values in self.fields.items()) or "no fields"

@@ -1,0 +1,150 @@
+"""Error against cost on a scene, and its work-precision diagram."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import median
+from typing import Any, Optional
+
+from stiefel import v1 as pb
+from stiefel._results import diagram
+from stiefel._results.base import Ended, RunStatus
+
+
+@dataclass(frozen=True)
+class Point(Ended):
+    """A method with its order, arithmetic, and substeps or tolerance, and its errors and cost."""
+
+    method: str
+    order: int
+    substeps: int
+    tolerance: Optional[float]
+    arithmetic: str
+    scalar: str
+    #: max |Q - Q_exact| at the horizon, with moduli for complex Q, at least `setup.reference_error`. None without a
+    #: frame and where the run stopped.
+    attitude_error: Optional[float]
+    #: max |M - M_exact| / max |M_exact| at the horizon, at least `setup.reference_error`. None where the run stopped.
+    momentum_error: Optional[float]
+    drift: float  #: the worst drift of an invariant over the run
+    drift_of: str  #: the invariant with the worst drift
+    work: float  #: instructions to the horizon: steps of the method times the work of one step
+    cpu_seconds_per_second: tuple[float, ...]  #: CPU seconds per simulated second, one number for each timed run
+    steps_per_second: float  #: in the median of the timed runs
+    measured_steps: int  #: fewer than the steps to the horizon if `extrapolated`
+    extrapolated: bool
+    below_reference: bool  #: no error was measured above `setup.reference_error`, so that both are reported as that
+    run_status: RunStatus
+
+    @property
+    def error(self) -> Optional[float]:
+        """The larger of attitude and momentum error; None if there is neither."""
+        return max((e for e in (self.attitude_error, self.momentum_error) if e is not None), default=None)
+
+    @property
+    def family(self) -> str:
+        """The name of the point's curve in a diagram: "variational 4, plain" or "variational 4, plain, float"."""
+        return f"{self.entry}, {self.arithmetic}" + (", float" if self.scalar == "float" else "")
+
+    @property
+    def entry(self) -> str:
+        """The method with its order: "variational 4"."""
+        return f"{self.method} {self.order}" if self.order else self.method
+
+
+@dataclass(frozen=True, repr=False)
+class Tradeoff:
+    """Error against cost on one scene."""
+
+    setup: pb.TradeoffSetup  #: machine, numerics id, reference and its error, horizon, budget, repeats, warnings
+    points: tuple[Point, ...]
+    front: tuple[Point, ...]  #: the points that no other one beats in both work and error, the cheapest first
+
+    def __repr__(self) -> str:
+        """Returns at most five lines, with the ends of the Pareto front."""
+        lines = [f"<stiefel.Tradeoff of {len(self.points)} points, {len(self.front)} of them on the Pareto front, horizon "
+                 f"{self.setup.horizon:g}, reference error {self.setup.reference_error:.0e}"]
+        for what, ends in (("cheapest", self.front[:1]), ("most accurate", self.front[-1:])):
+            lines += [f"  {what}: {p.family}, {p.substeps} substeps: error {p.error:.1e}, work {p.work:.1e}"
+                      for p in ends if p.error is not None]
+        return "\n".join(lines) + ">"
+
+    def plot(self, axes: Any = None, cost: str = "work", error: str = "error") -> Any:
+        """Plots the work-precision diagram, error over cost in logarithmic scales, and returns the axes.
+
+        `axes`: the matplotlib axes to use; new ones by default. `cost`: "work" or "time" (CPU seconds per simulated
+        second, the median with a bar over the repeats). `error`: "error" (the larger of attitude and momentum error),
+        "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. The best order and
+        arithmetic of each method is a coloured curve with its name at the end; the best is the one whose points beat
+        the largest area of the diagram. All other curves are grey.
+        """
+        import matplotlib.pyplot as plt  # imported here because only diagrams need it
+
+        if cost not in ("work", "time"):
+            raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
+        if axes is None:
+            _, axes = plt.subplots(figsize=(11, 6.5), layout="constrained")
+        known = self.setup.reference_error
+        families: dict[str, _Curve] = {}
+        for point in self.points:
+            if (value := getattr(point, error)) is not None and point.outcome == "REACHED":
+                x = point.work if cost == "work" else median(point.cpu_seconds_per_second)
+                families.setdefault(point.family, []).append((x, max(value, known), point))
+        best = _best_of_each_method(families)
+        ends = []
+        for name, curve in families.items():
+            look = diagram.style(best[name]) if name in best else None
+            _draw(axes, curve, look, cost == "time")
+            if look:
+                ends.append(diagram.End(*curve[-1][:2], name, look["color"]))
+        if cost == "work" and error == "error":
+            front = [(p.work, max(p.error, known)) for p in self.front if p.error is not None]
+        else:
+            front = diagram.pareto_front((x, y) for curve in families.values() for x, y, _ in curve)
+        if front:
+            axes.plot(*zip(*front), color="black", lw=2.5, marker="o", ms=9, mfc="none", mew=1.5, zorder=6,
+                      label="Pareto front: no point beats these in both")
+        axes.plot([], [], color=diagram.GREY, marker="o", ms=3, lw=0.8, label="other orders and arithmetics")
+        axes.plot([], [], "ko", ms=5, mfc="white", label="extrapolated")
+        if error != "drift" and any(y <= known for curve in families.values() for _, y, _ in curve):
+            axes.axhline(known, color="0.4", ls=":", lw=1, label="error of the reference")
+        axes.set(xscale="log", yscale="log", ylabel=error.replace("_", " ") + " at the horizon",
+                 xlabel="work, instructions" if cost == "work" else "CPU seconds a simulated second")
+        axes.set_title(f"horizon {self.setup.horizon:g}, {self.setup.steps} steps; {self.setup.repeats} timed runs "
+                       f"a point; error of the reference {known:.0e}\n{self.setup.machine}\n"
+                       f"stiefel, numerics id {self.setup.numerics_id}", fontsize=8, loc="left")
+        left, right = axes.get_xlim()
+        axes.set_xlim(right=right * (right / left) ** 0.25)  # for the names
+        axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none").set_zorder(20)
+        diagram.label_ends(axes, ends, [[(x, y) for x, y, _ in families[name]] for name in best])
+        return axes
+
+
+_Curve = list[tuple[float, float, Point]]  # cost, error
+
+
+def _best_of_each_method(families: dict[str, _Curve]) -> dict[str, int]:
+    """Returns for each method, in order, the family whose points beat the largest area, with the number of its
+    style."""
+    drawn = [(x, y) for curve in families.values() for x, y, _ in curve]
+    corner = (2 * max((x for x, _ in drawn), default=1), 2 * max((y for _, y in drawn), default=1))
+    best: dict[str, tuple[float, str]] = {}
+    for name, curve in families.items():
+        method = curve[0][2].method
+        area = diagram.dominated_area(((x, y) for x, y, _ in curve), corner)
+        best[method] = max(best.get(method, (-1.0, name)), (area, name), key=lambda found: found[0])
+    return {name: k for k, (_, name) in enumerate(best.values())}
+
+
+def _draw(axes: Any, curve: _Curve, look: Optional[dict[str, Any]], spread: bool) -> None:
+    """Draws a curve in the style `look`; without one in grey, behind the others. Extrapolated points have hollow
+    marks."""
+    colour = look["color"] if look else diagram.GREY
+    width, size, order = (1.4, 5, 4) if look else (0.8, 2.5, 1)
+    axes.plot([x for x, _, _ in curve], [y for _, y, _ in curve], lw=width, color=colour, zorder=order,
+              ls=look["linestyle"] if look else "-")
+    for x, y, point in curve:
+        axes.plot(x, y, ls="", marker=look["marker"] if look else "o", ms=size, color=colour, zorder=order + 0.5,
+                  mfc="white" if point.extrapolated else colour)
+        if spread:
+            times = point.cpu_seconds_per_second
+            axes.plot([min(times), max(times)], [y, y], color=colour, lw=width, zorder=order)

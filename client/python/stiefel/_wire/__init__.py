@@ -1,0 +1,1 @@
+"""The calls: connection, streams, and the readers of replies."""

@@ -1,0 +1,200 @@
+"""Reads the messages of whole answers."""
+from __future__ import annotations
+
+from typing import Any, Iterator, Mapping, Optional, Sequence, TypeVar
+
+import numpy as np
+from google.protobuf import json_format
+
+from stiefel import v1 as pb
+from stiefel._given.mappings import is_repeated
+from stiefel._results.base import Array
+from stiefel._wire.arrays import Assembly
+from stiefel._wire.replies import complete, ends_at, name_of, optional, price, require, run_status
+from stiefel._wire.resolved import put, resolve
+from stiefel.results import (Choice, Conservation, Conversion, Diagnosis, Domain, EstimatedError, Events, Geodesic, Invariant,
+                             Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
+from stiefel.scene import to_dict
+
+T = TypeVar("T")
+
+
+def read(kind: type[T], message: Any, **given: Any) -> T:
+    """Returns a `kind`, a dataclass, with the fields of `message` of the same names and those `given`. A list becomes a
+    tuple, an absent field None."""
+    for name, field in message.DESCRIPTOR.fields_by_name.items():
+        if name not in given and name in kind.__dataclass_fields__:  # type: ignore[attr-defined]
+            value = getattr(message, name)
+            given[name] = tuple(value) if is_repeated(field) else optional(message, name) if field.has_presence else value
+    return kind(**given)
+
+
+def state(message: pb.StepResponse, fields: dict[str, Array]) -> State:
+    """`fields`: those of the message's sample."""
+    sample = message.sample
+    return State(sample.step, sample.time, fields, run_status(message.run_status), message.computed_steps,
+                 message.checkpoint, price(message.price))
+
+
+def choice(message: Any) -> Optional[Choice]:
+    """Reads the choice in the message of a session or a conversion; None if its scene had no tolerance."""
+    if not message.HasField("choice"):
+        return None
+    method = json_format.MessageToDict(message.choice.method, preserving_proto_field_name=True)
+    return read(Choice, message.choice, method=method)
+
+
+def conversion(messages: Sequence[pb.ConvertResponse], request: pb.ConvertRequest) -> Conversion:
+    """Reads the messages of one call."""
+    blocks, arrays = Assembly(), Assembly()
+    for message in messages:
+        require(message.continues == (message is not messages[-1]), "a part of the conversion is missing")
+        blocks.take(message.blocks)
+        arrays.take(message.scene_arrays)
+    first, found, scene = complete(messages[0], "price"), arrays.finish(), None
+    if first.HasField("scene"):
+        resolved = resolve(request.scene, first.scene, first.cleared, found)
+        put(found, resolved)
+        scene = to_dict(resolved)
+    others = blocks.finish()
+    require(bool(others) == (scene is None), "a conversion has a scene or blocks")
+    require(all(array.dtype.kind in "fc" for array in others.values()), "a block has counts")
+    return Conversion(scene, others, {margin.domain: margin.margin for margin in first.margins}, choice(first))
+
+
+def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest) -> Geodesic:
+    """Reads all messages of one pair."""
+    arrays = Assembly()
+    for message in messages:
+        if message.HasField("trajectory"):
+            arrays.take([message.trajectory])
+    first = complete(messages[0], "run_status", "price")
+    status, scene, shortest = run_status(first.run_status), None, "unspecified"
+    trajectory = next(iter(arrays.finish().values()), None)
+    require(first.HasField("scene") == (status.outcome == Outcome.REACHED), "a geodesic has a scene")
+    if first.HasField("scene"):
+        scene, shortest = to_dict(first.scene), name_of(pb.Shortest, first.shortest).lower()
+        first_frame = request.pairs[first.pair].q_0
+        steps = request.steps or request.samples
+        asked = (np.dtype(np.float64), (steps + 1, first_frame.rows, first_frame.cols)) if steps else None
+        require((trajectory if trajectory is None else (trajectory.dtype, trajectory.shape)) == asked,
+                "the trajectory is not the one that was asked for")
+    return read(Geodesic, first, scene=scene, shortest=shortest, trajectory=trajectory, run_status=status)
+
+
+def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diagnosis:
+    complete(message, "run_status", "domain", "price")
+    ends_at(message.run_status, message.step, request.to)
+    for given, asked in ((message.forms, request.forms), (message.dirac_brackets, request.dirac_brackets)):
+        require(len(given) == len(asked), f"{len(given)} values for {len(asked)} forms or brackets")
+    require(not request.invariants or bool(message.invariants), "it has no invariants")
+    invariants = tuple(read(Invariant, complete(one, "name"), conservation=Conservation(one.conservation))
+                       for one in message.invariants)
+    if request.estimate_error == pb.ERROR_ESTIMATION_ALWAYS:
+        complete(message, "estimated_error")
+    error = read(EstimatedError, message.estimated_error) if message.HasField("estimated_error") else None
+    return read(Diagnosis, message, invariants=invariants, domain=read(Domain, message.domain), estimated_error=error,
+                run_status=run_status(message.run_status), price=price(message.price),
+                shortened={family.name: family.count for family in message.shortened})
+
+
+class TradeoffParts:
+    """Checks the parts of a trade-off as they arrive: the setup, then the points, then the front."""
+
+    def __init__(self) -> None:
+        self._points = 0
+        self._last: Optional[str] = None
+
+    @property
+    def begun(self) -> bool:
+        return self._last is not None
+
+    def check(self, part: pb.MeasureTradeoffResponse) -> None:
+        kind = part.WhichOneof("part")
+        require((kind == "setup") == (self._last is None) and kind is not None and self._last != "front",
+                f"{kind} comes after {self._last}")
+        if kind == "setup":
+            complete(part.setup, "machine", "numerics_id", "reference", "price")
+        elif kind == "point":
+            self._points += 1
+            point = complete(part.point, "method", "run_status")  # no times where the first step failed
+            reached = run_status(point.run_status).outcome == Outcome.REACHED
+            require(point.HasField("momentum_error") == reached, "a point has an error where its run has REACHED the horizon")
+        else:
+            require(all(i < self._points for i in part.front.points), f"the front is not of {self._points} points")
+        self._last = kind
+
+    def end(self) -> None:
+        require(self._last == "front", "the front is missing")
+
+
+def tradeoff(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
+    setup, points = pb.TradeoffSetup(), []
+    front: tuple[Point, ...] = ()
+    for message in messages:
+        if message.HasField("setup"):
+            setup = message.setup
+        elif message.HasField("point"):
+            points.append(_point(message.point))
+        else:
+            front = tuple(points[i] for i in message.front.points)
+    return Tradeoff(setup, tuple(points), front)
+
+
+def _point(message: pb.TradeoffPoint) -> Point:
+    method = message.method
+    return read(Point, message, method=method.name, order=method.order, substeps=method.substeps,
+                tolerance=optional(method, "tolerance"), arithmetic=method.arithmetic, scalar=method.scalar or "double",
+                run_status=run_status(message.run_status))
+
+
+def events(batch: pb.EventBatch, fields: dict[str, Array], ensemble: bool) -> Events:
+    return Events(np.array(batch.events, np.uint32), np.array(batch.steps, np.int64), np.array(batch.fractions),
+                  np.array(batch.times), np.array(batch.members, np.uint32) if ensemble else None, fields)
+
+
+def no_events(fields: Mapping[str, Array], ensemble: bool) -> Events:
+    """`fields`: the fields of some state, which give names, shapes and types."""
+    empty = {name: np.empty((0, *values.shape[ensemble:]), values.dtype) for name, values in fields.items()}
+    return events(pb.EventBatch(), empty, ensemble)
+
+
+def joined(parts: Sequence[Events], run_status: RunStatus) -> Events:
+    """Returns the events of all parts, of which there must be one or more."""
+    def join(name: str) -> Any:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return Events(join("event"), join("step"), join("fraction"), join("time"),
+                  None if parts[0].member is None else join("member"),
+                  {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields}, run_status)
+
+
+_OUTCOMES = np.array([name[len("OUTCOME_"):] for name in pb.Outcome.keys()])
+
+
+def check_statistics(arrays: Mapping[str, Array], request: pb.SummarizeRequest, ensemble: bool) -> None:
+    """Raises CorruptReply unless `arrays` are those that the request asks for: one for each statistic, and how each motion
+    ended."""
+    wanted = {name: "i" for name in ("outcome", "last_step", "ended_by", "samples")}
+    for quantity in request.quantities:
+        of_quantity = [(pb.Statistic.Name(s)[len("STATISTIC_"):].lower(), "i" if s == pb.STATISTIC_SIGN_CHANGES else "fc")
+                       for s in quantity.statistics]
+        of_quantity += [("quantiles", "fc")] * bool(quantity.quantiles) + [("histogram", "i")] * bool(quantity.edges)
+        wanted.update((f"{quantity.name}.{name}", kind) for name, kind in of_quantity)
+    require(arrays.keys() == wanted.keys(), f"it has the statistics {', '.join(arrays)}")
+    require(all(arrays[name].dtype.kind in kind for name, kind in wanted.items()), "a statistic has another data type")
+    outcome = arrays["outcome"]
+    require(outcome.ndim == ensemble and all(arrays[name].shape == outcome.shape for name in ("last_step", "ended_by")),
+            "outcome, last_step and ended_by do not have one number for each motion")
+    require(bool(((0 < outcome) & (outcome < len(_OUTCOMES))).all()), f"the outcomes are {outcome}")
+
+
+def summary(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: int, price: Optional[Price],
+       checkpoint: bytes, checkpoint_ignored: bool = False) -> Summary:
+    quantities: dict[str, dict[str, Array]] = {}
+    for name, values in arrays.items():
+        quantity, dot, statistic = name.rpartition(".")
+        if dot:
+            quantities.setdefault(quantity, {})[statistic] = values
+    return Summary(quantities, _OUTCOMES[arrays["outcome"]], arrays["last_step"], arrays["ended_by"],
+                   arrays["samples"], run_status, computed_steps, price, checkpoint, checkpoint_ignored)

@@ -1,0 +1,122 @@
+"""Arrays on the wire: whole, and in parts because they are larger than a message."""
+from __future__ import annotations
+
+import math
+from typing import Any, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+from stiefel._results.base import Array
+from stiefel.errors import CorruptReply
+
+LARGE = 4096  # numbers; a larger array travels as bytes
+_DTYPES: dict[int, np.dtype[Any]] = {
+    pb.DATA_TYPE_FLOAT64: np.dtype("<f8"), pb.DATA_TYPE_COMPLEX128: np.dtype("<c16"),
+    pb.DATA_TYPE_FLOAT32: np.dtype("<f4"), pb.DATA_TYPE_INT64: np.dtype("<i8"),
+}
+
+
+def decode(tensor: pb.Tensor) -> Array:
+    """Returns a read-only view of the tensor's bytes. Raises CorruptReply if they are not as many as the shape says."""
+    dtype, shape, data = dtype_of(tensor), tuple(tensor.shape), tensor.data  # protobuf copies `data` at each access
+    if len(data) != dtype.itemsize * math.prod(shape):
+        raise CorruptReply(f"an array of the shape {shape} has {len(data)} bytes")
+    array: Array = np.frombuffer(data, dtype).reshape(shape)
+    return array
+
+
+def dtype_of(tensor: pb.Tensor) -> np.dtype[Any]:
+    try:
+        return _DTYPES[tensor.data_type]
+    except KeyError:
+        raise CorruptReply(f"an array has the unknown data type {tensor.data_type}") from None
+
+
+def decode_fields(fields: Iterable[pb.Field]) -> dict[str, Array]:
+    return {field.name: decode(field.value) for field in fields}
+
+
+def set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
+    """Writes an array into an empty message."""
+    is_complex = np.iscomplexobj(block)
+    tensor.shape.extend(block.shape)
+    tensor.data_type = pb.DATA_TYPE_COMPLEX128 if is_complex else pb.DATA_TYPE_FLOAT64
+    tensor.data = np.ascontiguousarray(block, "<c16" if is_complex else "<f8").tobytes()
+
+
+def matrix(array: Array) -> pb.Matrix:
+    """Returns an array as a Matrix, whose rows are all axes of the array but the last. Raises CorruptReply if it has no
+    axis."""
+    if array.ndim == 0:
+        raise CorruptReply("a block of a scene has no axis")
+    rows = array.reshape(math.prod(array.shape[:-1]), array.shape[-1])
+    imaginary = rows.imag.ravel().tolist() if np.iscomplexobj(rows) else None
+    return pb.Matrix(rows=rows.shape[0], cols=rows.shape[1], values=rows.real.ravel().tolist(), imaginary=imaginary)
+
+
+def to_array(matrix: pb.Matrix) -> NDArray[Any]:
+    values: NDArray[Any] = np.array(matrix.values).reshape(matrix.rows, matrix.cols)
+    if not matrix.imaginary:
+        return values
+    imaginary: NDArray[Any] = np.array(matrix.imaginary).reshape(matrix.rows, matrix.cols)
+    return np.asarray(values + 1j * imaginary)
+
+
+def put_block(scene: pb.Scene, name: str, block: Array) -> None:
+    """Sets a block of a scene's initial state, as bytes if it is large."""
+    scene.initial.pop(name, None)
+    scene.initial_tensors.pop(name, None)
+    if block.size > LARGE:
+        set_tensor(scene.initial_tensors[name], block)
+    else:
+        scene.initial[name].CopyFrom(matrix(block))
+
+
+class Assembly:
+    """Takes arrays, whole or in part, in the order in which they arrive, and returns them whole."""
+
+    def __init__(self) -> None:
+        self._whole: dict[str, Array] = {}
+        self._parts: list[bytes] = []
+        self._name, self._dtype = "", np.dtype(float)
+        self._shape: tuple[int, ...] = ()
+
+    def take(self, fields: Iterable[pb.Field]) -> None:
+        """Takes arrays. Raises CorruptReply if a part does not continue the part before it."""
+        for field in fields:
+            if not field.whole_shape:
+                self._whole[field.name] = decode(field.value)
+                continue
+            if field.offset == 0:
+                self._join()
+                self._name, self._shape, self._dtype = field.name, tuple(field.whole_shape), dtype_of(field.value)
+            begun = sum(map(len, self._parts))
+            if field.name != self._name or field.offset * self._dtype.itemsize != begun:
+                raise _incomplete(field.name)
+            self._parts.append(field.value.data)
+
+    @property
+    def begun(self) -> bool:
+        """Whether something was taken since the last `finish`."""
+        return bool(self._whole or self._parts)
+
+    def finish(self) -> dict[str, Array]:
+        """Returns all arrays by name and leaves this object empty. Raises CorruptReply if one is incomplete."""
+        self._join()
+        whole, self._whole = self._whole, {}
+        return whole
+
+    def _join(self) -> None:
+        if not self._parts:
+            return
+        data = b"".join(self._parts)
+        if len(data) != math.prod(self._shape) * self._dtype.itemsize:
+            raise _incomplete(self._name)
+        self._whole[self._name] = np.frombuffer(data, self._dtype).reshape(self._shape)
+        self._parts = []
+
+
+def _incomplete(name: str) -> CorruptReply:
+    return CorruptReply(f"a part of the array {name} is missing")

@@ -1,0 +1,102 @@
+"""Steps over one bidirectional stream, where each step costs a message instead of a call."""
+from __future__ import annotations
+
+import queue
+from typing import Any, Callable, Optional, Sequence
+
+import grpc
+
+from stiefel import v1 as pb
+from stiefel._given.mappings import Names, names
+from stiefel._given.numbers import step_index
+from stiefel._wire.failures import from_status
+from stiefel._wire.recreation import Attempts, Recreation
+from stiefel._wire.replies import complete
+from stiefel._wire.retries import Deadline
+from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavailable
+from stiefel.results import State
+
+TOO_LARGE = "REPLY_TOO_LARGE"  # the reason of the error after which a state is fetched over Stream instead
+
+
+class Drive:
+    """An open stream for many steps of a session, made by `Session.drive`.
+
+    A wrong request raises an exception and does not end the stream. The stream has no deadline; `close`, from any
+    thread, ends it.
+    """
+
+    def __init__(self, handle: Recreation, id: str, fields: Optional[Names],
+                 read: Callable[[pb.StepResponse, pb.DriveRequest, Sequence[str], bool], State],
+                 in_parts: Callable[[int, Sequence[str], bool], State]):
+        """`read`: reads a reply, with the request, the fields in force and whether the caller wants the checkpoint.
+        `in_parts`: returns a state that is too large for a reply."""
+        self._handle, self._id, self._read, self._in_parts = handle, id, read, in_parts
+        self._fields = names("fields", fields)
+        self._requests: Any = None
+        self._replies: Any = None
+
+    def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False) -> State:
+        """Returns the state at step `to`, or the last good one before it. `fields` stay in force until others are
+        named. `checkpoint`: asks for `State.checkpoint`."""
+        to, wanted = step_index("to", to), names("fields", fields) or self._fields
+        request = pb.DriveRequest(session_id=self._id, to=to, fields=wanted,
+                                  return_checkpoint=checkpoint or self._handle.wants_checkpoint(to))
+        attempts = Attempts(self._handle, Deadline(None))
+        while True:
+            try:
+                state = self._read(self._ask(request), request, wanted, checkpoint)
+            except (NotFound, Unavailable) as error:
+                attempts.again(error)
+                self.close()  # the next stream goes to the server where the session is now
+            except ResourceExhausted as error:
+                attempts.again(error)
+            except InvalidArgument as error:
+                if error.reason != TOO_LARGE:
+                    raise
+                self._fields = wanted
+                return self._in_parts(to, wanted, checkpoint)
+            else:
+                self._fields = wanted
+                return state
+
+    def _ask(self, request: pb.DriveRequest) -> pb.StepResponse:
+        begins, metadata = self._replies is None, self._handle.metadata
+        if begins:
+            method, self._requests = self._handle.connection.stub.Drive, queue.SimpleQueue()
+            self._replies = method(iter(self._requests.get, None), metadata=metadata)
+        self._requests.put(request)
+        try:
+            reply = next(self._replies)
+        except grpc.RpcError as failure:
+            self.close()
+            self._handle.check_failure(failure)
+            raise self._handle.connection.error(failure) from None
+        except StopIteration:
+            self.close()
+            raise Unavailable("the server ended the drive") from None
+        if begins:
+            self._handle.check_build(self._replies)
+        if reply.HasField("error"):
+            raise from_status(reply.error)
+        answer: pb.StepResponse = complete(reply, "step").step
+        return answer
+
+    def close(self) -> None:
+        """Ends the stream. The next step opens another one."""
+        if self._replies is not None:
+            self._requests.put(None)
+            self._replies.cancel()
+            self._replies = None
+
+    def __enter__(self) -> Drive:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a drive cannot be pickled, because it is an open stream")
+
+    def __repr__(self) -> str:
+        return f"<stiefel.Drive of {self._id}, {'idle' if self._replies is None else 'open'}>"

@@ -1,0 +1,58 @@
+"""Deadlines and pauses between attempts. Every call is idempotent, so that it can be repeated when the server cannot be
+reached or refuses it because it is full. The attempts for these two reasons are counted separately."""
+from __future__ import annotations
+
+import random
+import time
+from typing import Any, Optional
+
+from stiefel._given.numbers import timeout as checked
+from stiefel.errors import DeadlineExceeded, ResourceExhausted, StiefelError, Unavailable
+
+ATTEMPTS = 6  # at a server that cannot be reached
+REFUSALS = 64  # by a server that says when to come back
+LONGEST = 300.0  # seconds; a refusal for longer is raised at once
+
+
+class Pauses:
+    """The pauses before the next attempts of one call, in seconds. For a server that cannot be reached: 0.05, 0.1,
+    0.2 ..., 1.55 s in all. For a refusal with a delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s,
+    so that callers refused together do not come back together. A refusal for more than 300 s ends the call."""
+
+    def __init__(self) -> None:
+        self._unavailable = 0
+        self._refusals = 0
+
+    def after(self, error: StiefelError) -> Optional[float]:
+        """Returns the pause before the next attempt in seconds; None if there is no further attempt."""
+        if isinstance(error, Unavailable) and self._unavailable < ATTEMPTS - 1:
+            self._unavailable += 1
+            return float(0.05 * 2 ** (self._unavailable - 1))
+        delay = error.retry_delay if isinstance(error, ResourceExhausted) else None
+        if delay is not None and delay <= LONGEST and self._refusals < REFUSALS:
+            self._refusals += 1
+            return max(delay, 0.0) + random.uniform(0, min(0.01 * 2 ** (self._refusals - 1), 1.0))
+        return None
+
+
+class Deadline:
+    """The monotonic time at which a call of `timeout` seconds ends; None for no end."""
+
+    def __init__(self, timeout: Any):
+        """`timeout`: seconds, a timedelta or a quantity of time; None for no end. Raises InvalidArgument for others."""
+        self.timeout = checked(timeout)
+        self._end = None if self.timeout is None else time.monotonic() + self.timeout
+
+    def left(self) -> Optional[float]:
+        """Returns the seconds that are left, at least 0; None for no end."""
+        return None if self._end is None else max(self._end - time.monotonic(), 0.0)
+
+    def comes_within(self, seconds: float) -> bool:
+        left = self.left()
+        return left is not None and left < seconds
+
+    def explain(self, error: StiefelError) -> StiefelError:
+        """Returns the error, after it has got the call's timeout if that is over."""
+        if isinstance(error, DeadlineExceeded) and self.timeout is not None:
+            error._say(f"{error.message} of {self.timeout:.3g} s")
+        return error

@@ -1,0 +1,333 @@
+"""The results of calls. Their numpy arrays are views of the bytes received."""
+from __future__ import annotations
+
+import enum
+import os
+from dataclasses import dataclass, field
+from typing import Any, Mapping, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+from stiefel._results import save
+from stiefel._results.base import Array, ByValue, Ended, Fields, Outcome, Price, RunStatus
+from stiefel._results.tradeoff import Point, Tradeoff
+
+__all__ = ["Batch", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "EstimatedError", "Events", "Geodesic",
+           "Invariant", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class State(Ended, Fields):
+    """The state at `step`: a mapping from field names to arrays.
+
+    If `outcome` is not REACHED, it is the last good state. The arrays are (rows, cols), in an ensemble (members, rows,
+    cols). They are read-only; `copy()` an array to change it. Two states are equal if their steps, times, fields and
+    run statuses are equal, whatever they cost.
+    """
+
+    step: int
+    time: float
+    fields: dict[str, Array]
+    run_status: RunStatus
+    computed_steps: int = field(compare=False)  #: steps computed for this reply; earlier states came from a cache
+    checkpoint: bytes = field(compare=False)  #: on request, a checkpoint that `Client.create` accepts
+    price: Optional[Price] = field(default=None, compare=False)  #: the predicted price of the computed steps
+
+    def __repr__(self) -> str:
+        return f"<stiefel.State {self.outcome} at step {self.step}, time {self.time!r}: {self._shapes()}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Batch(Fields):
+    """Consecutive samples: a mapping from field names to arrays, with `step` and `time` of every sample.
+
+    The arrays are (samples, rows, cols), in an ensemble (samples, members, rows, cols).
+    """
+
+    step: NDArray[np.int64]
+    time: Array
+    fields: dict[str, Array]
+
+    @property
+    def samples(self) -> int:
+        """The number of samples."""
+        return len(self.step)
+
+    def __repr__(self) -> str:
+        return f"<stiefel.Batch {self._extent()}: {self._shapes()}>"
+
+    def _extent(self) -> str:
+        if not self.samples:
+            return "of no samples"
+        samples = f"{self.samples} sample" + ("s" if self.samples > 1 else "")
+        return f"of {samples}, steps {self.step[0]} to {self.step[-1]}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Ended, Batch):
+    """All samples of a run: a mapping from field names to arrays, which belong to the caller.
+
+    Two trajectories are equal if their steps, times, fields and run statuses are equal.
+    """
+
+    run_status: RunStatus
+    #: Steps computed for the trajectory, including those of streams that broke; other states came from a cache.
+    computed_steps: int = field(compare=False)
+
+    def save(self, file: "str | os.PathLike[str]") -> None:
+        """Writes the samples in a format of `stiefel run --output`, which the extension of the name chooses.
+
+        .npz: `step`, `time` and the fields by name, for `numpy.load`. .csv: one line per sample. .json: the samples
+        and the outcome. Raises ValueError for another extension. The file appears under its name only when it is
+        complete.
+        """
+        save.save(self, file)
+
+    def __repr__(self) -> str:
+        return f"<stiefel.Trajectory {self.outcome} {self._extent()}: {self._shapes()}>"
+
+
+@dataclass(frozen=True, repr=False)
+class Choice:
+    """A method that the server chose for a scene's tolerance."""
+
+    method: dict[str, Any]  #: the value of "method" in a scene
+    tolerance: float
+    horizon: float
+    reason: str  #: one sentence with error, work, what was measured and which reference it was compared with
+    error: float  #: largest error of attitude and momentum up to the horizon; an estimate unless `verified`
+    #: Whether the method ran over the whole horizon. False only with "verification": "optional" in the scene.
+    verified: bool
+
+    def __repr__(self) -> str:
+        method = ", ".join(f"{name} {value}" if name != "name" else str(value) for name, value in self.method.items())
+        return f"<stiefel.Choice of {method} for the tolerance {self.tolerance:g} up to time {self.horizon:g}: {self.reason}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Conversion(ByValue):
+    """A motion in the variables of another system, as a scene or as blocks."""
+
+    scene: Optional[dict[str, Any]]  #: the resolved scene; None if the target is not a system
+    blocks: dict[str, Array]  #: the blocks by name if the target is not a system, else empty
+    margins: dict[str, float]  #: distance from the edge of each domain, by the domain's name: positive inside
+
+    choice: Optional[Choice] = None  #: the method that was chosen if the scene had a tolerance
+
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {values.shape}" for name, values in self.blocks.items())
+        what = shapes if self.scene is None else f"a scene of {self.scene['system']}"
+        margins = "".join(f", margin of {domain} {margin:.3g}" for domain, margin in self.margins.items())
+        return f"<stiefel.Conversion to {what}{margins}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Geodesic(Ended, ByValue):
+    """The geodesic that joins two frames. If `outcome` is not REACHED, none was found."""
+
+    scene: Optional[dict[str, Any]]  #: the scene of the motion from Q_0 at time 0 to Q_T at the given time
+    energy: float
+    residual: float  #: max |Q(time) - Q_T|
+    #: whether it is the shortest geodesic between the frames: "yes" is proved; "none_shorter_found": a search was
+    #: completed; "no": a shorter path was seen; "unknown": a search was not completed, or the discrete problem
+    shortest: str
+    distinct: int  #: how many different geodesics the search has seen
+    trajectory: Optional[Array]  #: the frames, (samples + 1, n, N); None without samples
+    run_status: RunStatus
+
+    def __repr__(self) -> str:
+        frames = "" if self.trajectory is None else f", trajectory {self.trajectory.shape}"
+        return (f"<stiefel.Geodesic {self.outcome}: energy {self.energy!r}, residual {self.residual:.1e}, shortest: "
+                f"{self.shortest}, {self.distinct} seen{frames}>")
+
+
+@dataclass(frozen=True)
+class EstimatedError:
+    """The estimated distance of a state from the exact motion. A drift says nothing about this error."""
+
+    #: max |Q - Q_exact|. None without a frame and where it is too small to tell, below 2 * `reference_error`.
+    attitude: Optional[float]
+    #: max |M - M_exact| / max |M_exact|. None where it is too small to tell, below 2 * `reference_error`.
+    momentum: Optional[float]
+    angle: Optional[float]  #: in three dimensions the angle between the attitudes, in radians
+    reference_error: float  #: the reference's own error, which attitude and momentum include
+    reference: str  #: what the state was compared with
+    work: float  #: instructions that the estimate took
+    run_work: float  #: instructions that the run from step 0 takes
+    missing: str  #: why both attitude and momentum are None, else ""
+    member: Optional[int]  #: in an ensemble: the member with the largest error, whose numbers these are
+
+    def __str__(self) -> str:
+        """Returns one line: "attitude 4.3e-14, momentum 4.1e-14 from Jacobi's closed form in extended precision"."""
+        of = "" if self.member is None else f", of member {self.member}"
+        if self.missing:
+            return f"none: {self.missing}{of}"
+        known = [f"{name} {value:.1e}" for name, value in (("attitude", self.attitude), ("momentum", self.momentum))
+                 if value is not None]
+        return f"{', '.join(known) or f'below {2 * self.reference_error:.1e}'} from {self.reference}{of}"
+
+
+class Conservation(str, enum.Enum):
+    """How a method keeps an invariant of the exact motion. Each value equals its name in lower case."""
+
+    EXACT = "exact"  #: kept to rounding, whatever the step
+    BOUNDED = "bounded"  #: the error oscillates and does not grow
+    DRIFTS = "drifts"  #: the error grows with time
+    UNSPECIFIED = "unspecified"  #: the server does not say
+
+    def __str__(self) -> str:
+        return self.value
+
+    @classmethod
+    def _missing_(cls, value: object) -> Conservation:
+        """A number of the enum on the wire, such as `Client.describe` returns."""
+        known = isinstance(value, int) and value in pb.Conservation.values()
+        return cls(pb.Conservation.Name(value)[len("CONSERVATION_"):].lower()) if known else cls.UNSPECIFIED
+
+
+@dataclass(frozen=True)
+class Invariant:
+    """One number that the exact motion keeps."""
+
+    name: str  #: "energy", "spatial_momentum[1,2]", "manakov[3,1]"
+    initial: float
+    value: float
+    #: |value - initial| / scale, computed before the numbers are rounded to doubles or overflow; |value - initial|
+    #: where the scale is 0.
+    drift: float
+    scale: float  #: the size to which the drift is relative
+    conservation: Conservation  #: what the method declares that it does to this invariant
+    member: Optional[int] = None  #: in an ensemble: the member with the largest drift, whose numbers these are
+
+    @property
+    def of_member(self) -> str:
+        """" of member 3" in an ensemble, else ""."""
+        return "" if self.member is None else f" of member {self.member}"
+
+
+@dataclass(frozen=True)
+class Domain:
+    """How near the state is to the edge of the map's domain."""
+
+    h_omega: float  #: |h| times the operator norm of Omega
+    #: The largest |h| for which a step from this state exists; only for implicit maps and N <= 32.
+    largest_step: Optional[float] = None
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Ended):
+    """The properties of the state at `step`. What was not asked for or does not exist is None or empty."""
+
+    step: int
+    time: float
+    invariants: tuple[Invariant, ...]
+    orthogonality: Optional[float]  #: max |Q^T Q - I|; None in momentum-only scenes
+    domain: Domain
+    forms: tuple[float, ...]  #: the values of the requested two-forms, in their order
+    dirac_brackets: tuple[float, ...]  #: the values of the requested brackets, in their order
+    #: The largest |omega(T phi u, T phi v) - omega(u, v)| / |u||v| over random pairs, where phi is one step.
+    symplectic_defect: Optional[float]
+    estimated_error: Optional[EstimatedError]
+    run_status: RunStatus
+    computed_steps: int = field(compare=False, repr=False)
+    #: The families of which `invariants` has only those with the largest drifts, and how many invariants each has.
+    shortened: dict[str, int] = field(default_factory=dict)
+    price: Optional[Price] = field(default=None, compare=False, repr=False)  #: the predicted price of the call
+
+    def __repr__(self) -> str:
+        """Returns at most five lines; `table` has every invariant."""
+        lines = [f"<stiefel.Diagnosis {self.outcome} at step {self.step}, time {self.time!r}: {len(self.invariants)} invariants"]
+        if self.invariants:
+            worst = max(self.invariants, key=lambda invariant: invariant.drift)
+            lines.append(f"  largest drift {worst.drift:.1e} of {worst.name}{worst.of_member} ({worst.conservation})")
+        if self.orthogonality is not None:
+            lines.append(f"  orthogonality {self.orthogonality:.1e}")
+        if self.estimated_error is not None:
+            lines.append(f"  estimated error: {self.estimated_error}")
+        return "\n".join(lines) + ">"
+
+    def table(self) -> str:
+        """Returns a table with one line for each invariant, and the estimated error if it was asked for. A drift says
+        nothing about that error. In an ensemble a line names the member whose drift of that invariant is the largest."""
+        names = [invariant.name + invariant.of_member for invariant in self.invariants]
+        width = max(map(len, names), default=0)
+        lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
+        lines += [f"  {name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}"
+                  for name, i in zip(names, self.invariants)]
+        if self.orthogonality is not None:
+            of_all = any(i.member is not None for i in self.invariants)
+            lines.append(f"  orthogonality {self.orthogonality:.1e}" + ("  the largest of all members" if of_all else ""))
+        if self.estimated_error is not None:
+            lines.append(f"  estimated error: {self.estimated_error}")
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Events(Fields):
+    """Zeros of functions of the state, ordered by step: a mapping from field names to the fields at the zeros, with one
+    element per zero in each array. Events are equal if all their arrays and their run statuses are equal."""
+
+    event: NDArray[np.uint32]  #: the index of the event among those asked for
+    step: NDArray[np.int64]  #: the last step before the zero
+    #: The zero is at step + fraction, 0 < fraction <= 1. For a discrete system the fraction is 1, and the zero lies
+    #: somewhere between the two steps.
+    fraction: Array
+    time: Array  #: (step + fraction) times the scene's step
+    member: Optional[NDArray[np.uint32]]  #: the member of an ensemble; None for a single motion
+    fields: dict[str, Array]  #: the fields at the zeros, (events, rows, cols)
+    run_status: Optional[RunStatus] = None  #: how the run ended; None in the parts from `Session.stream_events`
+
+    @property
+    def count(self) -> int:
+        """The number of zeros. `len` gives the number of fields, as for every mapping."""
+        return len(self.step)
+
+    def __repr__(self) -> str:
+        outcome = f" {self.run_status.outcome}" if self.run_status else ""
+        return f"<stiefel.Events{outcome} of {self.count} zero{'s' if self.count != 1 else ''}: {self._shapes()}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Summary(Ended, ByValue, Mapping[str, "dict[str, Array]"]):
+    """Statistics by quantity and name: `summary["energy"]["drift"]`. Two summaries are equal if all their arrays and their
+    run statuses are equal, whatever they cost.
+
+    The shape of an array is that of the field, () for a single invariant, or (invariants,) for a family. In an
+    ensemble, (members,) stands before this shape; (quantiles,) or (bins,) stands behind it.
+    """
+
+    quantities: dict[str, dict[str, Array]]
+    outcomes: Array  #: how each motion ended, texts equal to `Outcome`: (), in an ensemble (members,)
+    last_step: Array  #: the last step of each motion: (), in an ensemble (members,)
+    ended_by: Array  #: the index of the terminal event, or -1: (), in an ensemble (members,)
+    samples: Array  #: the number of samples: (), in an ensemble (members,)
+    run_status: RunStatus
+    computed_steps: int = field(compare=False)
+    price: Optional[Price] = field(default=None, compare=False)
+    checkpoint: bytes = field(default=b"", compare=False)  #: the last checkpoint, if any was asked for
+    #: whether the server ignored the call's checkpoint, because it does not have the key that signed it
+    checkpoint_ignored: bool = field(default=False, compare=False)
+
+    def __getitem__(self, name: str) -> dict[str, Array]:
+        try:
+            return self.quantities[name]
+        except KeyError:
+            raise KeyError(f"no quantity {name!r}; the quantities are {', '.join(self.quantities) or 'none'}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.quantities
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.quantities)
+
+    def __iter__(self) -> Any:
+        return iter(self.quantities)
+
+    def __len__(self) -> int:
+        return len(self.quantities)
+
+    def __repr__(self) -> str:
+        what = ", ".join(f"{name} {'/'.join(statistics)}" for name, statistics in self.quantities.items())
+        return f"<stiefel.Summary {self.outcome}: {what or 'nothing'}>"

@@ -1,0 +1,126 @@
+"""Scenes, which may be given as a dict, the path of a scene file, or a message."""
+from __future__ import annotations
+
+import json
+import math
+import os
+import reprlib
+from pathlib import Path
+from typing import Any, Mapping, Union
+
+import numpy as np
+from google.protobuf import json_format
+
+from stiefel import v1 as pb
+from stiefel._given.mappings import parse
+from stiefel._given.numbers import number, refused
+from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, unit_of
+from stiefel._wire.arrays import matrix, put_block
+
+SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", pb.Scene]
+
+
+def to_message(scene: SceneLike) -> pb.Scene:
+    """Returns the message of a scene.
+
+    In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
+    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix. In an ensemble,
+    blocks may be (members, n, N), and lists of which each member has its own (members, numbers). Raises InvalidArgument
+    that names the first wrong number, unit or shape, or the paths of all unknown keys and values of a wrong type.
+    """
+    if isinstance(scene, pb.Scene):
+        return scene
+    if not isinstance(scene, Mapping):
+        scene = _read(scene)
+    description = _by_name(scene, pb.Scene)
+    ensemble, arrays = Ensemble.of(description.get("members")), {}
+    if isinstance(description.get("initial"), Mapping):
+        blocks = {name: block if isinstance(block, Mapping) else block_of(f"scene.initial.{name}", block, ensemble)
+                  for name, block in description["initial"].items()}
+        ensemble = ensemble.with_blocks(blocks.values())
+        arrays = {name: block for name, block in blocks.items() if not isinstance(block, Mapping)}
+        description["initial"] = {name: block for name, block in blocks.items() if name not in arrays}
+    for name, kind in (("body", pb.Body), ("method", pb.Method)):
+        if isinstance(description.get(name), Mapping):
+            description[name] = _with_numbers(f"{name}.", _by_name(description[name], kind), ensemble)
+    message = pb.Scene()
+    parse(_in_json(_plain(_with_numbers("", description, ensemble))), message, "scene")
+    for name, block in arrays.items():
+        put_block(message, name, block)
+    return message
+
+
+def _by_name(mapping: Mapping[str, Any], kind: Any) -> dict[str, Any]:
+    """Returns the mapping with the proto's field names in place of lowerCamelCase names, which protobuf reads too."""
+    names = {field.json_name: field.name for field in kind.DESCRIPTOR.fields}
+    return {names.get(key, key): value for key, value in mapping.items()}
+
+
+def _with_numbers(owner: str, part: dict[str, Any], ensemble: Ensemble) -> dict[str, Any]:
+    """Returns a part of a scene, in which lists are flat and single numbers have no units. `owner`: the part's path."""
+    for name, value in part.items():
+        path = owner + name
+        if path in LISTS and value is not None:
+            part[name] = list_of(path, value, ensemble)
+        elif path in NUMBERS and not isinstance(value, (str, type(None))):  # a text may be "NaN" in JSON
+            part[name] = number(f"scene.{path}", value, unit_of(path))
+    return part
+
+
+def to_method(method: Mapping[str, Any]) -> pb.Method:
+    """Returns the message of a scene's `method`."""
+    message = pb.Method()
+    tolerance = method.get("tolerance") if isinstance(method, Mapping) else None
+    if tolerance is not None:
+        method = {**method, "tolerance": number("method.tolerance", tolerance)}
+    parse(_in_json(_plain(method)), message, "method")
+    return message
+
+
+def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
+    """Reads a scene file. Raises OSError if that fails, and InvalidArgument if it holds no JSON object."""
+    if not isinstance(file, (str, os.PathLike)):
+        raise refused("scene", f"{reprlib.repr(file)}: must be a dict, the path of a scene file or a Scene message")
+    try:
+        scene = json.loads(Path(file).read_text(encoding="utf-8-sig"))  # with or without a byte order mark
+    except UnicodeDecodeError as error:
+        raise refused("scene", f"{file}: byte {error.start}: must be UTF-8") from None
+    except ValueError as error:
+        raise refused("scene", f"{file}: not JSON: {error}") from None
+    if not isinstance(scene, dict):
+        raise refused("scene", f"{file}: {reprlib.repr(scene)}: must be an object: {{...}}")
+    return scene
+
+
+def to_dict(scene: SceneLike) -> dict[str, Any]:
+    """Returns the JSON form of a scene as a dict, with the proto's field names."""
+    description: dict[str, Any] = json_format.MessageToDict(to_message(scene), preserving_proto_field_name=True)
+    return description
+
+
+def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
+    """Returns the message of an array, nested list or mapping. `path` is its name in errors."""
+    if not isinstance(block, Mapping):
+        return matrix(block_of(path, block))
+    message = pb.Matrix()
+    parse(_in_json(_plain(block)), message, path)
+    return message
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def _in_json(value: Any) -> Any:
+    """Replaces NaN and the infinities by protobuf's JSON names for them, so that the server reports them."""
+    if isinstance(value, Mapping):
+        return {key: _in_json(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_in_json(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
+    return value

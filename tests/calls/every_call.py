@@ -1,0 +1,41 @@
+"""The list of calls in every_call.txtpb, one of every RPC."""
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, symbol_database, text_format
+
+from stiefel import v1  # noqa: F401 (the messages of the requests)
+from stiefel.v1 import simulation_pb2
+
+HERE = Path(__file__).parent
+PROTO = HERE.parents[1] / "proto"
+RPCS = [method.name for method in simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"].methods]
+
+
+def _kind() -> Any:
+    """The type stiefel.test.Calls, which no generated code of Python has."""
+    with tempfile.NamedTemporaryFile() as out:
+        subprocess.run(["protoc", f"-I{PROTO}", f"-I{HERE}", f"--descriptor_set_out={out.name}", HERE / "calls.proto"], check=True)
+        files = descriptor_pb2.FileDescriptorSet.FromString(Path(out.name).read_bytes())
+    pool = descriptor_pool.Default()
+    for file in files.file:
+        pool.AddSerializedFile(file.SerializeToString())
+    calls = pool.FindMessageTypeByName("stiefel.test.Calls")
+    if hasattr(message_factory, "GetMessageClass"):  # which protobuf 4.21 does not have
+        return message_factory.GetMessageClass(calls)
+    return symbol_database.Default().GetPrototype(calls)
+
+
+def every_call() -> list[tuple[str, list[Any]]]:
+    """The RPC of each call, and its requests: one, of Drive several."""
+    calls = []
+    for call in text_format.Parse((HERE / "every_call.txtpb").read_text(), _kind()()).calls:
+        name = call.WhichOneof("request")
+        rpc, request = "".join(word.capitalize() for word in name.split("_")), getattr(call, name)
+        calls.append((rpc, list(request.requests) if rpc == "Drive" else [request]))
+    assert {rpc for rpc, _ in calls} == set(RPCS), "one of every RPC"
+    return calls

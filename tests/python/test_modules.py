@@ -1,0 +1,85 @@
+"""The package's modules: which are public, that no imports form a circle, and what completion shows."""
+import ast
+import dataclasses
+import enum
+import inspect
+from pathlib import Path
+
+import pytest
+
+import stiefel
+
+FOLDER = Path(stiefel.__file__).parent
+PUBLIC = {"client", "errors", "results", "scene", "server", "session", "sweep"}
+
+
+def sources(folder):
+    """The syntax trees of a package's modules by their names, without the generated ones."""
+    return {".".join(("stiefel", *path.relative_to(folder).with_suffix("").parts)).removesuffix(".__init__"): ast.parse(path.read_text())
+            for path in folder.rglob("*.py") if not path.name.endswith(("_pb2.py", "_pb2_grpc.py"))}
+
+
+def arrows(trees):
+    """The modules that each module imports, wherever in it."""
+    found = {}
+    for name, tree in trees.items():
+        imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        named = {f"{node.module}.{one.name}" for node in imports for one in node.names} | {node.module for node in imports}
+        named |= {one.name for node in ast.walk(tree) if isinstance(node, ast.Import) for one in node.names}
+        found[name] = (named & set(trees)) - {name, "stiefel"}
+    return found
+
+
+def circle(arrows):
+    """Some modules that import each other, none if there are none."""
+    left = dict(arrows)
+    while free := [name for name, to in left.items() if not to & set(left)]:
+        for name in free:
+            del left[name]
+    return sorted(left)
+
+
+def test_no_imports_form_a_circle():
+    trees = sources(FOLDER)
+    assert len(trees) > 40 and circle(arrows(trees)) == []
+    for name, tree in trees.items():
+        assert not any(isinstance(node, ast.Name) and node.id == "TYPE_CHECKING" for node in ast.walk(tree)), name
+
+
+def test_a_circle_is_found(tmp_path):
+    for name, text in {"a": "from stiefel.b import x", "b": "def late():\n    from stiefel import c", "c": "import stiefel.a"}.items():
+        (tmp_path / f"{name}.py").write_text(text)
+    assert circle(arrows(sources(tmp_path))) == ["stiefel.a", "stiefel.b", "stiefel.c"]
+    (tmp_path / "c.py").write_text("import json")
+    assert circle(arrows(sources(tmp_path))) == []
+
+
+def test_the_public_modules():
+    there = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "version"}
+    folders = {path.name for path in FOLDER.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert there == PUBLIC and {name for name in folders if not name.startswith("_")} == {"v1"}
+    assert sorted(dir(stiefel)) == sorted(stiefel.__all__)
+
+
+@pytest.mark.parametrize("kind", [getattr(stiefel, name) for name in stiefel.__all__ if inspect.isclass(getattr(stiefel, name))],
+                         ids=lambda kind: kind.__name__)
+def test_what_completion_shows_of_a_class_is_documented(kind):
+    fields = {field.name for field in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else set()
+    told = set(kind.__annotations__) | set(getattr(stiefel.StiefelError, "__annotations__", ())) | fields
+    for name in dir(kind):
+        if name.startswith("_") or name in told or hasattr(OSError, name) or hasattr(str, name) and issubclass(kind, enum.Enum):
+            continue
+        value = inspect.getattr_static(kind, name)
+        assert inspect.getdoc(getattr(value, "fget", None) or value) or isinstance(value, (enum.Enum, int)), f"{kind.__name__}.{name}"
+        assert not isinstance(value, staticmethod), f"{kind.__name__}.{name}"
+
+
+def test_what_completion_shows_of_an_object(client):
+    with client.create({"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], "angular_velocity": [1, 0, 1]}}) as session:
+        shown = {one: " ".join(name for name in dir(one) if not name.startswith("_")) for one in (client, session, session.drive())}
+    assert list(shown.values()) == [
+        "address any_build channel close closed connect convert create delete describe geodesic get list stub timeout tradeoff "
+        "tradeoff_parts",
+        "choice created delete diagnose drive events fork id message resolved scene step step_price stream stream_events summarize "
+        "trajectory",
+        "close step"]
