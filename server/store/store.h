@@ -99,6 +99,9 @@ class Store {
   /// changes: the log takes the space of the reserve, and the file does not grow, so that the
   /// reserve finds its space again.
   void transact_in_place(const std::function<void()>& changes, Patience wait = Patience(0));
+  /// Does the same for deletions, which may use the spare pages of the file: a deletion may need a
+  /// few before it frees any.
+  void delete_in_place(const std::function<void()>& changes, Patience wait = Patience(0));
 
   /// A session's row, with its checkpoint if there is a valid one.
   struct Row {
@@ -120,6 +123,8 @@ class Store {
  private:
   void check_names() const;
   bool empty_log() noexcept;
+  /// Makes the spare again if the file has as many free pages.
+  void hold_pages() noexcept;
   void give_free_pages_back() noexcept;
   void keep_newest_tombstones(std::int64_t count);
 
