@@ -16,6 +16,11 @@ std::size_t whole_bytes(const Session& session, const std::vector<std::size_t>& 
   return 2 * sizeof(double) + sample_bytes(session, fields);
 }
 
+/// Returns the number of samples that a run from `start` has to reach.
+std::int64_t stops(const Sampling::Range& range, std::int64_t start) {
+  return range.samples() - (start == range.from);
+}
+
 }  // namespace
 
 Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range range,
@@ -84,18 +89,15 @@ void Sampling::end() {
   if (range_.checkpoint_at_end) checkpoint();
 }
 
-std::uint64_t Sampling::samples() const {
-  const auto steps = static_cast<std::uint64_t>(range_.to - range_.from);
-  const auto every = static_cast<std::uint64_t>(range_.every);
-  return steps / every + (steps % every > 0) + 1;
+std::int64_t Sampling::Range::samples() const {
+  return (to - from) / every + ((to - from) % every > 0) + 1;
 }
 
-double Sampling::work() const {
-  return session_.most_work(cursor_.start(), range_.to) +
-         static_cast<double>(samples()) * sample_work(session_, fields_);
-}
+double Sampling::work() const { return sampling_work(session_, fields_, range_, cursor_.start()); }
 
-std::uint64_t Sampling::bytes() const { return samples() * whole_bytes(session_, fields_); }
+std::uint64_t Sampling::bytes() const {
+  return static_cast<std::uint64_t>(range_.samples()) * whole_bytes(session_, fields_);
+}
 
 void Sampling::sample(Batch& batch) {
   const Simulation& simulation = cursor_.simulation();
@@ -124,6 +126,18 @@ void Sampling::trim(Batch& batch) const {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     batch.fields[i].resize(batch.size() * field_bytes(session_, session_.fields()[fields_[i]]));
   }
+}
+
+double sampling_work(const Session& session, const std::vector<std::size_t>& fields,
+                     const Sampling::Range& range, std::int64_t start) {
+  return session.most_work(start, range.to, stops(range, start)) +
+         static_cast<double>(range.samples()) * sample_work(session, fields);
+}
+
+double expected_sampling_work(const Session& session, const std::vector<std::size_t>& fields,
+                              const Sampling::Range& range, std::int64_t start) {
+  return session.work(start, range.to, stops(range, start)) +
+         static_cast<double>(range.samples()) * sample_work(session, fields);
 }
 
 }  // namespace stiefel::server

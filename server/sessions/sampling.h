@@ -42,6 +42,8 @@ class Sampling {
     bool checkpoint_at_end = false;
 
     bool checkpoints() const { return checkpoint_every > 0 || checkpoint_at_end; }
+    /// The number of samples of a run that reaches `to`.
+    std::int64_t samples() const;
   };
   Sampling(Session& session, std::vector<std::size_t> fields, Range range,
            const std::stop_token& stop = {});
@@ -73,8 +75,8 @@ class Sampling {
   void trim(Batch& batch) const;
 
   const Cursor& cursor() const { return cursor_; }
-  /// The predicted price of a run that reaches `to`: work in instructions, and bytes of its
-  /// samples.
+  /// The predicted price of a run that reaches `to`: the most work in instructions, and the bytes
+  /// of its samples.
   double work() const;
   std::uint64_t bytes() const;
   /// The most samples of a batch.
@@ -82,8 +84,6 @@ class Sampling {
 
  private:
   void take(Batch& batch, const std::stop_token& stop);
-  /// Returns the number of samples of a run that reaches `to`.
-  std::uint64_t samples() const;
   /// Returns where the cursor goes next: to a sample, or to a checkpoint before it.
   std::int64_t target() const;
   void checkpoint();
@@ -102,5 +102,12 @@ class Sampling {
   bool done_ = false;
   bool price_reached_ = false;
 };
+
+/// Returns the most work of such a sampling that begins with the state at `start`, and the work
+/// that is expected, in instructions.
+double sampling_work(const Session& session, const std::vector<std::size_t>& fields,
+                     const Sampling::Range& range, std::int64_t start);
+double expected_sampling_work(const Session& session, const std::vector<std::size_t>& fields,
+                              const Sampling::Range& range, std::int64_t start);
 
 }  // namespace stiefel::server

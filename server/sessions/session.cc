@@ -356,9 +356,8 @@ Checkpoints::Nearest Session::take_last_state() {
   return checkpoints_.nearest(max_step);
 }
 
-double Session::work(std::int64_t from, std::int64_t to) const {
-  const double steps = static_cast<double>(to - from);
-  return step_work_ * (direct_ ? std::min(1.0, steps) : steps);
+double Session::work(std::int64_t from, std::int64_t to, std::int64_t stops) const {
+  return step_work_ * static_cast<double>(direct_ ? std::min(stops, to - from) : to - from);
 }
 
 std::optional<AttemptLimit> Session::attempt_limit() const {
@@ -375,9 +374,9 @@ void Session::raise_attempts(double each) {
   }
 }
 
-double Session::most_work(std::int64_t from, std::int64_t to) const {
+double Session::most_work(std::int64_t from, std::int64_t to, std::int64_t stops) const {
   const auto limit = attempt_limit();
-  return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to);
+  return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to, stops);
 }
 
 std::vector<std::int64_t> Session::cached_steps() const {

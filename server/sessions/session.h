@@ -66,15 +66,16 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether every state is computed directly from that at step 0, however far away it is.
   bool direct() const { return direct_; }
-  /// Returns the predicted work of the steps between two states, in instructions.
-  double work(std::int64_t from, std::int64_t to) const;
+  /// Returns the predicted work of the steps between two states, in instructions, for a run that
+  /// stops `stops` times on its way, the end included. A `direct` session takes as much to each.
+  double work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const;
   /// Set where the method chooses its own steps: the next call may try so many.
   std::optional<AttemptLimit> attempt_limit() const;
   /// Raises the predicted attempts of a step to those that the steps of a call have taken.
   void raise_attempts(double each);
   /// Returns the most work of these steps in one call where the session has an `attempt_limit`,
   /// otherwise `work`.
-  double most_work(std::int64_t from, std::int64_t to) const;
+  double most_work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const;
   /// A field that is not finite at step 0, if there is one. It overflows in 1/λ or λ_i + λ_j
   /// although every λ is valid by itself.
   const std::optional<Overflow>& overflow() const { return overflow_; }
