@@ -328,12 +328,21 @@ void Session::tell_ledger() {
   if (ledger_ && !reported_to_ledger_.exchange(true)) ledger_->cached(weak_from_this());
 }
 
+double Session::work(std::int64_t from, std::int64_t to, std::int64_t stops) const {
+  return step_work_ * static_cast<double>(direct_ ? std::min(stops, to - from) : to - from);
+}
+
 std::optional<AttemptLimit> Session::attempt_limit() const {
   std::optional<AttemptLimit> limit = attempt_limit_;
   if (!limit) return limit;
   limit->each = std::max(limit->each, AttemptLimit::margin * attempts_taken_.load());
   limit->longest = std::max(limit->longest, limit->each);
   return limit;
+}
+
+double Session::most_work(std::int64_t from, std::int64_t to, std::int64_t stops) const {
+  const auto limit = attempt_limit();
+  return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to, stops);
 }
 
 std::vector<std::int64_t> Session::cached_steps() const {

@@ -56,10 +56,19 @@ std::int64_t digest_of(const StoredCheckpoint& c) {
       .value();
 }
 
-/// The first column of the key of a row.
+/// Returns the place of a row. The upper bits of `hash` hardly differ for names that differ in
+/// their last letters; those of the result (the finalizer of MurmurHash3) depend on all of its
+/// bits.
 std::int64_t place_of(const Principal& principal, std::string_view id) {
-  return Digest().add(principal.name).add(id).value();
+  auto bits = std::bit_cast<std::uint64_t>(Digest().add(principal.name).add(id).value());
+  bits = (bits ^ bits >> 33) * 0xff51afd7ed558ccd;
+  bits = (bits ^ bits >> 33) * 0xc4ceb9fe1a85ec53;
+  return std::bit_cast<std::int64_t>(bits ^ bits >> 33);
 }
+
+/// Fills 8 pages that a deletion on a full disk may use.
+constexpr const char* hold_spare =
+    "INSERT INTO spare SELECT zeroblob(32768) WHERE NOT EXISTS (SELECT 1 FROM spare)";
 
 constexpr std::string_view select =
     "SELECT principal, id, s.create_time, s.numerics_id, s.identity, s.scene, s.filled_in, "
@@ -178,7 +187,7 @@ void Store::trim_tombstones(std::int64_t now) {
 
 bool Store::halve_tombstones() {
   const std::int64_t count = file_.database.number("SELECT count(*) FROM tombstone");
-  transact_in_place([&] { keep_newest_tombstones(count / 2); });
+  delete_in_place([&] { keep_newest_tombstones(count / 2); });
   return count > 0;
 }
 
@@ -220,12 +229,28 @@ void Store::give_free_pages_back() noexcept {
   }
 }
 
+void Store::delete_in_place(const std::function<void()>& changes, Patience wait) {
+  const auto with_spare = [&] {
+    file_.database.run("DELETE FROM spare");
+    changes();
+  };
+  transact_in_place(with_spare, wait);
+}
+
+void Store::hold_pages() noexcept {
+  try {
+    file_.database.run(hold_spare);
+  } catch (const std::exception&) {  // the next change in place tries again
+  }
+}
+
 void Store::transact_in_place(const std::function<void()>& changes, Patience wait) {
   Database& database = file_.database;
   file_.reserve.release();
   empty_log();
   const std::int64_t limit = database.number("PRAGMA max_page_count");
   const auto restore = [&] {
+    hold_pages();
     database.run("PRAGMA max_page_count=" + std::to_string(limit));
     empty_log();
     file_.reserve.hold();

@@ -72,6 +72,10 @@ CREATE TABLE tombstone (
   until INTEGER NOT NULL,        -- nanoseconds since 1970
   PRIMARY KEY (place, principal, id)
 ) STRICT, WITHOUT ROWID;
+CREATE TABLE spare (
+  bytes BLOB NOT NULL            -- zeros, whose pages a deletion may use
+) STRICT;
+INSERT INTO spare VALUES (zeroblob(32768));
 )sql";
 
 void sync_folder(const fs::path& folder) {

@@ -22,6 +22,7 @@ from stiefel.errors import Closed, CorruptReply, DeadlineExceeded, StiefelError,
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 from stiefel.version import __version__
 
+WORK_PER_SECOND = 5e9  #: units of work (instructions) that a core does in a second
 PATIENCE = 5.0  #: seconds that `close` waits for pauses and for gRPC's threads, which end within 0.4 s
 Metadata = tuple[tuple[str, str], ...]
 
@@ -102,6 +103,8 @@ class Connection:
         if not isinstance(failure, grpc.RpcError):
             raise failure
         error = from_rpc_error(failure, self._tls)
+        if isinstance(error, DeadlineExceeded):
+            error._takes = _takes(failure)
         if isinstance(error, Unimplemented) and not error.reason:  # gRPC's own error names neither call nor version
             said = f" ({error.message})" if error.message else ""
             return Unimplemented(f"the server of {self.address} does not have this call{said}: it needs stiefel-server "
@@ -145,6 +148,16 @@ class Connection:
             self._changed.wait_for(lambda: not self._resting, PATIENCE)
         _wait_until(lambda: not _is_watched(self._state))
         self._channel.close()
+
+
+def _takes(failure: Any) -> str:
+    """How long a failed call takes, as its server told at the beginning; empty if it told nothing."""
+    metadata = failure.initial_metadata() if hasattr(failure, "initial_metadata") else None
+    for key, value in metadata or ():
+        if key == "stiefel-work":
+            work = float(value)
+            return f"; it takes about {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)"
+    return ""
 
 
 def _is_watched(state: Any) -> bool:

@@ -52,7 +52,7 @@ class Deadline:
         return left is not None and left < seconds
 
     def explain(self, error: StiefelError) -> StiefelError:
-        """Returns the error, after it has got the call's timeout if that is over."""
+        """Returns the error, after it has got the call's timeout if that is over, and how long the call takes."""
         if isinstance(error, DeadlineExceeded) and self.timeout is not None:
-            error._say(f"{error.message} of {self.timeout:.3g} s")
+            error._say(f"{error.message} of {self.timeout:.3g} s{error._takes}")
         return error
