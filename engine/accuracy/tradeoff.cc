@@ -17,7 +17,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Share of the budget that the reference may take.
-constexpr double reference_share = 0.5;
+constexpr double share_of_references = 0.5;
 /// Expected number of points of a candidate, by which the rest of the budget is shared among the
 /// points to come.
 constexpr int expected_points = 12;
@@ -134,7 +134,7 @@ Tradeoff::Survey::Survey(TradeoffRequest request, MeasuredMotions motions,
 std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
     const std::stop_token& stop) {
   const double time = std::abs(motions_.front().time(steps_));
-  motions_.solve_references(steps_, Density::coarse, {time, reference_share * request_.budget},
+  motions_.solve_references(steps_, Density::coarse, {time, share_of_references * request_.budget},
                             stop);
   left_ -= samples().work;
   if (samples().reference.empty() && !stop.stop_requested())

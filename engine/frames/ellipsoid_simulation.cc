@@ -3,8 +3,8 @@
 #include "engine/frames/stiefel_forms.h"
 #include "engine/rigid_body/rigid_forms.h"
 #include "engine/stepping/at_rest.h"
-#include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
+#include "engine/stepping/shared_maps.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -60,7 +60,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     }
   };
   const double cost = 300 + 20 * static_cast<double>(lambda.size());
-  if (costate) return make_simulation(scene, EllipsoidCostate<double>(lambda), shared(observables), cost);
+  if (costate)
+    return make_simulation(scene, EllipsoidCostate<double>(lambda), shared(observables), cost);
   return make_simulation(scene, Ellipsoid<double>(lambda), shared(observables), cost);
 }
 

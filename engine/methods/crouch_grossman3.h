@@ -36,7 +36,14 @@ struct CrouchGrossman3 {
     using Scalar = typename S::Scalar;
     using Algebra = typename S::Algebra;
     Map(S system, Scalar h, const MethodOptions& options)
-        : Base(std::move(system), h, options), k1_(system_.zero()), k2_(k1_), k3_(k1_), theta_(k1_) {}
+        : Base(std::move(system), h, options),
+          k1_(system_.zero()),
+          k2_(k1_),
+          k3_(k1_),
+          theta_(k1_) {
+      // So3 leaves q alone where the scene has no frame.
+      if constexpr (Point::SizeAtCompileTime != Eigen::Dynamic) turned_.setZero();
+    }
 
     void displacement(const Point& x, Point& dx) {
       const auto fraction = [](int p, int q) { return Scalar(p) / Scalar(q); };

@@ -32,8 +32,8 @@ std::shared_ptr<ClosedForm<Point>> closed_form(Motion motion) {
   return std::make_shared<Held>(std::move(motion));
 }
 
-/// The map of a motion in closed form, compiled once for all systems with the same states. Its state
-/// holds the motion, which `start` makes from the state at step 0.
+/// The map of a motion in closed form, compiled once for all systems with the same states. Its
+/// state holds the motion, which `start` makes from the state at step 0.
 template <class Point_>
 class ClosedFormMap {
  public:

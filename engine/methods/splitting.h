@@ -45,6 +45,7 @@ struct Splitting {
 
     Map(const S& body, Scalar h, const MethodOptions& options)
         : arithmetic_(options.arithmetic),
+          moves_frame_(frame && body.has_frame()),
           coarse_(half_step_over_I<Scalar>(body, h)),
           fine_(half_step_over_I<Extended<Scalar>>(body, h)) {}
 
@@ -83,23 +84,28 @@ struct Splitting {
     }
 
     template <class Working>
-    static void turn(Turned<Working>& x, const Vector3<Working>& half_step_over_I) {
+    void turn(Turned<Working>& x, const Vector3<Working>& half_step_over_I) const {
+      moves_frame_ ? strang<frame>(x, half_step_over_I) : strang<false>(x, half_step_over_I);
+    }
+
+    template <bool with_q, class Working>
+    static void strang(Turned<Working>& x, const Vector3<Working>& half_step_over_I) {
       const Vector3<Working>& rate = half_step_over_I;
-      turn<0>(x, rate, Working(1) / 2);
-      turn<1>(x, rate, Working(1) / 2);
-      turn<2>(x, rate, Working(1));
-      turn<1>(x, rate, Working(1) / 2);
-      turn<0>(x, rate, Working(1) / 2);
+      flow<0, with_q>(x, rate, Working(1) / 2);
+      flow<1, with_q>(x, rate, Working(1) / 2);
+      flow<2, with_q>(x, rate, Working(1));
+      flow<1, with_q>(x, rate, Working(1) / 2);
+      flow<0, with_q>(x, rate, Working(1) / 2);
     }
 
     /// Applies the flow of m_a²/(2I_a) over `part` of h: q ← q∘exp(½θ e_a), m ← exp(−θ ê_a) m.
-    template <int a, class Working>
-    static void turn(Turned<Working>& x, const Vector3<Working>& half_step_over_I, Working part) {
+    template <int a, bool with_q, class Working>
+    static void flow(Turned<Working>& x, const Vector3<Working>& half_step_over_I, Working part) {
       using std::cos, std::sin;
       constexpr int b = (a + 1) % 3, c = (a + 2) % 3, first = frame ? 4 : 0;
       const Working half = part * half_step_over_I(a) * x(first + a), sine = sin(half),
                     cosine = cos(half);
-      if constexpr (frame) {
+      if constexpr (with_q) {
         const Working w = x(0), q_a = x(1 + a), q_b = x(1 + b), q_c = x(1 + c);
         x(0) = w * cosine - q_a * sine;
         x(1 + a) = q_a * cosine + w * sine;
@@ -113,6 +119,7 @@ struct Splitting {
     }
 
     Arithmetic arithmetic_;
+    bool moves_frame_;
     Vector3<Scalar> coarse_;          ///< (h/2)/I
     Vector3<Extended<Scalar>> fine_;  ///< (h/2)/I
   };

@@ -37,15 +37,17 @@ struct Accumulator {
     return x;
   }
 
+  /// Returns element (i, j) with its carry; for compensated arithmetic.
+  Extended<Scalar> with_carry(Eigen::Index i, Eigen::Index j) const {
+    return Extended<Scalar>(value(i, j)) + carry(i, j);
+  }
+
   /// Adds to one element an increment that is itself more accurate than a Scalar.
   void add(Eigen::Index i, Eigen::Index j, Extended<Scalar> increment) {
-    if (compensated) {
-      const Extended<Scalar> sum = value(i, j) + (carry(i, j) + increment);
-      value(i, j) = static_cast<Scalar>(sum);
-      carry(i, j) = static_cast<Scalar>(sum - value(i, j));
-    } else {
+    if (compensated)
+      add_with_carry(i, j, increment);
+    else
       value(i, j) += static_cast<Scalar>(increment);
-    }
   }
 
   /// Returns element i with its carry as a double word. The `add` for double words takes an
@@ -69,7 +71,7 @@ struct Accumulator {
   /// Adds an increment that is as accurate as a Scalar.
   void add_scalar(Eigen::Index i, Eigen::Index j, Scalar increment) {
     if (compensated)
-      add_with_carry(i, j, increment);
+      add_scalar_with_carry(i, j, increment);
     else
       value(i, j) += increment;
   }
@@ -82,7 +84,7 @@ struct Accumulator {
       return;
     }
     for (Eigen::Index j = 0; j < value.cols(); ++j)
-      for (Eigen::Index i = 0; i < value.rows(); ++i) add_with_carry(i, j, increment(i, j));
+      for (Eigen::Index i = 0; i < value.rows(); ++i) add_scalar_with_carry(i, j, increment(i, j));
   }
 
   /// Sets element (k, l) to minus element (i, j), which completes a skew block.
@@ -98,14 +100,21 @@ struct Accumulator {
     if (compensated) visit(carry);
   }
 
-  /// Adds `increment` to the first `count` elements; for compensated arithmetic.
+  // For compensated arithmetic:
+
+  /// Adds `increment` to the first `count` elements.
   template <int count>
   void add_to_head(const Eigen::Matrix<Scalar, count, 1>& increment) {
-    for (int i = 0; i < count; ++i) add_with_carry(i, 0, increment(i));
+    for (int i = 0; i < count; ++i) add_scalar_with_carry(i, 0, increment(i));
   }
 
- private:
-  void add_with_carry(Eigen::Index i, Eigen::Index j, const Scalar& increment) {
+  void add_with_carry(Eigen::Index i, Eigen::Index j, Extended<Scalar> increment) {
+    const Extended<Scalar> sum = value(i, j) + (carry(i, j) + increment);
+    value(i, j) = static_cast<Scalar>(sum);
+    carry(i, j) = static_cast<Scalar>(sum - value(i, j));
+  }
+
+  void add_scalar_with_carry(Eigen::Index i, Eigen::Index j, const Scalar& increment) {
     Scalar sum, error;
     two_sum(value(i, j), carry(i, j) + increment, sum, error);
     value(i, j) = sum;

@@ -2,8 +2,8 @@
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_forms.h"
 #include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
-#include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
+#include "engine/stepping/shared_maps.h"
 
 namespace stiefel {
 namespace {

@@ -25,7 +25,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
            [=](const auto& x) { return Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h); },
        .terms = [terms = lambda.stableNorm() / std::abs(h)](const auto&) { return terms; }});
   observables.all_invariants = [=, of_body = std::move(observables.all_invariants)](
-                               const Eigen::MatrixXd& x, InvariantList& out) {
+                                   const Eigen::MatrixXd& x, InvariantList& out) {
     of_body(x, out);
     add_discrete_hamiltonian(lambda, Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h), h,
                              out);

@@ -4,8 +4,8 @@
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_forms.h"
 #include "engine/rigid_body/symmetric/symmetric_invariants.h"
-#include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
+#include "engine/stepping/shared_maps.h"
 
 namespace stiefel {
 namespace {
@@ -25,8 +25,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
        },
        .scaled = true,
        .terms = [terms = A.stableNorm() / std::abs(epsilon)](const auto&) { return terms; }});
-  return make_simulation(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon), shared(observables),
-                         rigid_body_cost(N));
+  return make_simulation(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon),
+                         shared(observables), rigid_body_cost(N));
 }
 
 }  // namespace

@@ -1,27 +1,26 @@
-#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
+#include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/symmetric/psi.h"
 #include "engine/rigid_body/symmetric_data.h"
-#include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
+#include "engine/stepping/shared_maps.h"
 
 namespace stiefel {
 namespace {
-
-using Map = SymmetricMoserVeselov<double>;
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   const int N = scene.dimension();
   const double epsilon = scene.epsilon();
   StackedObservables observables = symmetric_observables(scene);
   observables.all_invariants = [=, lambda = scene.inertia(), h = scene.step(),
-                            of_body = std::move(observables.all_invariants)](const Eigen::MatrixXd& x,
-                                                                         InvariantList& out) {
+                                of_body = std::move(observables.all_invariants)](
+                                   const Eigen::MatrixXd& x, InvariantList& out) {
     of_body(x, out);
     add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
   };
-  return make_discrete_simulation(scene, Map(scene.inertia(), scene.step(), epsilon), shared(observables),
-                                  rigid_body_cost(N));
+  return make_simulation_by<Variational>(scene,
+                                         SymmetricRigidBody<double>(scene.inertia(), epsilon),
+                                         shared(observables), rigid_body_cost(N));
 }
 
 }  // namespace

@@ -41,8 +41,8 @@ Packing packing_of(const Scene& scene) {
 /// Returns the inertia for the single stage of a modified body in three dimensions.
 template <class Scalar>
 DiscreteInertia3<Scalar> modified_inertia(const Scene& scene, Scalar h) {
-  const ModifiedJDInverse3<Scalar, false> inverse(
-      rounded_to<Scalar>(scene.inertia()), h, scene.order());
+  const ModifiedJDInverse3<Scalar, false> inverse(rounded_to<Scalar>(scene.inertia()), h,
+                                                  scene.order());
   return inverse.J(rounded_to<Scalar>(vee(scene.M())));
 }
 
@@ -91,7 +91,8 @@ int body_lanes(const Scene& scene) {
 
 bool can_be_packed(const Scene& scene) {
   const int N = scene.dimension();
-  if (!has_packs() || N < 3 || N > 4 || !system_entry(scene.system())->packed || packing_of(scene) == Packing::none)
+  if (!has_packs() || N < 3 || N > 4 || !system_entry(scene.system())->packed ||
+      packing_of(scene) == Packing::none)
     return false;
   const auto stays_normal = [&](double x) { return is_far_from_ends(x, scene.in_float()); };
   const double h = step_of_map(scene);

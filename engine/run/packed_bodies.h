@@ -51,10 +51,9 @@ struct BodiesSideBySide {
 
 /// Returns the number of lanes on this machine for bodies like this one.
 int body_lanes(const Scene& scene);
-/// Whether a scene can advance together with others like it: the processor has packs (on x86-64 with
-/// AVX2), its system (SystemEntry::packed) and
-/// method (MethodTraits::packing) allow it, N is 3 or 4, and products of its numbers neither
-/// overflow nor become denormal.
+/// Whether a scene can advance together with others like it: the processor has packs (on x86-64
+/// with AVX2), its system (SystemEntry::packed) and method (MethodTraits::packing) allow it, N is 3
+/// or 4, and products of its numbers neither overflow nor become denormal.
 bool can_be_packed(const Scene& scene);
 /// Packs at most `body_lanes` bodies of one ensemble. The lanes without a body repeat the last one.
 std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);

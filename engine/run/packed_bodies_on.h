@@ -95,9 +95,8 @@ std::unique_ptr<PackedBodies> pack_by_field(const BodiesSideBySide<typename P::S
   typename Body::Lambda lambda;
   for (int i = 0; i < lambda.size(); ++i)
     lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
-  return std::make_unique<PackedBodiesOn<P, Map>>(
-      bodies.arithmetic, bodies.substeps, Body(lambda), P(bodies.h),
-      OfVectorField::traits.default_order);
+  return std::make_unique<PackedBodiesOn<P, Map>>(bodies.arithmetic, bodies.substeps, Body(lambda),
+                                                  P(bodies.h), OfVectorField::traits.default_order);
 }
 
 template <Isa isa, int N, class Scalar>

@@ -90,9 +90,8 @@ std::string neighbour(const Scene& scene) {
   if (system == nullptr) return "";
   const auto closed_form = [](const MethodInfo& method) { return method.orders.empty(); };
   const std::string text = other_method(scene, *system, closed_form, " takes every step");
-  return text.empty()
-             ? other_method(scene, *system, chooses_own_steps, " chooses its own steps")
-             : text;
+  return text.empty() ? other_method(scene, *system, chooses_own_steps, " chooses its own steps")
+                      : text;
 }
 
 }  // namespace

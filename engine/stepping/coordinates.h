@@ -5,8 +5,8 @@
 namespace stiefel {
 
 /// Converts the state of a map from a point of Observables, and to one. Where they have the same
-/// shape only the precision changes. A body whose scene has no Q has a point without it; the rows of
-/// Q in its state, if there are any, are zero.
+/// shape only the precision changes. A body whose scene has no Q has a point without it; the rows
+/// of Q in its state, if there are any, are zero.
 template <class State>
 struct Coordinates {
   using Scalar = typename State::Scalar;

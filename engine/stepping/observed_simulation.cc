@@ -27,8 +27,7 @@ ObservedSimulation::ObservedSimulation(const Scene& scene, SharedObservables obs
 /// An implicit method may have to follow the solution of a step with h‖Ω‖ > 1 from h = 0, which
 /// takes seconds where h‖Ω‖ is a billion.
 void ObservedSimulation::stop_inside_if_long(bool chooses_steps) {
-  stops_inside_ =
-      step_cost_ >= slow_step * substeps_ || chooses_steps || step_of_map_ * rate() > 1;
+  stops_inside_ = step_cost_ >= slow_step * substeps_ || chooses_steps || step_of_map_ * rate() > 1;
 }
 
 RunStatus ObservedSimulation::advance(std::int64_t steps, const std::stop_token& stop) {

@@ -5,8 +5,8 @@
 
 namespace stiefel {
 
-/// A Simulation that reads its states through Observables. What moves them, a Map with its state, is
-/// SimulationOf. Each `advance` and each `write` makes a few virtual calls; no step makes one.
+/// A Simulation that reads its states through Observables. What moves them, a Map with its state,
+/// is SimulationOf. Each `advance` and each `write` makes a few virtual calls; no step makes one.
 class ObservedSimulation : public Simulation {
  public:
   /// Advances, and undoes a step that is stopped inside. Only a step that may take long, or a

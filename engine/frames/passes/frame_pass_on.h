@@ -39,10 +39,25 @@ class FramePassOn final : public FramePass<Scalar> {
 
   std::ptrdiff_t n() const { return rows == any_rows ? n_ : rows; }
 
+  /// Passes over frames of two to four rows are compiled for states (Q, S) alone: no system has
+  /// others.
+  static constexpr bool has_qdot = rows == 1 || rows == any_rows;
+
   /// Makes one pass. Without multipliers it only measures the moments and leaves the state
   /// unchanged.
   void pass(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h, const Scalar* Y1_h,
             const FrameSums<Scalar>& moments) {
+    if constexpr (has_qdot)
+      if (qdot_)
+        return compensated_ ? pass_in<true, true>(x, h, Y_h, Y1_h, moments)
+                            : pass_in<false, true>(x, h, Y_h, Y1_h, moments);
+    compensated_ ? pass_in<true, false>(x, h, Y_h, Y1_h, moments)
+                 : pass_in<false, false>(x, h, Y_h, Y1_h, moments);
+  }
+
+  template <bool compensated, bool qdot>
+  void pass_in(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h, const Scalar* Y1_h,
+               const FrameSums<Scalar>& moments) {
     MomentSums<Scalar, rows, isa> sums(n(), moments);
     auto& [Q, G, V, H, F] = tiles_;
     for (std::ptrdiff_t j = 0; j < x.count; j += width) {
@@ -51,18 +66,15 @@ class FramePassOn final : public FramePass<Scalar> {
       for (std::ptrdiff_t k = 0; k < there; k += P::lanes, ++p) {
         const std::ptrdiff_t columns = std::min<std::ptrdiff_t>(P::lanes, there - k);
         const P w = P::load(x.inverse + j + k);
-        prefetch(x, j + k + width);
-        move<true>(x, j + k, columns, p);
+        prefetch<compensated>(x, j + k + width);
+        move<true, compensated>(x, j + k, columns, p);
         if (Y_h) {
-          step(p, w, h, Y_h, Y1_h);
-          move<false>(x, j + k, columns, p);
+          step<compensated, qdot>(p, w, h, Y_h, Y1_h);
+          move<false, compensated>(x, j + k, columns, p);
         }
-        if (qdot_)
-          for (std::ptrdiff_t i = 0; i < n(); ++i) V[i][p] = S_[i][p];
-        else
-          for (std::ptrdiff_t i = 0; i < n(); ++i) V[i][p] = S_[i][p] * w;
         for (std::ptrdiff_t i = 0; i < n(); ++i) {
           G[i][p] = Q[i][p] * w;
+          V[i][p] = qdot ? S_[i][p] : S_[i][p] * w;
           H[i][p] = V[i][p] * w;
           F[i][p] = G[i][p] * w;
         }
@@ -73,26 +85,19 @@ class FramePassOn final : public FramePass<Scalar> {
   }
 
   /// Prefetches the columns of the next tile, from column j on. Does nothing past the end.
+  template <bool compensated>
   [[gnu::always_inline]] void prefetch(const FrameColumns<Scalar>& x, std::ptrdiff_t j) {
     constexpr std::ptrdiff_t line = std::max<std::ptrdiff_t>(1, 64 / sizeof(Scalar));
     for (std::ptrdiff_t k = 0; k < 2 * n() * P::lanes; k += line) {
       __builtin_prefetch(x.value + j * 2 * n() + k, 1);
-      if (compensated_) __builtin_prefetch(x.carry + j * 2 * n() + k, 1);
+      if constexpr (compensated) __builtin_prefetch(x.carry + j * 2 * n() + k, 1);
     }
   }
 
   /// Computes the step for pack p of the tiles, from the multipliers divided by h.
+  template <bool compensated, bool qdot>
   [[gnu::always_inline]] void step(std::ptrdiff_t p, P w, Scalar h, const Scalar* Y_h,
                                    const Scalar* Y1_h) {
-    if (compensated_)
-      qdot_ ? step_in<true, true>(p, w, h, Y_h, Y1_h) : step_in<true, false>(p, w, h, Y_h, Y1_h);
-    else
-      qdot_ ? step_in<false, true>(p, w, h, Y_h, Y1_h) : step_in<false, false>(p, w, h, Y_h, Y1_h);
-  }
-
-  template <bool compensated, bool qdot>
-  [[gnu::always_inline]] void step_in(std::ptrdiff_t p, P w, Scalar h, const Scalar* Y_h,
-                                      const Scalar* Y1_h) {
     for (std::ptrdiff_t i = 0; i < n(); ++i) kick_[i][p] = times_Q(Y_h + i, p);
     for (std::ptrdiff_t i = 0; i < n(); ++i) {
       P kick = qdot ? kick_[i][p] * w : kick_[i][p];
@@ -129,13 +134,13 @@ class FramePassOn final : public FramePass<Scalar> {
 
   /// Copies between pack p of the tiles and `columns` columns of x from column j on. Lanes without
   /// a column are set to zero.
-  template <bool load>
+  template <bool load, bool compensated>
   [[gnu::always_inline]] void move(const FrameColumns<Scalar>& x, std::ptrdiff_t j,
                                    std::ptrdiff_t columns, std::ptrdiff_t p) {
     const std::ptrdiff_t height = 2 * n();
     move_rows<load>(x.value + j * height, columns, tiles_.Q, p);
     move_rows<load>(x.value + j * height + n(), columns, S_, p);
-    if (compensated_) {
+    if constexpr (compensated) {
       move_rows<load>(x.carry + j * height, columns, Q_carry_, p);
       move_rows<load>(x.carry + j * height + n(), columns, S_carry_, p);
     }
@@ -192,9 +197,11 @@ std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, Low
   };
   if constexpr (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, float>) {
     if (n == 1) return of_rows.template operator()<1>();
-    if (n == 2) return of_rows.template operator()<2>();
-    if (n == 3) return of_rows.template operator()<3>();
-    if (n == 4) return of_rows.template operator()<4>();
+    if (lower == LowerBlock::S) {
+      if (n == 2) return of_rows.template operator()<2>();
+      if (n == 3) return of_rows.template operator()<3>();
+      if (n == 4) return of_rows.template operator()<4>();
+    }
   }
   return of_rows.template operator()<any_rows>();
 }

@@ -65,8 +65,7 @@ class RattleStiefel {
   };
 
   RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h,
-                Arithmetic arithmetic = Arithmetic::compensated,
-                LowerBlock lower = LowerBlock::S);
+                Arithmetic arithmetic = Arithmetic::compensated, LowerBlock lower = LowerBlock::S);
 
   State start(const Point& x);
 
@@ -86,8 +85,8 @@ class RattleStiefel {
   /// Finds Y for the step h, starting from the current Y: A = GDᵀ, P = GGᵀ, E = DDᵀ − I.
   bool solve(const FrameMoments<Scalar>& at, Scalar h);
 
-  /// Sets defect_ to QQᵀ − I. What may be rounding is reduced where necessary to most_repair·h‖V‖ in
-  /// its largest element.
+  /// Sets defect_ to QQᵀ − I. What may be rounding is reduced where necessary to most_repair·h‖V‖
+  /// in its largest element.
   void find_defect(const FrameMoments<Scalar>& at, Scalar h);
 
   double follow(const FrameMoments<Scalar>& at, Scalar h, double end);
@@ -167,8 +166,7 @@ RunStatus RattleStiefel<Scalar>::step(State& state, Scalar h) {
 }
 
 template <class Scalar>
-std::optional<double> RattleStiefel<Scalar>::largest_step(const State& state,
-                                                                             double limit) {
+std::optional<double> RattleStiefel<Scalar>::largest_step(const State& state, double limit) {
   using std::abs;
   const double size = static_cast<double>(abs(h_));
   return follow(state.moments, h_ / unit_, limit / size) * size;
@@ -183,8 +181,7 @@ bool RattleStiefel<Scalar>::solve(const FrameMoments<Scalar>& at, Scalar h) {
 }
 
 template <class Scalar>
-void RattleStiefel<Scalar>::find_defect(const FrameMoments<Scalar>& at,
-                                                           Scalar h) {
+void RattleStiefel<Scalar>::find_defect(const FrameMoments<Scalar>& at, Scalar h) {
   using std::abs;
   using std::sqrt;
   defect_ = at.QQ[0];
@@ -196,8 +193,7 @@ void RattleStiefel<Scalar>::find_defect(const FrameMoments<Scalar>& at,
 }
 
 template <class Scalar>
-double RattleStiefel<Scalar>::follow(const FrameMoments<Scalar>& at, Scalar h,
-                                                        double end) {
+double RattleStiefel<Scalar>::follow(const FrameMoments<Scalar>& at, Scalar h, double end) {
   Y_.setZero();
   return continuation(end, [&](double t) {
     found_ = Y_;
@@ -223,10 +219,8 @@ void RattleStiefel<Scalar>::find_Y1(const FrameMoments<Scalar>& at, Scalar h) {
 }
 
 template <class Scalar>
-void RattleStiefel<Scalar>::add_XX(const Matrix<Scalar>& VV,
-                                                      const Matrix<Scalar>& GV,
-                                                      const Matrix<Scalar>& GG, Scalar h,
-                                                      Matrix<Scalar>& sum) {
+void RattleStiefel<Scalar>::add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar>& GV,
+                                   const Matrix<Scalar>& GG, Scalar h, Matrix<Scalar>& sum) {
   product_ = h * GV;
   product_.noalias() += Scalar(0.5) * (GG * Y_);
   found_.noalias() = Y_ * product_;

@@ -64,8 +64,7 @@ Outcome AdaptiveSubsteps::integrate(const std::stop_token& stop) {
     const bool last = done + stride >= 1;
     if (last) stride = 1 - done;
     ++attempts_;
-    stepper_->do_step(field, x_, slope_now_, 0.0, next_, stride * h_,
-                     error_);
+    stepper_->do_step(field, x_, slope_now_, 0.0, next_, stride * h_, error_);
     const double error = relative_error(), excess = error / (tolerance_ * stride);
     if (excess > allowed && rejected.persists(excess, stride, error)) allowed = 2 * excess;
     const double factor = safety * std::pow(excess / allowed, -1.0 / 7);
@@ -87,7 +86,8 @@ Outcome AdaptiveSubsteps::integrate(const std::stop_token& stop) {
                                                            : Outcome::not_finite;
 }
 
-/// Returns the largest error, relative in each half of the rows to the largest element of that half.
+/// Returns the largest error, relative in each half of the rows to the largest element of that
+/// half.
 double AdaptiveSubsteps::relative_error() const {
   const Eigen::Index lower = rows_ / 2;
   const Eigen::Map<const Eigen::MatrixXd> x(x_.data(), rows_, cols_),
@@ -99,8 +99,7 @@ double AdaptiveSubsteps::relative_error() const {
     return largest == 0 ? 0.0 : static_cast<double>(largest / size);
   };
   if (!finite(next_) || !finite(error_)) return std::numeric_limits<double>::infinity();
-  return lower == 0 ? part(0, rows_)
-                    : std::max(part(0, rows_ - lower), part(rows_ - lower, lower));
+  return lower == 0 ? part(0, rows_) : std::max(part(0, rows_ - lower), part(rows_ - lower, lower));
 }
 
 double AdaptiveSubsteps::size() const {

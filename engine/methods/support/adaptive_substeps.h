@@ -10,8 +10,8 @@
 
 namespace stiefel {
 
-/// The substeps of one step of Adaptive, on the numbers of a state in their order in memory. They are
-/// compiled once, for all systems, in the one file that reads Boost.odeint.
+/// The substeps of one step of Adaptive, on the numbers of a state in their order in memory. They
+/// are compiled once, for all systems, in the one file that reads Boost.odeint.
 class AdaptiveSubsteps {
  public:
   using Numbers = std::vector<double>;

@@ -24,7 +24,8 @@ const std::vector<BodyByMethod>& bodies_by_methods() {
 
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene) {
   const auto& all = bodies_by_methods();
-  const auto body = std::ranges::find(all, scene.method(), &BodyByMethod::method);
+  const std::string method = scene.method().empty() ? "variational" : scene.method();
+  const auto body = std::ranges::find(all, method, &BodyByMethod::method);
   return body == all.end() ? nullptr : body->make(scene);
 }
 

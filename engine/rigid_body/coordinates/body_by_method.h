@@ -22,7 +22,8 @@ struct BodyByMethod {
 /// Returns the methods that move rigid bodies, in the order of the catalogue.
 const std::vector<BodyByMethod>& bodies_by_methods();
 
-/// Returns the simulation of a rigid body by the scene's method.
+/// Returns the simulation of a rigid body by the scene's method; of the discrete body, whose map is
+/// that of `variational` of order 2.
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene);
 
 }  // namespace stiefel

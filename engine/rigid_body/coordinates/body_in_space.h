@@ -26,9 +26,9 @@ std::unique_ptr<Simulation> body_in_space(const Scene& scene) {
                                   cost);
 }
 
-/// Returns the simulation by Method with states in Space<Scalar, frame>, which hold Q, or zeros where
-/// the scene has none. A method for which M alone is much cheaper (MethodTraits::momentum_alone) then
-/// has states without it.
+/// Returns the simulation by Method with states in Space<Scalar, frame>, which hold Q, or zeros
+/// where the scene has none. A method for which M alone is much cheaper
+/// (MethodTraits::momentum_alone) then has states without it.
 template <class Method, template <class, bool> class Space, class Scalar>
 std::unique_ptr<Simulation> body_in_coordinates(const Scene& scene) {
   if constexpr (Method::traits.momentum_alone)

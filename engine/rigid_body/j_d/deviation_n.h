@@ -56,7 +56,7 @@ class DeviationN : public DeviationSweeps<Scalar> {
   }
   Wide wide_hOmegaLambda(const State& x, Eigen::Index i, Eigen::Index j) const {
     const Eigen::Index top = x.value.rows() - N_;
-    return Wide(h_) * x.extended(top + i, j) * wide_lambda_(j) /
+    return Wide(h_) * x.with_carry(top + i, j) * wide_lambda_(j) /
            (wide_lambda_(i) + wide_lambda_(j));
   }
 
@@ -105,9 +105,9 @@ void DeviationN<Scalar>::transport_carefully(State& x) {
       X_(i, j) = static_cast<Scalar>(R + wide_hOmegaLambda(x, i, j));
       X_(j, i) = static_cast<Scalar>(R + wide_hOmegaLambda(x, j, i));
       if (i == j) continue;
-      x.add(top + i, j,
-            -(wide_lambda_(i) - wide_lambda_(j)) * wide_XX(i, j) /
-                (wide_lambda_(i) * wide_lambda_(j) * h_));
+      x.add_with_carry(top + i, j,
+                       -(wide_lambda_(i) - wide_lambda_(j)) * wide_XX(i, j) /
+                           (wide_lambda_(i) * wide_lambda_(j) * h_));
       x.mirror(top + i, j, top + j, i);
     }
 }
@@ -126,7 +126,7 @@ void DeviationN<Scalar>::transport_frame(State& x) {
     if (!x.compensated)
       x.value.col(j).head(N_) += G_.col(j) / lambda_(j);
     else
-      for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar(i, j, G_(i, j) / lambda_(j));
+      for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar_with_carry(i, j, G_(i, j) / lambda_(j));
 }
 
 template <class Scalar>

@@ -14,8 +14,8 @@ namespace stiefel {
 template <class Scalar>
 struct Variational::MapOf<RightSymmetricRigidBody<Scalar>> {
   static constexpr bool keeps(std::string_view) { return true; }
-  static Transposed<SymmetricMoserVeselov<Scalar>> make(
-      const RightSymmetricRigidBody<Scalar>& body, Scalar h, Arithmetic arithmetic) {
+  static Transposed<SymmetricMoserVeselov<Scalar>> make(const RightSymmetricRigidBody<Scalar>& body,
+                                                        Scalar h, Arithmetic arithmetic) {
     return {SymmetricMoserVeselov<Scalar>(body.lambda(), h, body.epsilon(), arithmetic),
             arithmetic};
   }

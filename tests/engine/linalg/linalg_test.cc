@@ -49,7 +49,7 @@ TEST(So3, AgreesWithSoN) {
 
     So3<double, true>::State dq;
     SoN<double>::State dX(6, 3);
-    So3<double, true>::displacement(at.q, other, dq);
+    So3<double, true>().displacement(at.q, other, dq);
     space_n.displacement(at.X, hat(other), dX);
     const Eigen::Vector4d moved = (at.q + dq).head<4>();
     EXPECT_LT(largest(rotation_matrix<double>(moved) - (at.X + dX).topRows(3)), 2e-15);

@@ -22,7 +22,8 @@ using testing::RandomBody;
 template <class Space>
 double error(int N, double h, double tolerance, double time) {
   const RandomBody body(N, 4);
-  Adaptive::Map<RigidBody<Space>> map(RigidBody<Space>(body.lambda), h, {8, Arithmetic::compensated, tolerance});
+  Adaptive::Map<RigidBody<Space>> map(RigidBody<Space>(body.lambda), h,
+                                      {8, Arithmetic::compensated, tolerance});
   auto state = map.start(testing::state_of<Space>(body));
   for (int k = 0; k < std::lround(time / h); ++k) EXPECT_TRUE(map.step(state).reached());
   const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, time);
@@ -65,8 +66,8 @@ TEST(Adaptive, MeasuresMomentumByItself) {
   const auto run = [&](double scale) {
     RandomBody scaled = body;
     scaled.M *= scale;
-    Adaptive::Map<RigidBody<SoN<double>>> map(
-        RigidBody<SoN<double>>(scaled.lambda), 3 / scale, {8, Arithmetic::plain, 1e-10});
+    Adaptive::Map<RigidBody<SoN<double>>> map(RigidBody<SoN<double>>(scaled.lambda), 3 / scale,
+                                              {8, Arithmetic::plain, 1e-10});
     auto state = map.start(testing::state_of<SoN<double>>(scaled));
     EXPECT_TRUE(map.step(state).reached());
     state.x.value.bottomRows(4) /= scale;
@@ -91,7 +92,8 @@ TEST(Adaptive, GoesOnWhereRoundingIsMagnifiedByTheInertia) {
       0.3110729478744779, -0.8220457982097372, 0.0059749191655501, -2.2914475953834640,
       -24.582384282274246, -0.0072803945945628, 0.0932763721624670, 45.769816348271236;
   const Vector<double> lambda = Eigen::Vector3d(0.01, 1, 100);
-  Adaptive::Map<Stiefel<double>> map(Stiefel<double>(lambda, 2), 0.0625, {8, Arithmetic::plain, 5e-14});
+  Adaptive::Map<Stiefel<double>> map(Stiefel<double>(lambda, 2), 0.0625,
+                                     {8, Arithmetic::plain, 5e-14});
   auto state = map.start(start);
   for (int k = 1; k <= 1600; ++k) {
     ASSERT_TRUE(map.step(state).reached()) << k;
@@ -162,7 +164,8 @@ TEST(Adaptive, EndsInATypedOutcome) {
 
   const RandomBody body(3, 1);
   using Space = SoN<double>;
-  Adaptive::Map<RigidBody<Space>> endless(RigidBody<Space>(body.lambda), 1e7, {8, Arithmetic::plain, 1e-9});
+  Adaptive::Map<RigidBody<Space>> endless(RigidBody<Space>(body.lambda), 1e7,
+                                          {8, Arithmetic::plain, 1e-9});
   auto x = endless.start(testing::state_of<Space>(body));
   EXPECT_EQ(endless.step(x).outcome, Outcome::solver_stalled);
   EXPECT_EQ(x.x.value, testing::state_of<Space>(body));

@@ -45,11 +45,9 @@ struct Start {
   double error(int order, int steps) const {
     const Quad h = Quad(1) / steps;
     const Body body(lambda);
-    const Body::State end =
-        order == 2
-            ? run(Variational::Map<Body>(body, h, 2), steps)
-            : run(PreprocessedVariational::Map<Body>(body, h, order),
-                  steps);
+    const Body::State end = order == 2
+                                ? run(Variational::Map<Body>(body, h, 2), steps)
+                                : run(PreprocessedVariational::Map<Body>(body, h, order), steps);
     return static_cast<double>((end - exact()).head<4>().norm());
   }
 };

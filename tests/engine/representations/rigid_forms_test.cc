@@ -111,8 +111,7 @@ using SystemOf = decltype(Form::template system<double>(std::declval<Body>()));
 
 template <class Form>
 MatrixXd by_munthe_kaas4(const Body& body, double t, int steps) {
-  MuntheKaas4::Map<SystemOf<Form>> map(Form::template system<double>(body),
-                                                                t / steps, 4);
+  MuntheKaas4::Map<SystemOf<Form>> map(Form::template system<double>(body), t / steps, 4);
   auto state = map.start(Form::from(body));
   for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
   return state.x.value;

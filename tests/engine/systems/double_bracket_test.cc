@@ -65,8 +65,7 @@ DoubleBracket<Scalar> system(const VectorXd& lambda_u, const VectorXd& lambda_v)
 
 MatrixXd by_munthe_kaas4(const VectorXd& lambda_u, const VectorXd& lambda_v, const MatrixXd& x,
                          double t, int steps) {
-  MuntheKaas4::Map<DoubleBracket<double>> map(
-      system<double>(lambda_u, lambda_v), t / steps, 4);
+  MuntheKaas4::Map<DoubleBracket<double>> map(system<double>(lambda_u, lambda_v), t / steps, 4);
   auto at = map.start(x);
   for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(at).reached());
   return at.x.value;

@@ -205,8 +205,7 @@ TEST(VariationalRigid, OfTheOtherFormsIsTheMoserVeselovMap) {
   const MatrixXd P = symmetric_P(body.Q, body.M, epsilon);
   using Left = RigidBody<SoN<double>>;
   Variational::Map<Left> left(Left(body.lambda), h, 2);
-  Variational::Map<RightRigidBody<double>> right(RightRigidBody<double>(body.lambda),
-                                                              h, 2);
+  Variational::Map<RightRigidBody<double>> right(RightRigidBody<double>(body.lambda), h, 2);
   Variational::Map<SymmetricRigidBody<double>> symmetric(
       SymmetricRigidBody<double>(body.lambda, epsilon), h, 2);
   Variational::Map<RightSymmetricRigidBody<double>> right_symmetric(

@@ -52,7 +52,8 @@ std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typenam
       if (name == Method::traits.name) {
         using Map = typename Method::template Map<S>;
         made = std::make_unique<TwinOf<Map, Read, Energy>>(
-            Map(system, Scalar(scene.step()) / scene.substeps(), {discrete ? 2 : scene.order(), Arithmetic::plain}),
+            Map(system, Scalar(scene.step()) / scene.substeps(),
+                {discrete ? 2 : scene.order(), Arithmetic::plain}),
             start, read, energy);
       }
   };
