@@ -1,8 +1,6 @@
 #pragma once
 
-#include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/methods/support/method.h"
-#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
 
@@ -22,24 +20,18 @@ struct PreprocessedVariational {
       .packing = Packing::modified_inertia,
   };
 
+  /// `type` is the map of S.
   template <class S>
-  static constexpr bool has_map_for = rigid_body_in_3d<S>;
+  struct MapOf;
+  template <class S>
+  static constexpr bool has_map_for = requires { typename MapOf<S>::type; };
   template <class>
   static constexpr Conservation conservation(std::string_view) {
     return Conservation::exact;
   }
 
   template <class S>
-  requires rigid_body_in_3d<S>
-  class Map : public PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame> {
-   public:
-    using Moved = PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame>;
-    Map(const S& body, typename S::Scalar h, const MethodOptions& options)
-        : Base(body.lambda(), h, options.order, options.arithmetic, body.has_frame()) {}
-
-   private:
-    using Base = PreprocessedMoserVeselov<typename S::Scalar, S::Space::has_frame>;
-  };
+  using Map = typename MapOf<S>::type;
 };
 
 }  // namespace stiefel

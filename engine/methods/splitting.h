@@ -1,10 +1,6 @@
 #pragma once
 
-#include <cmath>
-
-#include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/methods/support/method.h"
-#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
 
@@ -27,102 +23,18 @@ struct Splitting {
       .reversible = true,
   };
 
+  /// `type` is the map of S.
   template <class S>
-  static constexpr bool has_map_for = rigid_body_in_3d<S>;
+  struct MapOf;
+  template <class S>
+  static constexpr bool has_map_for = requires { typename MapOf<S>::type; };
   template <class S>
   static constexpr Conservation conservation(std::string_view invariant) {
     return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
   template <class S>
-  requires rigid_body_in_3d<S>
-  class Map {
-   public:
-    using Scalar = typename S::Scalar;
-    using Point = typename S::State;
-    using State = PlainState<S>;
-    static constexpr bool only_rotates = true;
-
-    Map(const S& body, Scalar h, const MethodOptions& options)
-        : arithmetic_(options.arithmetic),
-          moves_frame_(frame && body.has_frame()),
-          coarse_(half_step_over_I<Scalar>(body, h)),
-          fine_(half_step_over_I<Extended<Scalar>>(body, h)) {}
-
-    State start(const Point& x) const { return State{Accumulator<Point>(x, arithmetic_)}; }
-
-    RunStatus step(State& state) const {
-      const auto now = [&](Eigen::Index i) { return state.x.extended(i); };
-      if (!state.x.compensated) {
-        Turned<Scalar> x = state.x.value;
-        turn(x, coarse_);
-        if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
-        if constexpr (frame) x.template head<4>() *= (3 - x.template head<4>().squaredNorm()) / 2;
-        state.x.value = x;
-        return {};
-      }
-      Turned<Extended<Scalar>> x;
-      for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = now(i);
-      turn(x, fine_);
-      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
-      for (Eigen::Index i = 0; i < x.size(); ++i) state.x.add(i, 0, x(i) - now(i));
-      return {};
-    }
-
-    std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
-
-   private:
-    static constexpr bool frame = S::Space::has_frame;
-    template <class Working>
-    using Turned = Eigen::Matrix<Working, Point::RowsAtCompileTime, 1>;
-
-    /// Returns (h/2)/I.
-    template <class Working>
-    static Vector3<Working> half_step_over_I(const S& body, Scalar h) {
-      const PrincipalMoments3<Working> I(body.lambda());
-      return Working(h) / 2 * I.moments.cwiseInverse();
-    }
-
-    template <class Working>
-    void turn(Turned<Working>& x, const Vector3<Working>& half_step_over_I) const {
-      moves_frame_ ? strang<frame>(x, half_step_over_I) : strang<false>(x, half_step_over_I);
-    }
-
-    template <bool with_q, class Working>
-    static void strang(Turned<Working>& x, const Vector3<Working>& half_step_over_I) {
-      const Vector3<Working>& rate = half_step_over_I;
-      flow<0, with_q>(x, rate, Working(1) / 2);
-      flow<1, with_q>(x, rate, Working(1) / 2);
-      flow<2, with_q>(x, rate, Working(1));
-      flow<1, with_q>(x, rate, Working(1) / 2);
-      flow<0, with_q>(x, rate, Working(1) / 2);
-    }
-
-    /// Applies the flow of m_a²/(2I_a) over `part` of h: q ← q∘exp(½θ e_a), m ← exp(−θ ê_a) m.
-    template <int a, bool with_q, class Working>
-    static void flow(Turned<Working>& x, const Vector3<Working>& half_step_over_I, Working part) {
-      using std::cos, std::sin;
-      constexpr int b = (a + 1) % 3, c = (a + 2) % 3, first = frame ? 4 : 0;
-      const Working half = part * half_step_over_I(a) * x(first + a), sine = sin(half),
-                    cosine = cos(half);
-      if constexpr (with_q) {
-        const Working w = x(0), q_a = x(1 + a), q_b = x(1 + b), q_c = x(1 + c);
-        x(0) = w * cosine - q_a * sine;
-        x(1 + a) = q_a * cosine + w * sine;
-        x(1 + b) = q_b * cosine + q_c * sine;
-        x(1 + c) = q_c * cosine - q_b * sine;
-      }
-      // Turns m by θ, with sin θ and 1 − cos θ.
-      const Working m_b = x(first + b), m_c = x(first + c);
-      x(first + b) += 2 * sine * (cosine * m_c - sine * m_b);
-      x(first + c) -= 2 * sine * (cosine * m_b + sine * m_c);
-    }
-
-    Arithmetic arithmetic_;
-    bool moves_frame_;
-    Vector3<Scalar> coarse_;          ///< (h/2)/I
-    Vector3<Extended<Scalar>> fine_;  ///< (h/2)/I
-  };
+  using Map = typename MapOf<S>::type;
 };
 
 }  // namespace stiefel

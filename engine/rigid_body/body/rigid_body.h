@@ -74,10 +74,4 @@ class RigidBody {
   Algebra Omega_;
 };
 
-/// Whether S is the rigid body in the coordinates for three dimensions.
-template <class S>
-inline constexpr bool rigid_body_in_3d = false;
-template <class Scalar, bool frame>
-inline constexpr bool rigid_body_in_3d<RigidBody<So3<Scalar, frame>>> = true;
-
 }  // namespace stiefel

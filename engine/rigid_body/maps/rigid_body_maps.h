@@ -1,16 +1,20 @@
 #pragma once
 
 #include "engine/linalg/lie/cayley_midpoint.h"
-#include "engine/rigid_body/moser_veselov/moser_veselov.h"
-#include "engine/rigid_body/exact/euler_top.h"
-#include "engine/rigid_body/exact/two_valued_body.h"
 #include "engine/methods/exact.h"
 #include "engine/methods/gauss4.h"
 #include "engine/methods/implicit_midpoint.h"
-#include "engine/rigid_body/symmetric/through_psi.h"
-#include "engine/methods/variational.h"
+#include "engine/methods/preprocessed_variational.h"
+#include "engine/methods/splitting.h"
 #include "engine/methods/support/matrix_system.h"
+#include "engine/methods/variational.h"
 #include "engine/rigid_body/body/rigid_body.h"
+#include "engine/rigid_body/body/split_body_3.h"
+#include "engine/rigid_body/exact/euler_top.h"
+#include "engine/rigid_body/exact/two_valued_body.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
+#include "engine/rigid_body/symmetric/through_psi.h"
 
 namespace stiefel {
 
@@ -26,6 +30,20 @@ struct Variational::MapOf<RigidBody<Space>> {
     else
       return {body.lambda(), h, arithmetic, body.has_frame()};
   }
+};
+
+template <class Scalar, bool frame>
+struct PreprocessedVariational::MapOf<RigidBody<So3<Scalar, frame>>> {
+  struct type : PreprocessedMoserVeselov<Scalar, frame> {
+    using Moved = PreprocessedMoserVeselov<Scalar, frame>;
+    type(const RigidBody<So3<Scalar, frame>>& body, Scalar h, const MethodOptions& options)
+        : Moved(body.lambda(), h, options.order, options.arithmetic, body.has_frame()) {}
+  };
+};
+
+template <class Scalar, bool frame>
+struct Splitting::MapOf<RigidBody<So3<Scalar, frame>>> {
+  using type = SplitBody3<Scalar, frame>;
 };
 
 template <class Scalar, bool frame>
