@@ -31,9 +31,8 @@ ORDER = [
     ("engine", ["problems"], ENGINE),
     ("engine/simulation", ["scene", "stepping", "catalogue", "run"], ENGINE),
     ("engine/simulation", ["accuracy", "conversion", "diagnosis", "summary"], ENGINE),
-    ("server", ["limits", "scheduling", "sessions", "store"], SERVER),
-    ("server", ["transport", "access", "metrics", "pricing", "convert"], SERVER),
-    ("server", ["admission", "calls", "durability"], SERVER),
+    ("server", ["scheduling", "sessions", "sessions/store", "pricing", "convert"], SERVER),
+    ("server", ["connections", "observability", "admission", "calls"], SERVER),
     ("client", ["cpp", "python", "cli", "examples"], CLIENT),
 ]
 # The parents as the picture names them.

@@ -9,9 +9,9 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/request_price.h"
-#include "server/limits/failpoint.h"
-#include "server/sessions/field_bytes.h"
 #include "server/pricing/memory_price.h"
+#include "server/scheduling/failpoint.h"
+#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "server/convert/faults.h"
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
 #include "server/scheduling/quota.h"
 #include "server/sessions/ledger.h"
 #include "server/sessions/session.h"

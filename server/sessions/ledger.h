@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/sessions/principal.h"
+#include "server/scheduling/principal.h"
 
 namespace stiefel::server {
 

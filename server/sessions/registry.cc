@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {

@@ -19,10 +19,10 @@
 #include <variant>
 #include <vector>
 
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
+#include "server/scheduling/principal.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/ledger.h"
-#include "server/sessions/principal.h"
 #include "server/sessions/session.h"
 
 namespace stiefel::server {

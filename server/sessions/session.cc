@@ -8,7 +8,7 @@
 #include "engine/simulation/catalogue/methods/step_weight.h"
 #include "engine/simulation/catalogue/methods/workspace.h"
 #include "engine/simulation/run/ensemble_price.h"
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/checkpoints/digest.h"
 #include "server/sessions/identity.h"

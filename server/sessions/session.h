@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "engine/simulation/run/outline.h"
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/ledger.h"

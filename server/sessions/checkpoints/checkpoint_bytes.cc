@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "server/sessions/checkpoints/digest.h"
 
 namespace stiefel::server {

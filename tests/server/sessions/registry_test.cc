@@ -6,7 +6,7 @@
 #include <latch>
 #include <thread>
 
-#include "server/limits/process.h"
+#include "server/scheduling/process.h"
 #include "server/sessions/checkpoints/digest.h"
 #include "tests/server/scenes.h"
 

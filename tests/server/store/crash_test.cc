@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "server/store/journal.h"
+#include "server/sessions/store/journal.h"
 #include "tests/server/store/folder.h"
 #include "tests/server/store/forgetful_vfs.h"
 #include "tests/server/store/ledgers.h"

@@ -1,4 +1,4 @@
-#include "server/store/journal.h"
+#include "server/sessions/store/journal.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

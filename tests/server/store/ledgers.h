@@ -10,7 +10,7 @@
 
 #include "server/sessions/identity.h"
 #include "server/sessions/registry.h"
-#include "server/store/journal.h"
+#include "server/sessions/store/journal.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::test {

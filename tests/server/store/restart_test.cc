@@ -8,7 +8,7 @@
 #include <map>
 #include <thread>
 
-#include "server/store/store.h"
+#include "server/sessions/store/store.h"
 #include "tests/server/store/durable.h"
 
 namespace stiefel::test {

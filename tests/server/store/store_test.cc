@@ -1,4 +1,4 @@
-#include "server/store/store.h"
+#include "server/sessions/store/store.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
