@@ -139,14 +139,14 @@ Restored Durability::restored(const Store::Row& row, Account& account) const {
   }
 }
 
-void Durability::restore_tombstones() {
-  using Time = Ledger::Time;
+void Durability::restore_deleted_names() {
+  using Time = WriteAheadLog::Time;
   const auto now = std::chrono::nanoseconds(Time::clock::now().time_since_epoch());
-  for (Tombstone& tombstone : store_.tombstones(now.count())) {
-    const std::chrono::nanoseconds until(tombstone.until);
-    host_.registry.bury(tombstone.principal, std::move(tombstone.id),
-                        Time(std::chrono::duration_cast<Time::duration>(until)),
-                        &host_.accounts.of(tombstone.principal).memory());
+  for (DeletedName& deleted_name : store_.deleted_names(now.count())) {
+    const std::chrono::nanoseconds until(deleted_name.until);
+    host_.registry.mark_deleted(deleted_name.principal, std::move(deleted_name.id),
+                                Time(std::chrono::duration_cast<Time::duration>(until)),
+                                &host_.accounts.of(deleted_name.principal).memory());
   }
 }
 
@@ -174,12 +174,12 @@ void Durability::restore_sessions(const std::function<void(const Store::Row&)>& 
 
 void Durability::restore() {
   const auto start = std::chrono::steady_clock::now();
-  const auto now = std::chrono::nanoseconds(Ledger::Time::clock::now().time_since_epoch());
+  const auto now = std::chrono::nanoseconds(WriteAheadLog::Time::clock::now().time_since_epoch());
   std::int64_t dropped = 0;
   try {
     store_.transact([&] {
       dropped = store_.drop_checkpoints_except(numerics_id());
-      store_.trim_tombstones(now.count());
+      store_.trim_deleted_names(now.count());
     });
   } catch (const StoreError& error) {  // a full disk; checkpoints of other ids are not used anyway
     report(error.fault());
@@ -198,7 +198,7 @@ void Durability::restore() {
   };
   try {
     restore_sessions(use);
-    restore_tombstones();
+    restore_deleted_names();
   } catch (const StoreError& error) {
     throw std::runtime_error("the store " + file_ + " is damaged: " + error.what() +
                              ": restore a backup");

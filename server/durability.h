@@ -39,7 +39,7 @@ class Durability {
  private:
   void restore();
   void restore_sessions(const std::function<void(const Store::Row&)>& use);
-  void restore_tombstones();
+  void restore_deleted_names();
   Restored restored(const Store::Row& row, Account& account) const;
   Journal::Hooks hooks();
   void report(const WriteFault& fault);

@@ -297,7 +297,7 @@ void Session::deposit(const Simulation& simulation) {
     checkpoints_.put(step, std::move(saved));
     spacing_ = checkpoints_.spacing();
   }
-  tell_ledger();
+  tell_log();
 }
 
 void Session::adopt(std::int64_t step, std::vector<double> saved) {
@@ -327,8 +327,8 @@ std::int64_t Session::start_for(std::int64_t step) const {
   return start;
 }
 
-void Session::tell_ledger() {
-  if (ledger_ && !reported_to_ledger_.exchange(true)) ledger_->cached(weak_from_this());
+void Session::tell_log() {
+  if (log_ && !reported_to_log_.exchange(true)) log_->cached(weak_from_this());
 }
 
 std::optional<AttemptLimit> Session::attempt_limit() const {

@@ -17,8 +17,8 @@
 #include "server/scheduling/memory_budget.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/identity.h"
-#include "server/sessions/ledger.h"
 #include "server/sessions/step_kind.h"
+#include "server/sessions/write_ahead_log.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
 
@@ -142,19 +142,19 @@ class Session : public std::enable_shared_from_this<Session> {
   void set_owner(Principal owner) { owner_ = std::move(owner); }
   /// Sets the creation time of a restored session. Call it before other threads see the session.
   void set_create_time(std::chrono::system_clock::time_point created) { create_time_ = created; }
-  /// Reports new cached states to `ledger`. Call it before other threads use the session.
-  void write_to(Ledger& ledger) { ledger_ = &ledger; }
+  /// Reports new cached states to `log`. Call it before other threads use the session.
+  void write_to(WriteAheadLog& log) { log_ = &log; }
   const Principal& owner() const { return owner_; }
   /// Sets the pending write of this session, null without a store, and reports a cached state after
   /// step 0. Guarded by the registry's lock.
-  void written_by(std::shared_ptr<Receipt> receipt) {
-    receipt_ = std::move(receipt);
-    if (cached_steps().back() > 0) tell_ledger();
+  void written_by(std::shared_ptr<PendingWrite> pending_write) {
+    pending_write_ = std::move(pending_write);
+    if (cached_steps().back() > 0) tell_log();
   }
-  const std::shared_ptr<Receipt>& receipt() const { return receipt_; }
+  const std::shared_ptr<PendingWrite>& pending_write() const { return pending_write_; }
   /// Returns the last cached state, and reports the next one again.
   Checkpoints::Nearest take_last_state() {
-    reported_to_ledger_ = false;
+    reported_to_log_ = false;
     const std::lock_guard lock(mutex_);
     return checkpoints_.nearest(max_step);
   }
@@ -170,7 +170,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
  private:
   friend class SessionLease;
-  void tell_ledger();
+  void tell_log();
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
   std::unique_ptr<Simulation> make();
   /// Sets what the outline has, and the spacing of the checkpoints from it.
@@ -196,9 +196,9 @@ class Session : public std::enable_shared_from_this<Session> {
   std::shared_ptr<void> seat_;
   std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
   Principal owner_;
-  Ledger* ledger_ = nullptr;
-  std::shared_ptr<Receipt> receipt_;
-  std::atomic<bool> reported_to_ledger_ = false;  ///< a cached state that it has not taken yet
+  WriteAheadLog* log_ = nullptr;
+  std::shared_ptr<PendingWrite> pending_write_;
+  std::atomic<bool> reported_to_log_ = false;  ///< a cached state that it has not taken yet
   const std::uint64_t simulation_bytes_;
   const MemoryLease scene_memory_;
   MemoryLease simulations_memory_;  ///< of the idle and of the leased simulations

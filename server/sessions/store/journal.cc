@@ -18,10 +18,10 @@ constexpr const char* thread_name = "store";
 /// How long waiting changes may delay the checkpoints.
 constexpr auto longest_delay = std::chrono::seconds(5);
 
-std::int64_t nanoseconds_of(Ledger::Time time) {
+std::int64_t nanoseconds_of(WriteAheadLog::Time time) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
 }
-std::int64_t nanoseconds_now() { return nanoseconds_of(Ledger::Time::clock::now()); }
+std::int64_t nanoseconds_now() { return nanoseconds_of(WriteAheadLog::Time::clock::now()); }
 
 WriteFault fault_of_current_exception() {
   try {
@@ -67,15 +67,15 @@ Journal::~Journal() {
   thread_.join();
 }
 
-std::shared_ptr<Receipt> Journal::submit(Change change) {
+std::shared_ptr<PendingWrite> Journal::submit(Change change) {
   failpoint("journal.submit");
-  auto receipt = change.receipt;
+  auto pending_write = change.pending_write;
   {
     const std::lock_guard lock(mutex_);
     queue_.push_back(std::move(change));
   }
   wake_.notify_one();
-  return receipt;
+  return pending_write;
 }
 
 void Journal::cached(std::weak_ptr<Session> session) noexcept {
@@ -122,13 +122,13 @@ void Journal::write(std::span<const Change> changes) {
       if (const auto& session = changes[count++].session) bytes += session->scene_bytes();
     changes = changes.subspan(write_together(changes.first(count)));
   }
-  if (store_.tombstones_pile_up()) trim_tombstones();
+  if (store_.deleted_names_pile_up()) trim_deleted_names();
 }
 
-void Journal::trim_tombstones() noexcept {
+void Journal::trim_deleted_names() noexcept {
   try {
-    store_.transact([this] { store_.trim_tombstones(nanoseconds_now()); }, Store::Patience(0));
-  } catch (...) {  // untrimmed tombstones only take space
+    store_.transact([this] { store_.trim_deleted_names(nanoseconds_now()); }, Store::Patience(0));
+  } catch (...) {  // untrimmed deleted names only take space
   }
 }
 
@@ -166,7 +166,7 @@ void Journal::write_singly(std::span<const Change> changes) {
 std::optional<WriteFault> Journal::write_to_full_store(const Change& change) {
   auto fault = transact({&change, 1}, &Store::transact_in_place);
   try {
-    while (is_full(fault) && !change.session && store_.halve_tombstones())
+    while (is_full(fault) && !change.session && store_.halve_deleted_names())
       fault = transact({&change, 1}, &Store::transact_in_place);
   } catch (...) {
     return fault_of_current_exception();
@@ -194,13 +194,13 @@ void Journal::apply(const Change& change) {
   if (change.session) return store_.put(hooks_.to_row(*change.session));
   store_.erase(change.principal, change.id);
   if (change.until)
-    store_.put(Tombstone{change.principal, change.id, nanoseconds_of(*change.until)});
+    store_.put(DeletedName{change.principal, change.id, nanoseconds_of(*change.until)});
 }
 
 void Journal::settle(const Change& change, const std::optional<WriteFault>& fault) {
   if (fault) report(*fault);
   if (fault && change.session) hooks_.drop(*change.session);
-  change.receipt->settle(fault);
+  change.pending_write->settle(fault);
 }
 
 void Journal::watch() noexcept {

@@ -14,8 +14,8 @@
 #include <thread>
 #include <vector>
 
-#include "server/sessions/ledger.h"
 #include "server/sessions/store/store.h"
+#include "server/sessions/write_ahead_log.h"
 
 namespace stiefel::server {
 
@@ -23,13 +23,13 @@ namespace stiefel::server {
 /// one transaction form the next, so that many calls share one wait for the disk. A transaction
 /// that fails is repeated change by change, so that only what does not fit fails. Changes that fit
 /// into the file but not into its log use the store's reserve, deletions also the space of older
-/// tombstones. A change waits for the lock of another program for `Store::patience` from its
+/// deleted names. A change waits for the lock of another program for `Store::patience` from its
 /// arrival, whatever waits before it.
 ///
 /// Writes checkpoints when no change waits, at the latest 5 s after a pass is due: the last state
 /// of each session, a few seconds after it was cached. Drops those beyond `max_checkpoint_bytes`,
 /// those whose writing fails, and all of them when a change needs their space.
-class Journal final : public Ledger {
+class Journal final : public WriteAheadLog {
  public:
   struct Hooks {
     /// Converts a session to a row.
@@ -55,33 +55,34 @@ class Journal final : public Ledger {
   /// Writes all waiting changes and checkpoints.
   ~Journal() override;
 
-  std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) override {
+  std::shared_ptr<PendingWrite> put(std::shared_ptr<Session> session) override {
     return submit({.session = std::move(session), .principal = {}, .id = {}, .until = {}});
   }
-  std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) override {
+  std::shared_ptr<PendingWrite> erase(const Principal& principal, std::string id) override {
     return submit({.session = {}, .principal = principal, .id = std::move(id), .until = {}});
   }
-  std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) override {
+  std::shared_ptr<PendingWrite> mark_deleted(const Principal& principal, std::string id,
+                                             Time until) override {
     return submit({.session = {}, .principal = principal, .id = std::move(id), .until = until});
   }
   void cached(std::weak_ptr<Session> session) noexcept override;
 
-  /// The number of transactions that wrote sessions, deletions or tombstones. Thread-safe.
+  /// The number of transactions that wrote sessions, deletions or deleted names. Thread-safe.
   std::uint64_t transactions() const { return transactions_.load(std::memory_order_relaxed); }
 
  private:
-  /// A session to write, or the name of one to erase, with a tombstone if `until` is set.
+  /// A session to write, or the name of one to erase, with a deleted name if `until` is set.
   struct Change {
     std::shared_ptr<Session> session;
     Principal principal;
     std::string id;
     std::optional<Time> until;
-    std::shared_ptr<Receipt> receipt = std::make_shared<Receipt>();
+    std::shared_ptr<PendingWrite> pending_write = std::make_shared<PendingWrite>();
     std::chrono::steady_clock::time_point deadline =
         std::chrono::steady_clock::now() + Store::patience;
   };
 
-  std::shared_ptr<Receipt> submit(Change change);
+  std::shared_ptr<PendingWrite> submit(Change change);
   void work(const std::stop_token& stop);
   void write(std::span<const Change> changes);
   std::size_t write_together(std::span<const Change> changes);
@@ -92,7 +93,7 @@ class Journal final : public Ledger {
   std::optional<WriteFault> write_to_full_store(const Change& change);
   void apply(const Change& change);
   void settle(const Change& change, const std::optional<WriteFault>& fault);
-  void trim_tombstones() noexcept;
+  void trim_deleted_names() noexcept;
   void watch() noexcept;
   void report(const WriteFault& fault) const noexcept;
   void write_checkpoints(std::vector<std::weak_ptr<Session>> sessions);

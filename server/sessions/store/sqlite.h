@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/sessions/ledger.h"
+#include "server/sessions/write_ahead_log.h"
 
 struct sqlite3;
 struct sqlite3_stmt;

@@ -67,7 +67,7 @@ constexpr std::string_view select =
     "c.identity, c.step, c.state, c.digest FROM session AS s LEFT JOIN checkpoint AS c USING "
     "(place, principal, id)";
 
-/// Keeps the first rows of an order that begins with the newest tombstone of each principal and
+/// Keeps the first rows of an order that begins with the newest deleted name of each principal and
 /// goes on with the second newest of each.
 constexpr std::string_view keep_newest =
     "DELETE FROM tombstone WHERE (place, principal, id) IN (SELECT place, principal, id FROM "
@@ -75,7 +75,7 @@ constexpr std::string_view keep_newest =
     "*, row_number() OVER (PARTITION BY principal ORDER BY until DESC) AS age FROM tombstone) "
     "ORDER BY age LIMIT -1 OFFSET ?)";
 
-std::int64_t most_tombstones_of(std::uint64_t store_limit) {
+std::int64_t most_deleted_names_of(std::uint64_t store_limit) {
   constexpr std::uint64_t most = std::uint64_t{1} << 18;
   constexpr std::uint64_t bytes_of_one = 128, part = 8;
   return static_cast<std::int64_t>(
@@ -85,7 +85,7 @@ std::int64_t most_tombstones_of(std::uint64_t store_limit) {
 }  // namespace
 
 Store::Store(const StoreOptions& options)
-    : most_tombstones_(most_tombstones_of(options.limit)),
+    : most_deleted_names_(most_deleted_names_of(options.limit)),
       file_(open_store(options)),
       put_session_(
           file_.database,
@@ -96,7 +96,7 @@ Store::Store(const StoreOptions& options)
                       "INSERT OR REPLACE INTO checkpoint VALUES (?, ?, ?, ?, ?, ?, ?, ?)"),
       erase_checkpoint_(file_.database,
                         "DELETE FROM checkpoint WHERE place = ? AND principal = ? AND id = ?"),
-      put_tombstone_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?, ?)") {}
+      put_deleted_name_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?, ?)") {}
 
 void Store::transact(const std::function<void()>& changes, Patience wait) {
   failpoint("store.begin");
@@ -150,35 +150,36 @@ void Store::put(const StoredCheckpoint& c) {
                           digest_of(c));
 }
 
-void Store::put(const Tombstone& tombstone) {
-  put_tombstone_.execute(place_of(tombstone.principal, tombstone.id), tombstone.principal.name,
-                         tombstone.id, tombstone.until);
+void Store::put(const DeletedName& deleted_name) {
+  put_deleted_name_.execute(place_of(deleted_name.principal, deleted_name.id),
+                            deleted_name.principal.name, deleted_name.id, deleted_name.until);
   ++since_trim_;
 }
 
-std::vector<Tombstone> Store::tombstones(std::int64_t now) {
+std::vector<DeletedName> Store::deleted_names(std::int64_t now) {
   Statement all(file_.database,
                 "SELECT principal, id, until FROM tombstone WHERE until > ? ORDER BY until");
   all.bind(1, now);
-  std::vector<Tombstone> tombstones;
-  while (all.step()) tombstones.push_back({Principal{all.bytes(0)}, all.bytes(1), all.integer(2)});
-  return tombstones;
+  std::vector<DeletedName> deleted_names;
+  while (all.step())
+    deleted_names.push_back({Principal{all.bytes(0)}, all.bytes(1), all.integer(2)});
+  return deleted_names;
 }
 
-void Store::keep_newest_tombstones(std::int64_t count) {
+void Store::keep_newest_deleted_names(std::int64_t count) {
   Statement(file_.database, keep_newest).execute(count);
 }
 
-void Store::trim_tombstones(std::int64_t now) {
+void Store::trim_deleted_names(std::int64_t now) {
   since_trim_ = 0;
   Statement(file_.database, "DELETE FROM tombstone WHERE until <= ?").execute(now);
-  if (file_.database.number("SELECT count(*) FROM tombstone") > most_tombstones_)
-    keep_newest_tombstones(most_tombstones_);
+  if (file_.database.number("SELECT count(*) FROM tombstone") > most_deleted_names_)
+    keep_newest_deleted_names(most_deleted_names_);
 }
 
-bool Store::halve_tombstones() {
+bool Store::halve_deleted_names() {
   const std::int64_t count = file_.database.number("SELECT count(*) FROM tombstone");
-  transact_in_place([&] { keep_newest_tombstones(count / 2); });
+  transact_in_place([&] { keep_newest_deleted_names(count / 2); });
   return count > 0;
 }
 
@@ -197,7 +198,7 @@ void Store::make_room(std::int64_t now) noexcept {
   try {
     const auto drop = [&] {
       file_.database.run("DELETE FROM checkpoint");
-      trim_tombstones(now);
+      trim_deleted_names(now);
     };
     transact(drop, Patience(0));
   } catch (const std::exception&) {  // the disk is as full as before

@@ -37,15 +37,15 @@ struct StoredCheckpoint {
 };
 
 /// A deleted session, which must not be created again before `until`.
-struct Tombstone {
+struct DeletedName {
   Principal principal;
   std::string id;
   std::int64_t until;  ///< nanoseconds since 1970
 };
 
-/// Keeps sessions, at most one checkpoint of each, and tombstones in an SQLite file, as bytes: it
-/// knows neither scenes nor messages. Changes are on disk when `transact` returns. Failures throw
-/// StoreError. For one thread at a time.
+/// Keeps sessions, at most one checkpoint of each, and deleted names in an SQLite file, as bytes:
+/// it knows neither scenes nor messages. Changes are on disk when `transact` returns. Failures
+/// throw StoreError. For one thread at a time.
 class Store {
  public:
   /// Throws std::runtime_error (store_file.h).
@@ -67,25 +67,25 @@ class Store {
   /// Erases a session and its checkpoint, if there is one.
   void erase(const Principal& principal, std::string_view id);
   void put(const StoredCheckpoint& checkpoint);
-  void put(const Tombstone& tombstone);
+  void put(const DeletedName& deleted_name);
 
-  /// Returns the tombstones with `until` > now, the next to end first.
-  std::vector<Tombstone> tombstones(std::int64_t now);
-  /// Removes the tombstones whose time is over and, of those beyond `most_tombstones`, the oldest
-  /// of the principals that have most.
-  void trim_tombstones(std::int64_t now);
-  /// Whether more than a quarter of `most_tombstones` were put since the last trim.
-  bool tombstones_pile_up() const { return since_trim_ > most_tombstones_ / 4; }
-  /// The most tombstones kept: an eighth of the store's limit at 128 bytes each, at most 2^18.
-  std::int64_t most_tombstones() const { return most_tombstones_; }
-  /// Removes the older half of the tombstones of the principals that have most; returns false if
+  /// Returns the deleted names with `until` > now, the next to end first.
+  std::vector<DeletedName> deleted_names(std::int64_t now);
+  /// Removes the deleted names whose time is over and, of those beyond `most_deleted_names`, the
+  /// oldest of the principals that have most.
+  void trim_deleted_names(std::int64_t now);
+  /// Whether more than a quarter of `most_deleted_names` were put since the last trim.
+  bool deleted_names_pile_up() const { return since_trim_ > most_deleted_names_ / 4; }
+  /// The most deleted names kept: an eighth of the store's limit at 128 bytes each, at most 2^18.
+  std::int64_t most_deleted_names() const { return most_deleted_names_; }
+  /// Removes the older half of the deleted names of the principals that have most; returns false if
   /// there were none.
-  bool halve_tombstones();
+  bool halve_deleted_names();
   /// Removes the checkpoints with another numerics id and those without a session; returns their
   /// number.
   std::int64_t drop_checkpoints_except(std::string_view numerics_id);
-  /// Makes room on a full disk: removes all checkpoints, trims the tombstones, empties the log and
-  /// gives free pages back to the disk.
+  /// Makes room on a full disk: removes all checkpoints, trims the deleted names, empties the log
+  /// and gives free pages back to the disk.
   void make_room(std::int64_t now) noexcept;
   /// Like `transact`, on a full disk: the log takes the space of the reserve, and the file may not
   /// grow.
@@ -114,12 +114,12 @@ class Store {
   }
   bool empty_log() noexcept;
   void give_free_pages_back() noexcept;
-  void keep_newest_tombstones(std::int64_t count);
+  void keep_newest_deleted_names(std::int64_t count);
 
-  const std::int64_t most_tombstones_;
-  std::int64_t since_trim_ = 0;  // tombstones put since the last trim
+  const std::int64_t most_deleted_names_;
+  std::int64_t since_trim_ = 0;  // deleted names put since the last trim
   StoreFile file_;
-  Statement put_session_, erase_session_, put_checkpoint_, erase_checkpoint_, put_tombstone_;
+  Statement put_session_, erase_session_, put_checkpoint_, erase_checkpoint_, put_deleted_name_;
 };
 
 }  // namespace stiefel::server

@@ -27,7 +27,7 @@ def test_a_handle_does_not_bring_back_what_was_deleted_before_the_server_was_kil
         assert [session.id for session in other.list()] == [kept.id]
 
 
-def test_a_tombstone_ends_when_its_time_is_over(serve, tmp_path):
+def test_a_deleted_name_ends_when_its_time_is_over(serve, tmp_path):
     store = str(tmp_path / "store")
     process = serve("--store", store, "--idle-timeout", "0.5")
     with process.channel() as channel:

@@ -13,67 +13,67 @@ using test::everybody;
 
 using namespace std::chrono_literals;
 
-constexpr Tombstones::Time start{};
+constexpr DeletedNames::Time start{};
 
-TEST(Tombstones, LastForTheirLifetime) {
-  Tombstones tombstones(1h);
-  tombstones.put("a", start);
-  tombstones.put("b", start + 30min);
-  EXPECT_TRUE(tombstones.contains("a", start + 59min));
-  EXPECT_FALSE(tombstones.contains("a", start + 1h)) << "though nothing dropped it yet";
-  EXPECT_TRUE(tombstones.contains("b", start + 1h));
-  EXPECT_FALSE(tombstones.contains("c", start));
-  tombstones.expire(start + 1h);
-  EXPECT_EQ(tombstones.size(), 1u);
+TEST(DeletedNames, LastForTheirLifetime) {
+  DeletedNames deleted_names(1h);
+  deleted_names.put("a", start);
+  deleted_names.put("b", start + 30min);
+  EXPECT_TRUE(deleted_names.contains("a", start + 59min));
+  EXPECT_FALSE(deleted_names.contains("a", start + 1h)) << "though nothing dropped it yet";
+  EXPECT_TRUE(deleted_names.contains("b", start + 1h));
+  EXPECT_FALSE(deleted_names.contains("c", start));
+  deleted_names.expire(start + 1h);
+  EXPECT_EQ(deleted_names.size(), 1u);
 }
 
-TEST(Tombstones, ADeletionAgainStartsAnew) {
-  Tombstones tombstones(1h);
-  tombstones.put("a", start);
-  tombstones.put("b", start + 1min);
-  tombstones.put("a", start + 30min);
-  EXPECT_EQ(tombstones.size(), 2u);
-  tombstones.expire(start + 80min);
-  EXPECT_EQ(tombstones.size(), 1u);
-  EXPECT_TRUE(tombstones.contains("a", start + 80min));
-  tombstones.remove("a");
-  tombstones.remove("a");
-  EXPECT_EQ(tombstones.size(), 0u);
+TEST(DeletedNames, ADeletionAgainStartsAnew) {
+  DeletedNames deleted_names(1h);
+  deleted_names.put("a", start);
+  deleted_names.put("b", start + 1min);
+  deleted_names.put("a", start + 30min);
+  EXPECT_EQ(deleted_names.size(), 2u);
+  deleted_names.expire(start + 80min);
+  EXPECT_EQ(deleted_names.size(), 1u);
+  EXPECT_TRUE(deleted_names.contains("a", start + 80min));
+  deleted_names.remove("a");
+  deleted_names.remove("a");
+  EXPECT_EQ(deleted_names.size(), 0u);
 }
 
-TEST(Tombstones, TheOldestGoFirstWhenThereAreTooMany) {
-  Tombstones many(1h);
-  for (std::size_t i = 0; i < Tombstones::max_count + 5; ++i) many.put(std::to_string(i), start);
-  EXPECT_EQ(many.size(), Tombstones::max_count);
+TEST(DeletedNames, TheOldestGoFirstWhenThereAreTooMany) {
+  DeletedNames many(1h);
+  for (std::size_t i = 0; i < DeletedNames::max_count + 5; ++i) many.put(std::to_string(i), start);
+  EXPECT_EQ(many.size(), DeletedNames::max_count);
   EXPECT_FALSE(many.contains("4", start));
   EXPECT_TRUE(many.contains("5", start));
 
-  Tombstones long_names(1h);
-  const std::size_t size = 4000, fit = Tombstones::max_bytes / (size + Tombstones::entry_bytes);
+  DeletedNames long_names(1h);
+  const std::size_t size = 4000, fit = DeletedNames::max_bytes / (size + DeletedNames::entry_bytes);
   for (std::size_t i = 0; i < fit + 3; ++i)
     long_names.put(std::to_string(i) + std::string(size - std::to_string(i).size(), 'x'), start);
   EXPECT_EQ(long_names.size(), fit);
 }
 
-TEST(Tombstones, CountAgainstTheMemory) {
-  MemoryBudget memory(3 * Tombstones::bytes("a"));
-  Tombstones tombstones(1h);
+TEST(DeletedNames, CountAgainstTheMemory) {
+  MemoryBudget memory(3 * DeletedNames::bytes("a"));
+  DeletedNames deleted_names(1h);
   const auto put = [&](const std::string& name) {
-    tombstones.put(name, start, Tombstones::lease(name, memory));
+    deleted_names.put(name, start, DeletedNames::lease(name, memory));
   };
   for (const char* name : {"a", "b", "c"}) put(name);
   EXPECT_EQ(memory.used(), memory.limit());
   put("d");
-  EXPECT_FALSE(tombstones.contains("a", start)) << "the oldest made room";
-  for (const char* name : {"b", "c", "d"}) EXPECT_TRUE(tombstones.contains(name, start)) << name;
-  tombstones.remove("b");
+  EXPECT_FALSE(deleted_names.contains("a", start)) << "the oldest made room";
+  for (const char* name : {"b", "c", "d"}) EXPECT_TRUE(deleted_names.contains(name, start)) << name;
+  deleted_names.remove("b");
   EXPECT_LT(memory.used(), memory.limit());
-  Tombstones others(1h);
-  others.put("e", start, Tombstones::lease("a long name", memory));
+  DeletedNames others(1h);
+  others.put("e", start, DeletedNames::lease("a long name", memory));
   EXPECT_TRUE(others.contains("e", start)) << "the newest stays";
 }
 
-class RegistryTombstones : public testing::Test {
+class RegistryDeletedNames : public testing::Test {
  protected:
   auto create(bool recreate) {
     return registry_.create(everybody, "a", test::scene(), "", {}, recreate);
@@ -83,7 +83,7 @@ class RegistryTombstones : public testing::Test {
   Registry registry_{3, 1h, [this] { return now_; }};
 };
 
-TEST_F(RegistryTombstones, ADeletedSessionDoesNotComeBack) {
+TEST_F(RegistryDeletedNames, ADeletedSessionDoesNotComeBack) {
   create(false);
   EXPECT_FALSE(registry_.deleted(everybody, "a"));
   registry_.erase(everybody, "a");
@@ -96,7 +96,7 @@ TEST_F(RegistryTombstones, ADeletedSessionDoesNotComeBack) {
   EXPECT_TRUE(create(true));
 }
 
-TEST(RegistryMemory, TombstonesCountAndGiveUpCaches) {
+TEST(RegistryMemory, DeletedNamesCountAndGiveUpCaches) {
   MemoryBudget memory(std::uint64_t{1} << 20);
   Registry registry(3, 1h, {}, nullptr, memory);
   registry.create(everybody, "cached", test::scene(), "", {}, false);
@@ -104,15 +104,15 @@ TEST(RegistryMemory, TombstonesCountAndGiveUpCaches) {
   for (int i = 0; i < 10; ++i) registry.erase(everybody, std::to_string(i));
   for (int i = 0; i < 10; ++i) EXPECT_TRUE(registry.deleted(everybody, std::to_string(i))) << i;
   EXPECT_LE(memory.used(), memory.limit());
-  EXPECT_GE(memory.used(), others.bytes() + 10 * Tombstones::bytes("0"));
+  EXPECT_GE(memory.used(), others.bytes() + 10 * DeletedNames::bytes("0"));
 }
 
-TEST_F(RegistryTombstones, ADeletionMayComeBeforeTheSession) {
+TEST_F(RegistryDeletedNames, ADeletionMayComeBeforeTheSession) {
   EXPECT_FALSE(registry_.erase(everybody, "a"));
   EXPECT_FALSE(create(true));
 }
 
-TEST_F(RegistryTombstones, ANewCreationMayUseTheName) {
+TEST_F(RegistryDeletedNames, ANewCreationMayUseTheName) {
   create(false);
   registry_.erase(everybody, "a");
   EXPECT_TRUE(create(false)->created);
@@ -120,7 +120,7 @@ TEST_F(RegistryTombstones, ANewCreationMayUseTheName) {
   EXPECT_FALSE(create(true)->created) << "which is then there for every handle";
 }
 
-TEST_F(RegistryTombstones, ASessionThatCouldNotBeWrittenLeavesTheTombstone) {
+TEST_F(RegistryDeletedNames, ASessionThatCouldNotBeWrittenLeavesTheDeletedName) {
   registry_.erase(everybody, "a");
   const auto made = create(false);
   ASSERT_TRUE(made);
@@ -129,7 +129,7 @@ TEST_F(RegistryTombstones, ASessionThatCouldNotBeWrittenLeavesTheTombstone) {
   EXPECT_FALSE(create(true));
 }
 
-TEST_F(RegistryTombstones, ATombstoneEndsBeforeTheSessionAfterIt) {
+TEST_F(RegistryDeletedNames, ADeletedNameEndsBeforeTheSessionAfterIt) {
   registry_.erase(everybody, "a");
   create(false);
   now_ += 1h;
@@ -138,11 +138,11 @@ TEST_F(RegistryTombstones, ATombstoneEndsBeforeTheSessionAfterIt) {
   EXPECT_TRUE(create(true)) << "it expired and was not deleted again";
 }
 
-TEST_F(RegistryTombstones, OnesOfAServerBeforeLastForWhatIsLeft) {
+TEST_F(RegistryDeletedNames, OnesOfAServerBeforeLastForWhatIsLeft) {
   const auto now = std::chrono::system_clock::now();
-  registry_.bury(everybody, "over", now - 1s);
-  registry_.bury(everybody, "a", now + 30min);
-  registry_.bury(everybody, "long", now + 5h);
+  registry_.mark_deleted(everybody, "over", now - 1s);
+  registry_.mark_deleted(everybody, "a", now + 30min);
+  registry_.mark_deleted(everybody, "long", now + 5h);
   EXPECT_FALSE(registry_.deleted(everybody, "over"));
   EXPECT_TRUE(registry_.deleted(everybody, "a"));
   now_ += 29min;
@@ -155,14 +155,14 @@ TEST_F(RegistryTombstones, OnesOfAServerBeforeLastForWhatIsLeft) {
   EXPECT_FALSE(registry_.deleted(everybody, "long")) << "the idle timeout has become shorter";
 }
 
-TEST_F(RegistryTombstones, AnExpiredSessionComesBack) {
+TEST_F(RegistryDeletedNames, AnExpiredSessionComesBack) {
   create(false);
   now_ += 1h;
   EXPECT_EQ(registry_.expire(), 1u);
   EXPECT_TRUE(create(true)->created);
 }
 
-TEST_F(RegistryTombstones, ACheckpointReachesASessionThatIsThere) {
+TEST_F(RegistryDeletedNames, ACheckpointReachesASessionThatIsThere) {
   Registry other(1, 1h, {});
   const auto ahead = other.create(everybody, "a", test::scene(), "");
   auto simulation = ahead->session->lease(0);

@@ -43,8 +43,8 @@ struct Written {
     registry.write_to(journal);
   }
 
-  std::shared_ptr<server::Receipt> create(const std::string& id, int scene = 0) {
-    return registry.create(everybody, id, numbered_scene(scene), "").value().receipt;
+  std::shared_ptr<server::PendingWrite> create(const std::string& id, int scene = 0) {
+    return registry.create(everybody, id, numbered_scene(scene), "").value().pending_write;
   }
 
   server::Registry registry{100'000, std::chrono::hours(1), {}};
@@ -55,9 +55,9 @@ struct Written {
 };
 
 /// Waits for the outcome.
-inline std::optional<server::WriteFault> outcome(server::Receipt& receipt) {
+inline std::optional<server::WriteFault> outcome(server::PendingWrite& pending_write) {
   std::promise<std::optional<server::WriteFault>> promise;
-  receipt.then([&](const auto& fault) { promise.set_value(fault); });
+  pending_write.then([&](const auto& fault) { promise.set_value(fault); });
   return promise.get_future().get();
 }
 

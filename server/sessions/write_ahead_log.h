@@ -30,7 +30,7 @@ struct WriteFault {
 };
 
 /// A change that is being written. Thread-safe.
-class Receipt {
+class PendingWrite {
  public:
   /// Is called without a fault when the change is on disk.
   using Done = std::function<void(const std::optional<WriteFault>&)>;
@@ -62,23 +62,24 @@ class Receipt {
   std::vector<Done> waiting_;
 };
 
-/// Records a registry's changes in the order of the calls. `put`, `erase` and `bury` are called
-/// under the registry's lock: they queue the change and return without waiting for the disk.
-class Ledger {
+/// Records a registry's changes in the order of the calls. `put`, `erase` and `mark_deleted` are
+/// called under the registry's lock: they queue the change and return without waiting for the disk.
+class WriteAheadLog {
  public:
   using Time = std::chrono::system_clock::time_point;
 
-  virtual ~Ledger() = default;
+  virtual ~WriteAheadLog() = default;
 
   /// Records a new session. One that cannot be written is dropped from the registry before the
   /// write ends.
-  virtual std::shared_ptr<Receipt> put(std::shared_ptr<Session> session) = 0;
+  virtual std::shared_ptr<PendingWrite> put(std::shared_ptr<Session> session) = 0;
   /// Records that a session has expired.
-  virtual std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) = 0;
+  virtual std::shared_ptr<PendingWrite> erase(const Principal& principal, std::string id) = 0;
   /// Records that a session was deleted, so that no client's handle creates it again before
   /// `until`. Also for an id that the registry does not know: the write of an earlier deletion may
   /// have failed.
-  virtual std::shared_ptr<Receipt> bury(const Principal& principal, std::string id, Time until) = 0;
+  virtual std::shared_ptr<PendingWrite> mark_deleted(const Principal& principal, std::string id,
+                                                     Time until) = 0;
   /// Records that a session has a new cached state, which may be written later or never.
   virtual void cached(std::weak_ptr<Session> session) noexcept = 0;
 };
