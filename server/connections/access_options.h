@@ -19,7 +19,7 @@ struct AccessOptions {
   TlsFiles tls = {};
   /// A file of tokens (tokens.h); empty means that every caller is the principal "".
   std::string tokens = {};
-  /// A file of keys (checkpoint_keys.h); empty means a random key.
+  /// A file of keys (checkpoints/secrets.h); empty means a random key.
   std::string checkpoint_key = {};
   /// Allows addresses without TLS that other machines can reach.
   bool insecure = false;

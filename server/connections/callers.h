@@ -13,7 +13,7 @@
 #include "server/connections/tokens.h"
 #include "server/connections/watched_files.h"
 #include "server/scheduling/principal.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
 

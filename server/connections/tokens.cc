@@ -5,7 +5,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "server/scheduling/principal.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
 

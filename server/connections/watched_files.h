@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/scheduling/process.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
 
@@ -40,7 +40,7 @@ class WatchedFiles {
 /// Returns the current contents of the files.
 WatchedFiles::Contents read_texts(const std::vector<std::string>& paths);
 
-/// Returns the keys in a file (checkpoint_keys.h); null if `file` is empty. Throws
+/// Returns the keys in a file (checkpoints/secrets.h); null if `file` is empty. Throws
 /// std::runtime_error with the flag, the file and the rule that it breaks, never with a key.
 std::shared_ptr<const CheckpointKeys> checkpoint_keys(const std::string& file);
 

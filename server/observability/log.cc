@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "server/convert/errors.h"
-#include "server/observability/call_metrics.h"
+#include "server/observability/metrics.h"
 #include "server/observability/push_back.h"
 #include "server/observability/stderr_sink.h"
 #include "server/scheduling/account.h"

@@ -12,8 +12,8 @@
 #include <variant>
 #include <vector>
 
-#include "server/observability/call_metrics.h"
 #include "server/observability/line_rate.h"
+#include "server/observability/metrics.h"
 
 namespace spdlog {
 class logger;

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <iterator>
 
-#include "server/observability/call_metrics.h"
+#include "server/observability/metrics.h"
 #include "server/scheduling/failpoint.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/sessions/identity.h"

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "engine/simulation/scene/scene_fields.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 #include "stiefel/version.h"
 
 namespace stiefel::server {

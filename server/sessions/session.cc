@@ -10,7 +10,7 @@
 #include "engine/simulation/run/ensemble_price.h"
 #include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {

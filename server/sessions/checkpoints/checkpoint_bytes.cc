@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "server/scheduling/failpoint.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
 namespace {

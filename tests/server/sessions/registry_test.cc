@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "server/scheduling/process.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {

@@ -1,4 +1,4 @@
-#include "server/observability/call_metrics.h"
+#include "server/observability/metrics.h"
 
 #include <algorithm>
 

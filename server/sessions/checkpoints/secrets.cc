@@ -1,4 +1,4 @@
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 
 #include <openssl/crypto.h>
 #include <openssl/evp.h>
