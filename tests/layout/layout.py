@@ -41,7 +41,6 @@ TEXT = {"engine/linalg/arithmetic/to_text.h", "engine/simulation/scene/near_name
 ENGINE_FOLDERS = [folder for line in ENGINE for folder in line]
 PUBLIC, CLIENT = r"stiefel/[a-z_]+\.h", r"stiefel/client/.*"
 PROTO = r"(stiefel/v1|proto)/.*"
-FAILPOINT = r"server/scheduling/failpoint\.h"
 # The internal headers of the engine that a folder of the server may include, in addition to the public ones. A new line
 # here is a decision: prefer what a public header offers.
 INTERNAL = {
@@ -70,7 +69,7 @@ OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/scheduling": [],
     "server/sessions": [PUBLIC, r"server/scheduling/.*"],
-    "server/sessions/store": [FAILPOINT, r"server/scheduling/principal\.h", r"server/sessions/.*"],
+    "server/sessions/store": [r"server/scheduling/(failpoint|principal|process)\.h", r"server/sessions/.*"],
     "server/pricing": [PUBLIC, r"server/(scheduling|sessions)/.*"],
     CONVERSION: [PUBLIC, PROTO, r"server/(scheduling|sessions|pricing)/.*"],
     "server/connections": [r"server/(scheduling|sessions)/.*"],

@@ -75,13 +75,9 @@ CREATE TABLE tombstone (
 )sql";
 
 void sync_folder(const fs::path& folder) {
-  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0 || fsync(descriptor) != 0) {
-    const std::string what = folder.string() + ": " + std::strerror(errno);
-    if (descriptor >= 0) close(descriptor);
-    throw std::runtime_error(what);
-  }
-  close(descriptor);
+  const Descriptor opened(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!opened || fsync(opened.get()) != 0)
+    throw std::runtime_error(folder.string() + ": " + std::strerror(errno));
 }
 
 /// Writes the new store under another name and renames it, so that a killed process leaves no
@@ -226,27 +222,18 @@ auto naming(const StoreOptions& options, const Work& work) {
 }  // namespace
 
 FileLock::FileLock(const std::string& file, bool own)
-    : descriptor_(open(file.c_str(), O_RDWR | O_CLOEXEC | (own ? O_CREAT : 0), 0600)) {
-  if (descriptor_ < 0) throw std::runtime_error(file + ": " + std::strerror(errno));
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-    const int error = errno;
-    const std::string holder = own ? holder_of(descriptor_) : "another process";
-    close(descriptor_);
-    throw std::runtime_error(error == EWOULDBLOCK ? "in use by " + holder
-                                                  : file + ": " + std::strerror(error));
+    : file_(open(file.c_str(), O_RDWR | O_CLOEXEC | (own ? O_CREAT : 0), 0600)) {
+  if (!file_) throw std::runtime_error(file + ": " + std::strerror(errno));
+  if (flock(file_.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) throw std::runtime_error(file + ": " + std::strerror(errno));
+    throw std::runtime_error("in use by " + (own ? holder_of(file_.get()) : "another process"));
   }
   if (!own) return;
   // The number serves the error message only; on a full disk the file stays empty.
   const std::string number = std::to_string(getpid());
-  if (ftruncate(descriptor_, 0) == 0)
-    static_cast<void>(pwrite(descriptor_, number.data(), number.size(), 0) > 0);
+  if (ftruncate(file_.get(), 0) == 0)
+    static_cast<void>(pwrite(file_.get(), number.data(), number.size(), 0) > 0);
 }
-
-FileLock::~FileLock() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
-
-FileLock::FileLock(FileLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 FileWatch::FileWatch(std::vector<std::string> names) {
   for (std::string& name : names) {
@@ -273,11 +260,8 @@ std::optional<std::string> FileWatch::fault() const {
 }
 
 void Reserve::hold() noexcept {
-  const int descriptor = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (descriptor < 0) return;
-  const bool held = posix_fallocate(descriptor, 0, bytes) == 0;
-  close(descriptor);
-  if (!held) release();
+  const Descriptor file(open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  if (file && posix_fallocate(file.get(), 0, bytes) != 0) release();
 }
 
 void Reserve::release() noexcept { unlink(file_.c_str()); }

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/scheduling/process.h"
 #include "server/sessions/store/sqlite.h"
 
 namespace stiefel::server {
@@ -29,12 +30,9 @@ class FileLock {
   /// std::runtime_error with the reason: "in use by process 123", or "by another process" where the
   /// number is not known.
   FileLock(const std::string& file, bool own);
-  FileLock(FileLock&& other) noexcept;
-  FileLock& operator=(FileLock&&) = delete;
-  ~FileLock();
 
  private:
-  int descriptor_;
+  Descriptor file_;
 };
 
 /// Watches the names of files that SQLite has open: what is written into a file without a name is

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "server/connections/listener.h"
-#include "server/connections/tokens.h"
+#include "server/connections/callers.h"
 #include "server/connections/watched_files.h"
 #include "tests/server/harness.h"
 
