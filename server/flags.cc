@@ -9,7 +9,7 @@
 #include <cstdint>
 
 #include "engine/linalg/arithmetic/to_text.h"
-#include "server/connections/address.h"
+#include "server/connections/listener.h"
 #include "server/scheduling/memory_limit.h"
 
 namespace stiefel::server {

@@ -26,9 +26,8 @@
 #include <thread>
 #include <utility>
 
-#include "server/connections/address.h"
-#include "server/connections/certificates.h"
 #include "server/connections/listener.h"
+#include "server/connections/certificates.h"
 
 namespace stiefel::server {
 namespace {

@@ -17,24 +17,17 @@
 #include <utility>
 #include <vector>
 
+#include "server/scheduling/account.h"
+#include "server/scheduling/memory_budget.h"
+#include "server/scheduling/scheduler.h"
+#include "server/sessions/registry.h"
+
 namespace stiefel::server {
 
 /// Returns the trace id, 32 hexadecimal digits, of a W3C header `traceparent`: version, trace id,
 /// parent id and flags, in lower case. Empty if the header is not valid: wrong length, version ff,
 /// or an id of zeros. Versions after 00 may have more behind the flags.
 std::string_view trace_id(std::string_view traceparent);
-
-using Labels = std::vector<prometheus::ClientMetric::Label>;
-
-/// Returns a family of one value. Its help is one sentence.
-inline prometheus::MetricFamily single(std::string name, std::string help,
-                                       prometheus::MetricType type, double value,
-                                       Labels labels = {}) {
-  prometheus::ClientMetric metric;
-  metric.label = std::move(labels);
-  (type == prometheus::MetricType::Counter ? metric.counter.value : metric.gauge.value) = value;
-  return {std::move(name), std::move(help), type, {std::move(metric)}};
-}
 
 /// Returns the name of a gRPC status code, 0 to 16: "OK", "CANCELLED" ...
 const char* code_name(int code);
@@ -134,6 +127,27 @@ class OpenStreams::Stream {
 
   OpenStreams& all_;
   std::atomic<Clock::rep> since_ = not_waiting;
+};
+
+/// Metrics of what a server holds and does, read on request. The parts must outlive this object.
+class ServerMetrics final : public prometheus::Collectable {
+ public:
+  struct Parts {
+    const Registry& registry;
+    const Scheduler& scheduler;
+    const Accounts& accounts;
+    const MemoryBudget& memory;
+    std::string version;
+  };
+  explicit ServerMetrics(Parts parts) : parts_(std::move(parts)) {}
+
+  /// Returns metrics of sessions, work, memory, threads and the build, and those of the process
+  /// under Prometheus's usual names.
+  std::vector<prometheus::MetricFamily> Collect() const override;
+
+ private:
+  const Parts parts_;
+  const std::chrono::system_clock::time_point start_ = std::chrono::system_clock::now();
 };
 
 }  // namespace stiefel::server
