@@ -164,7 +164,7 @@ void Client::tradeoff(v1::MeasureTradeoffRequest request, const TradeoffReceiver
     const grpc::Status status = finish(context, *reader);
     if (status.ok()) return parts.end();
     // Once parts have arrived, a retry would measure everything again, with other times.
-    if (parts.begun() || !waiting.allows_another(status)) throw connection_->error(status);
+    if (parts.begun() || !waiting.allows_another(status)) throw connection_->error(status, context);
   }
 }
 

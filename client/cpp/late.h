@@ -8,8 +8,7 @@
 namespace stiefel::client {
 
 /// Returns the error of a call that ended at its deadline before the session reached step `to`: it
-/// says where the session stands and how long the steps from there take. Returns any other error
-/// unchanged.
+/// also says where the session stands. Returns any other error unchanged.
 Error with_standing(const Error& error, const Connection& connection, const std::string& session_id,
                     std::int64_t to);
 

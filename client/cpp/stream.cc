@@ -130,8 +130,8 @@ const v1::StreamResponse* Stream::next_batch() {
     }
     recreation_->check_build(*context_, true);
     if (!recovers(status, patience, recoveries))
-      throw with_standing(connection_->error(status), *connection_, request_.session_id(),
-                          request_.to());
+      throw with_standing(connection_->error(status, *context_), *connection_,
+                          request_.session_id(), request_.to());
     if (last_step_) {
       resume_after(*last_step_);
     } else {

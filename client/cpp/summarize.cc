@@ -228,7 +228,7 @@ v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
       return std::move(reading.last());
     }
     recreation_->check_build(context, true);
-    const Error error = connection_->error(status);
+    const Error error = connection_->error(status, context);
     if (reading.has_progressed()) {
       waiting = connection_->patience(deadline);
       recoveries = connection_->patience_to_recover(deadline);

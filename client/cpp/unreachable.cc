@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdio>
+#include <cstdlib>
 
 namespace stiefel::client {
 namespace {
@@ -155,6 +157,20 @@ grpc::Status in_plain_words(const grpc::Status& status, const std::string& addre
       reasons, [&](const Reason& r) { return message.find(r.grpc) != std::string::npos; });
   return {status.error_code(),
           cannot + (found != reasons.end() ? std::string(found->plain) : innermost(message))};
+}
+
+grpc::Status with_price(const grpc::Status& status, const grpc::ClientContext& context) {
+  constexpr double work_per_second = 5e9;  // instructions of one core
+  if (status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED) return status;
+  const auto& metadata = context.GetServerInitialMetadata();
+  const auto told = metadata.find("stiefel-work");
+  if (told == metadata.end()) return status;
+  const std::string work(told->second.data(), told->second.size());
+  char seconds[32];
+  std::snprintf(seconds, sizeof seconds, "%.2g",
+                std::strtod(work.c_str(), nullptr) / work_per_second);
+  return {status.error_code(), status.error_message() + "; it takes about " + seconds +
+                                   " s of one core (" + work + " instructions)"};
 }
 
 }  // namespace stiefel::client

@@ -30,6 +30,7 @@ CursorCall::CursorCall(Host& host, CallLog log, SessionLease session, std::int64
   if (!admitted.ok()) {
     finish(admitted);
   } else {
+    if (log_.tell_price()) StartSendInitialMetadata();
     Job::bill(log_.account().share(), (*session_)->work(start, to) + rest.price);
     pool.submit(this);
   }
@@ -147,6 +148,7 @@ PooledCall::PooledCall(Host& host, Pool& pool, CallLog log, Work work, MemoryLea
     log_.finish(admitted);
     Finish(admitted);
   } else {
+    if (log_.tell_price()) StartSendInitialMetadata();
     Job::bill(log_.account().share(), price);
     pool.submit(this);
   }

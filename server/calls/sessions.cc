@@ -133,7 +133,7 @@ grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
     return finished(context, log, errors::from_current_exception());
   }
   const v1::Scene& scene = request->scene();
-  const double price = creation_work(scene);
+  const double price = wants_choice(scene) ? most_choice_work() : creation_work(scene);
   if (!wants_choice(scene) && price <= inline_work && request->ByteSizeLong() <= part_bytes)
     return answer(context, std::move(log), response, work);
   Pool& pool = wants_choice(scene) ? host_.searches : host_.pool_for_piece(price);

@@ -76,6 +76,7 @@ class SlicedStream final : public grpc::ServerWriteReactor<Response>, private Jo
     if (!admitted.ok()) {
       end(admitted);
     } else {
+      if (log_.tell_price()) this->StartSendInitialMetadata();
       Job::bill(log_.account().share(), expected);
       pool_.submit(this);
     }

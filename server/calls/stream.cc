@@ -49,10 +49,7 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
         pool_(host.pool_for(kind_with(**session_, sample_work(**session_, fields_)))),
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {
     const std::int64_t start = (*session_)->start_for(range.from);
-    const double samples =
-        sample_work(**session_, fields_) *
-        (static_cast<double>(range.to - range.from) / static_cast<double>(range.every) + 1);
-    const double price = (*session_)->most_work(start, range.to) + samples;
+    const double price = sampling_work(**session_, fields_, range, start);
     log_.price(price);
     log_.begin();
     const grpc::Status admitted = admit(ticket_, log_.account(), Ticket::Kind::stream, price);
@@ -60,7 +57,8 @@ class StreamCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>, priv
     if (!admitted.ok()) {
       end(admitted);
     } else {
-      Job::bill(log_.account().share(), (*session_)->work(start, range.to) + samples);
+      if (log_.tell_price()) StartSendInitialMetadata();
+      Job::bill(log_.account().share(), expected_sampling_work(**session_, fields_, range, start));
       pool_.submit(this);
     }
   }
@@ -218,10 +216,10 @@ bool StreamCall::send() noexcept {
 
 /// Takes the next message of the batch before, or packs the filled batch once all of it is sent.
 void StreamCall::write_next() {
-  if (messages_.empty()) {
+  const bool packs = messages_.empty();
+  if (packs) {
     sampling_->trim(batch_);
     messages_.pack(**session_, fields_, batch_, sampling_->take_checkpoint(), message_);
-    sampling_->clear(batch_);
   } else {
     messages_.next(message_);
   }
@@ -239,6 +237,10 @@ void StreamCall::write_next() {
   }
   if (checksum_) message_.set_checksum(wire::checksum(message_));
   serialize(message_, bytes_);
+  if (packs) {
+    if (!large_) messages_.unpack(message_, batch_);
+    sampling_->clear(batch_);
+  }
   if (large_) message_ = {};  // gives its memory back
 }
 

@@ -141,8 +141,11 @@ grpc::ServerWriteReactor<v1::SummarizeResponse>* Service::Summarize(
     Pool& pool =
         has_many(**session) ? host_.searches : host_.pool_for(kind_with(**session, reading.each));
     const std::int64_t start = (*session)->start_for(request->from());
-    const double price = (*session)->most_work(start, request->to()) + reading.total;
-    const double expected = (*session)->work(start, request->to()) + reading.total;
+    const std::int64_t every = std::max<std::int64_t>(request->every(), 1);
+    const std::int64_t stops =
+        (request->to() - request->from()) / (request->events().empty() ? every : 1) + 1;
+    const double price = (*session)->most_work(start, request->to(), stops) + reading.total;
+    const double expected = (*session)->work(start, request->to(), stops) + reading.total;
     Account& account = log.account();
     return new SlicedStream<v1::SummarizeResponse>(
         host_, pool, std::move(log), Ticket::Kind::stream, price, expected,

@@ -43,6 +43,12 @@ void StreamMessages::pack(const Session& session, const std::vector<std::size_t>
   next(message);
 }
 
+void StreamMessages::unpack(v1::StreamResponse& message, Batch& batch) {
+  for (int i = 0; i < message.fields_size(); ++i)
+    message.mutable_fields(i)->mutable_value()->mutable_data()->swap(
+        batch.fields[static_cast<std::size_t>(i)]);
+}
+
 void StreamMessages::next(v1::StreamResponse& message) {
   failpoint("stream.next");
   message.Clear();

@@ -16,11 +16,13 @@ class StreamMessages {
  public:
   /// Adds the arrays of a scene. Call it before the first batch.
   void add_scene(const SceneDescription& resolved);
-  /// Writes the first message of a finished batch over `message`, whose memory the batch gets in
-  /// exchange. `checkpoint` follows the samples; it has no bytes if there is none. Call it when
-  /// `empty()`.
+  /// Writes the first message of a finished batch over `message`, which takes the batch's memory.
+  /// `checkpoint` follows the samples; it has no bytes if there is none. Call it when `empty()`.
   void pack(const Session& session, const std::vector<std::size_t>& fields, Batch& batch,
             EncodedCheckpoint checkpoint, v1::StreamResponse& message);
+  /// Gives the batch its memory back once the message that `pack` wrote is serialized, so that a
+  /// stream holds a message once, as bytes, beside the batch that it fills.
+  static void unpack(v1::StreamResponse& message, Batch& batch);
 
   /// Whether nothing is left for `next`.
   bool empty() const {

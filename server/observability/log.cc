@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <array>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <stdexcept>
@@ -136,6 +138,14 @@ CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, con
                                               : cut({sent->second.data(), sent->second.size()}),
       std::string(trace_id_of(context)), cut(session_id), cut(context.peer()),
       std::chrono::steady_clock::now()});
+}
+
+bool CallLog::tell_price() const {
+  if (price_ <= short_work) return false;
+  std::array<char, 16> text;
+  std::snprintf(text.data(), text.size(), "%.2e", price_);
+  context_->AddInitialMetadata("stiefel-work", text.data());
+  return true;
 }
 
 void CallLog::worked() {

@@ -14,6 +14,11 @@ std::size_t whole_bytes(const Session& session, const std::vector<std::size_t>& 
   return 2 * sizeof(double) + sample_bytes(session, fields);
 }
 
+/// Returns the number of samples that a run from `start` has to reach.
+std::int64_t stops(const Sampling::Range& range, std::int64_t start) {
+  return range.samples() - (start == range.from);
+}
+
 }  // namespace
 
 Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range range,
@@ -72,7 +77,15 @@ void Sampling::cancel(Batch& batch) {
   end();
 }
 
-std::uint64_t Sampling::bytes() const { return samples() * whole_bytes(session_, fields_); }
+std::int64_t Sampling::Range::samples() const {
+  return (to - from) / every + ((to - from) % every > 0) + 1;
+}
+
+double Sampling::work() const { return sampling_work(session_, fields_, range_, cursor_.start()); }
+
+std::uint64_t Sampling::bytes() const {
+  return static_cast<std::uint64_t>(range_.samples()) * whole_bytes(session_, fields_);
+}
 
 void Sampling::sample(Batch& batch) {
   const Simulation& simulation = cursor_.simulation();
@@ -89,6 +102,18 @@ void Sampling::sample(Batch& batch) {
     if (bytes.size() < samples * size) bytes.resize(samples * size);
     write_field(session_, simulation, fields_[i], bytes.data() + index * size);
   }
+}
+
+double sampling_work(const Session& session, const std::vector<std::size_t>& fields,
+                     const Sampling::Range& range, std::int64_t start) {
+  return session.most_work(start, range.to, stops(range, start)) +
+         static_cast<double>(range.samples()) * sample_work(session, fields);
+}
+
+double expected_sampling_work(const Session& session, const std::vector<std::size_t>& fields,
+                              const Sampling::Range& range, std::int64_t start) {
+  return session.work(start, range.to, stops(range, start)) +
+         static_cast<double>(range.samples()) * sample_work(session, fields);
 }
 
 }  // namespace stiefel::server

@@ -44,6 +44,8 @@ class Sampling {
     bool checkpoint_at_end = false;
 
     bool checkpoints() const { return checkpoint_every > 0 || checkpoint_at_end; }
+    /// The number of samples of a run that reaches `to`.
+    std::int64_t samples() const;
   };
   Sampling(Session& session, std::vector<std::size_t> fields, Range range,
            const std::stop_token& stop = {});
@@ -83,22 +85,13 @@ class Sampling {
   }
 
   const Cursor& cursor() const { return cursor_; }
-  /// The predicted price of a run that reaches `to`: work in instructions, and bytes of its
-  /// samples.
-  double work() const {
-    return session_.most_work(cursor_.start(), range_.to) +
-           static_cast<double>(samples()) * sample_work(session_, fields_);
-  }
+  /// The predicted price of a run that reaches `to`: the most work in instructions, and the bytes
+  /// of its samples.
+  double work() const;
   std::uint64_t bytes() const;
 
  private:
   void take(Batch& batch, const std::stop_token& stop);
-  /// Returns the number of samples of a run that reaches `to`.
-  std::uint64_t samples() const {
-    const auto steps = static_cast<std::uint64_t>(range_.to - range_.from);
-    const auto every = static_cast<std::uint64_t>(range_.every);
-    return steps / every + (steps % every > 0) + 1;
-  }
   /// Returns where the cursor goes next: to a sample, or to a checkpoint before it.
   std::int64_t target() const;
   void checkpoint() {
@@ -123,5 +116,12 @@ class Sampling {
   bool done_ = false;
   bool price_reached_ = false;
 };
+
+/// Returns the most work of such a sampling that begins with the state at `start`, and the work
+/// that is expected, in instructions.
+double sampling_work(const Session& session, const std::vector<std::size_t>& fields,
+                     const Sampling::Range& range, std::int64_t start);
+double expected_sampling_work(const Session& session, const std::vector<std::size_t>& fields,
+                              const Sampling::Range& range, std::int64_t start);
 
 }  // namespace stiefel::server

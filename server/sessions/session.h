@@ -66,10 +66,10 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether every state is computed directly from that at step 0, however far away it is.
   bool direct() const { return direct_; }
-  /// Returns the predicted work of the steps between two states, in instructions.
-  double work(std::int64_t from, std::int64_t to) const {
-    const double steps = static_cast<double>(to - from);
-    return step_work_ * (direct_ ? std::min(1.0, steps) : steps);
+  /// Returns the predicted work of the steps between two states, in instructions, for a run that
+  /// stops `stops` times on its way, the end included. A `direct` session takes as much to each.
+  double work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const {
+    return step_work_ * static_cast<double>(direct_ ? std::min(stops, to - from) : to - from);
   }
   /// Returns how many substeps the next call may try; nothing where the method does not choose its
   /// own steps.
@@ -81,9 +81,9 @@ class Session : public std::enable_shared_from_this<Session> {
     }
   }
   /// Returns the most work of these steps in one call: `work`, unless there is an `attempt_limit`.
-  double most_work(std::int64_t from, std::int64_t to) const {
+  double most_work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const {
     const auto limit = attempt_limit();
-    return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to);
+    return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to, stops);
   }
   /// A field that is not finite at step 0, where 1/λ or λ_i + λ_j overflows.
   const std::optional<Overflow>& overflow() const { return overflow_; }

@@ -154,11 +154,22 @@ def test_a_call_that_took_too_long_says_how_long_it_takes_and_where_it_stands(cl
     with client.create(SLOW) as session:
         with pytest.raises(stiefel.DeadlineExceeded) as caught:
             late(session, to)
-        told = re.search(rf"took longer than its timeout of 0.3 s: step {to} was not reached; the session stands at step (\d+), .*"
-                         r"The steps from there take about (\S+) s of one core \((\S+) instructions\)", str(caught.value))
-        stands, seconds, work = int(told[1]), float(told[2]), float(told[3])
-        assert work == pytest.approx((to - stands) * session.step_price.work, rel=0.1)
+        told = re.search(r"took longer than its timeout of 0.3 s; it takes about (\S+) s of one core \((\S+) instructions\): "
+                         rf"step {to} was not reached; the session stands at step (\d+), from where", str(caught.value))
+        seconds, work, stands = float(told[1]), float(told[2]), int(told[3])
+        assert work == pytest.approx(to * session.step_price.work, rel=0.1)
         assert seconds == pytest.approx(work / 5e9, rel=0.1) and stands < to
+
+
+@pytest.mark.parametrize("late", [
+    lambda client: client.create({"tolerance": 1e-9, "horizon": 1e4} | {k: SLOW[k] for k in SLOW if k != "method"}),
+    lambda client: client.geodesic(np.linspace(1, 3, 16), np.eye(16)[:4], np.eye(16)[[5, 9, 14, 2]]),
+    lambda client: client.tradeoff(SLOW, horizon=1e4)], ids=["create", "geodesic", "tradeoff"])
+def test_a_call_without_a_session_says_how_long_it_takes(client, late):
+    with stiefel.Client(client.address, timeout=0.05) as client, pytest.raises(stiefel.DeadlineExceeded) as caught:
+        late(client)
+    told = re.search(r"timeout of 0.05 s; it takes about (\S+) s of one core \((\S+) instructions\)$", str(caught.value))
+    assert float(told[1]) == pytest.approx(float(told[2]) / 5e9, rel=0.1) and float(told[1]) > 1
 
 
 def test_a_server_with_tls_is_told_from_a_silent_one(client):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 ATTEMPTS = 6  # at a server that cannot be reached
 REFUSALS = 64  # by a server that says when to come back
+WORK_PER_SECOND = 5e9  #: units of work (instructions) that a core does in a second
 LONGEST = 300.0  # seconds; a refusal for longer is raised at once
 
 
@@ -73,10 +74,20 @@ def call(method: Callable[[Optional[float]], Any], client: Client, timeout: Opti
         pause_or_raise(error, waits, client, deadline)
 
 
+def takes(failure: Any) -> str:
+    """How long a failed call takes, as its server told at the beginning; empty if it told nothing."""
+    metadata = failure.initial_metadata() if hasattr(failure, "initial_metadata") else None
+    for key, value in metadata or ():
+        if key == "stiefel-work":
+            work = float(value)
+            return f"; it takes about {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)"
+    return ""
+
+
 def in_time(error: StiefelError, deadline: Optional[Deadline]) -> StiefelError:
-    """Returns the error, after it has got the call's timeout if that is over."""
+    """Returns the error, after it has got the call's timeout if that is over, and how long the call takes."""
     if isinstance(error, DeadlineExceeded) and deadline is not None and deadline.timeout is not None:
-        error.say(f"{error.message} of {deadline.timeout:.3g} s")
+        error.say(f"{error.message} of {deadline.timeout:.3g} s{error.takes}")
     return error
 
 

@@ -13,7 +13,7 @@ from stiefel import calls
 from stiefel import v1 as pb
 from stiefel.answers import Conversion, Geodesic
 from stiefel.connection import Connection
-from stiefel.errors import (Closed, CorruptReply, InvalidArgument, SceneWarning, StiefelError, Unimplemented, from_rpc_error)
+from stiefel.errors import (Closed, CorruptReply, DeadlineExceeded, InvalidArgument, SceneWarning, StiefelError, Unimplemented, from_rpc_error)
 from stiefel.given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel.programs.variables import warn_of_unknown
 from stiefel.recreation import Metadata, route
@@ -244,6 +244,8 @@ class Client:
         if not isinstance(failure, grpc.RpcError):
             raise failure
         error = from_rpc_error(failure, has_tls(self._tls, self.address) if self._own_channel else None)
+        if isinstance(error, DeadlineExceeded):
+            error.takes = calls.takes(failure)
         if isinstance(error, Unimplemented) and not error.reason:  # gRPC's own error names neither call nor version
             said = f" ({error.message})" if error.message else ""
             return Unimplemented(f"the server of {self.address} does not have this call{said}: it needs stiefel-server "

@@ -15,8 +15,7 @@ from stiefel.errors import BuildChanged, DeadlineExceeded, NotFound, StiefelErro
 if TYPE_CHECKING:
     from stiefel.client import Client
 
-WORK_PER_SECOND = 5e9  #: units of work (instructions) that a core does in a second
-WORK_BETWEEN_CHECKPOINTS = WORK_PER_SECOND
+WORK_BETWEEN_CHECKPOINTS = calls.WORK_PER_SECOND
 STOP = 0.06  #: seconds in which a server ends a call whose time is over
 ANSWER = 0.25  #: seconds that a server gets to say where a session stands
 
@@ -96,23 +95,21 @@ class Recreation:
 
     @contextmanager
     def explains(self, to: int) -> Iterator[None]:
-        """Adds to a DeadlineExceeded where the session stands, and how long the steps from there to `to` take."""
+        """Adds to a DeadlineExceeded where the session stands."""
         try:
             yield
         except DeadlineExceeded as late:
-            late.say(f"{late.message}: step {to} was not reached{self._standing(to)}")
+            late.say(f"{late.message}: step {to} was not reached{self._standing()}")
             raise
 
-    def _standing(self, to: int) -> str:
+    def _standing(self) -> str:
         threading.Event().wait(STOP)
         try:
             request = pb.GetSessionRequest(session_id=self._id, view=pb.SessionView(scene=pb.SCENE_VIEW_NONE))
             session = self._client.stub.GetSession(request, timeout=ANSWER, metadata=self.metadata).session
         except (StiefelError, grpc.RpcError, ValueError):
             return ", and the server does not answer"
-        work = session.step_price.work * max(to - session.cursor, 0)
-        return (f"; the session stands at step {session.cursor}, from where the same call goes on. The steps from there take "
-                f"about {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)")
+        return f"; the session stands at step {session.cursor}, from where the same call goes on"
 
     def is_gone(self, error: StiefelError) -> bool:
         """Returns whether `error` means that the session or its server is gone and this handle may create it again."""

@@ -164,10 +164,11 @@ void Journal::write_singly(std::span<const Change> changes) {
 }
 
 std::optional<WriteFault> Journal::write_to_full_store(const Change& change) {
-  auto fault = transact({&change, 1}, &Store::transact_in_place);
+  if (change.session) return transact({&change, 1}, &Store::transact_in_place);
+  auto fault = transact({&change, 1}, &Store::delete_in_place);
   try {
-    while (is_full(fault) && !change.session && store_.halve_deleted_names())
-      fault = transact({&change, 1}, &Store::transact_in_place);
+    while (is_full(fault) && store_.halve_deleted_names())
+      fault = transact({&change, 1}, &Store::delete_in_place);
   } catch (...) {
     return fault_of_current_exception();
   }

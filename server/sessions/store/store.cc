@@ -56,10 +56,19 @@ std::int64_t digest_of(const StoredCheckpoint& c) {
       .value();
 }
 
-/// The first column of the key of a row.
+/// Returns the place of a row. The upper bits of `hash` hardly differ for names that differ in
+/// their last letters; those of the result (the finalizer of MurmurHash3) depend on all of its
+/// bits.
 std::int64_t place_of(const Principal& principal, std::string_view id) {
-  return Digest().add(principal.name).add(id).value();
+  auto bits = std::bit_cast<std::uint64_t>(Digest().add(principal.name).add(id).value());
+  bits = (bits ^ bits >> 33) * 0xff51afd7ed558ccd;
+  bits = (bits ^ bits >> 33) * 0xc4ceb9fe1a85ec53;
+  return std::bit_cast<std::int64_t>(bits ^ bits >> 33);
 }
+
+/// Fills 8 pages that a deletion on a full disk may use.
+constexpr const char* hold_spare =
+    "INSERT INTO spare SELECT zeroblob(32768) WHERE NOT EXISTS (SELECT 1 FROM spare)";
 
 constexpr std::string_view select =
     "SELECT principal, id, s.create_time, s.numerics_id, s.identity, s.scene, s.filled_in, "
@@ -70,9 +79,9 @@ constexpr std::string_view select =
 /// Keeps the first rows of an order that begins with the newest deleted name of each principal and
 /// goes on with the second newest of each.
 constexpr std::string_view keep_newest =
-    "DELETE FROM tombstone WHERE (place, principal, id) IN (SELECT place, principal, id FROM "
+    "DELETE FROM deleted_name WHERE (place, principal, id) IN (SELECT place, principal, id FROM "
     "(SELECT "
-    "*, row_number() OVER (PARTITION BY principal ORDER BY until DESC) AS age FROM tombstone) "
+    "*, row_number() OVER (PARTITION BY principal ORDER BY until DESC) AS age FROM deleted_name) "
     "ORDER BY age LIMIT -1 OFFSET ?)";
 
 std::int64_t most_deleted_names_of(std::uint64_t store_limit) {
@@ -96,7 +105,8 @@ Store::Store(const StoreOptions& options)
                       "INSERT OR REPLACE INTO checkpoint VALUES (?, ?, ?, ?, ?, ?, ?, ?)"),
       erase_checkpoint_(file_.database,
                         "DELETE FROM checkpoint WHERE place = ? AND principal = ? AND id = ?"),
-      put_deleted_name_(file_.database, "INSERT OR REPLACE INTO tombstone VALUES (?, ?, ?, ?)") {}
+      put_deleted_name_(file_.database, "INSERT OR REPLACE INTO deleted_name VALUES (?, ?, ?, ?)") {
+}
 
 void Store::transact(const std::function<void()>& changes, Patience wait) {
   failpoint("store.begin");
@@ -158,7 +168,7 @@ void Store::put(const DeletedName& deleted_name) {
 
 std::vector<DeletedName> Store::deleted_names(std::int64_t now) {
   Statement all(file_.database,
-                "SELECT principal, id, until FROM tombstone WHERE until > ? ORDER BY until");
+                "SELECT principal, id, until FROM deleted_name WHERE until > ? ORDER BY until");
   all.bind(1, now);
   std::vector<DeletedName> deleted_names;
   while (all.step())
@@ -172,14 +182,14 @@ void Store::keep_newest_deleted_names(std::int64_t count) {
 
 void Store::trim_deleted_names(std::int64_t now) {
   since_trim_ = 0;
-  Statement(file_.database, "DELETE FROM tombstone WHERE until <= ?").execute(now);
-  if (file_.database.number("SELECT count(*) FROM tombstone") > most_deleted_names_)
+  Statement(file_.database, "DELETE FROM deleted_name WHERE until <= ?").execute(now);
+  if (file_.database.number("SELECT count(*) FROM deleted_name") > most_deleted_names_)
     keep_newest_deleted_names(most_deleted_names_);
 }
 
 bool Store::halve_deleted_names() {
-  const std::int64_t count = file_.database.number("SELECT count(*) FROM tombstone");
-  transact_in_place([&] { keep_newest_deleted_names(count / 2); });
+  const std::int64_t count = file_.database.number("SELECT count(*) FROM deleted_name");
+  delete_in_place([&] { keep_newest_deleted_names(count / 2); });
   return count > 0;
 }
 
@@ -221,12 +231,28 @@ void Store::give_free_pages_back() noexcept {
   }
 }
 
+void Store::delete_in_place(const std::function<void()>& changes, Patience wait) {
+  const auto with_spare = [&] {
+    file_.database.run("DELETE FROM spare");
+    changes();
+  };
+  transact_in_place(with_spare, wait);
+}
+
+void Store::hold_pages() noexcept {
+  try {
+    file_.database.run(hold_spare);
+  } catch (const std::exception&) {  // the next change in place tries again
+  }
+}
+
 void Store::transact_in_place(const std::function<void()>& changes, Patience wait) {
   Database& database = file_.database;
   file_.reserve.release();
   empty_log();
   const std::int64_t limit = database.number("PRAGMA max_page_count");
   const auto restore = [&] {
+    hold_pages();
     database.run("PRAGMA max_page_count=" + std::to_string(limit));
     empty_log();
     file_.reserve.hold();

@@ -90,6 +90,9 @@ class Store {
   /// Like `transact`, on a full disk: the log takes the space of the reserve, and the file may not
   /// grow.
   void transact_in_place(const std::function<void()>& changes, Patience wait = Patience(0));
+  /// Does the same for deletions, which may use the spare pages of the file: a deletion may need a
+  /// few before it frees any.
+  void delete_in_place(const std::function<void()>& changes, Patience wait = Patience(0));
 
   /// A session's row, with its checkpoint if there is a valid one.
   struct Row {
@@ -113,6 +116,8 @@ class Store {
     if (const auto wrong = fault()) throw StoreError(WriteFault::Kind::unavailable, *wrong);
   }
   bool empty_log() noexcept;
+  /// Makes the spare again if the file has as many free pages.
+  void hold_pages() noexcept;
   void give_free_pages_back() noexcept;
   void keep_newest_deleted_names(std::int64_t count);
 

@@ -65,13 +65,17 @@ CREATE TABLE checkpoint (
   digest INTEGER NOT NULL,
   PRIMARY KEY (place, principal, id)
 ) STRICT, WITHOUT ROWID;
-CREATE TABLE tombstone (
+CREATE TABLE deleted_name (
   place INTEGER NOT NULL,
   principal TEXT NOT NULL,
   id TEXT NOT NULL,
   until INTEGER NOT NULL,        -- nanoseconds since 1970
   PRIMARY KEY (place, principal, id)
 ) STRICT, WITHOUT ROWID;
+CREATE TABLE spare (
+  bytes BLOB NOT NULL            -- zeros, whose pages a deletion may use
+) STRICT;
+INSERT INTO spare VALUES (zeroblob(32768));
 )sql";
 
 void sync_folder(const fs::path& folder) {

@@ -72,7 +72,7 @@ class Reserve {
 };
 
 /// The version of the tables, in the file's `PRAGMA user_version`.
-inline constexpr std::int64_t schema_version = 2;
+inline constexpr std::int64_t schema_version = 3;
 /// The file's `PRAGMA application_id`: the bytes STFL.
 inline constexpr std::int64_t application_id = 0x5354464C;
 

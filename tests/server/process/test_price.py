@@ -1,9 +1,14 @@
-"""A Step, a stream and a Drive that reach their prices go on without their caller noticing, with the same bits."""
+"""A Step, a stream and a Drive that reach their prices go on without their caller noticing, with the same bits. A
+stream by a closed form costs its samples."""
 import json
 
 import numpy as np
+import pytest
 
 import stiefel
+from conftest import BODY
+from stiefel import v1 as pb
+from stiefel.v1 import simulation_pb2_grpc as rpc
 
 #: A geodesic on a flat ellipsoid, on which `adaptive` tries about twenty times as many substeps as predicted.
 SCENE = {"system": "ellipsoid", "inertia": [1, 0.8, 1e-6], "step": 0.1, "method": {"name": "adaptive", "tolerance": 1e-12},
@@ -36,3 +41,18 @@ def test_the_bits_do_not_depend_on_the_stops(serve):
         for last in (state[field], run[field][-1], driven[field]):
             assert np.array_equal(last, short[-1][field])
     assert list(run.step) == list(range(TO + 1)) and run.run_status.outcome == "REACHED"
+
+
+@pytest.mark.parametrize("members", [None, 3])
+def test_a_closed_form_costs_a_jump_to_each_sample(serve, members):
+    scene = {**BODY, "method": {"name": "exact"}}
+    if members:
+        scene |= {"members": members, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2] * members}}
+    with serve("--log-level", "off").channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        made = stub.CreateSession(pb.CreateSessionRequest(session_id="s", scene=stiefel.to_message(scene)))
+        stub.Step(pb.StepRequest(session_id="s", to=0))
+        for every in (1, 1000, 100_000):
+            sent = list(stub.Stream(pb.StreamRequest(session_id="s", to=100_000, every=every)))
+            assert sent[0].price.work == pytest.approx(sent[-1].computed_steps * made.session.step_price.work)
+            assert sent[-1].computed_steps == 100_000 // every

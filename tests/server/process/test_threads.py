@@ -42,10 +42,12 @@ def test_lists_are_made_by_the_threads_that_compute(serve):
         for number in range(499):
             client.create(BODY, id=f"s{number}")
         stub = rpc.SimulationServiceStub(channel)
-        _, of_one = used(process, lambda: stub.ListSessions(pb.ListSessionsRequest(page_size=1)), 200)
-        made, sent = used(process, lambda: stub.ListSessions(pb.ListSessionsRequest(page_size=1000)), 200)
-    assert made > sent, "to send 40 kB takes less than to make them"
-    assert sent < of_one + 300e-6, (sent, of_one)
+        made = sent = of_few = 0.0
+        for _ in range(10):  # alternately, so that other load on the machine changes all of them alike
+            of_few += used(process, lambda: stub.ListSessions(pb.ListSessionsRequest(page_size=17)), 20)[1]
+            times = used(process, lambda: stub.ListSessions(pb.ListSessionsRequest(page_size=1000)), 20)
+            made, sent = made + times[0], sent + times[1]
+    assert sent - of_few < made / 3, "to send 32 kB that another core has made takes a fifth of making them"
 
 
 def test_requests_are_read_by_the_threads_that_compute(serve):

@@ -127,7 +127,7 @@ TEST(CrashTest, WithoutSynchronizationAcknowledgedSessionsAreLost) {
   {
     Database database(folder.file(), Database::Mode::existing, ForgetfulVfs::name);
     database.run("PRAGMA synchronous=OFF");
-    database.run("INSERT INTO tombstone VALUES (0, '', 'a', 1)");
+    database.run("INSERT INTO deleted_name VALUES (0, '', 'a', 1)");
     vfs.crash_at(0);
   }
   vfs.restart(0, random);

@@ -153,7 +153,7 @@ TEST_F(JournalTest, WhatDoesNotFitFailsAloneAndIsNoSession) {
 }
 
 TEST_F(JournalTest, CheckpointsMakeRoomForSessions) {
-  Written written({options_.file, 150'000}, 10ms);
+  Written written({options_.file, 150'000 + 32'768}, 10ms);  // with the spare pages
   EXPECT_FALSE(outcome(*written.create("large")));
   written.store.transact([&] {  // before the journal's thread has anything to do
     written.store.put(StoredCheckpoint{Principal{}, "large", "n", 0, 1, std::string(90'000, 'x')});

@@ -210,8 +210,8 @@ TEST_F(StoreTest, AForeignFileIsRefusedAndLeftAlone) {
 
 TEST_F(StoreTest, ANewerVersionIsRefused) {
   { Store store(options_); }
-  Database(options_.file, Database::Mode::existing).run("PRAGMA user_version=3");
-  EXPECT_THAT(refusal(options_), HasSubstr("its schema version is 3, this server reads version 2"));
+  Database(options_.file, Database::Mode::existing).run("PRAGMA user_version=4");
+  EXPECT_THAT(refusal(options_), HasSubstr("its schema version is 4, this server reads version 3"));
 }
 
 TEST_F(StoreTest, WhatCannotBeAFileIsRefused) {

@@ -174,13 +174,17 @@ struct Connection {
   }
 
   /// Returns the error of a failed call, in plain words if the server cannot be reached. Throws
-  /// CorruptReply for a reply that cannot be read.
-  Error error(const grpc::Status& status) const {
+  /// CorruptReply for a reply that cannot be read. `context` is that of the call.
+  Error error(const grpc::Status& status, const grpc::ClientContext& context) const {
+    return Error(with_price(plain(status), context));
+  }
+  Error error(const grpc::Status& status) const { return Error(plain(status)); }
+  grpc::Status plain(const grpc::Status& status) const {
     if (is_unreadable(status)) throw CorruptReply("the reply is no message of this call");
     const bool connected = !channel || channel->GetState(false) == GRPC_CHANNEL_READY;
     const bool stopped = options.stop.stop_requested();
-    return Error(in_plain_words(stopped ? status : as_unavailable(status), address, connected,
-                                options.security.tls.has_value()));
+    return in_plain_words(stopped ? status : as_unavailable(status), address, connected,
+                          options.security.tls.has_value());
   }
 
   using Stub = v1::SimulationService::Stub;
@@ -208,7 +212,8 @@ struct Connection {
       if (session) session->check_build(context, !status.ok());
       if (status.ok()) return reply;
       if (waiting.allows_another(status)) continue;
-      if (!session || !session->recovers(error(status), deadline, recoveries)) throw error(status);
+      if (!session || !session->recovers(error(status), deadline, recoveries))
+        throw error(status, context);
     }
   }
 
@@ -228,7 +233,7 @@ struct Connection {
       const grpc::Status status = finish(context, *reader);
       if (status.ok() && !replies.empty()) return replies;
       if (status.ok()) throw CorruptReply("the server ended the call without a reply");
-      if (!waiting.allows_another(status)) throw error(status);
+      if (!waiting.allows_another(status)) throw error(status, context);
     }
   }
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <grpcpp/client_context.h>
 #include <grpcpp/support/status.h>
 
 #include <optional>
@@ -29,5 +30,9 @@ bool is_unreadable(const grpc::Status& status);
 /// TLS.
 grpc::Status in_plain_words(const grpc::Status& status, const std::string& address, bool connected,
                             bool tls = false);
+
+/// Adds to the message of a call that ended at its deadline how long it takes, where the server has
+/// told that. Returns any other status unchanged.
+grpc::Status with_price(const grpc::Status& status, const grpc::ClientContext& context);
 
 }  // namespace stiefel::client
