@@ -58,7 +58,8 @@ class CallMetrics final : public prometheus::Collectable {
   };
 
   prometheus::Registry registry_;
-  prometheus::Family<prometheus::Counter>&calls_, &refusals_;
+  prometheus::Family<prometheus::Counter>& calls_;
+  prometheus::Family<prometheus::Counter>& refusals_;
   std::vector<Method> methods_;
 };
 
