@@ -31,9 +31,8 @@ ORDER = [
     ("engine", ["scene", "stepping", "catalogue"], ENGINE),
     ("engine", ["rigid_body", "frames", "double_bracket", "parametric", "run"], ENGINE),
     ("engine", ["accuracy", "conversion", "diagnosis", "summary"], ENGINE),
-    ("server", ["limits", "scheduling", "sessions", "store"], SERVER),
-    ("server", ["transport", "access", "metrics", "pricing", "convert"], SERVER),
-    ("server", ["admission", "calls", "durability"], SERVER),
+    ("server", ["scheduling", "sessions", "sessions/store", "pricing", "convert"], SERVER),
+    ("server", ["connections", "observability", "admission", "calls"], SERVER),
     ("client", ["cpp", "python", "cli", "examples"], CLIENT),
 ]
 def text(x, y, words, size=13, colour=INK, weight="normal", anchor="middle"):

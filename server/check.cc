@@ -9,15 +9,14 @@
 #include <thread>
 
 #include "grpc/health/v1/health.grpc.pb.h"
-#include "server/access/callers.h"
-#include "server/access/certificates.h"
-#include "server/access/watched_files.h"
-#include "server/address.h"
+#include "server/connections/listener.h"
+#include "server/connections/callers.h"
+#include "server/connections/certificates.h"
+#include "server/connections/watched_files.h"
 #include "server/flags.h"
-#include "server/limits/process.h"
-#include "server/metrics/exporter.h"
-#include "server/store/store_file.h"
-#include "server/transport/listener.h"
+#include "server/observability/exporter.h"
+#include "server/scheduling/process.h"
+#include "server/sessions/store/store_file.h"
 
 namespace stiefel::server {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "server/access/access_options.h"
+#include "server/connections/access_options.h"
 #include "server/server.h"
 
 namespace stiefel::server {

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <thread>
 
-#include "server/admission/stderr_sink.h"
+#include "server/observability/stderr_sink.h"
 
 namespace stiefel::server {
 namespace {

@@ -9,8 +9,8 @@
 #include <cstdint>
 
 #include "engine/numbers/to_text.h"
-#include "server/address.h"
-#include "server/limits/memory_limit.h"
+#include "server/connections/listener.h"
+#include "server/scheduling/memory_limit.h"
 
 namespace stiefel::server {
 namespace {

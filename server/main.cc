@@ -11,17 +11,17 @@
 #include <string_view>
 #include <thread>
 
-#include "server/access/tokens.h"
-#include "server/admission/log.h"
-#include "server/admission/stderr_sink.h"
 #include "server/check.h"
 #include "server/command_line.h"
+#include "server/connections/listener.h"
+#include "server/connections/callers.h"
 #include "server/end_signal.h"
 #include "server/flags.h"
-#include "server/limits/memory_limit.h"
-#include "server/limits/process.h"
+#include "server/observability/log.h"
+#include "server/observability/stderr_sink.h"
+#include "server/scheduling/memory_limit.h"
+#include "server/scheduling/process.h"
 #include "server/server.h"
-#include "server/transport/listener.h"
 
 namespace {
 

@@ -11,22 +11,21 @@
 #include <stdexcept>
 #include <utility>
 
-#include "server/access/callers.h"
-#include "server/access/certificates.h"
-#include "server/access/watched_files.h"
-#include "server/address.h"
-#include "server/admission/grpc_log.h"
 #include "server/calls/gate.h"
 #include "server/calls/service.h"
-#include "server/durability/durability.h"
-#include "server/health_service.h"
-#include "server/limits/memory_limit.h"
-#include "server/limits/process.h"
-#include "server/metrics/exporter.h"
-#include "server/metrics/server_metrics.h"
-#include "server/transport/acceptor.h"
-#include "server/transport/listener.h"
-#include "server/transport/self_watch.h"
+#include "server/connections/acceptor.h"
+#include "server/connections/listener.h"
+#include "server/connections/callers.h"
+#include "server/connections/certificates.h"
+#include "server/connections/self_watch.h"
+#include "server/connections/watched_files.h"
+#include "server/durability.h"
+#include "server/observability/exporter.h"
+#include "server/observability/grpc_log.h"
+#include "server/observability/health_service.h"
+#include "server/observability/metrics.h"
+#include "server/scheduling/memory_limit.h"
+#include "server/scheduling/process.h"
 
 namespace stiefel::server {
 namespace {

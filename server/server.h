@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "server/access/access_options.h"
+#include "server/connections/access_options.h"
+#include "server/scheduling/principal.h"
 #include "server/scheduling/quota.h"
-#include "server/sessions/principal.h"
-#include "server/store/store_file.h"
+#include "server/sessions/store/store_file.h"
 
 namespace grpc {
 class CallbackServerContext;

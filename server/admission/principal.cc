@@ -1,6 +1,6 @@
 #include "server/admission/principal.h"
 
-#include "server/access/callers.h"
+#include "server/connections/callers.h"
 
 namespace stiefel::server {
 

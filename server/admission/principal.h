@@ -2,7 +2,7 @@
 
 #include <grpcpp/server_context.h>
 
-#include "server/sessions/principal.h"
+#include "server/scheduling/principal.h"
 
 namespace stiefel::server {
 

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/limits/failpoint.h"
-#include "server/limits/memory_budget.h"
 #include "server/admission/parsed_bytes.h"
+#include "server/scheduling/failpoint.h"
+#include "server/scheduling/memory_budget.h"
 
 namespace stiefel::server {
 

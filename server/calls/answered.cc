@@ -16,9 +16,9 @@ grpc::Status status_of(const WriteFault& fault) noexcept {
 }  // namespace
 
 void when_written(const Answered& answered, const std::function<void(const grpc::Status&)>& send) {
-  if (!answered.receipt) return send(answered.status);
+  if (!answered.pending_write) return send(answered.status);
   try {
-    answered.receipt->then([send, status = answered.status](const auto& fault) {
+    answered.pending_write->then([send, status = answered.status](const auto& fault) {
       fault ? send(status_of(*fault)) : send(status);
     });
   } catch (...) {

@@ -7,17 +7,17 @@
 #include <utility>
 
 #include "server/calls/host.h"
-#include "server/sessions/ledger.h"
+#include "server/sessions/write_ahead_log.h"
 
 namespace stiefel::server {
 
 /// The answer of a call, and the change that must be on disk before the caller learns of it.
 struct Answered {
-  Answered(grpc::Status of_call, std::shared_ptr<Receipt> written = nullptr)
-      : status(std::move(of_call)), receipt(std::move(written)) {}
+  Answered(grpc::Status of_call, std::shared_ptr<PendingWrite> written = nullptr)
+      : status(std::move(of_call)), pending_write(std::move(written)) {}
 
   grpc::Status status;
-  std::shared_ptr<Receipt> receipt;  ///< null: nothing to wait for
+  std::shared_ptr<PendingWrite> pending_write;  ///< null: nothing to wait for
 };
 
 /// Calls `send` once with the status, or with the store's error: at once if nothing is being

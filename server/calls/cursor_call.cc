@@ -6,7 +6,7 @@
 #include "server/admission/admission.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "server/sessions/cursor.h"
 
 namespace stiefel::server {

@@ -5,7 +5,7 @@
 #include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/limits/memory_limit.h"
+#include "server/scheduling/memory_limit.h"
 
 namespace stiefel::server {
 namespace {

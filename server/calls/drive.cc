@@ -11,9 +11,9 @@
 #include "server/calls/step.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
-#include "server/limits/failpoint.h"
-#include "server/sessions/field_bytes.h"
 #include "server/scheduling/departure.h"
+#include "server/scheduling/failpoint.h"
+#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 namespace {

@@ -28,7 +28,7 @@ Answered fork(Host& host, Account& account, const Session& from, const Cursor& c
   if (!made) return made.error();
   to_proto(*made->session, resolution, host.registry, request.view(), response->mutable_session());
   response->set_created(made->created);
-  return {grpc::Status::OK, made->receipt};
+  return {grpc::Status::OK, made->pending_write};
 }
 
 }  // namespace

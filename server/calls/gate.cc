@@ -4,9 +4,9 @@
 #include <new>
 #include <string>
 
-#include "server/admission/log.h"
 #include "server/admission/read_request.h"
 #include "server/convert/errors.h"
+#include "server/observability/log.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {

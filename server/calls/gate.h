@@ -3,9 +3,9 @@
 #include <expected>
 #include <functional>
 
-#include "server/access/callers.h"
 #include "server/admission/read_request.h"
 #include "server/calls/service.h"
+#include "server/connections/callers.h"
 
 namespace stiefel::server {
 

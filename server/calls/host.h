@@ -8,10 +8,10 @@
 #include <mutex>
 #include <stop_token>
 
-#include "server/admission/log.h"
 #include "server/admission/principal.h"
-#include "server/limits/memory_budget.h"
+#include "server/observability/log.h"
 #include "server/scheduling/account.h"
+#include "server/scheduling/memory_budget.h"
 #include "server/scheduling/pool.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/registry.h"

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "server/convert/errors.h"
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {

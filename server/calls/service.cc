@@ -1,6 +1,6 @@
 #include "server/calls/service.h"
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 

@@ -9,9 +9,9 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/request_price.h"
-#include "server/limits/failpoint.h"
-#include "server/sessions/field_bytes.h"
 #include "server/pricing/memory_price.h"
+#include "server/scheduling/failpoint.h"
+#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 namespace {
@@ -61,7 +61,7 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   if (work > 0)
     to_proto(work, 0, v1::PRICE_BOUND_AT_MOST, std::max(to_resolve, step.bytes()),
              response->mutable_price());
-  return {grpc::Status::OK, admitted->receipt};
+  return {grpc::Status::OK, admitted->pending_write};
 }
 
 std::size_t wire_size(const google::protobuf::Message& reply) { return reply.ByteSizeLong(); }
@@ -104,7 +104,7 @@ grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Respons
     answered = work();
     if (const std::size_t bytes = wire_size(*response); bytes > part_bytes / 16)
       memory = MemoryLease(log.account().memory(), reply_memory(bytes));
-    if (answered.receipt || memory)
+    if (answered.pending_write || memory)
       return new WrittenCall(host_, std::move(log), answered, std::move(memory));
   } catch (...) {
     answered = errors::from_current_exception();
@@ -198,7 +198,7 @@ grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
     const Principal principal = host_.identify(*context);
     MemoryBudget& memory = host_.accounts.of(principal).memory();
     return {grpc::Status::OK,
-            host_.registry.erase(principal, request->session_id(), &memory).receipt};
+            host_.registry.erase(principal, request->session_id(), &memory).pending_write};
   };
   CallLog log = open(context, "DeleteSession", request->session_id());
   const auto found = host_.registry.find(log.account().principal(), request->session_id());

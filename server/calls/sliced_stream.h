@@ -14,8 +14,8 @@
 #include "server/calls/host.h"
 #include "server/calls/stopped.h"
 #include "server/convert/errors.h"
-#include "server/limits/failpoint.h"
 #include "server/scheduling/departure.h"
+#include "server/scheduling/failpoint.h"
 #include "server/sessions/cursor.h"
 
 namespace stiefel::server {

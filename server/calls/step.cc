@@ -7,10 +7,10 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/limits/failpoint.h"
-#include "server/sessions/field_bytes.h"
 #include "server/pricing/memory_price.h"
+#include "server/scheduling/failpoint.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
+#include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
 namespace {

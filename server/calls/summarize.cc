@@ -11,8 +11,8 @@
 #include "server/convert/errors.h"
 #include "server/convert/request_price.h"
 #include "server/convert/summarize.h"
-#include "server/limits/failpoint.h"
 #include "server/pricing/reading_price.h"
+#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {

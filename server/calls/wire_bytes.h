@@ -4,7 +4,7 @@
 
 #include <new>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 

@@ -9,10 +9,10 @@
 #include <string_view>
 
 #include "server/convert/faults.h"
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
 #include "server/scheduling/quota.h"
-#include "server/sessions/ledger.h"
 #include "server/sessions/session.h"
+#include "server/sessions/write_ahead_log.h"
 #include "stiefel/outside_domain.h"
 #include "stiefel/scene.h"
 #include "stiefel/v1/error.pb.h"

@@ -2,7 +2,7 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/parts.h"
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {

@@ -7,7 +7,7 @@
 
 #include "server/convert/resolve.h"
 #include "server/convert/summary_messages.h"
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
 #include "server/sessions/session.h"
 #include "stiefel/summary.h"
 #include "stiefel/v1/summary.pb.h"

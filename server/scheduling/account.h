@@ -8,10 +8,10 @@
 #include <string>
 #include <unordered_map>
 
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
+#include "server/scheduling/principal.h"
 #include "server/scheduling/quota.h"
 #include "server/scheduling/run_queue.h"
-#include "server/sessions/principal.h"
 
 namespace stiefel::server {
 

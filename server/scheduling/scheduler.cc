@@ -8,7 +8,7 @@
 #include <exception>
 #include <utility>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "server/scheduling/priority.h"
 #include "server/scheduling/slice.h"
 

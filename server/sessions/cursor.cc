@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <span>
 
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 #include "stiefel/scene_fields.h"
 #include "stiefel/version.h"
 

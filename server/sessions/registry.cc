@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -16,7 +16,7 @@ std::tuple<std::string_view, std::string_view> key_of(std::string_view principal
 
 }  // namespace
 
-MemoryLease Tombstones::lease(std::string_view name, MemoryBudget& memory) {
+MemoryLease DeletedNames::lease(std::string_view name, MemoryBudget& memory) {
   try {
     return {memory, bytes(name)};
   } catch (const MemoryExhausted&) {
@@ -24,7 +24,7 @@ MemoryLease Tombstones::lease(std::string_view name, MemoryBudget& memory) {
   }
 }
 
-void Tombstones::put(std::string name, Time now, MemoryLease memory) {
+void DeletedNames::put(std::string name, Time now, MemoryLease memory) {
   remove(name);
   expire(now);
   const std::size_t before = bytes_, taken = bytes(name);
@@ -35,11 +35,11 @@ void Tombstones::put(std::string name, Time now, MemoryLease memory) {
   while (order_.size() > max_count || bytes_ > max_bytes) drop(order_.begin());
 }
 
-void Tombstones::expire(Time now) {
+void DeletedNames::expire(Time now) {
   while (!order_.empty() && now - order_.front().deleted >= lifetime_) drop(order_.begin());
 }
 
-void Tombstones::drop(std::list<Entry>::iterator entry) {
+void DeletedNames::drop(std::list<Entry>::iterator entry) {
   bytes_ -= bytes(entry->name);
   by_name_.erase(entry->name);
   order_.erase(entry);
@@ -81,26 +81,27 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
-    Created there{SessionLease(found->second), false, ignored, found->second->receipt()};
+    Created there{SessionLease(found->second), false, ignored, found->second->pending_write()};
     lock.unlock();
     if (saved) there.session->adopt(saved->step, std::move(saved->saved));
     return there;
   }
-  if (recreate && has_tombstone(principal, id)) return std::unexpected(Conflict::deleted);
+  if (recreate && has_deleted_name(principal, id)) return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
-  // Keeps the tombstone: it counts again if the session cannot be written, and expires by itself.
+  // Keeps the deleted name: it counts again if the session cannot be written, and expires by
+  // itself.
   const auto place = sessions_.emplace(std::move(key), fresh).first;
   try {
     fresh->set_owner(principal);
-    if (ledger_) {
-      fresh->write_to(*ledger_);
-      fresh->written_by(ledger_->put(fresh));
+    if (log_) {
+      fresh->write_to(*log_);
+      fresh->written_by(log_->put(fresh));
     }
   } catch (...) {
     sessions_.erase(place);
     throw;
   }
-  return Created{SessionLease(fresh), true, ignored, fresh->receipt()};
+  return Created{SessionLease(fresh), true, ignored, fresh->pending_write()};
 }
 
 std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
@@ -116,16 +117,17 @@ Registry::Erased Registry::erase(const Principal& principal, std::string_view id
   failpoint("registry.erase");
   std::shared_ptr<Session> dropped;
   // Before the lock, since giving up caches locks the registry too.
-  MemoryLease mark = Tombstones::lease(id, memory ? *memory : memory_);
+  MemoryLease mark = DeletedNames::lease(id, memory ? *memory : memory_);
   const std::lock_guard lock(mutex_);
-  tombstones_of(principal).put(std::string(id), (*clock_)(), std::move(mark));
-  std::shared_ptr<Receipt> receipt;
-  if (ledger_)
-    receipt = ledger_->bury(principal, std::string(id), Ledger::Time::clock::now() + idle_timeout_);
+  deleted_names_of(principal).put(std::string(id), (*clock_)(), std::move(mark));
+  std::shared_ptr<PendingWrite> pending_write;
+  if (log_)
+    pending_write = log_->mark_deleted(principal, std::string(id),
+                                       WriteAheadLog::Time::clock::now() + idle_timeout_);
   const auto found = sessions_.find(key_of(principal.name, id));
-  if (found == sessions_.end()) return {false, std::move(receipt)};
+  if (found == sessions_.end()) return {false, std::move(pending_write)};
   dropped = take_out(found);
-  return {true, std::move(receipt)};
+  return {true, std::move(pending_write)};
 }
 
 std::shared_ptr<Session> Registry::take_out(Sessions::iterator place) {
@@ -135,14 +137,14 @@ std::shared_ptr<Session> Registry::take_out(Sessions::iterator place) {
   return session;
 }
 
-void Registry::bury(const Principal& principal, std::string id, Ledger::Time until,
-                    MemoryBudget* memory) {
+void Registry::mark_deleted(const Principal& principal, std::string id, WriteAheadLog::Time until,
+                            MemoryBudget* memory) {
   using Duration = std::chrono::steady_clock::duration;
-  const auto left = std::chrono::duration_cast<Duration>(until - Ledger::Time::clock::now());
-  MemoryLease mark = Tombstones::lease(id, memory ? *memory : memory_);
+  const auto left = std::chrono::duration_cast<Duration>(until - WriteAheadLog::Time::clock::now());
+  MemoryLease mark = DeletedNames::lease(id, memory ? *memory : memory_);
   const std::lock_guard lock(mutex_);
   const auto deleted = (*clock_)() - idle_timeout_ + std::min<Duration>(left, idle_timeout_);
-  tombstones_of(principal).put(std::move(id), deleted, std::move(mark));
+  deleted_names_of(principal).put(std::move(id), deleted, std::move(mark));
 }
 
 void Registry::drop(const Session& session) {
@@ -155,7 +157,7 @@ void Registry::drop(const Session& session) {
 
 bool Registry::deleted(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
-  return has_tombstone(principal, id) && !sessions_.contains(key_of(principal.name, id));
+  return has_deleted_name(principal, id) && !sessions_.contains(key_of(principal.name, id));
 }
 
 std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
@@ -181,14 +183,14 @@ std::size_t Registry::expire() {
   failpoint("registry.expire");
   std::vector<std::shared_ptr<Session>> dropped;
   const std::lock_guard lock(mutex_);
-  for (auto of_one = tombstones_.begin(); of_one != tombstones_.end();) {
+  for (auto of_one = deleted_names_.begin(); of_one != deleted_names_.end();) {
     of_one->second.expire((*clock_)());
-    of_one = of_one->second.size() == 0 ? tombstones_.erase(of_one) : std::next(of_one);
+    of_one = of_one->second.size() == 0 ? deleted_names_.erase(of_one) : std::next(of_one);
   }
   std::erase_if(sessions_, [&](auto& entry) {
     Session& session = *entry.second;
     if (session.in_use() || session.idle_time() < idle_timeout_) return false;
-    if (ledger_) ledger_->erase(session.owner(), session.id());
+    if (log_) log_->erase(session.owner(), session.id());
     session.close();
     dropped.push_back(entry.second);
     return true;

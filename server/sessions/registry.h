@@ -19,17 +19,17 @@
 #include <variant>
 #include <vector>
 
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
+#include "server/scheduling/principal.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "server/sessions/ledger.h"
-#include "server/sessions/principal.h"
 #include "server/sessions/session.h"
+#include "server/sessions/write_ahead_log.h"
 
 namespace stiefel::server {
 
 /// Keeps the names of deleted sessions, each for a lifetime, so that no client that still uses a
 /// name creates its session again. Drops the oldest names when there are too many. Not thread-safe.
-class Tombstones {
+class DeletedNames {
  public:
   using Time = std::chrono::steady_clock::time_point;
   static constexpr std::size_t max_count = std::size_t{1} << 16;
@@ -37,7 +37,7 @@ class Tombstones {
   static constexpr std::size_t max_bytes = std::size_t{16} << 20;
   static constexpr std::size_t entry_bytes = 160;
 
-  explicit Tombstones(std::chrono::milliseconds lifetime) : lifetime_(lifetime) {}
+  explicit DeletedNames(std::chrono::milliseconds lifetime) : lifetime_(lifetime) {}
 
   /// Returns the bytes of an entry.
   static std::size_t bytes(std::string_view name) { return name.size() + entry_bytes; }
@@ -89,7 +89,7 @@ class Registry {
     SessionLease session;
     bool created;
     bool checkpoint_ignored = false;  ///< another server's key signed it: CheckpointFault::foreign
-    std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger: nothing to wait for
+    std::shared_ptr<PendingWrite> pending_write = {};  ///< null without a log: nothing to wait for
   };
   enum class Conflict { other_scene, too_many, deleted };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
@@ -107,7 +107,7 @@ class Registry {
   std::optional<SessionLease> find(const Principal& principal, std::string_view id) const;
   struct Erased {
     bool found;
-    std::shared_ptr<Receipt> receipt = {};  ///< null without a ledger
+    std::shared_ptr<PendingWrite> pending_write = {};  ///< null without a log
     explicit operator bool() const { return found; }
   };
   /// Deletes the session, and keeps its id as deleted even if there is no such session: it may be
@@ -135,14 +135,15 @@ class Registry {
                                                                            session.idle_time());
   }
 
-  /// Writes every change from now on to `ledger`, in order. The ledger must outlive the calls.
-  void write_to(Ledger& ledger) {
+  /// Writes every change from now on to `log`, in order. The write-ahead log must outlive the
+  /// calls.
+  void write_to(WriteAheadLog& log) {
     const std::lock_guard lock(mutex_);
-    ledger_ = &ledger;
-    for (const auto& [key, session] : sessions_) session->write_to(ledger);
+    log_ = &log;
+    for (const auto& [key, session] : sessions_) session->write_to(log);
   }
-  /// Whether there is a ledger.
-  bool durable() const { return ledger_ != nullptr; }
+  /// Whether there is a write-ahead log.
+  bool durable() const { return log_ != nullptr; }
   /// Adds a stored session, even beyond `max_sessions`. Call it before `write_to`.
   void restore(std::shared_ptr<Session> session) {
     const std::lock_guard lock(mutex_);
@@ -151,9 +152,9 @@ class Registry {
   }
   /// Adds a stored deletion, which lasts until `until`, but at most the idle timeout from now. Call
   /// it before `write_to`, for each principal in the order of `until`.
-  void bury(const Principal& principal, std::string id, Ledger::Time until,
-            MemoryBudget* memory = nullptr);
-  /// Removes `session`, unless another one has taken its name. Does not tell the ledger.
+  void mark_deleted(const Principal& principal, std::string id, WriteAheadLog::Time until,
+                    MemoryBudget* memory = nullptr);
+  /// Removes `session`, unless another one has taken its name. Does not tell the write-ahead log.
   void drop(const Session& session);
   const std::shared_ptr<const Clock>& clock() const { return clock_; }
   const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
@@ -165,19 +166,19 @@ class Registry {
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
 
  private:
-  /// Requires the lock, as does `tombstones_of`.
-  bool has_tombstone(const Principal& principal, std::string_view id) const {
-    const auto tombstones = tombstones_.find(principal.name);
-    return tombstones != tombstones_.end() && tombstones->second.contains(id, (*clock_)());
+  /// Requires the lock, as does `deleted_names_of`.
+  bool has_deleted_name(const Principal& principal, std::string_view id) const {
+    const auto deleted_names = deleted_names_.find(principal.name);
+    return deleted_names != deleted_names_.end() && deleted_names->second.contains(id, (*clock_)());
   }
-  Tombstones& tombstones_of(const Principal& principal) {
-    return tombstones_.try_emplace(principal.name, idle_timeout_).first->second;
+  DeletedNames& deleted_names_of(const Principal& principal) {
+    return deleted_names_.try_emplace(principal.name, idle_timeout_).first->second;
   }
 
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
-  Ledger* ledger_ = nullptr;
+  WriteAheadLog* log_ = nullptr;
   MemoryBudget& memory_;
   mutable std::shared_mutex mutex_;
   const std::shared_ptr<const CheckpointKeys> keys_;
@@ -188,8 +189,8 @@ class Registry {
   std::shared_ptr<Session> take_out(Sessions::iterator place);
 
   Sessions sessions_;
-  /// By principal, so that the deletions of one do not push out the tombstones of another.
-  std::map<std::string, Tombstones, std::less<>> tombstones_;  // guarded by mutex_
+  /// By principal, so that the deletions of one do not push out the deleted names of another.
+  std::map<std::string, DeletedNames, std::less<>> deleted_names_;  // guarded by mutex_
 };
 
 }  // namespace stiefel::server

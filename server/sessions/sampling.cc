@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
 
 namespace stiefel::server {

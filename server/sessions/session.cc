@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
@@ -294,7 +294,7 @@ void Session::deposit(const Simulation& simulation) {
     checkpoints_.put(step, std::move(saved));
     spacing_ = checkpoints_.spacing();
   }
-  tell_ledger();
+  tell_log();
 }
 
 void Session::adopt(std::int64_t step, std::vector<double> saved) {
@@ -324,12 +324,8 @@ std::int64_t Session::start_for(std::int64_t step) const {
   return start;
 }
 
-void Session::tell_ledger() {
-  if (ledger_ && !reported_to_ledger_.exchange(true)) ledger_->cached(weak_from_this());
-}
-
-double Session::work(std::int64_t from, std::int64_t to, std::int64_t stops) const {
-  return step_work_ * static_cast<double>(direct_ ? std::min(stops, to - from) : to - from);
+void Session::tell_log() {
+  if (log_ && !reported_to_log_.exchange(true)) log_->cached(weak_from_this());
 }
 
 std::optional<AttemptLimit> Session::attempt_limit() const {
@@ -338,11 +334,6 @@ std::optional<AttemptLimit> Session::attempt_limit() const {
   limit->each = std::max(limit->each, AttemptLimit::margin * attempts_taken_.load());
   limit->longest = std::max(limit->longest, limit->each);
   return limit;
-}
-
-double Session::most_work(std::int64_t from, std::int64_t to, std::int64_t stops) const {
-  const auto limit = attempt_limit();
-  return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to, stops);
 }
 
 std::vector<std::int64_t> Session::cached_steps() const {

@@ -13,12 +13,14 @@
 #include <string_view>
 #include <vector>
 
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/identity.h"
-#include "server/sessions/ledger.h"
 #include "server/sessions/step_kind.h"
+#include "server/sessions/write_ahead_log.h"
 #include "stiefel/price.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel::server {
 
@@ -66,7 +68,9 @@ class Session : public std::enable_shared_from_this<Session> {
   bool direct() const { return direct_; }
   /// Returns the predicted work of the steps between two states, in instructions, for a run that
   /// stops `stops` times on its way, the end included. A `direct` session takes as much to each.
-  double work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const;
+  double work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const {
+    return step_work_ * static_cast<double>(direct_ ? std::min(stops, to - from) : to - from);
+  }
   /// Returns how many substeps the next call may try; nothing where the method does not choose its
   /// own steps.
   std::optional<AttemptLimit> attempt_limit() const;
@@ -77,7 +81,10 @@ class Session : public std::enable_shared_from_this<Session> {
     }
   }
   /// Returns the most work of these steps in one call: `work`, unless there is an `attempt_limit`.
-  double most_work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const;
+  double most_work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const {
+    const auto limit = attempt_limit();
+    return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to, stops);
+  }
   /// A field that is not finite at step 0, where 1/λ or λ_i + λ_j overflows.
   const std::optional<Overflow>& overflow() const { return overflow_; }
 
@@ -135,19 +142,19 @@ class Session : public std::enable_shared_from_this<Session> {
   void set_owner(Principal owner) { owner_ = std::move(owner); }
   /// Sets the creation time of a restored session. Call it before other threads see the session.
   void set_create_time(std::chrono::system_clock::time_point created) { create_time_ = created; }
-  /// Reports new cached states to `ledger`. Call it before other threads use the session.
-  void write_to(Ledger& ledger) { ledger_ = &ledger; }
+  /// Reports new cached states to `log`. Call it before other threads use the session.
+  void write_to(WriteAheadLog& log) { log_ = &log; }
   const Principal& owner() const { return owner_; }
   /// Sets the pending write of this session, null without a store, and reports a cached state after
   /// step 0. Guarded by the registry's lock.
-  void written_by(std::shared_ptr<Receipt> receipt) {
-    receipt_ = std::move(receipt);
-    if (cached_steps().back() > 0) tell_ledger();
+  void written_by(std::shared_ptr<PendingWrite> pending_write) {
+    pending_write_ = std::move(pending_write);
+    if (cached_steps().back() > 0) tell_log();
   }
-  const std::shared_ptr<Receipt>& receipt() const { return receipt_; }
+  const std::shared_ptr<PendingWrite>& pending_write() const { return pending_write_; }
   /// Returns the last cached state, and reports the next one again.
   Checkpoints::Nearest take_last_state() {
-    reported_to_ledger_ = false;
+    reported_to_log_ = false;
     const std::lock_guard lock(mutex_);
     return checkpoints_.nearest(max_step);
   }
@@ -163,7 +170,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
  private:
   friend class SessionLease;
-  void tell_ledger();
+  void tell_log();
   void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
   std::unique_ptr<Simulation> make();
   /// Sets what the outline has, and the spacing of the checkpoints from it.
@@ -189,9 +196,9 @@ class Session : public std::enable_shared_from_this<Session> {
   std::shared_ptr<void> seat_;
   std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
   Principal owner_;
-  Ledger* ledger_ = nullptr;
-  std::shared_ptr<Receipt> receipt_;
-  std::atomic<bool> reported_to_ledger_ = false;  ///< a cached state that it has not taken yet
+  WriteAheadLog* log_ = nullptr;
+  std::shared_ptr<PendingWrite> pending_write_;
+  std::atomic<bool> reported_to_log_ = false;  ///< a cached state that it has not taken yet
   const std::uint64_t simulation_bytes_;
   const MemoryLease scene_memory_;
   MemoryLease simulations_memory_;  ///< of the idle and of the leased simulations

@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "client/cpp/channel.h"
-#include "server/access/tokens.h"
+#include "server/connections/callers.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "server/sessions/principal.h"
+#include "server/scheduling/principal.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
 

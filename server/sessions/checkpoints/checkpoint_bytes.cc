@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "server/limits/failpoint.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/scheduling/failpoint.h"
+#include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
 namespace {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "server/limits/failpoint.h"
+#include "server/scheduling/failpoint.h"
 
 namespace stiefel::test {
 

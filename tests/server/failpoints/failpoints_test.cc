@@ -12,7 +12,7 @@
 #include <fstream>
 #include <thread>
 
-#include "server/access/tokens.h"
+#include "server/connections/callers.h"
 #include "tests/server/failpoints/every_call.h"
 #include "tests/server/store/folder.h"
 

@@ -27,7 +27,7 @@ def test_a_handle_does_not_bring_back_what_was_deleted_before_the_server_was_kil
         assert [session.id for session in other.list()] == [kept.id]
 
 
-def test_a_tombstone_ends_when_its_time_is_over(serve, tmp_path):
+def test_a_deleted_name_ends_when_its_time_is_over(serve, tmp_path):
     store = str(tmp_path / "store")
     process = serve("--store", store, "--idle-timeout", "0.5")
     with process.channel() as channel:
@@ -39,7 +39,7 @@ def test_a_tombstone_ends_when_its_time_is_over(serve, tmp_path):
     with process.channel() as channel:
         assert not is_deleted(rpc.SimulationServiceStub(channel), "a")
     with sqlite3.connect(f"file:{store}?mode=ro", uri=True) as live:
-        assert live.execute("SELECT count(*) FROM tombstone").fetchone() == (0,)
+        assert live.execute("SELECT count(*) FROM deleted_name").fetchone() == (0,)
 
 
 def test_restored_sessions_take_their_principals_seats(serve, tmp_path):

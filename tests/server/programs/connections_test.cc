@@ -9,10 +9,10 @@
 #include <string>
 #include <thread>
 
+#include "server/connections/listener.h"
+#include "server/connections/self_watch.h"
+#include "server/scheduling/process.h"
 #include "server/server.h"
-#include "server/limits/process.h"
-#include "server/transport/listener.h"
-#include "server/transport/self_watch.h"
 
 namespace stiefel::server {
 namespace {

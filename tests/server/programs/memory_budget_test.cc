@@ -1,5 +1,5 @@
 // The budget of memory: what is taken before it is allocated, given up, given back; and its size.
-#include "server/limits/memory_budget.h"
+#include "server/scheduling/memory_budget.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/limits/memory_limit.h"
+#include "server/scheduling/memory_limit.h"
 
 namespace stiefel {
 namespace {

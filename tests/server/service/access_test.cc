@@ -8,9 +8,9 @@
 #include <latch>
 #include <set>
 
-#include "server/transport/listener.h"
-#include "server/access/tokens.h"
-#include "server/access/watched_files.h"
+#include "server/connections/listener.h"
+#include "server/connections/callers.h"
+#include "server/connections/watched_files.h"
 #include "tests/server/harness.h"
 
 namespace stiefel::server {

@@ -1,5 +1,5 @@
 // Addresses: what is none is refused before anything listens on a port near it.
-#include "server/address.h"
+#include "server/connections/listener.h"
 
 #include <gtest/gtest.h>
 

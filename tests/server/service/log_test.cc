@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "server/admission/log.h"
+#include "server/observability/log.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {

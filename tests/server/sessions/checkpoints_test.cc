@@ -7,7 +7,7 @@
 #include <random>
 
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 #include "server/sessions/cursor.h"
 #include "tests/server/scenes.h"
 

@@ -1,5 +1,5 @@
 // SHA-256 and HMAC-SHA256 against the published vectors.
-#include "server/sessions/checkpoints/digest.h"
+#include "server/sessions/checkpoints/secrets.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <latch>
 #include <thread>
 
-#include "server/limits/process.h"
-#include "server/sessions/checkpoints/digest.h"
+#include "server/scheduling/process.h"
+#include "server/sessions/checkpoints/secrets.h"
 #include "tests/server/scenes.h"
 
 namespace stiefel::server {
@@ -88,7 +88,7 @@ TEST_F(RegistryTest, WhatOneDeletesDoesNotBringAnothersBack) {
   const Principal alice{"alice"}, bob{"bob"};
   registry_.create(alice, "a", test::scene(), "");
   registry_.erase(alice, "a");
-  for (std::size_t i = 0; i < 2 * Tombstones::max_count; ++i)
+  for (std::size_t i = 0; i < 2 * DeletedNames::max_count; ++i)
     registry_.erase(bob, std::to_string(i));
   EXPECT_TRUE(registry_.deleted(alice, "a"));
   EXPECT_FALSE(registry_.deleted(bob, "a"));
@@ -99,27 +99,29 @@ TEST_F(RegistryTest, WhatOneDeletesDoesNotBringAnothersBack) {
 }
 
 /// Notes who owned what is erased; a session that is deleted is another matter.
-struct Erasures final : Ledger {
-  std::shared_ptr<Receipt> put(std::shared_ptr<Session>) override { return nullptr; }
-  std::shared_ptr<Receipt> erase(const Principal& principal, std::string id) override {
+struct Erasures final : WriteAheadLog {
+  std::shared_ptr<PendingWrite> put(std::shared_ptr<Session>) override { return nullptr; }
+  std::shared_ptr<PendingWrite> erase(const Principal& principal, std::string id) override {
     erased.push_back(principal.name + '/' + id);
     return nullptr;
   }
-  std::shared_ptr<Receipt> bury(const Principal&, std::string, Time) override { return nullptr; }
+  std::shared_ptr<PendingWrite> mark_deleted(const Principal&, std::string, Time) override {
+    return nullptr;
+  }
   void cached(std::weak_ptr<Session>) noexcept override {}
 
   std::vector<std::string> erased;
 };
 
 TEST_F(RegistryTest, WhatExpiresIsErasedAsItsOwners) {
-  Erasures ledger;
+  Erasures log;
   Registry registry(3, 1h, [this] { return now_; });
-  registry.write_to(ledger);
+  registry.write_to(log);
   registry.create(Principal{"alice"}, "a", test::scene(), "");
   registry.create(everybody, "a", test::scene(), "");
   now_ += 1h;
   EXPECT_EQ(registry.expire(), 2u);
-  EXPECT_EQ(ledger.erased, (std::vector<std::string>{"/a", "alice/a"}));
+  EXPECT_EQ(log.erased, (std::vector<std::string>{"/a", "alice/a"}));
 }
 
 TEST_F(RegistryTest, AForeignCheckpointIsIgnored) {

@@ -3,10 +3,10 @@
 
 #include <random>
 
-#include "server/store/journal.h"
+#include "server/sessions/store/journal.h"
 #include "tests/server/store/folder.h"
 #include "tests/server/store/forgetful_vfs.h"
-#include "tests/server/store/ledgers.h"
+#include "tests/server/store/write_ahead_logs.h"
 
 namespace stiefel::server {
 namespace {
@@ -38,20 +38,20 @@ Expected run(const StoreOptions& options, ForgetfulVfs& vfs, std::uint64_t seed)
     struct Call {
       std::string id;
       std::optional<int> scene;
-      std::shared_ptr<Receipt> receipt;
+      std::shared_ptr<PendingWrite> pending_write;
     };
     std::vector<Call> calls;
     for (int i = 0, count = 1 + draw(4); i < count; ++i) {
       const std::string id = std::to_string(10 * i + draw(3));
       const bool there = written.registry.find(everybody, id).has_value();
       if (there)
-        calls.push_back({id, std::nullopt, written.registry.erase(everybody, id).receipt});
+        calls.push_back({id, std::nullopt, written.registry.erase(everybody, id).pending_write});
       else
         calls.push_back({id, round, written.create(id, round)});
     }
     for (const Call& call : calls) {
       Told& told = expected[call.id];
-      const auto fault = outcome(*call.receipt);
+      const auto fault = outcome(*call.pending_write);
       if (fault) {
         told.asked = true;
         told.asked_for = call.scene;
@@ -127,12 +127,12 @@ TEST(CrashTest, WithoutSynchronizationAcknowledgedSessionsAreLost) {
   {
     Database database(folder.file(), Database::Mode::existing, ForgetfulVfs::name);
     database.run("PRAGMA synchronous=OFF");
-    database.run("INSERT INTO tombstone VALUES (0, '', 'a', 1)");
+    database.run("INSERT INTO deleted_name VALUES (0, '', 'a', 1)");
     vfs.crash_at(0);
   }
   vfs.restart(0, random);
   Store store({folder.file()});
-  EXPECT_TRUE(store.tombstones(0).empty());
+  EXPECT_TRUE(store.deleted_names(0).empty());
 }
 
 }  // namespace

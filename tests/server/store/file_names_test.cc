@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "server/store/store.h"
+#include "server/sessions/store/store.h"
 #include "tests/server/store/folder.h"
 #include "tests/server/store/one_store.h"
 

@@ -1,4 +1,4 @@
-#include "server/store/journal.h"
+#include "server/sessions/store/journal.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 #include "server/sessions/cursor.h"
 #include "server/sessions/identity.h"
 #include "tests/server/store/folder.h"
-#include "tests/server/store/ledgers.h"
+#include "tests/server/store/write_ahead_logs.h"
 
 namespace stiefel::server {
 namespace {
@@ -36,7 +36,7 @@ TEST_F(JournalTest, WhatIsAcknowledgedIsInTheFile) {
     Written written(options_);
     const auto a = written.create("a", 1), b = written.create("b", 2);
     EXPECT_FALSE(outcome(*a) || outcome(*b));
-    EXPECT_FALSE(outcome(*written.registry.erase(everybody, "a").receipt));
+    EXPECT_FALSE(outcome(*written.registry.erase(everybody, "a").pending_write));
     Database other(options_.file, Database::Mode::read_only);
     EXPECT_EQ(other.text("SELECT id FROM session"), "b") << "before the server ends";
   }
@@ -91,11 +91,12 @@ TEST_F(JournalTest, ManyAtOnceAreFewTransactions) {
 TEST_F(JournalTest, TheLastOfOneNameCounts) {
   {
     Written written(options_);
-    std::shared_ptr<Receipt> last;
+    std::shared_ptr<PendingWrite> last;
     for (int i = 0; i < 100; ++i) {
       written.create("a", i);
       if (i < 99) written.registry.erase(everybody, "a");
-      if (i % 2) written.create("b", i), last = written.registry.erase(everybody, "b").receipt;
+      if (i % 2)
+        written.create("b", i), last = written.registry.erase(everybody, "b").pending_write;
     }
     outcome(*last);
   }
@@ -129,14 +130,14 @@ TEST_F(JournalTest, NamesOfManyThreadsEndAsTheRegistryHasThem) {
 
 TEST_F(JournalTest, WhatDoesNotFitFailsAloneAndIsNoSession) {
   Written written({options_.file, 30'000});
-  std::vector<std::pair<std::string, std::shared_ptr<Receipt>>> receipts;
+  std::vector<std::pair<std::string, std::shared_ptr<PendingWrite>>> pending;
   for (int i = 0; i < 400; ++i) {
     const std::string id = "s" + std::to_string(i);
-    receipts.emplace_back(id, written.create(id, i));
+    pending.emplace_back(id, written.create(id, i));
   }
   int failed = 0;
-  for (const auto& [id, receipt] : receipts) {
-    const auto fault = outcome(*receipt);
+  for (const auto& [id, pending_write] : pending) {
+    const auto fault = outcome(*pending_write);
     failed += fault.has_value();
     EXPECT_TRUE(!fault || fault->kind == WriteFault::Kind::full) << id;
     EXPECT_EQ(written.registry.find(everybody, id).has_value(), !fault) << id;
@@ -146,7 +147,8 @@ TEST_F(JournalTest, WhatDoesNotFitFailsAloneAndIsNoSession) {
   EXPECT_FALSE(written.reports.empty());
   // Deletions make room: a page is free when its sessions are gone.
   for (int i = 0; i < 20; ++i)
-    EXPECT_FALSE(outcome(*written.registry.erase(everybody, "s" + std::to_string(i)).receipt));
+    EXPECT_FALSE(
+        outcome(*written.registry.erase(everybody, "s" + std::to_string(i)).pending_write));
   EXPECT_FALSE(outcome(*written.create("new", 1)));
 }
 
@@ -201,25 +203,25 @@ TEST_F(JournalTest, TheLastCachedStateIsWrittenBehind) {
   EXPECT_EQ(std::memcmp(row->checkpoint->state.data(), expected.data(), expected.size() * 8), 0);
 }
 
-TEST_F(JournalTest, TombstonesGoWithTheDeletion) {
+TEST_F(JournalTest, DeletedNamesGoWithTheDeletion) {
   {
     Written written(options_);
     written.create("a");
-    EXPECT_FALSE(outcome(*written.registry.erase(everybody, "a").receipt));
-    EXPECT_FALSE(outcome(*written.registry.erase(Principal{"p"}, "never there").receipt));
+    EXPECT_FALSE(outcome(*written.registry.erase(everybody, "a").pending_write));
+    EXPECT_FALSE(outcome(*written.registry.erase(Principal{"p"}, "never there").pending_write));
   }
   Store store(options_);
-  const auto tombstones = store.tombstones(0);
-  ASSERT_EQ(tombstones.size(), 2u);
-  EXPECT_EQ(tombstones[0].id, "a");
-  EXPECT_EQ(tombstones[1].principal.name, "p");
+  const auto deleted_names = store.deleted_names(0);
+  ASSERT_EQ(deleted_names.size(), 2u);
+  EXPECT_EQ(deleted_names[0].id, "a");
+  EXPECT_EQ(deleted_names[1].principal.name, "p");
   const std::chrono::nanoseconds now(std::chrono::system_clock::now().time_since_epoch());
-  EXPECT_NEAR(static_cast<double>(tombstones[0].until - now.count()), 3600e9, 60e9)
+  EXPECT_NEAR(static_cast<double>(deleted_names[0].until - now.count()), 3600e9, 60e9)
       << "Written has an idle timeout of an hour";
 }
 
-TEST_F(JournalTest, TombstonesNeverKeepADeletionOut) {
-  // The store is full of sessions and tombstones: every deletion is on disk all the same.
+TEST_F(JournalTest, DeletedNamesNeverKeepADeletionOut) {
+  // The store is full of sessions and deleted names: every deletion is on disk all the same.
   Written written({options_.file, 30'000});
   std::vector<std::string> made;
   for (int i = 0; i < 400; ++i) {
@@ -227,27 +229,27 @@ TEST_F(JournalTest, TombstonesNeverKeepADeletionOut) {
     if (!outcome(*written.create(id, i))) made.push_back(id);
   }
   ASSERT_LT(made.size(), 400u);
-  std::vector<std::shared_ptr<Receipt>> receipts;
+  std::vector<std::shared_ptr<PendingWrite>> pending;
   for (int i = 0; i < 3000; ++i)
-    receipts.push_back(written.registry.erase(everybody, "none" + std::to_string(i)).receipt);
+    pending.push_back(written.registry.erase(everybody, "none" + std::to_string(i)).pending_write);
   for (const std::string& id : made)
-    receipts.push_back(written.registry.erase(everybody, id).receipt);
-  for (const auto& receipt : receipts) EXPECT_FALSE(outcome(*receipt));
+    pending.push_back(written.registry.erase(everybody, id).pending_write);
+  for (const auto& pending_write : pending) EXPECT_FALSE(outcome(*pending_write));
   for (int i = 0; i < 100; ++i) EXPECT_FALSE(outcome(*written.create("t" + std::to_string(i), i)));
 }
 
-TEST_F(JournalTest, TombstonesStayFewInTheFile) {
+TEST_F(JournalTest, DeletedNamesStayFewInTheFile) {
   std::int64_t most = 0;
   {
     Written written({options_.file, 1'000'000});
-    most = written.store.most_tombstones();
-    std::shared_ptr<Receipt> last;
+    most = written.store.most_deleted_names();
+    std::shared_ptr<PendingWrite> last;
     for (int i = 0; i < 5000; ++i)
-      last = written.registry.erase(everybody, std::to_string(i)).receipt;
+      last = written.registry.erase(everybody, std::to_string(i)).pending_write;
     EXPECT_FALSE(outcome(*last));
   }
   Store store(options_);
-  const auto left = store.tombstones(0);
+  const auto left = store.deleted_names(0);
   EXPECT_LE(std::ssize(left), most + most / 4 + 1);
   EXPECT_EQ(left.back().id, "4999") << "the newest are kept";
 }
@@ -282,11 +284,11 @@ TEST_F(JournalTest, ALockThatIsGivenBackDelaysOnly) {
   Written written(options_, 1ms);
   Database other(options_.file, Database::Mode::existing);
   other.run("BEGIN IMMEDIATE");
-  std::vector<std::shared_ptr<Receipt>> receipts;
-  for (int i = 0; i < 6; ++i) receipts.push_back(written.create(std::to_string(i), i));
+  std::vector<std::shared_ptr<PendingWrite>> pending;
+  for (int i = 0; i < 6; ++i) pending.push_back(written.create(std::to_string(i), i));
   std::this_thread::sleep_for(300ms);
   other.run("ROLLBACK");
-  for (const auto& receipt : receipts) EXPECT_FALSE(outcome(*receipt));
+  for (const auto& pending_write : pending) EXPECT_FALSE(outcome(*pending_write));
 }
 
 TEST_F(JournalTest, ToldWhenTheFilesAreGoneAndWhenTheyAreBack) {
@@ -347,19 +349,19 @@ TEST_F(JournalTest, AtTheLimitOfFileSizesDeletionsGoThroughAndTheirSpaceIsUsed) 
     made.push_back("a" + std::to_string(made.size()));
   ASSERT_GT(made.size(), 100u);
   for (std::size_t i = 0; i < made.size(); i += 2)
-    EXPECT_FALSE(outcome(*written.registry.erase(everybody, made[i]).receipt)) << i;
+    EXPECT_FALSE(outcome(*written.registry.erase(everybody, made[i]).pending_write)) << i;
   std::size_t again = 0;
   while (again < made.size() / 2 && create("b" + std::to_string(again))) ++again;
   EXPECT_GT(again, made.size() / 20) << "the names of the deleted sessions take most of the space";
 }
 
-TEST_F(JournalTest, AReceiptTellsLateAskersToo) {
-  Receipt receipt;
+TEST_F(JournalTest, APendingWriteTellsLateAskersToo) {
+  PendingWrite pending_write;
   int told = 0;
-  receipt.then([&](const auto& fault) { told += fault.has_value(); });
+  pending_write.then([&](const auto& fault) { told += fault.has_value(); });
   EXPECT_EQ(told, 0);
-  receipt.settle(WriteFault{WriteFault::Kind::full, "full"});
-  receipt.then([&](const auto& fault) { told += fault->what == "full"; });
+  pending_write.settle(WriteFault{WriteFault::Kind::full, "full"});
+  pending_write.then([&](const auto& fault) { told += fault->what == "full"; });
   EXPECT_EQ(told, 2);
 }
 

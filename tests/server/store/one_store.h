@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "server/store/store.h"
+#include "server/sessions/store/store.h"
 
 /// Rows, and what a store without a journal says.
 namespace stiefel::test {

@@ -8,7 +8,7 @@
 #include <map>
 #include <thread>
 
-#include "server/store/store.h"
+#include "server/sessions/store/store.h"
 #include "tests/server/store/durable.h"
 
 namespace stiefel::test {
@@ -135,7 +135,7 @@ TEST_F(RestartTest, ADeletedSessionStaysDeletedAfterARestart) {
   EXPECT_TRUE(create(*harness.stub, "a", numbered(1)).ok()) << "a new creation may use the name";
 }
 
-TEST_F(RestartTest, ATombstoneEndsWithTheIdleTimeout) {
+TEST_F(RestartTest, ADeletedNameEndsWithTheIdleTimeout) {
   auto options = with_store(file_);
   options.idle_timeout = std::chrono::milliseconds(1500);
   const auto start = std::chrono::steady_clock::now();
@@ -153,7 +153,7 @@ TEST_F(RestartTest, ATombstoneEndsWithTheIdleTimeout) {
   std::this_thread::sleep_for(options.idle_timeout);
   { EXPECT_EQ(recreate(*Harness(options).stub, "b", numbered(0)), "OK"); }
   server::Store store({file_});
-  EXPECT_TRUE(store.tombstones(0).empty()) << "a server that starts removes what is over";
+  EXPECT_TRUE(store.deleted_names(0).empty()) << "a server that starts removes what is over";
 }
 
 TEST_F(RestartTest, RestoredSessionsTakeTheirSeats) {

@@ -1,4 +1,4 @@
-#include "server/store/store.h"
+#include "server/sessions/store/store.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -123,57 +123,58 @@ TEST_F(StoreTest, DropsCheckpointsOfOtherNumerics) {
   EXPECT_FALSE(rows(store).at("/b").checkpoint);
 }
 
-TEST_F(StoreTest, KeepsTombstonesUntilTheirTime) {
+TEST_F(StoreTest, KeepsDeletedNamesUntilTheirTime) {
   {
     Store store(options_);
     store.transact([&] {
-      store.put(Tombstone{Principal{"p"}, "early", 10});
-      store.put(Tombstone{Principal{"p"}, "late", 20});
-      store.put(Tombstone{Principal{}, "later", 30});
-      store.put(Tombstone{Principal{}, "again", 5});
-      store.put(Tombstone{Principal{}, "again", 15});
+      store.put(DeletedName{Principal{"p"}, "early", 10});
+      store.put(DeletedName{Principal{"p"}, "late", 20});
+      store.put(DeletedName{Principal{}, "later", 30});
+      store.put(DeletedName{Principal{}, "again", 5});
+      store.put(DeletedName{Principal{}, "again", 15});
     });
   }
   Store store(options_);
-  const auto left = store.tombstones(10);
+  const auto left = store.deleted_names(10);
   ASSERT_EQ(left.size(), 3u);
   EXPECT_EQ(left[0].id, "again");
   EXPECT_EQ(left[1].id, "late");
   EXPECT_EQ(left[1].principal.name, "p");
   EXPECT_EQ(left[1].until, 20);
   EXPECT_EQ(left[2].id, "later");
-  EXPECT_EQ(store.tombstones(0).size(), 4u) << "to look removes none";
-  store.transact([&] { store.trim_tombstones(20); });
-  EXPECT_EQ(store.tombstones(0).size(), 1u);
+  EXPECT_EQ(store.deleted_names(0).size(), 4u) << "to look removes none";
+  store.transact([&] { store.trim_deleted_names(20); });
+  EXPECT_EQ(store.deleted_names(0).size(), 1u);
 }
 
-std::map<std::string, int> tombstones_by_principal(Store& store) {
+std::map<std::string, int> deleted_names_by_principal(Store& store) {
   std::map<std::string, int> counts;
-  for (const Tombstone& one : store.tombstones(0)) ++counts[one.principal.name];
+  for (const DeletedName& one : store.deleted_names(0)) ++counts[one.principal.name];
   return counts;
 }
 
-TEST_F(StoreTest, ThePrincipalWithMostTombstonesLosesItsOldest) {
+TEST_F(StoreTest, ThePrincipalWithMostDeletedNamesLosesItsOldest) {
   Store store({options_.file, 1'000'000});
-  const std::int64_t most = store.most_tombstones();
+  const std::int64_t most = store.most_deleted_names();
   EXPECT_EQ(most, 976) << "an eighth of the limit";
   store.transact([&] {
     for (std::int64_t i = 0; i < 3 * most; ++i)
-      store.put(Tombstone{Principal{"many"}, std::to_string(i), 100 + i});
-    for (int i = 0; i < 10; ++i) store.put(Tombstone{Principal{"few"}, std::to_string(i), 50 + i});
+      store.put(DeletedName{Principal{"many"}, std::to_string(i), 100 + i});
+    for (int i = 0; i < 10; ++i)
+      store.put(DeletedName{Principal{"few"}, std::to_string(i), 50 + i});
   });
-  EXPECT_TRUE(store.tombstones_pile_up());
-  store.transact([&] { store.trim_tombstones(0); });
-  EXPECT_FALSE(store.tombstones_pile_up());
-  EXPECT_EQ(tombstones_by_principal(store)["few"], 10) << "which are older than all others";
-  EXPECT_EQ(tombstones_by_principal(store)["many"], most - 10);
-  EXPECT_EQ(store.tombstones(0).back().until, 100 + 3 * most - 1);
-  EXPECT_TRUE(store.halve_tombstones());
-  EXPECT_EQ(tombstones_by_principal(store)["few"], 10);
-  EXPECT_EQ(tombstones_by_principal(store)["many"], most / 2 - 10);
-  while (store.halve_tombstones()) {
+  EXPECT_TRUE(store.deleted_names_pile_up());
+  store.transact([&] { store.trim_deleted_names(0); });
+  EXPECT_FALSE(store.deleted_names_pile_up());
+  EXPECT_EQ(deleted_names_by_principal(store)["few"], 10) << "which are older than all others";
+  EXPECT_EQ(deleted_names_by_principal(store)["many"], most - 10);
+  EXPECT_EQ(store.deleted_names(0).back().until, 100 + 3 * most - 1);
+  EXPECT_TRUE(store.halve_deleted_names());
+  EXPECT_EQ(deleted_names_by_principal(store)["few"], 10);
+  EXPECT_EQ(deleted_names_by_principal(store)["many"], most / 2 - 10);
+  while (store.halve_deleted_names()) {
   }
-  EXPECT_TRUE(store.tombstones(0).empty());
+  EXPECT_TRUE(store.deleted_names(0).empty());
 }
 
 TEST_F(StoreTest, ASecondServerIsRefused) {

@@ -1,0 +1,172 @@
+#include "server/connections/callers.h"
+
+#include <grpc/grpc.h>
+#include <strings.h>
+
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <utility>
+
+#include "server/scheduling/failpoint.h"
+#include "server/sessions/checkpoints/secrets.h"
+
+namespace stiefel::server {
+namespace {
+
+constexpr std::size_t longest_name = 128;
+constexpr const char* rule_of_names = "a name must have 1 to 128 characters of [A-Za-z0-9._-]";
+/// The prefix by which a search of public text finds a token that leaked.
+constexpr std::string_view mark = "stiefel_";
+
+bool is_name(std::string_view name) {
+  constexpr std::string_view allowed =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+  return !name.empty() && name.size() <= longest_name &&
+         name.find_first_not_of(allowed) == name.npos;
+}
+
+TokenTable checked(const std::string& file, const WatchedFiles::Contents& contents) {
+  const auto fault = [&](const std::string& what) {
+    throw std::runtime_error("--tokens: " + file + ": " + what);
+  };
+  if (!contents[0]) fault(contents[0].error());
+  auto parsed = TokenTable::parse(*contents[0]);
+  if (!parsed.faults.empty()) fault(parsed.faults.front());
+  return std::move(parsed.table);
+}
+
+}  // namespace
+
+/// Uses the first bytes of the digest, which reveal nothing of a token of 256 random bits.
+std::size_t TokenTable::Hash::operator()(const Bytes32& digest) const {
+  std::size_t value;
+  std::memcpy(&value, digest.data(), sizeof value);
+  return value;
+}
+
+TokenTable::Parsed TokenTable::parse(std::string_view text) {
+  Parsed parsed;
+  for (Line line : meaningful_lines(text)) {
+    const auto fault = [&](const std::string& rule) {
+      parsed.faults.push_back("line " + std::to_string(line.number) + ": " + rule);
+    };
+    const std::string_view name = next_word(line.text);
+    const auto digest = from_hexadecimal(line.text);
+    if (!is_name(name))
+      fault(rule_of_names);
+    else if (!digest)
+      fault("after the name there must be 64 hexadecimal digits, as `stiefel-server token` prints");
+    else if (!parsed.table.principals_.emplace(*digest, Principal{std::string(name)}).second)
+      fault("another line has this token");
+  }
+  return parsed;
+}
+
+const Principal* TokenTable::find(const Bytes32& digest) const {
+  const auto found = principals_.find(digest);
+  return found == principals_.end() ? nullptr : &found->second;
+}
+
+NewToken make_token(std::string_view name) {
+  if (!is_name(name)) throw std::runtime_error(rule_of_names);
+  const std::string token = std::string(mark) + to_hexadecimal(random_secret());
+  return {token, std::string(name) + ' ' + to_hexadecimal(sha256(token))};
+}
+
+std::optional<Bytes32> digest_of_bearer(std::string_view authorization) {
+  const std::string_view scheme = next_word(authorization);
+  if (scheme.size() != 6 || strncasecmp(scheme.data(), "bearer", 6) != 0 || authorization.empty())
+    return std::nullopt;
+  return sha256(authorization);
+}
+
+class CallerContexts final : public grpc::ContextAllocator {
+ public:
+  explicit CallerContexts(Callers& callers) : callers_(callers) {}
+
+  /// Without memory, gRPC uses a context of its own, and the call is refused.
+  grpc::CallbackServerContext* NewCallbackServerContext() override {
+    return new (std::nothrow) CallerContext();
+  }
+  void Release(grpc::CallbackServerContext* context) override {
+    auto* ours = dynamic_cast<CallerContext*>(context);
+    if (ours == nullptr) return;
+    callers_.leave(*ours);
+    delete ours;
+  }
+
+ private:
+  Callers& callers_;
+};
+
+Callers::Callers(const std::string& file, Report report) : report_(std::move(report)) {
+  const auto contents = read_texts({file});
+  table_ = checked(file, contents);
+  watch_.emplace(std::vector{file}, contents,
+                 [this](const WatchedFiles::Contents& changed) { take(changed); });
+}
+
+std::optional<Refused> Callers::admit(grpc::CallbackServerContext& context) {
+  failpoint("tokens.admit");
+  auto* ours = dynamic_cast<CallerContext*>(&context);
+  if (ours != nullptr && ours->admitted_) return std::nullopt;
+  const auto& metadata = context.client_metadata();
+  if (!metadata.contains("authorization")) return Refused::token_missing;
+  const auto [first, last] = metadata.equal_range("authorization");
+  const auto digest = digest_of_bearer({first->second.data(), first->second.size()});
+  if (!digest || std::next(first) != last || ours == nullptr) return Refused::token_unknown;
+  const std::lock_guard lock(mutex_);
+  const Principal* principal = table_.find(*digest);
+  if (principal == nullptr) return Refused::token_unknown;
+  ours->principal_ = *principal;
+  ours->digest_ = *digest;
+  ours->admitted_ = true;
+  calls_.push_back(*ours);
+  return std::nullopt;
+}
+
+void Callers::take(const WatchedFiles::Contents& contents) {
+  failpoint("tokens.reload");
+  if (!contents[0]) {
+    replace({});
+    return report_({0, {contents[0].error() + ": every call is refused"}});
+  }
+  auto parsed = TokenTable::parse(*contents[0]);
+  const std::size_t tokens = parsed.table.size();
+  replace(std::move(parsed.table));
+  report_({tokens, std::move(parsed.faults)});
+}
+
+void Callers::replace(TokenTable table) {
+  std::vector<grpc_call*> withdrawn;
+  {
+    const std::lock_guard lock(mutex_);
+    table_ = std::move(table);
+    for (CallerContext& call : calls_) {
+      const Principal* principal = table_.find(call.digest_);
+      if (principal != nullptr && *principal == call.principal_) continue;
+      // gRPC releases the context before it frees the call, so the call still exists.
+      grpc_call_ref(call.c_call());
+      withdrawn.push_back(call.c_call());
+    }
+  }
+  // Cancels without the lock: a cancellation may release contexts on this thread.
+  for (grpc_call* call : withdrawn) {
+    grpc_call_cancel_with_status(call, GRPC_STATUS_UNAUTHENTICATED, "the token was withdrawn",
+                                 nullptr);
+    grpc_call_unref(call);
+  }
+}
+
+std::unique_ptr<grpc::ContextAllocator> Callers::context_allocator() {
+  return std::make_unique<CallerContexts>(*this);
+}
+
+std::vector<std::string> faults_of_tokens(const std::string& file) {
+  const auto text = read_text(file);
+  if (!text) return {text.error()};
+  return TokenTable::parse(*text).faults;
+}
+
+}  // namespace stiefel::server

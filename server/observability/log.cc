@@ -1,0 +1,252 @@
+#include "server/observability/log.h"
+
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <stdexcept>
+
+#include "server/convert/errors.h"
+#include "server/observability/metrics.h"
+#include "server/observability/push_back.h"
+#include "server/observability/stderr_sink.h"
+#include "server/scheduling/account.h"
+#include "server/scheduling/failpoint.h"
+#include "server/scheduling/scheduler.h"
+
+namespace stiefel::server {
+namespace {
+
+spdlog::level::level_enum to_spdlog(Log::Level level) {
+  switch (level) {
+    case Log::Level::debug:
+      return spdlog::level::debug;
+    case Log::Level::info:
+      return spdlog::level::info;
+    case Log::Level::warn:
+      return spdlog::level::warn;
+    case Log::Level::error:
+      return spdlog::level::err;
+  }
+  return spdlog::level::err;
+}
+
+std::string new_request_id() {
+  thread_local std::mt19937_64 random(std::random_device{}());
+  return fmt::format("{:016x}", random());
+}
+
+/// Returns instructions as an integer; a price may exceed the largest one.
+std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work, 0x1p62)); }
+
+/// Returns the first 128 bytes, the most that an id may have.
+std::string cut(std::string_view text) { return std::string(text.substr(0, 128)); }
+
+/// The work of a call that takes `CallLog::is_long`, in instructions.
+constexpr double long_work = instructions_a_second * CallLog::is_long.count() / 1000;
+
+std::string as_json(std::string_view message, const Log::Facts& facts) {
+  nlohmann::ordered_json line{{"message", message}};
+  for (const auto& [key, value] : facts) {
+    std::visit([&, name = key](const auto& x) { line[name] = x; }, value);
+  }
+  // Leaves out the opening brace: the pattern puts it before the time and the level.
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).substr(1);
+}
+
+std::string as_text(std::string_view message, const Log::Facts& facts) {
+  std::string line(message);
+  for (const auto& [key, value] : facts) {
+    line += fmt::format(" {}=", key);
+    if (const auto* text = std::get_if<std::string>(&value)) {
+      // Quotes the text, so that what a caller sends cannot look like another line.
+      line += nlohmann::json(*text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    } else {
+      std::visit([&](const auto& x) { line += fmt::format("{}", x); }, value);
+    }
+  }
+  return line;
+}
+
+}  // namespace
+
+Log::Log(const std::string& level, bool json) : json_(json) {
+  const auto told = [json](std::uint64_t dropped) {
+    constexpr const char* message = "log lines were dropped: nobody read stderr";
+    const Facts facts{{"count", static_cast<std::int64_t>(dropped)}};
+    return json ? as_json(message, facts) : as_text(message, facts);
+  };
+  logger_ = std::make_unique<spdlog::logger>("stiefel", std::make_shared<StderrSink>(told));
+  const auto parsed = spdlog::level::from_str(level);
+  if (parsed == spdlog::level::off && level != "off") {
+    throw std::runtime_error("log level: '" + level +
+                             "': must be trace, debug, info, warn, error, critical or off");
+  }
+  logger_->set_level(parsed);
+  logger_->flush_on(spdlog::level::trace);
+  logger_->set_pattern(
+      json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)" : "%Y-%m-%dT%H:%M:%S.%eZ %l %v",
+      spdlog::pattern_time_type::utc);
+}
+
+Log::~Log() = default;
+
+bool Log::enabled(Level level) const { return logger_->should_log(to_spdlog(level)); }
+
+void Log::line(Level level, std::string_view message, const Facts& facts) const {
+  if (!enabled(level)) return;
+  try {
+    failpoint("log.line");
+    logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
+  } catch (const std::exception&) {  // a call does not fail for a log line
+  }
+}
+
+void Log::count(bool failed) const {
+  ++(failed ? counted_failed_ : counted_);
+  auto last = last_told_.load(std::memory_order_relaxed);
+  const auto now = Clock::now();
+  if (now - last >= counted_together && last_told_.compare_exchange_strong(last, now))
+    tell_counted();
+}
+
+void Log::tell_counted() const {
+  const std::int64_t good = counted_.exchange(0), failed = counted_failed_.exchange(0);
+  if (good + failed > 0)
+    line(Level::info, "short rpcs", {{"count", good + failed}, {"failed", failed}});
+}
+
+std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
+  const auto [first, last] = context.client_metadata().equal_range("traceparent");
+  // A call with several headers has no valid trace id.
+  if (first == last || std::next(first) != last) return {};
+  return trace_id({first->second.data(), first->second.size()});
+}
+
+CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
+                 std::string_view session_id, Metrics* metrics)
+    : log_(&log),
+      method_(method),
+      metrics_(metrics),
+      running_(metrics ? &metrics->calls : nullptr, method) {
+  if (!log.enabled(Log::Level::info)) return;
+  const auto sent = context.client_metadata().find("x-request-id");
+  details_ = std::make_unique<Details>(Details{
+      sent == context.client_metadata().end() ? new_request_id()
+                                              : cut({sent->second.data(), sent->second.size()}),
+      std::string(trace_id_of(context)), cut(session_id), cut(context.peer()),
+      std::chrono::steady_clock::now()});
+}
+
+bool CallLog::tell_price() const {
+  if (price_ <= short_work) return false;
+  std::array<char, 16> text;
+  std::snprintf(text.data(), text.size(), "%.2e", price_);
+  context_->AddInitialMetadata("stiefel-work", text.data());
+  return true;
+}
+
+void CallLog::worked() {
+  if (!details_) return;
+  work_ += take_slice_work();
+  if (details_->begins) begin_if_long();
+}
+
+void CallLog::name(std::string_view session_id) {
+  if (details_) details_->session_id = cut(session_id);
+}
+
+void CallLog::begin() noexcept {
+  try {
+    if (metrics_) stream_ = std::make_unique<OpenStreams::Stream>(metrics_->streams);
+  } catch (const std::exception&) {
+  }
+  if (!details_) return;
+  details_->begins = true;
+  if (price_ >= long_work)
+    tell_begin(Log::Level::info);
+  else if (log_->enabled(Log::Level::debug))
+    tell_begin(Log::Level::debug);
+}
+
+void CallLog::begin_if_long() noexcept {
+  if (std::chrono::steady_clock::now() - details_->start >= is_long) tell_begin(Log::Level::info);
+}
+
+void CallLog::tell_begin(Log::Level level) noexcept {
+  details_->begins = false;
+  try {
+    Log::Facts line = facts();
+    line.push_back({"price", whole(price_)});
+    log_->line(level, "rpc begins", line);
+  } catch (const std::exception&) {
+  }
+}
+
+void CallLog::refuse(const grpc::Status& status) const noexcept {
+  if (!metrics_ || status.ok() || status.error_code() == grpc::CANCELLED) return;
+  try {
+    const auto [reason, limit] = errors::reason(status);
+    metrics_->calls.refused(reason.empty() ? code_name(status.error_code()) : reason, limit);
+  } catch (const std::exception&) {
+  }
+}
+
+void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
+  refuse(status);
+  running_.end(status.error_code());
+  stream_.reset();
+  try {
+    if (context_) push_back(status, *context_);
+    worked();
+    write(status, steps);
+  } catch (const std::exception&) {
+  }
+  details_.reset();
+}
+
+Log::Facts CallLog::facts() const {
+  Log::Facts facts;
+  if (details_) {
+    facts.push_back({"request_id", details_->request_id});
+    if (!details_->trace_id.empty()) facts.push_back({"trace_id", details_->trace_id});
+  }
+  facts.push_back({"method", method_});
+  if (!details_) return facts;
+  facts.push_back({"session", details_->session_id});
+  facts.push_back({"peer", details_->peer});
+  if (account_ && !account_->principal().name.empty())
+    facts.push_back({"principal", account_->principal().name});
+  return facts;
+}
+
+std::optional<Log::Level> CallLog::level(const grpc::Status& status,
+                                         std::chrono::nanoseconds took) const {
+  if (status.error_code() == grpc::INTERNAL) return Log::Level::error;
+  if (!details_) return std::nullopt;
+  if (took >= is_long || (!status.ok() && log_->tells_failure())) return Log::Level::info;
+  if (log_->enabled(Log::Level::debug)) return Log::Level::debug;
+  log_->count(!status.ok());
+  return std::nullopt;
+}
+
+void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
+  const auto took = details_ ? std::chrono::steady_clock::now() - details_->start
+                             : std::chrono::steady_clock::duration();
+  const std::optional<Log::Level> level = this->level(status, took);
+  if (!level) return;
+  Log::Facts facts = this->facts();
+  facts.push_back({"code", code_name(status.error_code())});
+  if (!status.ok()) facts.push_back({"error", status.error_message()});
+  if (details_) {
+    facts.push_back({"milliseconds", std::chrono::duration<double, std::milli>(took).count()});
+    facts.push_back({"steps", steps});
+    facts.push_back({"price", whole(price_)});
+    facts.push_back({"work", whole(work_)});
+  }
+  log_->line(*level, "rpc", facts);
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "server/scheduling/memory_budget.h"
+#include "server/scheduling/process.h"
+
+namespace stiefel::server {
+
+/// The least memory with which a server works: 64 MiB, in bytes.
+inline constexpr std::uint64_t least_memory = std::uint64_t{64} << 20;
+/// Reads a number of bytes such as "268435456", "256M" or "1.5G", where K, M, G and T stand for
+/// powers of 1024. Returns nothing for any other text and for less than `least` bytes.
+std::optional<std::uint64_t> read_bytes(std::string_view text, std::uint64_t least = least_memory);
+
+/// Returns the smaller of the machine's memory and the limit of this process's control group, in
+/// bytes: of version 2 (memory.max, of every group above it too) or 1 (memory.limit_in_bytes).
+/// `root` holds proc and sys; tests set it.
+std::uint64_t available_memory(const std::filesystem::path& root = "/");
+
+/// Returns the resident memory of this process in bytes; 0 where it is not known.
+std::uint64_t resident_bytes();
+
+/// Returns the memory that a server takes by default: three quarters of the available memory.
+std::uint64_t default_memory();
+
+/// Returns the largest message that a server with `memory` bytes accepts: a sixteenth of them, at
+/// most 256 MiB.
+std::uint64_t largest_message(std::uint64_t memory);
+
+/// Return the parts of the memory set aside for what gRPC has read and not handed over yet (a
+/// quarter), for the program itself (an eighth, at most 32 MiB), and for sessions and calls (the
+/// rest).
+std::uint64_t grpc_share(std::uint64_t memory);
+std::uint64_t program_share(std::uint64_t memory);
+std::uint64_t session_share(std::uint64_t memory);
+
+/// Sets malloc up for this process: blocks of at least 512 KiB go back to the system when they are
+/// freed, and there are two arenas a core. For programs, at their start; a library leaves the
+/// settings of its host alone.
+void keep_little_freed_memory();
+
+/// A thread that gives freed memory back to the system when the process holds more than the budget
+/// says is taken, by 64 MiB (an eighth of a budget below 512 MiB) and by an eighth of what is
+/// taken. Does so only once 64 MiB (a sixty-fourth of a budget below 4 GiB) were given back to the
+/// budget, or five seconds have passed, since the last time.
+class FreedMemory {
+ public:
+  explicit FreedMemory(const MemoryBudget& budget);
+
+ private:
+  void trim();
+
+  const MemoryBudget& budget_;
+  std::uint64_t trimmed_at_ = 0;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  Periodic thread_;
+};
+
+}  // namespace stiefel::server

@@ -1,0 +1,145 @@
+#include "server/sessions/checkpoints/secrets.h"
+
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+#include <openssl/rand.h>
+
+#include <algorithm>
+#include <charconv>
+#include <stdexcept>
+
+namespace stiefel::server {
+namespace {
+
+constexpr std::string_view digits = "0123456789abcdef";
+
+const unsigned char* data(std::string_view bytes) {
+  return reinterpret_cast<const unsigned char*>(bytes.data());
+}
+
+/// Fetched once: fetching an algorithm takes longer than digesting a token.
+const EVP_MD* algorithm() {
+  static EVP_MD* const found = EVP_MD_fetch(nullptr, "SHA256", nullptr);
+  return found;
+}
+
+void check(bool done, const char* what) {
+  if (!done) throw std::runtime_error(std::string("OpenSSL has no ") + what);
+}
+
+constexpr std::string_view space = " \t\r";
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(space);
+  if (begin == text.npos) return {};
+  return text.substr(begin, text.find_last_not_of(space) - begin + 1);
+}
+
+}  // namespace
+
+Bytes32 sha256(std::string_view bytes) {
+  Sha256 hash;
+  hash.add(bytes);
+  return hash.digest();
+}
+
+Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
+  check(context_ && EVP_DigestInit_ex(context_.get(), algorithm(), nullptr) == 1, "SHA-256");
+}
+
+void Sha256::add(std::string_view bytes) {
+  check(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()) == 1, "SHA-256");
+}
+
+Bytes32 Sha256::digest() {
+  Bytes32 out;
+  check(EVP_DigestFinal_ex(context_.get(), out.data(), nullptr) == 1, "SHA-256");
+  return out;
+}
+
+void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
+
+Bytes32 hmac_sha256(const Bytes32& key, std::string_view bytes) {
+  Bytes32 mac;
+  std::size_t size = 0;
+  check(EVP_Q_mac(nullptr, "HMAC", nullptr, "SHA256", nullptr, key.data(), key.size(), data(bytes),
+                  bytes.size(), mac.data(), mac.size(), &size) != nullptr &&
+            size == mac.size(),
+        "HMAC-SHA256");
+  return mac;
+}
+
+Bytes32 random_secret() {
+  Bytes32 secret;
+  check(RAND_priv_bytes(secret.data(), static_cast<int>(secret.size())) == 1, "random numbers");
+  return secret;
+}
+
+bool equal_secrets(const Bytes32& a, const Bytes32& b) {
+  return CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+std::string to_hexadecimal(const Bytes32& bytes) {
+  std::string out;
+  for (const unsigned char byte : bytes) {
+    out += digits[byte >> 4];
+    out += digits[byte & 0xF];
+  }
+  return out;
+}
+
+std::optional<Bytes32> from_hexadecimal(std::string_view text) {
+  Bytes32 bytes;
+  if (text.size() != 2 * bytes.size()) return std::nullopt;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const char* const end = text.data() + 2 * i + 2;
+    if (std::from_chars(end - 2, end, bytes[i], 16).ptr != end) return std::nullopt;
+  }
+  return bytes;
+}
+
+std::vector<Line> meaningful_lines(std::string_view text) {
+  std::vector<Line> lines;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = trimmed(text.substr(0, end));
+    if (!line.empty() && !line.starts_with('#')) lines.push_back({number, line});
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+std::string_view next_word(std::string_view& text) {
+  text = trimmed(text);
+  const std::string_view word = text.substr(0, text.find_first_of(space));
+  text = trimmed(text.substr(word.size()));
+  return word;
+}
+
+CheckpointKey::CheckpointKey(const Bytes32& bytes) : secret(bytes) {
+  const Bytes32 mac = hmac_sha256(secret, "stiefel: name of a checkpoint key");
+  name.assign(reinterpret_cast<const char*>(mac.data()), name_bytes);
+}
+
+CheckpointKeys::CheckpointKeys(const std::vector<Bytes32>& secrets)
+    : keys_(secrets.begin(), secrets.end()) {}
+
+std::shared_ptr<const CheckpointKeys> CheckpointKeys::of_process() {
+  static const auto keys = std::make_shared<const CheckpointKeys>(std::vector{random_secret()});
+  return keys;
+}
+
+std::expected<CheckpointKeys, std::string> CheckpointKeys::parse(std::string_view text) {
+  std::vector<Bytes32> secrets;
+  for (const Line& line : meaningful_lines(text)) {
+    const auto secret = from_hexadecimal(line.text);
+    if (!secret)
+      return std::unexpected("line " + std::to_string(line.number) +
+                             ": a key must be 64 hexadecimal digits");
+    secrets.push_back(*secret);
+  }
+  if (secrets.empty()) return std::unexpected("there must be at least one key");
+  return CheckpointKeys(secrets);
+}
+
+}  // namespace stiefel::server
