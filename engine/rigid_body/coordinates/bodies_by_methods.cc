@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "engine/methods/variational.h"
 #include "engine/rigid_body/coordinates/body_by_method.h"
 
 namespace stiefel {
@@ -24,7 +25,7 @@ const std::vector<BodyByMethod>& bodies_by_methods() {
 
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene) {
   const auto& all = bodies_by_methods();
-  const std::string method = scene.method().empty() ? "variational" : scene.method();
+  const std::string method = scene.method().empty() ? Variational::traits.name : scene.method();
   const auto body = std::ranges::find(all, method, &BodyByMethod::method);
   return body == all.end() ? nullptr : body->make(scene);
 }
