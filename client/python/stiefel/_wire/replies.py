@@ -77,12 +77,14 @@ class Layout:
         """`count`: the elements of the batch; None where the arrays are a single element."""
         found = {name: (array.dtype, array.shape[count is not None:]) for name, array in fields.items()}
         if self._first is None:
+            require(set(found) == (self._wanted or set(found)) and bool(found), f"it has the fields {', '.join(found)}")
+            for name, array in fields.items():
+                require(array.ndim in self._axes and array.dtype.kind in "fc",
+                        f"{name} is an array of {array.dtype} with the shape {array.shape}")
             self._first = found
-        require(set(found) == (self._wanted or set(found)) and bool(found), f"it has the fields {', '.join(found) or 'none'}")
-        require(found == self._first, "its fields have other shapes than those before")
-        for name, array in fields.items():
-            if array.ndim not in self._axes or count not in (None, len(array)) or array.dtype.kind not in "fc":
-                require(False, f"{name} is an array of {array.dtype} with the shape {array.shape}")
+        require(found == self._first, "its fields are not those before, or have other shapes")
+        if count is not None:
+            require(all(len(array) == count for array in fields.values()), "its fields do not have one element for each sample")
 
 
 class Steps:
