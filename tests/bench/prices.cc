@@ -15,10 +15,10 @@
 #include <sstream>
 #include <vector>
 
-#include "engine/catalogue/methods/step_weight.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/stepping/method_entry.h"
 #include "stiefel/connect.h"
+#include "stiefel/price.h"
 #include "stiefel/simulation.h"
 #include "stiefel/tradeoff.h"
 #include "tests/bench/sized_scene.h"

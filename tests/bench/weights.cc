@@ -9,8 +9,8 @@
 
 #include "engine/catalogue/methods/step_weight.h"
 #include "engine/catalogue/system_entry.h"
-#include "engine/stepping/method_entry.h"
 #include "engine/run/packed_bodies.h"
+#include "engine/stepping/method_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/sized_scene.h"

@@ -7,9 +7,9 @@
 #include <memory>
 #include <string>
 
-#include "stiefel/price.h"
 #include "server/convert/convert.h"
 #include "server/server.h"
+#include "stiefel/price.h"
 #include "stiefel/simulation.h"
 #include "stiefel/v1/error.pb.h"
 #include "stiefel/v1/simulation.grpc.pb.h"

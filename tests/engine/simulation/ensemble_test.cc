@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "engine/numbers/pack.h"
-#include "stiefel/price.h"
 #include "engine/run/packed_bodies.h"
 #include "stiefel/diagnosis.h"
+#include "stiefel/price.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_scene.h"
 

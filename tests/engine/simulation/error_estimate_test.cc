@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/catalogue/methods/step_weight.h"
+#include "stiefel/price.h"
 #include "stiefel/simulation.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_frame.h"

@@ -8,8 +8,8 @@
 
 #include "engine/accuracy/candidates.h"
 #include "engine/accuracy/pareto_front.h"
-#include "engine/catalogue/methods/step_weight.h"
 #include "stiefel/catalogue.h"
+#include "stiefel/price.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/every_pair.h"

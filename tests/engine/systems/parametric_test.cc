@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/parametric/parametric_psi.h"
-#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/lie/general_exponential.h"
-#include "engine/rigid_body/moser_veselov/moser_veselov.h"
-#include "engine/parametric/parametric_moser_veselov.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
+#include "engine/parametric/parametric_moser_veselov.h"
+#include "engine/parametric/parametric_psi.h"
 #include "engine/parametric/parametric_rigid_body.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"

@@ -2,7 +2,8 @@
 #include "tests/server/harness.h"
 #include "tests/support/toys/toys.h"
 
-// A system without frame and momentum, and a method, which the library does not have, over the wire.
+// A system without frame and momentum, and a method, which the library does not have, over the
+// wire.
 
 namespace stiefel {
 namespace {

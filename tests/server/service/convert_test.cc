@@ -4,9 +4,9 @@
 
 #include <set>
 
-#include "stiefel/scene_fields.h"
 #include "server/convert/convert.h"
 #include "server/sessions/identity.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel {
 namespace {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "engine/accuracy/measurement.h"
-#include "engine/catalogue/methods/step_weight.h"
+#include "stiefel/price.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/random_frame.h"

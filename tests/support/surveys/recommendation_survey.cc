@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "engine/accuracy/measurement.h"
-#include "engine/catalogue/methods/step_weight.h"
 #include "engine/catalogue/system_entry.h"
+#include "stiefel/price.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
