@@ -32,7 +32,7 @@ std::expected<std::string, std::string> read_text(const std::string& path) {
   std::string text;
   char buffer[65536];
   while (true) {
-    const ssize_t got = read(file.get(), buffer, sizeof buffer);
+    const ssize_t got = ::read(file.get(), buffer, sizeof buffer);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return system_fault();
     if (got == 0) return text;
