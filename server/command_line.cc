@@ -36,15 +36,15 @@ std::string listed(const Names& names) {
   return text;
 }
 
-std::string unknown_command(const std::string& word, const Names& known) {
+std::string unknown_command(const std::string& word, const Names& known_variables) {
   const std::string fault = "unknown command " + word;
-  if (const auto near = near_name(word, known)) return fault + "; did you mean " + *near + "?";
-  return fault + "; the commands are " + listed(known);
+  if (const auto near = near_name(word, known_variables)) return fault + "; did you mean " + *near + "?";
+  return fault + "; the commands are " + listed(known_variables);
 }
 
-std::string unknown_option(const std::string& word, const Names& known) {
+std::string unknown_option(const std::string& word, const Names& known_variables) {
   const std::string name = word.substr(0, word.find('='));
-  const auto near = near_name(name.substr(name.find_first_not_of('-')), known);
+  const auto near = near_name(name.substr(name.find_first_not_of('-')), known_variables);
   const std::string fault = "unknown option " + name;
   return near ? fault + "; did you mean --" + *near + "?" : fault;
 }
@@ -81,7 +81,7 @@ Names faults(const CLI::App& app, const CLI::App& command, const CLI::ParseError
 constexpr std::string_view prefix = "STIEFEL_";
 
 /// The names after the prefix. The server's are those of `stiefel-server flags`.
-constexpr std::array known = {
+constexpr std::array known_variables = {
     // of the server
     "CHECKPOINT_KEY", "GRACE", "IDLE_TIMEOUT", "INSECURE", "LISTEN", "LOG_FORMAT", "LOG_LEVEL",
     "MAX_CALL_WORK", "MAX_CONNECTIONS", "MAX_CONNECTION_AGE", "MAX_SESSIONS", "MEMORY", "METRICS",
@@ -120,8 +120,8 @@ std::vector<std::string> unknown_variables() {
     if (!whole.starts_with(prefix)) continue;
     const std::string name(whole.substr(prefix.size()));
     const std::string_view value = text.substr(std::min(text.size(), whole.size() + 1));
-    if (std::ranges::find(known, name) != known.end() || of_kubernetes(name, value)) continue;
-    const auto near = near_name(name, known);
+    if (std::ranges::find(known_variables, name) != known_variables.end() || of_kubernetes(name, value)) continue;
+    const auto near = near_name(name, known_variables);
     sentences.push_back(std::string(whole) + ": unknown variable" +
                         (near ? "; did you mean " + std::string(prefix) + *near + "?" : ""));
   }

@@ -171,7 +171,7 @@ std::string make_free(const std::string& path, const SocketAddress& address) {
   if (!S_ISSOCK(found.st_mode)) return other_file;
   const Descriptor probe = new_socket();
   if (!probe) return std::strerror(errno);
-  if (connect(probe.get(), address.get(), address.length) == 0 || errno == EAGAIN)
+  if (::connect(probe.get(), address.get(), address.length) == 0 || errno == EAGAIN)
     return "another server listens there";
   if (errno != ECONNREFUSED && errno != ENOENT) return std::strerror(errno);
   return unlink(path.c_str()) == 0 || errno == ENOENT ? "" : std::strerror(errno);

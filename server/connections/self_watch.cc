@@ -27,7 +27,7 @@ bool ready(const Descriptor& socket, short events, SteadyClock::time_point until
 
 bool connected(const Descriptor& socket, const SocketAddress& address,
                SteadyClock::time_point until) {
-  if (connect(socket.get(), address.get(), address.length) == 0) return true;
+  if (::connect(socket.get(), address.get(), address.length) == 0) return true;
   int fault = 0;
   socklen_t size = sizeof fault;
   return errno == EINPROGRESS && ready(socket, POLLOUT, until) &&
