@@ -36,15 +36,15 @@ std::string listed(const Names& names) {
   return text;
 }
 
-std::string unknown_command(const std::string& word, const Names& known_variables) {
+std::string unknown_command(const std::string& word, const Names& known) {
   const std::string fault = "unknown command " + word;
-  if (const auto near = near_name(word, known_variables)) return fault + "; did you mean " + *near + "?";
-  return fault + "; the commands are " + listed(known_variables);
+  if (const auto near = near_name(word, known)) return fault + "; did you mean " + *near + "?";
+  return fault + "; the commands are " + listed(known);
 }
 
-std::string unknown_option(const std::string& word, const Names& known_variables) {
+std::string unknown_option(const std::string& word, const Names& known) {
   const std::string name = word.substr(0, word.find('='));
-  const auto near = near_name(name.substr(name.find_first_not_of('-')), known_variables);
+  const auto near = near_name(name.substr(name.find_first_not_of('-')), known);
   const std::string fault = "unknown option " + name;
   return near ? fault + "; did you mean --" + *near + "?" : fault;
 }
