@@ -174,7 +174,7 @@ def test_what_the_caller_ignores_stays_ignored(start, write, scene):
                 preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     time.sleep(0.5)
     run.send_signal(signal.SIGHUP)
-    out, _ = run.communicate(timeout=120)
+    out, _ = run.communicate(timeout=600)
     assert run.returncode == 0 and json.loads(out)["outcome"] == "REACHED"
 
 
