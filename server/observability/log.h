@@ -91,9 +91,9 @@ class CallLog {
 
   /// Adds to the predicted price, in instructions.
   void price(double work) { price_ += work; }
-  /// Puts the price of a call that is not short into its initial metadata, as `stiefel-work`, so
-  /// that a caller whose deadline passes can say how long the call takes. Returns whether there is
-  /// such metadata to send.
+  /// Puts the price of a call of 10⁹ instructions or more into its initial metadata, as
+  /// `stiefel-work`, so that a caller whose deadline passes can say how long the call takes.
+  /// Returns whether there is such metadata to send.
   bool tell_price() const;
   /// Adds the work of the slice that this thread runs. Call it before a slice ends that does not
   /// end the call; `finish` does the same.
