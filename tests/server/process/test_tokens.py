@@ -150,10 +150,10 @@ def test_two_principals_do_not_meet(guarded):
             expected = (grpc.StatusCode.NOT_FOUND, f"session_id: {guess}: there is no such session", "SESSION_NOT_FOUND")
             step = pb.StepRequest(session_id=guess, to=1)
             assert told(lambda: bob.get(guess)) == expected
-            assert told(lambda: bob.call("Step", step)) == expected
-            assert told(lambda: bob.call("Diagnose", pb.DiagnoseRequest(session_id=guess))) == expected
+            assert told(lambda: bob._connection.call("Step", step)) == expected
+            assert told(lambda: bob._connection.call("Diagnose", pb.DiagnoseRequest(session_id=guess))) == expected
             fork = pb.ForkSessionRequest(session_id="f", from_session_id=guess)
-            assert told(lambda: bob.call("ForkSession", fork))[0] == grpc.StatusCode.NOT_FOUND
+            assert told(lambda: bob._connection.call("ForkSession", fork))[0] == grpc.StatusCode.NOT_FOUND
             reply = next(bob.stub.Drive(iter([pb.DriveRequest(session_id=guess, to=1)])))
             told_in_drive = from_status(reply.error)
             assert (told_in_drive.code, told_in_drive.message, told_in_drive.reason) == expected
