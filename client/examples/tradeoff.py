@@ -13,7 +13,6 @@ import matplotlib
 
 matplotlib.use("Agg")
 import stiefel
-from stiefel._results import diagram
 
 
 def table(tradeoff: stiefel.Tradeoff) -> str:
@@ -45,7 +44,7 @@ def main() -> int:
     setup = tradeoff.setup
     print(f"{len(tradeoff.points)} points at t = {setup.horizon:g} ({setup.steps} steps) against {setup.reference}, "
           f"its own error {setup.reference_error:.0e}\n\n{table(tradeoff)}")
-    diagram.save(tradeoff.plot().figure, arguments.output / "tradeoff.png")
+    tradeoff.plot().figure.savefig(arguments.output / "tradeoff.png", dpi=100)
     print(f"\nwrote {arguments.output}/tradeoff.png")
     return 0
 

@@ -42,7 +42,7 @@ Violations check_members_before_choice(const SceneDescription& ensemble, double 
 
 std::expected<MethodDescription, Violations> recommended_for_members(
     const SceneDescription& ensemble, double largest_repair, const Place& place) {
-  Recommender recommender(ensemble.system, Recommender::For::members);
+  Recommender recommender(ensemble.system, Recommender::Scenes::members);
   Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
     SceneResolver resolver(std::move(member), largest_repair, place);
     resolver.check();

@@ -41,7 +41,7 @@ std::expected<Scene, Violations> SceneResolver::resolve() {
 std::expected<Scene, Violations> SceneResolver::resolve_recommending() {
   check();
   if (!draft_.sound()) return draft_.take();
-  Recommender recommender(draft_.given().system, Recommender::For::one_scene);
+  Recommender recommender(draft_.given().system, Recommender::Scenes::one);
   recommender.take(draft_.scene());
   const Recommendation one = recommender.chosen();
   draft_.given().method = one.description();

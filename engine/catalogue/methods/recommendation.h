@@ -25,10 +25,11 @@ constexpr Recommendation restricted(std::string_view where, bool (*takes)(const 
 /// which are passed one after another.
 class Recommender {
  public:
-  enum class For { one_scene, members };
+  /// Whether the scenes are one, or the members of an ensemble.
+  enum class Scenes { one, members };
 
-  Recommender(std::string_view system, For whom) : left_(recommended(system)) {
-    if (whom == For::one_scene) std::erase_if(left_, &Recommendation::members_only);
+  Recommender(std::string_view system, Scenes scenes) : left_(recommended(system)) {
+    if (scenes == Scenes::one) std::erase_if(left_, &Recommendation::members_only);
   }
 
   /// Takes a scene of the system, with or without a method.
