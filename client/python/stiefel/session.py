@@ -11,8 +11,9 @@ from stiefel import v1 as pb
 from stiefel._given.mappings import Names, names
 from stiefel._given.numbers import SECONDS, optional, refused, step_index
 from stiefel._given.summaries import EventDescription, Quantities, in_steps, to_events, to_quantities
+from stiefel._results.origin import Origin
 from stiefel._wire import answers
-from stiefel._wire.arrays import decode_fields
+from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.drive import TOO_LARGE, Drive
 from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, pauses, route
@@ -154,14 +155,14 @@ class Session:
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
         Layout(fields, axes=(2, 3)).check(arrays)
-        return answers.state(reply, arrays)
+        return answers.state(reply, named(arrays))
 
     def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
                        timeout: Optional[float] = None) -> State:
         """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
         last = list(samples)[-1]
-        return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.items()},
+        return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
                      samples.checkpoint if checkpoint else b"", samples.price)
 
@@ -261,7 +262,7 @@ class Session:
         if to is None:
             raise refused("to", "must be given, or times")
         to, start, every = _range(to, start, every)
-        collector = Collector(max(-(-(to - start) // every), 0) + 1)
+        collector = Collector(max(-(-(to - start) // every), 0) + 1, self._origin(to=to))
         samples = self._samples(to, start, every, names("fields", fields), timeout)
         try:
             with progress_bar(to - start, progress, " steps") as bar:
@@ -344,7 +345,11 @@ class Session:
         request = self._summarize_request(int(np.ceil(last)), int(np.floor(first)), 1, times=given[order],
                                           fields=names("fields", fields))
         request.every = max(1, request.to)
-        return states_at(self._summarizing(request, timeout), order, progress)
+        return states_at(self._summarizing(request, timeout), order, self._origin(times=given), progress)
+
+    def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
+        scene = self._known_scene()
+        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._connection, to, times)
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
