@@ -123,7 +123,8 @@ class Trajectory(Ended, Batch):
     @property
     def scene(self) -> dict[str, Any]:
         """The resolved scene, which gives this trajectory on any server of the same build."""
-        return to_dict(self._known_origin().scene)
+        scene = to_dict(self._known_origin().scene)
+        return scene if self.epoch is None else {**scene, "epoch": self.epoch}
 
     @property
     def build(self) -> Optional[str]:
