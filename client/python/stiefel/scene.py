@@ -16,14 +16,15 @@ from stiefel._given.examples import examples, near
 from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import parse
 from stiefel._given.numbers import number, refused
+from stiefel._given.typed import Scene
 from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, unit_of
 from stiefel._wire.arrays import matrix, put_block
 
-SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", pb.Scene]
+SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 
 
 def to_message(scene: SceneLike) -> pb.Scene:
-    """Returns the message of a scene.
+    """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
     angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix. In an ensemble,
@@ -40,9 +41,7 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     "1992-11-09T17:49:47 UTC"; None if it has none."""
     if isinstance(scene, pb.Scene):
         return scene, None
-    if not isinstance(scene, Mapping):
-        scene = _read(scene)
-    description = _by_name(scene, pb.Scene)
+    description = _by_name(scene if isinstance(scene, Mapping) else _read(scene), pb.Scene)
     epoch = description.pop("epoch", None)
     return _message(description), None if epoch is None else epoch_text(epoch)
 
@@ -126,7 +125,7 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     if isinstance(file, str) and file in examples:
         if "system" not in (example := examples[file]):
             raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesic: {', '.join(example)}")
-        return example
+        return dict(example)
     try:
         scene = json.loads(Path(file).read_text(encoding="utf-8-sig"))  # with or without a byte order mark
     except FileNotFoundError as error:
