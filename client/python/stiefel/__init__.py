@@ -12,6 +12,8 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from stiefel import solids
+from stiefel._given.bodies import body, tumbling
 from stiefel._given.examples import examples
 from stiefel._given.typed import Body, FieldName, Method, MethodName, Scene, SystemName
 from stiefel.client import Client, Tls
@@ -34,7 +36,7 @@ __all__ = [
     "Invariant", "InvalidArgument", "Method", "MethodName", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
     "RunStatus", "Scene", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
     "SweepResult", "SystemName", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
-    "__version__", "examples", "simulate", "sweep", "to_dict", "to_message",
+    "__version__", "body", "examples", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling",
 ]
 
 

@@ -18,6 +18,7 @@ from stiefel._given.mappings import parse
 from stiefel._given.numbers import number, refused
 from stiefel._given.typed import Scene
 from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, unit_of
+from stiefel._given.velocities import with_momenta
 from stiefel._wire.arrays import matrix, put_block
 
 SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
@@ -28,7 +29,8 @@ def to_message(scene: SceneLike) -> pb.Scene:
 
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
     angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix. In an ensemble,
-    blocks may be (members, n, N), and lists of which each member has its own (members, numbers). Raises InvalidArgument
+    blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`, Omega may
+    stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. Raises InvalidArgument
     that names the first wrong number, unit or shape, or the paths of all unknown keys and values of a wrong type.
 
     A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
@@ -49,9 +51,11 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
 def _message(description: dict[str, Any]) -> pb.Scene:
     ensemble, arrays = Ensemble.of(description.get("members")), {}
     if isinstance(description.get("initial"), Mapping):
-        blocks = {name: block if isinstance(block, Mapping) else block_of(f"scene.initial.{name}", block, ensemble)
-                  for name, block in description["initial"].items()}
+        blocks: Mapping[str, Any] = {
+            name: block if isinstance(block, Mapping) else block_of(f"scene.initial.{name}", block, ensemble)
+            for name, block in description["initial"].items()}
         ensemble = ensemble.with_blocks(blocks.values())
+        blocks = with_momenta(description.get("system"), blocks, description.get("inertia"))
         arrays = {name: block for name, block in blocks.items() if not isinstance(block, Mapping)}
         description["initial"] = {name: block for name, block in blocks.items() if name not in arrays}
     for name, kind in (("body", pb.Body), ("method", pb.Method)):
