@@ -86,7 +86,7 @@ test: build-tests ## compile and run the tests
 	@$(PYTHON) tests/run.py --preset release -j $(TEST_JOBS)
 
 test-long: build-bench build-tests ## run all tests, those that take minutes included, and the fuzz targets
-	@docker/packages.sh wheel image
+	@docker/packages.sh wheel image browser
 	@$(PYTHON) tests/run.py --preset long -j $(JOBS)
 	@$(MAKE) --no-print-directory fuzz
 

@@ -22,6 +22,7 @@ void add_diagnose(CLI::App& all, Command& chosen);
 void add_convert(CLI::App& all, Command& chosen);
 void add_tradeoff(CLI::App& all, Command& chosen);
 void add_connect(CLI::App& all, Command& chosen);
+void add_report(CLI::App& all, Command& chosen);
 
 /// Runs the command, and prints why it failed to stderr, one line for each fault. Returns the exit
 /// status, or ends the process by the signal that interrupted it.

@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   cli::add_convert(app, command);
   cli::add_tradeoff(app, command);
   cli::add_connect(app, command);
+  cli::add_report(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,0 +1,187 @@
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <numbers>
+
+#include "client/cli/command.h"
+#include "client/cli/endpoint.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/message_file.h"
+#include "client/cli/options.h"
+#include "client/cli/page/run_data.h"
+#include "client/cli/page/template.h"
+#include "client/cli/progress/progress.h"
+#include "client/cli/progress/tradeoff_progress.h"
+#include "client/cli/report.h"
+#include "client/cli/sinks/destination.h"
+
+namespace stiefel::cli {
+namespace {
+
+/// Characters; the page of a larger scene has not the arrays of its initial state.
+constexpr std::size_t largest_scene = 600'000;
+/// Instructions of a measurement that nobody asked for: about a second.
+constexpr double cheap_budget = 5e9;
+
+struct ReportCommand {
+  std::string scene;
+  Remote server;
+  std::int64_t to = 0;
+  std::string output;
+  std::size_t member = 0;
+  bool estimate_error = true;
+  std::optional<bool> tradeoff;
+};
+
+/// Measures error against cost. Returns null where the scene has no trade-off, such as that of a
+/// discrete system, or where a measurement that was not asked for fails.
+nlohmann::ordered_json tradeoff(const client::Client& client, const client::Session& session,
+                                const ReportCommand& command) {
+  const auto& scene = session.scene();
+  const bool asked = command.tradeoff.value_or(false);
+  if (!command.tradeoff.value_or(scene.has_method() && !scene.has_members())) return nullptr;
+  v1::MeasureTradeoffRequest request;
+  *request.mutable_scene() = scene;
+  if (!asked) request.set_budget(cheap_budget);
+  v1::TradeoffSetup setup;
+  auto points = nlohmann::ordered_json::array();
+  MeasuringLine line;
+  try {
+    client.tradeoff(request, [&](const v1::MeasureTradeoffResponse& part) {
+      line.take(part);
+      if (part.has_setup()) setup = part.setup();
+      if (part.has_point()) {
+        const auto& point = part.point();
+        points.push_back({{"method", point.method().name()},
+                          {"order", point.method().order()},
+                          {"work", point.work()},
+                          {"error", nullptr},
+                          {"front", false}});
+        if (point.run_status().outcome() == v1::OUTCOME_REACHED)
+          points.back()["error"] = std::max(point.attitude_error(), point.momentum_error());
+      }
+      for (const auto i : part.front().points()) points.at(i)["front"] = true;
+      return true;
+    });
+  } catch (const client::Error&) {
+    if (interrupted()) throw Interrupted(line.how_far() + "; nothing was written");
+    if (asked) throw;
+    return nullptr;
+  }
+  if (points.empty()) return nullptr;
+  return {{"horizon", setup.horizon()},
+          {"reference_error", setup.reference_error()},
+          {"points", std::move(points)}};
+}
+
+/// Returns what the page shows, as its script reads it.
+nlohmann::ordered_json data(const client::Client& client, const client::Session& session,
+                            const ReportCommand& command, const RunData& run) {
+  const auto catalogue = client.describe();
+  const auto& scene = session.scene();
+  const auto system = std::ranges::find(catalogue.systems(), scene.system(), &v1::SystemInfo::name);
+  if (system == catalogue.systems().end())
+    throw std::runtime_error("the server does not describe " + scene.system());
+  auto shown_scene = to_json(scene);
+  const bool whole = shown_scene.dump().size() <= largest_scene;
+  if (!whole) {
+    shown_scene.erase("initial");
+    shown_scene.erase("initial_tensors");
+  }
+  const std::filesystem::path file(command.scene);
+  const auto status = report(run.last.run_status(), run.last, session.choice());
+  nlohmann::ordered_json out = {
+      {"name", file.stem().string()},
+      {"file", file.filename().string()},
+      {"to", run.last.step()},
+      {"member", nullptr},
+      {"horizon", run.last.time()},
+      {"turn", nullptr},
+      {"outcome", to_string(run.last.run_status().outcome())},
+      {"message", run.last.run_status().message()},
+      {"choice", nullptr},
+      {"epoch", nullptr},
+      {"version", catalogue.version()},
+      {"numerics_id", session.description().numerics_id()},
+      {"scene", std::move(shown_scene)},
+      {"whole_scene", whole},
+      {"samples", draw_samples(session, *system, run, command.member)},
+      {"drift", run.drift},
+      {"error", run.error},
+      {"tradeoff", tradeoff(client, session, command)}};
+  if (scene.has_members()) out["member"] = command.member;
+  if (run.speed > 0) out["turn"] = 2 * std::numbers::pi / run.speed;
+  if (session.choice() != nullptr) out["choice"] = session.choice()->reason();
+  out["error"]["last"] = status["diagnosis"].value("estimated_error", nlohmann::ordered_json());
+  return out;
+}
+
+/// Returns the page with the data. No text in these can end the script that holds them.
+std::string page(const nlohmann::ordered_json& data) {
+  std::string block;
+  for (const char c : data.dump()) c == '<' ? block += "\\u003c" : block += c;
+  std::string page(page_template());
+  constexpr std::string_view place = "@DATA@";
+  return page.replace(page.find(place), place.size(), block);
+}
+
+ExitStatus report_page(const ReportCommand& command) {
+  const v1::Scene scene = read_scene(command.scene);
+  if (command.member >= std::max(scene.members(), 1u))
+    throw BadInput("--member: " + std::to_string(command.member) + " is not a member of the scene");
+  const Endpoint endpoint(command.server);
+  const auto session = endpoint.create(scene);
+  print_remarks(session.description());
+  Destination destination(command.output);
+  const File file = open_for_writing(destination.working_path());
+  RunData run;
+  {
+    const Progress progress(session, command.to);
+    try {
+      run = diagnose_run(session, command.to, error_estimation(command.estimate_error));
+    } catch (const client::Error&) {
+      if (interrupted()) throw Interrupted(progress.how_far() + "; nothing was written");
+      throw;
+    }
+  }
+  write(file.get(), page(data(endpoint.client(), session, command, run)));
+  flush(file.get());
+  destination.commit();
+  show_summary(run.last);
+  std::cout << "wrote " << command.output << '\n';
+  return conclude(run.last.run_status(), run.last.step());
+}
+
+}  // namespace
+
+void add_report(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<ReportCommand>();
+  auto* app = all.add_subcommand(
+      "report",
+      "Runs a scene and writes an HTML page about it, which needs no network: the body turning in "
+      "space, polhode, rates, drift beside the estimated error, error against cost, and the scene");
+  add_scene(app, command->scene, command->to);
+  app->add_option("--output", command->output, "the page; by default report.html")
+      ->default_val("report.html")
+      ->type_name("FILE.html");
+  app->add_option("--member", command->member, "the member of an ensemble to draw; 0 by default")
+      ->transform(whole_number())
+      ->type_name("I");
+  auto* always = app->add_flag_callback(
+      "--tradeoff", [=] { command->tradeoff = true; },
+      "measure error against cost of every method for about ten seconds; by default for about a "
+      "second, and not for ensembles");
+  app->add_flag_callback(
+         "--no-tradeoff", [=] { command->tradeoff = false; }, "do not measure error against cost")
+      ->excludes(always);
+  app->add_flag_callback(
+      "--no-error", [=] { command->estimate_error = false; },
+      "do not estimate the error, which takes at most about ten seconds");
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    chosen.origin = {.file = command->scene, .options = {{"to", "--to"}}};
+    chosen.run = [command](Origin&) { return report_page(*command); };
+  });
+}
+
+}  // namespace stiefel::cli

@@ -1,0 +1,154 @@
+"""What a page or a picture shows of a run: drift and estimated error over the whole of it, and samples dense enough to be
+drawn."""
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any, Iterator, Optional, Sequence
+
+import numpy as np
+
+from stiefel import v1 as pb
+from stiefel._results.base import Array, RunStatus
+from stiefel._wire import answers
+
+Session = Any  # a `stiefel.Session`
+Trajectory = Any  # a `stiefel.Trajectory`
+
+DRIFTS = 60  #: points of a curve of drifts
+ERRORS = 20  #: points of a curve of errors
+DEAREST = 2e9  #: instructions that such a curve may take; where it would take more, there is only its last point
+FINEST = 0.1  #: radians between two samples
+FEWEST, MOST = 500, 12_000  #: samples
+BYTES = 1_100_000  #: of all samples in single precision
+LARGEST = 8  #: rows and columns that are shown of a matrix
+
+
+@dataclass
+class Family:
+    """A family of invariants, with its largest drift at each time."""
+
+    name: str
+    conservation: str
+    count: int
+    drift: list[float]
+
+
+@dataclass
+class Accuracy:
+    """How well a run keeps its invariants, and how far it is from the exact motion."""
+
+    run_status: RunStatus
+    step: int  #: the last good one
+    horizon: float  #: its time
+    speed: float  #: the largest norm of the angular velocity, in radians a unit of time; 0 where there is none
+    time: list[float]
+    families: list[Family]
+    error_time: list[float]
+    #: of attitude and momentum; the bound, twice the error of the reference, where an error is too small to tell
+    errors: dict[str, list[float]]
+    error: Any  #: the `stiefel.EstimatedError` at the last step, or None
+
+
+def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy:
+    """Diagnoses the run up to step `to`. The error is estimated where that takes at most about ten seconds."""
+    estimation = pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None
+    last = _diagnose(session, to, estimation)
+    estimate = last.estimated_error
+    dear = estimate is None or not estimate.reference or ERRORS * estimate.work > DEAREST
+    steps = np.unique(np.linspace(0, last.step, DRIFTS + 1).astype(int)).tolist()
+    estimated = set() if dear else {steps[k] for k in np.unique(np.linspace(0, len(steps) - 1, ERRORS + 1).astype(int))}
+    out = Accuracy(last.run_status, last.step, last.time, 0, [], [], [], {"attitude": [], "momentum": []},
+                   estimate)
+    families: dict[str, Family] = {}
+    for step in steps:
+        diagnosis = last if step == last.step else _diagnose(session, step, estimation if step in estimated else None)
+        out.time.append(diagnosis.time)
+        out.speed = max(out.speed, diagnosis.domain.h_omega)
+        for family in _families(diagnosis):
+            families.setdefault(family.name, replace(family, drift=[])).drift += family.drift
+        if diagnosis.estimated_error is not None and diagnosis.estimated_error.reference:
+            out.error_time.append(diagnosis.time)
+            for name, values in out.errors.items():
+                value = getattr(diagnosis.estimated_error, name)
+                values.append(2 * diagnosis.estimated_error.reference_error if value is None else value)
+    out.families = list(families.values())
+    scene = session.scene
+    out.speed *= scene.get("method", {}).get("substeps", 1) / abs(scene["step"])
+    return out
+
+
+def _diagnose(session: Session, step: int, estimation: Any) -> Any:
+    request = pb.DiagnoseRequest(session_id=session.id, to=step, estimate_error=estimation)
+    return answers.diagnosis(session._recreation.call("Diagnose", request), request)
+
+
+def _families(diagnosis: Any) -> list[Family]:
+    """Returns every family with its drift at one time."""
+    members: dict[str, list[Any]] = {}
+    for invariant in diagnosis.invariants:
+        members.setdefault(invariant.name.split("[")[0], []).append(invariant)
+    families = [Family(name, str(of[0].conservation), diagnosis.shortened.get(name, len(of)),
+                       [max(invariant.drift for invariant in of)]) for name, of in members.items()]
+    if diagnosis.orthogonality is not None:
+        families.append(Family("orthogonality", "", 1, [diagnosis.orthogonality]))
+    return families
+
+
+def described(session: Session) -> pb.DescribeResponse:
+    """Returns the catalogue of the session's server."""
+    return session._connection.call("Describe", pb.DescribeRequest())
+
+
+def drawn_fields(session: Session) -> list[str]:
+    """Returns the names of the fields that are drawn: the frame, if the scene has one, and a rate."""
+    scene = session.scene
+    system = next(one for one in described(session).systems if one.name == scene["system"])
+    names = {one.name for one in system.fields}
+    given = {*scene.get("initial", {}), *scene.get("initial_tensors", {})}
+    frame = [name for name in ("Q", "q") if name in names and ("body" in scene or name in given)]
+    return frame + [name for name in ("Qdot", "M", "P") if name in names][:1]
+
+
+def samples(session: Session, run: Accuracy, fields: Optional[Sequence[str]] = None, turns: Optional[float] = None) -> Trajectory:
+    """Returns samples dense enough to be drawn, from step 0 to the end of the run or as far as their number allows.
+
+    `turns`: ends after so many turns by 360 degrees. States between steps are computed where the steps are too long; a
+    discrete system has none.
+    """
+    scene, fields = session.scene, list(fields or drawn_fields(session))
+    step, end = scene["step"], abs(run.horizon)
+    if run.step == 0:
+        return session.trajectory(to=0, fields=fields)
+    numbers = sum(_drawn_numbers(values[0]) for values in session.trajectory(to=0, fields=fields).values())
+    most = min(MOST, BYTES // (4 * numbers))
+    finest = FINEST / run.speed if run.speed else 0.0
+    shown = min(end, most * finest or end, 2 * np.pi * turns / run.speed if turns and run.speed else end)
+    count = int(np.clip(np.ceil(shown / finest) if finest else FEWEST, min(FEWEST, most), most))
+    every = shown / count / abs(step)
+    if every >= 1 or "method" not in scene:
+        return session.trajectory(to=min(run.step, int(np.ceil(shown / abs(step)))), every=int(np.ceil(every)), fields=fields)
+    return session.trajectory(times=np.linspace(0, np.copysign(shown, step), count + 1), fields=fields)
+
+
+def of_member(values: Array, member: Optional[int]) -> Array:
+    """Returns the samples of one field as (samples, rows, cols), of one member of an ensemble."""
+    values = values if member is None else values[:, member]
+    return values if values.ndim == 3 else values.reshape(len(values), 1, -1)
+
+
+def _drawn_numbers(values: Array) -> int:
+    rows, cols = values.shape[-2:] if values.ndim > 1 else (1, values.shape[-1])
+    return min(rows, LARGEST) * min(cols, LARGEST) * (2 if np.iscomplexobj(values) else 1)
+
+
+@contextmanager
+def session_of(trajectory: Trajectory, session: Optional[Session]) -> Iterator[Session]:
+    """Yields `session`, or without one a session of the trajectory's scene on the server of this process."""
+    if session is not None:
+        yield session
+        return
+    from stiefel import simulation
+
+    with simulation.own_client().create(trajectory.scene) as created:
+        yield created

@@ -1,0 +1,178 @@
+"""Figures of a trajectory. Each panel can be read in grey: curves differ in dashes, too."""
+from __future__ import annotations
+
+from typing import Any, Iterable, Mapping, Optional, Sequence
+
+import numpy as np
+
+from stiefel._results import body, diagram, sphere
+from stiefel._results.base import Array
+
+Trajectory = Any  # a `stiefel.Trajectory`
+Session = Any  # a `stiefel.Session`
+
+PANELS = ("attitude", "rates", "spin_axis", "accuracy", "polhode")
+FLOOR = 2.0**-53  #: the rounding unit; smaller drifts are drawn as this value
+MOST = 6  #: curves of a matrix
+STYLE = {"axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e2e8f0",
+         "axes.axisbelow": True, "axes.titlesize": "medium", "axes.titlelocation": "left", "legend.frameon": False,
+         "legend.fontsize": "small", "lines.linewidth": 1.3}
+
+
+def plot(trajectory: Trajectory, panels: Sequence[str], member: int, session: Optional[Session], to: Optional[int]) -> Any:
+    """Does what `Trajectory.plot` says."""
+    import matplotlib.pyplot as plt  # imported here because only pictures need it
+
+    unknown = [name for name in panels if name not in PANELS]
+    if unknown or not panels:
+        raise ValueError(f"panels: {unknown or 'none'}: must be among {', '.join(PANELS)}")
+    scene, of = scene_of(trajectory), member_of(trajectory, member)
+    if "polhode" in panels and not body.is_body(scene, trajectory):
+        raise ValueError("panels: polhode: the trajectory has no momentum or angular velocity of a body in three dimensions")
+    rows = [name for name in panels if name != "polhode"]
+    with plt.rc_context(STYLE):
+        square = "polhode" in panels
+        height = max(2.0 * len(rows) + 0.5, 4.2 if square else 0)
+        figure = plt.figure(figsize=(11.5 if square and rows else 5 if square else 8.5, height), layout="constrained")
+        grid = figure.add_gridspec(max(len(rows), 1), 2 if square and rows else 1, width_ratios=[1.75, 1] if square and rows else None)
+        first = None
+        for k, name in enumerate(rows):
+            alone = name == "accuracy" and to is not None  # it is about another span of time
+            axes = figure.add_subplot(grid[k, 0], sharex=None if alone else first)
+            if name == "accuracy":
+                _accuracy(axes, scene, trajectory, session, to)
+            else:
+                _curves(axes, trajectory.time, *_CURVES[name](scene, trajectory, of))
+                first = first or axes
+            axes.margins(x=0)
+            if k == len(rows) - 1 or (rows[k + 1] == "accuracy" and to is not None):
+                axes.set_xlabel("time" + unit(scene, " (s)"))
+            else:
+                axes.tick_params(labelbottom=False)
+        if square:
+            sphere.polhode(figure.add_subplot(grid[:, -1]), scene, trajectory, of)
+    return figure
+
+
+def scene_of(trajectory: Trajectory) -> Mapping[str, Any]:
+    scene: Mapping[str, Any] = trajectory.scene
+    return scene
+
+
+def member_of(trajectory: Trajectory, member: int) -> Optional[int]:
+    """Returns the member to draw; None for a single motion."""
+    return member if scene_of(trajectory).get("members") else None
+
+
+def unit(scene: Mapping[str, Any], name: str) -> str:
+    """Returns the name of a unit for scenes with `body`, the only ones with units, else nothing."""
+    return name if "body" in scene else ""
+
+
+def _curves(axes: Any, time: Array, title: str, curves: Iterable[tuple[str, Array]]) -> None:
+    for k, (name, values) in enumerate(curves):
+        axes.plot(time, values, label=name, **diagram.line(k))
+    axes.set_title(title)
+    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
+
+
+def _attitude(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
+    if "quaternion" in trajectory.fields:
+        values = body.vectors(trajectory.fields["quaternion"], member)
+        return "attitude: quaternion, body to space", list(zip("wxyz", values.T))
+    name = next((name for name in ("Q", "q") if name in trajectory.fields), None)
+    if name is None:
+        raise ValueError("panels: attitude: the trajectory has no frame; ask for the field Q or quaternion")
+    return f"{name}: the entries that vary most", _entries(name, trajectory.fields[name], member)
+
+
+def _rates(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
+    if body.is_body(scene, trajectory):
+        momenta = body.momenta(scene, trajectory, member)
+        values = body.principal(scene, member).velocity(momenta)
+        return "angular velocity in body axes" + unit(scene, ", rad/s"), [(rf"$\omega_{axis}$", values[:, k]) for k, axis in enumerate("xyz")]
+    rest = [name for name in trajectory.fields if name not in ("Q", "q", "Q_prev")] or list(trajectory.fields)
+    name = next((name for name in ("Qdot", "qdot", "M") if name in rest), rest[0])
+    return f"{name}: the entries that vary most", _entries(name, trajectory.fields[name], member)
+
+
+def _spin_axis(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
+    rotations = body.attitudes(scene, trajectory, member) if body.is_body(scene, trajectory) else None
+    if rotations is None:
+        raise ValueError("panels: spin_axis: needs quaternion and angular_velocity, or Q and M, of a body in three dimensions")
+    velocity = body.principal(scene, member).velocity(body.momenta(scene, trajectory, member))
+    axis = np.einsum("sij,sj->si", rotations, velocity)
+    axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), np.finfo(float).tiny)
+    return "spin axis in space, a unit vector", [(name, axis[:, k]) for k, name in enumerate("XYZ")]
+
+
+_CURVES = {"attitude": _attitude, "rates": _rates, "spin_axis": _spin_axis}
+
+
+def _entries(name: str, values: Array, member: Optional[int]) -> list[tuple[str, Array]]:
+    """Returns the entries of a matrix that vary most, by name; of a skew one those above the diagonal."""
+    values = body.matrices(values, member)
+    rows, cols = values.shape[1:]
+    vector = rows == 1
+    found = []
+    for i, j in np.ndindex(rows, cols):
+        if name == "M" and rows == cols and i >= j:
+            continue
+        index = f"{j}" if vector else f"{i},{j}"
+        parts = {"Re ": values.real, "Im ": values.imag} if np.iscomplexobj(values) else {"": values}
+        found += [(f"{part}{name}[{index}]", numbers[:, i, j]) for part, numbers in parts.items()]
+    return sorted(found, key=lambda one: -np.ptp(one[1]))[:MOST]
+
+
+def _accuracy(axes: Any, scene: Mapping[str, Any], trajectory: Trajectory, session: Optional[Session], to: Optional[int]) -> None:
+    from stiefel._report import run as runs
+
+    with runs.session_of(trajectory, session) as running:
+        run = runs.accuracy(running, int(trajectory.step[-1]) if to is None else to)
+    for k, family in enumerate(run.families):
+        axes.semilogy(run.time, np.maximum(family.drift, FLOOR), label=f"drift of {family.name}", **diagram.line(k))
+    for name, look in (("attitude", {"color": "black", "marker": "o"}), ("momentum", {"color": "0.45", "marker": "s"})):
+        if run.error_time:
+            axes.semilogy(run.error_time, np.maximum(run.errors[name], FLOOR), lw=1, ms=3.5, label=f"error of the {name}", **look)
+    axes.set_title("relative drift of the invariants, and estimated error" if run.error_time else
+                   "relative drift of the invariants; the error is not estimated")
+    axes.set_ylim(bottom=FLOOR / 2)
+    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
+
+
+def polhode(trajectory: Trajectory, axes: Any, member: int) -> Any:
+    """Does what `Trajectory.polhode` says."""
+    import matplotlib.pyplot as plt  # imported here because only pictures need it
+
+    scene, of = scene_of(trajectory), member_of(trajectory, member)
+    if not body.is_body(scene, trajectory):
+        raise ValueError("the trajectory has no momentum or angular velocity of a body in three dimensions")
+    if axes is None:
+        _, axes = plt.subplots(figsize=(5, 5.2), layout="constrained")
+    sphere.polhode(axes, scene, trajectory, of)
+    return axes.figure
+
+
+def plot3d(trajectory: Trajectory, axes: Any, coordinates: Sequence[int], member: int) -> Any:
+    """Does what `Trajectory.plot3d` says."""
+    import matplotlib.pyplot as plt  # imported here because only pictures need it
+
+    of = member_of(trajectory, member)
+    name = next((name for name in ("Q", "q") if name in trajectory.fields), None)
+    if name is None:
+        frames = body.attitudes(scene_of(trajectory), trajectory, of)
+        if frames is None:
+            raise ValueError("the trajectory has no frame; ask for the field Q or quaternion")
+    else:
+        frames = body.matrices(trajectory.fields[name], of)
+    if np.iscomplexobj(frames):
+        raise ValueError(f"{name} is complex: plot3d shows real frames")
+    size = max(frames.shape[1:])
+    three = tuple(coordinates)
+    if len(three) != 3 or any(not 0 <= one < max(size, 3) for one in three):
+        raise ValueError(f"coordinates: {coordinates!r}: must be three of 0 to {size - 1}")
+    if axes is None:
+        figure = plt.figure(figsize=(6.6, 5.4))
+        axes = figure.add_axes((0.02, 0.04, 0.74, 0.92), projection="3d")
+    sphere.frames(axes, frames, three)
+    return axes.figure
