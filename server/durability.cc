@@ -158,7 +158,8 @@ void Durability::restore_sessions(const std::function<void(const Store::Row&)>& 
   host_.memory.allow_excess(true);
   {
     std::vector<std::jthread> threads;
-    for (int i = 0; i < host_.pool.threads(); ++i) threads.emplace_back([&] { rows.work(use); });
+    for (int i = 0; i < host_.scheduler.threads(); ++i)
+      threads.emplace_back([&] { rows.work(use); });
   }
   host_.memory.allow_excess(false);
   rows.rethrow();
@@ -188,7 +189,7 @@ void Durability::restore() {
   const auto use = [&](const Store::Row& row) {
     Account& account = host_.accounts.of(row.session.principal);
     if (auto session = restored(row, account)) {
-      (*session)->hold_seat(account.seat_restored_session());
+      (*session)->hold_permit(account.admit_restored_session());
       host_.registry.restore(*std::move(session));
     } else {
       ++unread;

@@ -14,9 +14,9 @@
 #include "server/calls/gate.h"
 #include "server/calls/service.h"
 #include "server/connections/acceptor.h"
-#include "server/connections/listener.h"
 #include "server/connections/callers.h"
 #include "server/connections/certificates.h"
+#include "server/connections/listener.h"
 #include "server/connections/self_watch.h"
 #include "server/connections/watched_files.h"
 #include "server/durability.h"
@@ -122,7 +122,7 @@ struct Server::Parts {
         host{Log(options.log_level, options.log_json),
              memory_limit,
              MemoryBudget(session_share(memory_limit)),
-             Accounts(quota, options.clock, host.memory,
+             Accounts(quota, host.memory,
                       [this](const Principal& principal, std::uint64_t bytes) {
                         host.registry.shed(bytes, &principal);
                       }),
@@ -304,7 +304,6 @@ void Server::shutdown() {
     waits_for("running calls");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
-    host.scheduler.lift_rates();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
     waits_for("the connection to the server's own address");

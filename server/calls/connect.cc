@@ -1,34 +1,28 @@
-#include "server/convert/answers.h"
-
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
+#include "server/convert/answers.h"
 #include "server/convert/request_price.h"
 
 namespace stiefel::server {
 
-grpc::ServerWriteReactor<v1::ConnectResponse>* Service::Connect(Context* context,
-                                                                const v1::ConnectRequest* request) {
-  CallLog log = open(context, "Connect");
-  try {
-    const auto memory =
-        std::make_shared<const MemoryLease>(log.account().memory(), connect_memory(*request));
-    const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
-    return message_a_slice<v1::ConnectResponse>(
-        host_, host_.searches, std::move(log), connect_work(*request),
-        [memory, answer, request](const std::stop_token& stop, v1::ConnectResponse& response)
-            -> std::expected<bool, grpc::Status> {
-          if (!*answer) {
-            auto task = read(*request);
-            if (!task) return std::unexpected(task.error());
-            answer->emplace(*std::move(task), memory->bytes());
-          }
-          if (const auto status = (*answer)->next(stop, response); !status.ok())
-            return std::unexpected(status);
-          return (*answer)->done();
-        });
-  } catch (...) {
-    return new RefusedStream<v1::ConnectResponse>(log, errors::from_current_exception());
-  }
+Service::Writing<v1::ConnectResponse> Service::Connect(Context&, CallLog& log,
+                                                       const v1::ConnectRequest& request) {
+  const auto memory =
+      std::make_shared<const MemoryLease>(log.account().memory(), connect_memory(request));
+  const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
+  return message_a_slice<v1::ConnectResponse>(
+      host_, std::move(log), JobKind::unsliced, connect_work(request),
+      [memory, answer, &request](const std::stop_token& stop, v1::ConnectResponse& response)
+          -> std::expected<bool, grpc::Status> {
+        if (!*answer) {
+          auto task = read(request);
+          if (!task) return std::unexpected(task.error());
+          answer->emplace(*std::move(task), memory->bytes());
+        }
+        if (const auto status = (*answer)->next(stop, response); !status.ok())
+          return std::unexpected(status);
+        return (*answer)->done();
+      });
 }
 
 }  // namespace stiefel::server

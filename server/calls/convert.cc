@@ -13,27 +13,22 @@ constexpr double most_by_expected = 33;
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::ConvertResponse>* Service::Convert(Context* context,
-                                                                const v1::ConvertRequest* request) {
-  CallLog log = open(context, "Convert");
-  try {
-    const auto memory =
-        std::make_shared<const MemoryLease>(log.account().memory(), conversion_memory(*request));
-    const auto answer = std::make_shared<ConversionAnswer>(*request, memory->bytes());
-    const double work = conversion_work(request->scene());
-    Pool& pool = wants_choice(request->scene()) ? host_.searches
-                                                : host_.pool_for_piece(most_by_expected * work);
-    return message_a_slice<v1::ConvertResponse>(
-        host_, pool, std::move(log), work,
-        [memory, answer](const std::stop_token&,
-                         v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
-          if (const auto status = answer->next(response); !status.ok())
-            return std::unexpected(status);
-          return answer->done();
-        });
-  } catch (...) {
-    return new RefusedStream<v1::ConvertResponse>(log, errors::from_current_exception());
-  }
+Service::Writing<v1::ConvertResponse> Service::Convert(Context&, CallLog& log,
+                                                       const v1::ConvertRequest& request) {
+  const auto memory =
+      std::make_shared<const MemoryLease>(log.account().memory(), conversion_memory(request));
+  const auto answer = std::make_shared<ConversionAnswer>(request, memory->bytes());
+  const double work = conversion_work(request.scene());
+  const JobKind kind =
+      wants_choice(request.scene()) ? JobKind::unsliced : kind_of_piece(most_by_expected * work);
+  return message_a_slice<v1::ConvertResponse>(
+      host_, std::move(log), kind, work,
+      [memory, answer](const std::stop_token&,
+                       v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
+        if (const auto status = answer->next(response); !status.ok())
+          return std::unexpected(status);
+        return answer->done();
+      });
 }
 
 }  // namespace stiefel::server

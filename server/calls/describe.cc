@@ -1,6 +1,5 @@
 #include <google/protobuf/util/time_util.h>
 
-#include "server/calls/limits.h"
 #include "server/calls/service.h"
 #include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
@@ -28,15 +27,10 @@ v1::DescribeResponse description(const Host& host) {
 
 Service::Service(Host& host) : host_(host) { serialize(description(host), description_); }
 
-grpc::ServerUnaryReactor* Service::Describe(Context* context, const v1::DescribeRequest*,
-                                            grpc::ByteBuffer* response) {
-  CallLog log = open(context, "Describe");
-  try {
-    *response = description_;
-    return finished(context, log, grpc::Status::OK);
-  } catch (...) {
-    return finished(context, log, errors::from_current_exception());
-  }
+Service::Unary Service::Describe(Context&, CallLog&, const v1::DescribeRequest&,
+                                 grpc::ByteBuffer* response) {
+  *response = description_;
+  return grpc::Status::OK;
 }
 
 }  // namespace stiefel::server

@@ -1,6 +1,6 @@
-#include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/unary_call.h"
 #include "server/convert/diagnosis.h"
 #include "server/convert/errors.h"
 #include "server/convert/request_price.h"
@@ -13,43 +13,35 @@ constexpr std::size_t short_request = std::size_t{64} << 10;
 
 }  // namespace
 
-grpc::ServerUnaryReactor* Service::Diagnose(Context* context, const v1::DiagnoseRequest* request,
-                                            v1::DiagnoseResponse* response) {
-  CallLog log = open(context, "Diagnose", request->session_id());
-  const auto refuse = [&](const grpc::Status& status) { return finished(context, log, status); };
-  try {
-    auto session = find_session(host_, *context, request->session_id());
-    if (!session) return refuse(session.error());
-    if (const auto status = check_step("to", request->to()); !status.ok()) return refuse(status);
-    MemoryLease memory(log.account().memory(), diagnosis_memory(**session, *request));
-    const std::uint64_t held = memory.bytes();
-    // A request with many matrices is read on the pool, where a stop can end the reading.
-    if (request->ByteSizeLong() > short_request)
-      return new CursorCall(
-          host_, std::move(log), *std::move(session), request->to(),
-          CursorCall::Rest::search(host_, host_.searches.price_cap()),
-          [request, response, held](const Session& at, const Cursor& cursor,
-                                    const std::stop_token& stop) {
-            const auto task = DiagnoseTask::read(at, *request);
-            return task ? task->answer(at, cursor, held, stop, response) : task.error();
-          },
-          std::move(memory));
-    auto read = DiagnoseTask::read(**session, *request);
-    if (!read) return refuse(read.error());
-    const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
-    const double price = task->work(**session);
-    const auto rest = task->takes_long(**session) ? CursorCall::Rest::search(host_, price)
-                                                  : CursorCall::Rest::of(host_, price);
-    return new CursorCall(
-        host_, std::move(log), *std::move(session), request->to(), rest,
-        [task, response, held](const Session& at, const Cursor& cursor,
-                               const std::stop_token& stop) {
-          return task->answer(at, cursor, held, stop, response);
-        },
-        std::move(memory));
-  } catch (...) {
-    return refuse(errors::from_current_exception());
-  }
+Service::Unary Service::Diagnose(Context& context, CallLog& log, const v1::DiagnoseRequest& request,
+                                 v1::DiagnoseResponse* response) {
+  auto session = find_session(host_, context, request.session_id());
+  if (!session) return session.error();
+  if (auto status = check_step("to", request.to()); !status.ok()) return status;
+  MemoryLease memory(log.account().memory(), diagnosis_memory(**session, request));
+  const std::uint64_t held = memory.bytes();
+  const auto call = [&](const UnaryCall::Rest& rest, UnaryCall::Search search) {
+    return new UnaryCall(host_, std::move(log), *std::move(session), request.to(), rest,
+                         std::move(search), std::move(memory));
+  };
+  // A request with many matrices is read by a worker, where a stop can end the reading.
+  if (request.ByteSizeLong() > short_request)
+    return call({price_cap(JobKind::unsliced), JobKind::unsliced},
+                [&request, response, held](const Session& at, const Cursor& cursor,
+                                           const std::stop_token& stop) {
+                  const auto task = DiagnoseTask::read(at, request);
+                  return task ? task->answer(at, cursor, held, stop, response) : task.error();
+                });
+  auto read = DiagnoseTask::read(**session, request);
+  if (!read) return read.error();
+  const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
+  const double price = task->work(**session);
+  return call(
+      task->takes_long(**session) ? UnaryCall::Rest{price, JobKind::unsliced}
+                                  : UnaryCall::Rest::of(price),
+      [task, response, held](const Session& at, const Cursor& cursor, const std::stop_token& stop) {
+        return task->answer(at, cursor, held, stop, response);
+      });
 }
 
 }  // namespace stiefel::server

@@ -1,10 +1,9 @@
-#include "server/convert/resolve.h"
-
-#include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/unary_call.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/resolve.h"
 #include "server/pricing/memory_price.h"
 #include "server/pricing/work_price.h"
 
@@ -33,32 +32,23 @@ Answered fork(Host& host, Account& account, const Session& from, const Cursor& c
 
 }  // namespace
 
-grpc::ServerUnaryReactor* Service::ForkSession(Context* context,
-                                               const v1::ForkSessionRequest* request,
-                                               v1::ForkSessionResponse* response) {
-  CallLog log = open(context, "ForkSession", request->session_id());
-  const auto refuse = [&](const grpc::Status& status) { return finished(context, log, status); };
-  try {
-    auto from = find_session(host_, *context, request->from_session_id(), "from_session_id");
-    if (!from) return refuse(from.error());
-    if (const auto status = check_session_id(request->session_id()); !status.ok())
-      return refuse(status);
-    if (const auto status = check_step("from_step", request->from_step()); !status.ok())
-      return refuse(status);
-    MemoryLease memory(log.account().memory(), fork_memory(**from));
-    const double price = fork_work(**from, converts(**from, *request));
-    Account& account = log.account();
-    return new CursorCall(
-        host_, std::move(log), *std::move(from), request->from_step(),
-        CursorCall::Rest::of(host_, price),
-        [&host = host_, &account, request, response](const Session& at, const Cursor& cursor,
-                                                     const std::stop_token&) {
-          return fork(host, account, at, cursor, *request, response);
-        },
-        std::move(memory));
-  } catch (...) {
-    return refuse(errors::from_current_exception());
-  }
+Service::Unary Service::ForkSession(Context& context, CallLog& log,
+                                    const v1::ForkSessionRequest& request,
+                                    v1::ForkSessionResponse* response) {
+  auto from = find_session(host_, context, request.from_session_id(), "from_session_id");
+  if (!from) return from.error();
+  if (auto status = check_session_id(request.session_id()); !status.ok()) return status;
+  if (auto status = check_step("from_step", request.from_step()); !status.ok()) return status;
+  MemoryLease memory(log.account().memory(), fork_memory(**from));
+  const double price = fork_work(**from, converts(**from, request));
+  Account& account = log.account();
+  return new UnaryCall(
+      host_, std::move(log), *std::move(from), request.from_step(), UnaryCall::Rest::of(price),
+      [&host = host_, &account, &request, response](const Session& at, const Cursor& cursor,
+                                                    const std::stop_token&) {
+        return fork(host, account, at, cursor, request, response);
+      },
+      std::move(memory));
 }
 
 }  // namespace stiefel::server

@@ -1,12 +1,11 @@
 #include "server/calls/gate.h"
 
-#include <functional>
 #include <new>
 #include <string>
+#include <utility>
 
-#include "server/admission/read_request.h"
 #include "server/convert/errors.h"
-#include "server/observability/log.h"
+#include "server/scheduling/failpoint.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
@@ -20,13 +19,24 @@ void mark(grpc::CallbackServerContext& context) {
     context.AddTrailingMetadata("stiefel-trace-id", std::string(trace));
 }
 
-/// Ends a call that was not started. Deletes itself.
+/// Ends a call. Deletes itself.
 template <class Reactor>
 class Ended final : public Reactor {
  public:
   explicit Ended(const grpc::Status& status) { this->Finish(status); }
   void OnDone() override { delete this; }
 };
+
+template <class Reactor>
+Reactor* ended(grpc::CallbackServerContext&, const grpc::Status& status) {
+  return new Ended<Reactor>(status);
+}
+template <>
+grpc::ServerUnaryReactor* ended(grpc::CallbackServerContext& context, const grpc::Status& status) {
+  auto* reactor = context.DefaultReactor();
+  reactor->Finish(status);
+  return reactor;
+}
 
 grpc::Status status_of(Refused refused) {
   return refused == Refused::token_missing ? errors::token_missing() : errors::token_unknown();
@@ -38,6 +48,26 @@ const google::protobuf::MethodDescriptor& method(const char* name) {
               ->FindMethodByName(name);
 }
 
+/// Thrown where the bytes of a request are not a message of its type.
+struct Unreadable : std::exception {
+  explicit Unreadable(const google::protobuf::Descriptor& type)
+      : status(errors::invalid("request", "", "the bytes are not a " + type.name())) {}
+  const grpc::Status status;
+};
+
+/// Reads the request, tells the log its session and returns the message. Throws Unreadable.
+template <class Request>
+const Request& argument(const ReadRequest<Request>* request, CallLog& log) {
+  if (!request->read(log.account().memory())) throw Unreadable(*Request::descriptor());
+  if constexpr (requires { request->message().session_id(); })
+    log.name(request->message().session_id());
+  return request->message();
+}
+template <class Response>
+Response* argument(Response* response, CallLog&) {
+  return response;
+}
+
 /// Begins one call, on a worker. Deletes itself.
 class Beginning final : public Job {
  public:
@@ -46,7 +76,7 @@ class Beginning final : public Job {
     const double work = work_of_a_byte * static_cast<double>(bytes);
     bill(account.share(), work);
     host_.lifecycle.enter();
-    host_.pool_for_piece(work).submit(this);
+    host_.scheduler.submit(this, kind_of_piece(work));
   }
 
  private:
@@ -122,71 +152,61 @@ void Gate::begin_later(Context& context, std::size_t bytes, const std::function<
   begin();
 }
 
-template <class Reactor, class Request, class Forward>
-Reactor* Gate::pass(const char* name, Context* context, const ReadRequest<Request>& request,
-                    const Forward& forward) {
-  return pass<Reactor>(name, context, [&]() -> std::expected<Reactor*, grpc::Status> {
-    if (request.read(host_.accounts.of(host_.identify(*context)).memory())) return forward();
-    return std::unexpected(
-        errors::invalid("request", "", "the bytes are not a " + Request::descriptor()->name()));
-  });
-}
-
-template <class Reactor, class Forward>
-Reactor* Gate::pass(const char* name, Context* context, const Forward& forward) {
-  grpc::Status status;
+template <class Reactor, class Handler, class... Message>
+Reactor* Gate::pass(const char* name, Handler handler, Context* context, Message*... messages) {
+  std::optional<CallLog> log;
+  Begun<Reactor> begun = grpc::Status::OK;
   try {
+    log.emplace(host_.log, *context, name, host_.metrics.get());
     mark(*context);
     if (const auto refused = callers_ ? callers_->admit(*context) : std::nullopt) {
-      status = status_of(*refused);
+      begun = status_of(*refused);
     } else {
-      const std::expected<Reactor*, grpc::Status> reactor = forward();
-      if (reactor) return *reactor;
-      status = reactor.error();
+      failpoint("call.open");
+      log->bill(host_.accounts.of(host_.identify(*context)), *context);
+      begun = (service_.*handler)(*context, *log, argument(messages, *log)...);
     }
+  } catch (const Unreadable& unreadable) {
+    begun = unreadable.status;
   } catch (...) {
-    status = errors::from_current_exception();
+    begun = errors::from_current_exception();
   }
-  try {
-    CallLog(host_.log, *context, name, {}, host_.metrics.get()).finish(status);
-  } catch (const std::exception&) {  // no memory for a log line
-  }
-  return new Ended<Reactor>(status);
+  if (begun.reactor) return begun.reactor;
+  if (log) log->finish(begun.status);
+  return ended<Reactor>(*context, begun.status);
 }
 
 template <class Request, class Response>
-void Gate::take(const char* name, Unary<Request, Response> call) {
+void Gate::take(const char* name, Unary<Request, Response> handler) {
+  using Read = const ReadRequest<Request>;
   using Handler = grpc::internal::CallbackUnaryHandler<ReadRequest<Request>, Response>;
-  MarkMethodCallback(
-      method(name).index(),
-      new ByWorker<Handler, Request>(
-          *this, [this, name, call](Context* context, const ReadRequest<Request>* request,
-                                    Response* response) {
-            return pass<grpc::ServerUnaryReactor>(name, context, *request, [&] {
-              return (service_.*call)(context, &request->message(), response);
-            });
-          }));
+  take<Handler, Request>(
+      name, std::bind_front(
+                &Gate::pass<grpc::ServerUnaryReactor, Unary<Request, Response>, Read, Response>,
+                this, name, handler));
 }
 
 template <class Request, class Response>
-void Gate::take(const char* name, Writing<Request, Response> call) {
+void Gate::take(const char* name, Writing<Request, Response> handler) {
+  using Read = const ReadRequest<Request>;
   using Handler = grpc::internal::CallbackServerStreamingHandler<ReadRequest<Request>, Response>;
-  MarkMethodCallback(
-      method(name).index(),
-      new ByWorker<Handler, Request>(
-          *this, [this, name, call](Context* context, const ReadRequest<Request>* request) {
-            return pass<grpc::ServerWriteReactor<Response>>(name, context, *request, [&] {
-              return (service_.*call)(context, &request->message());
-            });
-          }));
+  take<Handler, Request>(
+      name, std::bind_front(
+                &Gate::pass<grpc::ServerWriteReactor<Response>, Writing<Request, Response>, Read>,
+                this, name, handler));
+}
+
+template <class Handler, class Request, class Pass>
+void Gate::take(const char* name, Pass pass) {
+  MarkMethodCallback(method(name).index(), new ByWorker<Handler, Request>(*this, std::move(pass)));
 }
 
 void Gate::take_drive() {
   using Request = ReadRequest<v1::DriveRequest>;
+  using Reactor = grpc::ServerBidiReactor<Request, v1::DriveResponse>;
   using Handler = grpc::internal::CallbackBidiHandler<Request, v1::DriveResponse>;
   MarkMethodCallback(method("Drive").index(), new Handler([this](Context* context) {
-                       return pass<grpc::ServerBidiReactor<Request, v1::DriveResponse>>(
-                           "Drive", context, [&] { return service_.Drive(context); });
+                       return pass<Reactor>("Drive", &server::Service::Drive, context);
                      }));
 }
 

@@ -12,7 +12,7 @@
 #include "server/observability/log.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/memory_budget.h"
-#include "server/scheduling/pool.h"
+#include "server/scheduling/scheduler.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/registry.h"
 
@@ -70,31 +70,6 @@ struct Host {
   /// Null if nobody reads metrics.
   std::shared_ptr<Metrics> metrics;
   Scheduler scheduler;
-  /// The pools for short steps, for work in ordinary slices, and for work without slices or with
-  /// long ones.
-  Pool steps{scheduler, JobKind::brief};
-  Pool pool{scheduler, JobKind::sliced};
-  Pool searches{scheduler, JobKind::unsliced};
-
-  /// Returns the pool for steps of that kind, since a slice is at least one step.
-  Pool& pool_for(const StepKind& steps_of) { return pool_for(steps_of.kind); }
-  Pool& pool_for(JobKind kind) {
-    switch (kind) {
-      case JobKind::brief:
-        return steps;
-      case JobKind::sliced:
-        return pool;
-      case JobKind::unsliced:
-        break;
-    }
-    return searches;
-  }
-  /// Returns the pool for work that runs in one piece, in instructions.
-  Pool& pool_for_piece(double work) { return work <= longest_piece ? pool : searches; }
-
- private:
-  /// The work, in instructions, beyond which a piece counts as long: ten milliseconds.
-  static constexpr double longest_piece = 5 * short_work;
 };
 
 }  // namespace stiefel::server

@@ -59,14 +59,14 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
 OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
                                   ResolvedScene scene, std::string_view checkpoint, bool recreate) {
   failpoint("call.admit");
-  auto seated = account.seat_session();
-  // A request for an existing session takes no seat.
-  if (seated.refusal && !host.registry.find(account.principal(), id))
-    return std::unexpected(errors::over_quota(*seated.refusal));
+  auto admission = account.admit_session();
+  // A request for an existing session takes no permit.
+  if (admission.refusal && !host.registry.find(account.principal(), id))
+    return std::unexpected(errors::over_quota(*admission.refusal));
   auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,
                                       std::move(scene.resolution), recreate, &account.memory());
   if (created) {
-    if (created->created) created->session->hold_seat(std::move(seated.seat));
+    if (created->created) created->session->hold_permit(std::move(admission.permit));
     return *std::move(created);
   }
   if (const auto* conflict = std::get_if<Registry::Conflict>(&created.error())) {

@@ -46,7 +46,7 @@ grpc::Status check_range(const Request& request) {
 }
 
 /// Returns the account's session with that scene and id, new or existing, or the error that
-/// prevents it. A new session takes a seat of the account. `checkpoint` and `recreate`: see
+/// prevents it. A new session takes a permit of the account. `checkpoint` and `recreate`: see
 /// Registry::create.
 OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
                                   ResolvedScene scene, std::string_view checkpoint = {},

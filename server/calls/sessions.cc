@@ -1,10 +1,12 @@
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 
-#include "server/calls/cursor_call.h"
-#include "server/calls/limits.h"
-#include "server/calls/page_token.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/unary_call.h"
 #include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
@@ -12,6 +14,7 @@
 #include "server/pricing/memory_price.h"
 #include "server/scheduling/failpoint.h"
 #include "server/sessions/field_bytes.h"
+#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
@@ -24,6 +27,44 @@ constexpr std::uint64_t small_scene = 8 << 10;
 constexpr std::size_t short_page = 16;
 /// The bytes of a session in a list without scenes.
 constexpr std::uint64_t heading_bytes = 512;
+
+/// The page sizes of ListSessions.
+constexpr std::size_t default_page_size = 100, max_page_size = 1000;
+
+constexpr std::string_view digits = "0123456789abcdef";
+constexpr std::size_t check_digits = 8;
+
+std::string hexadecimal(std::string_view bytes) {
+  std::string out;
+  for (const char byte : bytes) {
+    out += digits[static_cast<unsigned char>(byte) >> 4];
+    out += digits[static_cast<unsigned char>(byte) & 0xF];
+  }
+  return out;
+}
+
+std::string check_of(std::string_view id) {
+  const std::uint64_t value = hash(id);
+  return hexadecimal({reinterpret_cast<const char*>(&value), sizeof value}).substr(0, check_digits);
+}
+
+/// Converts the last id of a page of ListSessions to an opaque token, and back; returns nothing for
+/// a text that is not a token.
+std::string page_token(std::string_view last_id) {
+  return check_of(last_id) + hexadecimal(last_id);
+}
+
+std::optional<std::string> read_page_token(std::string_view token) {
+  if (token.size() < check_digits || token.size() % 2 != 0) return std::nullopt;
+  std::string id;
+  for (std::size_t i = check_digits; i < token.size(); i += 2) {
+    const std::size_t high = digits.find(token[i]), low = digits.find(token[i + 1]);
+    if (high == digits.npos || low == digits.npos) return std::nullopt;
+    id += static_cast<char>(16 * high + low);
+  }
+  if (token.substr(0, check_digits) != check_of(id)) return std::nullopt;
+  return id;
+}
 
 /// Returns the number of sessions that are listed.
 std::size_t page_size(const v1::ListSessionsRequest& request) {
@@ -93,117 +134,90 @@ grpc::Status list(const Registry& registry, const Principal& principal,
   return grpc::Status::OK;
 }
 
+/// Does the work on this thread and answers with its result, once its change is on disk.
+template <class Response, class Work>
+Service::Unary answer_here(Host& host, CallLog& log, Response* response, const Work& work) {
+  const Answered answered = work({});
+  MemoryLease memory;
+  if (const std::size_t bytes = wire_size(*response); bytes > part_bytes / 16)
+    memory = MemoryLease(log.account().memory(), reply_memory(bytes));
+  if (!answered.pending_write && !memory) return answered.status;
+  return new UnaryCall(host, std::move(log), answered, std::move(memory));
+}
+
 }  // namespace
 
-template <class Response, class Work>
-grpc::ServerUnaryReactor* Service::answer(Context* context, CallLog log, Response* response,
-                                          Work work) {
-  Answered answered{grpc::Status::OK};
-  MemoryLease memory;
-  try {
-    answered = work();
-    if (const std::size_t bytes = wire_size(*response); bytes > part_bytes / 16)
-      memory = MemoryLease(log.account().memory(), reply_memory(bytes));
-    if (answered.pending_write || memory)
-      return new WrittenCall(host_, std::move(log), answered, std::move(memory));
-  } catch (...) {
-    answered = errors::from_current_exception();
-    *response = {};
-  }
-  return finished(context, log, answered.status);
-}
-
-grpc::ServerUnaryReactor* Service::CreateSession(Context* context,
-                                                 const v1::CreateSessionRequest* request,
-                                                 v1::CreateSessionResponse* response) {
-  CallLog log = open(context, "CreateSession", request->session_id());
+Service::Unary Service::CreateSession(Context& context, CallLog& log,
+                                      const v1::CreateSessionRequest& request,
+                                      v1::CreateSessionResponse* response) {
   Account& account = log.account();
-  const auto work = [this, &account, context, request,
-                     response](const std::stop_token& = {}) -> Answered {
+  const auto work = [this, &account, &context, &request,
+                     response](const std::stop_token&) -> Answered {
     if (host_.lifecycle.refusing()) return errors::shutting_down();
-    if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
-    if (const auto status = check_routing(*context, request->session_id()); !status.ok())
-      return status;
-    return create(host_, account, *request, response);
+    if (auto status = check_session_id(request.session_id()); !status.ok()) return status;
+    if (auto status = check_routing(context, request.session_id()); !status.ok()) return status;
+    return create(host_, account, request, response);
   };
-  MemoryLease memory;
-  try {
-    memory = MemoryLease(account.memory(), reading_memory(*request));
-  } catch (...) {
-    return finished(context, log, errors::from_current_exception());
-  }
-  const v1::Scene& scene = request->scene();
-  const double price = wants_choice(scene) ? most_choice_work() : creation_work(scene);
-  if (!wants_choice(scene) && price <= inline_work && request->ByteSizeLong() <= part_bytes)
-    return answer(context, std::move(log), response, work);
-  Pool& pool = wants_choice(scene) ? host_.searches : host_.pool_for_piece(price);
-  return new PooledCall(host_, pool, std::move(log), work, std::move(memory), price);
+  MemoryLease memory(account.memory(), reading_memory(request));
+  const v1::Scene& scene = request.scene();
+  const bool chooses = wants_choice(scene);
+  const double price = chooses ? most_choice_work() : creation_work(scene);
+  if (!chooses && price <= inline_work && request.ByteSizeLong() <= part_bytes)
+    return answer_here(host_, log, response, work);
+  return new UnaryCall(host_, std::move(log), chooses ? JobKind::unsliced : kind_of_piece(price),
+                       price, work, std::move(memory));
 }
 
-grpc::ServerUnaryReactor* Service::GetSession(Context* context,
-                                              const v1::GetSessionRequest* request,
-                                              v1::GetSessionResponse* response) {
-  CallLog log = open(context, "GetSession", request->session_id());
-  try {
-    auto found = find_session(host_, *context, request->session_id());
-    if (!found) return finished(context, log, found.error());
-    const auto session = std::make_shared<const SessionLease>(*std::move(found));
-    const auto work = [this, session, request, response](const std::stop_token& = {}) -> Answered {
-      to_proto(**session, (*session)->resolution(), host_.registry, request->view(),
-               response->mutable_session());
-      return grpc::Status::OK;
-    };
-    if (!shows_scenes(request->view()) || (*session)->scene_bytes() <= small_scene)
-      return answer(context, std::move(log), response, work);
-    MemoryLease memory(log.account().memory(), reply_memory(max_reply_bytes));
-    return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
-  } catch (...) {
-    return finished(context, log, errors::from_current_exception());
-  }
+Service::Unary Service::GetSession(Context& context, CallLog& log,
+                                   const v1::GetSessionRequest& request,
+                                   v1::GetSessionResponse* response) {
+  auto found = find_session(host_, context, request.session_id());
+  if (!found) return found.error();
+  const auto session = std::make_shared<const SessionLease>(*std::move(found));
+  const auto work = [this, session, &request, response](const std::stop_token&) -> Answered {
+    to_proto(**session, (*session)->resolution(), host_.registry, request.view(),
+             response->mutable_session());
+    return grpc::Status::OK;
+  };
+  if (!shows_scenes(request.view()) || (*session)->scene_bytes() <= small_scene)
+    return answer_here(host_, log, response, work);
+  MemoryLease memory(log.account().memory(), reply_memory(max_reply_bytes));
+  return new UnaryCall(host_, std::move(log), JobKind::sliced, 0, work, std::move(memory));
 }
 
-grpc::ServerUnaryReactor* Service::ListSessions(Context* context,
-                                                const v1::ListSessionsRequest* request,
-                                                grpc::ByteBuffer* response) {
-  CallLog log = open(context, "ListSessions");
-  const auto work = [this, context, request, response](const std::stop_token& = {}) -> Answered {
+Service::Unary Service::ListSessions(Context& context, CallLog& log,
+                                     const v1::ListSessionsRequest& request,
+                                     grpc::ByteBuffer* response) {
+  const auto work = [this, &context, &request, response](const std::stop_token&) -> Answered {
     v1::ListSessionsResponse page;
-    const grpc::Status status = list(host_.registry, host_.identify(*context), *request, &page);
+    const grpc::Status status = list(host_.registry, host_.identify(context), request, &page);
     if (status.ok()) serialize(page, *response);
     return status;
   };
-  const std::size_t size = page_size(*request);
-  const bool scenes = shows_scenes(request->view());
-  if (!scenes && size <= short_page) return answer(context, std::move(log), response, work);
-  try {
-    MemoryBudget& budget = log.account().memory();
-    // A list without scenes is never refused, so that a caller beyond the limits finds its
-    // sessions.
-    MemoryLease memory = scenes
-                             ? MemoryLease(budget, reply_memory(max_reply_bytes))
-                             : MemoryLease::if_it_fits(budget, reply_memory(size * heading_bytes));
-    return new PooledCall(host_, host_.pool, std::move(log), work, std::move(memory));
-  } catch (...) {
-    return finished(context, log, errors::from_current_exception());
-  }
+  const std::size_t size = page_size(request);
+  const bool scenes = shows_scenes(request.view());
+  if (!scenes && size <= short_page) return answer_here(host_, log, response, work);
+  MemoryBudget& budget = log.account().memory();
+  // A list without scenes is never refused, so that a caller beyond the limits finds its sessions.
+  MemoryLease memory = scenes ? MemoryLease(budget, reply_memory(max_reply_bytes))
+                              : MemoryLease::if_it_fits(budget, reply_memory(size * heading_bytes));
+  return new UnaryCall(host_, std::move(log), JobKind::sliced, 0, work, std::move(memory));
 }
 
-grpc::ServerUnaryReactor* Service::DeleteSession(Context* context,
-                                                 const v1::DeleteSessionRequest* request,
-                                                 v1::DeleteSessionResponse* response) {
-  const auto work = [this, context, request](const std::stop_token& = {}) -> Answered {
-    if (const auto status = check_session_id(request->session_id()); !status.ok()) return status;
-    if (const auto status = check_routing(*context, request->session_id()); !status.ok())
-      return status;
-    const Principal principal = host_.identify(*context);
+Service::Unary Service::DeleteSession(Context& context, CallLog& log,
+                                      const v1::DeleteSessionRequest& request,
+                                      v1::DeleteSessionResponse* response) {
+  const auto work = [this, &context, &request](const std::stop_token&) -> Answered {
+    if (auto status = check_session_id(request.session_id()); !status.ok()) return status;
+    if (auto status = check_routing(context, request.session_id()); !status.ok()) return status;
+    const Principal principal = host_.identify(context);
     MemoryBudget& memory = host_.accounts.of(principal).memory();
     return {grpc::Status::OK,
-            host_.registry.erase(principal, request->session_id(), &memory).pending_write};
+            host_.registry.erase(principal, request.session_id(), &memory).pending_write};
   };
-  CallLog log = open(context, "DeleteSession", request->session_id());
-  const auto found = host_.registry.find(log.account().principal(), request->session_id());
-  if (!found || is_freed_at_once(**found)) return answer(context, std::move(log), response, work);
-  return new PooledCall(host_, host_.pool, std::move(log), work);
+  const auto found = host_.registry.find(log.account().principal(), request.session_id());
+  if (!found || is_freed_at_once(**found)) return answer_here(host_, log, response, work);
+  return new UnaryCall(host_, std::move(log), JobKind::sliced, 0, work);
 }
 
 }  // namespace stiefel::server

@@ -2,9 +2,9 @@
 
 #include <limits>
 
-#include "server/calls/cursor_call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/unary_call.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/pricing/memory_price.h"
@@ -62,39 +62,27 @@ bool step_inline(Session& session, const StepTask& task, Account& account,
   return true;
 }
 
-grpc::ServerUnaryReactor* Service::Step(grpc::CallbackServerContext* context,
-                                        const v1::StepRequest* request,
-                                        v1::StepResponse* response) {
-  CallLog log = open(context, "Step", request->session_id());
-  const auto finish = [&](const grpc::Status& status) {
-    return finished(context, log, status, response->computed_steps());
-  };
-  try {
-    auto session = find_session(host_, *context, request->session_id());
-    if (!session) return finish(session.error());
-    if (const auto status = check_step("to", request->to()); !status.ok()) return finish(status);
-    auto fields = select_fields(**session, request->fields());
-    if (!fields) return finish(errors::invalid(fields.error()));
-
-    StepTask task{request->to(), *std::move(fields), request->return_checkpoint()};
-    if (const auto status = check_size(**session, task); !status.ok()) return finish(status);
-    if (const auto refusal = log.account().overdrawn()) return finish(errors::over_quota(*refusal));
-    if (step_inline(**session, task, log.account(), response)) {
-      log.did(response->price().work());
-      return finish(grpc::Status::OK);
-    }
-    const std::int64_t to = task.to;
-    MemoryLease memory(log.account().memory(), step_memory(**session, task));
-    return new CursorCall(
-        host_, std::move(log), *std::move(session), to,
-        [task = std::move(task), response](const Session& at, const Cursor& cursor) {
-          answer_step(at, cursor, task, response);
-          return grpc::Status::OK;
-        },
-        std::move(memory));
-  } catch (...) {
-    return finish(errors::from_current_exception());
+Service::Unary Service::Step(Context& context, CallLog& log, const v1::StepRequest& request,
+                             v1::StepResponse* response) {
+  auto session = find_session(host_, context, request.session_id());
+  if (!session) return session.error();
+  if (auto status = check_step("to", request.to()); !status.ok()) return status;
+  auto fields = select_fields(**session, request.fields());
+  if (!fields) return errors::invalid(fields.error());
+  StepTask task{request.to(), *std::move(fields), request.return_checkpoint()};
+  if (auto status = check_size(**session, task); !status.ok()) return status;
+  if (step_inline(**session, task, log.account(), response)) {
+    log.did(response->price().work(), response->computed_steps());
+    return grpc::Status::OK;
   }
+  MemoryLease memory(log.account().memory(), step_memory(**session, task));
+  return new UnaryCall(
+      host_, std::move(log), *std::move(session), request.to(),
+      [task = std::move(task), response](const Session& at, const Cursor& cursor) {
+        answer_step(at, cursor, task, response);
+        return grpc::Status::OK;
+      },
+      std::move(memory));
 }
 
 }  // namespace stiefel::server

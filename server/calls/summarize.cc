@@ -3,11 +3,9 @@
 #include <stop_token>
 #include <utility>
 
-#include "server/calls/limits.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
-#include "server/calls/stopped.h"
 #include "server/convert/errors.h"
 #include "server/convert/request_price.h"
 #include "server/convert/summarize.h"
@@ -23,6 +21,9 @@ constexpr int slices_between_messages = 256;
 /// `width / groups_in_a_slice`, at least 1 and at most `longest`, so that each group computes for
 /// about 0.1 ms after it was fetched from memory.
 constexpr std::size_t groups_in_a_slice = 16, longest = 16;
+
+/// The most members of an ensemble whose simulation takes at most a slice of work to make.
+constexpr std::size_t few_members = 64;
 
 /// Whether the ensemble has more than a slice of work before its first step.
 bool has_many(const Session& session) { return session.scene().members().size() > few_members; }
@@ -127,33 +128,24 @@ void SummarizeWork::advance(const std::stop_token& stop) {
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::SummarizeResponse>* Service::Summarize(
-    Context* context, const v1::SummarizeRequest* request) {
-  CallLog log = open(context, "Summarize", request->session_id());
-  const auto refuse = [&](const grpc::Status& status) {
-    return new RefusedStream<v1::SummarizeResponse>(log, status);
-  };
-  try {
-    auto session = find_session(host_, *context, request->session_id());
-    if (!session) return refuse(session.error());
-    if (const auto status = check_range(*request); !status.ok()) return refuse(status);
-    const ReadingWork reading = reading_work(**session, *request);
-    Pool& pool =
-        has_many(**session) ? host_.searches : host_.pool_for(kind_with(**session, reading.each));
-    const std::int64_t start = (*session)->start_for(request->from());
-    const std::int64_t every = std::max<std::int64_t>(request->every(), 1);
-    const std::int64_t stops =
-        (request->to() - request->from()) / (request->events().empty() ? every : 1) + 1;
-    const double price = (*session)->most_work(start, request->to(), stops) + reading.total;
-    const double expected = (*session)->work(start, request->to(), stops) + reading.total;
-    Account& account = log.account();
-    return new SlicedStream<v1::SummarizeResponse>(
-        host_, pool, std::move(log), Ticket::Kind::stream, price, expected,
-        std::make_unique<SummarizeWork>(host_.lifecycle, account, *std::move(session), *request,
-                                        reading));
-  } catch (...) {
-    return refuse(errors::from_current_exception());
-  }
+Service::Writing<v1::SummarizeResponse> Service::Summarize(Context& context, CallLog& log,
+                                                           const v1::SummarizeRequest& request) {
+  auto session = find_session(host_, context, request.session_id());
+  if (!session) return session.error();
+  if (auto status = check_range(request); !status.ok()) return status;
+  const ReadingWork reading = reading_work(**session, request);
+  const JobKind kind = has_many(**session) ? JobKind::unsliced : kind_with(**session, reading.each);
+  const std::int64_t start = (*session)->start_for(request.from());
+  const std::int64_t every = std::max<std::int64_t>(request.every(), 1);
+  const std::int64_t stops =
+      (request.to() - request.from()) / (request.events().empty() ? every : 1) + 1;
+  const double price = (*session)->most_work(start, request.to(), stops) + reading.total;
+  const double expected = (*session)->work(start, request.to(), stops) + reading.total;
+  Account& account = log.account();
+  return new SlicedStream<v1::SummarizeResponse>(
+      host_, std::move(log), kind, Permit::Kind::stream, price, expected,
+      std::make_unique<SummarizeWork>(host_.lifecycle, account, *std::move(session), request,
+                                      reading));
 }
 
 }  // namespace stiefel::server

@@ -129,7 +129,7 @@ std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
 }
 
 CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
-                 std::string_view session_id, Metrics* metrics)
+                 Metrics* metrics)
     : log_(&log),
       method_(method),
       metrics_(metrics),
@@ -139,7 +139,7 @@ CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, con
   details_ = std::make_unique<Details>(Details{
       sent == context.client_metadata().end() ? new_request_id()
                                               : cut({sent->second.data(), sent->second.size()}),
-      std::string(trace_id_of(context)), cut(session_id), cut(context.peer()),
+      std::string(trace_id_of(context)), "", cut(context.peer()),
       std::chrono::steady_clock::now()});
 }
 
@@ -204,7 +204,7 @@ void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
   try {
     if (context_) push_back(status, *context_);
     worked();
-    write(status, steps);
+    write(status, steps_ + steps);
   } catch (const std::exception&) {
   }
   details_.reset();

@@ -77,7 +77,7 @@ std::string_view trace_id_of(const grpc::CallbackServerContext& context);
 class CallLog {
  public:
   CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
-          std::string_view session_id = {}, Metrics* metrics = nullptr);
+          Metrics* metrics = nullptr);
   CallLog(CallLog&&) = default;
   static constexpr std::chrono::milliseconds is_long{10};
 
@@ -98,16 +98,18 @@ class CallLog {
   /// Adds the work of the slice that this thread runs. Call it before a slice ends that does not
   /// end the call; `finish` does the same.
   void worked();
-  /// Adds work, in instructions, that was done outside a slice, to both the price and the work.
-  void did(double work) {
+  /// Adds work, in instructions, that was done outside a slice, to both the price and the work, and
+  /// the steps that it computed.
+  void did(double work, std::int64_t steps = 0) {
     price_ += work;
     work_ += work;
+    steps_ += steps;
   }
 
   /// Begins a stream. Call it once, after `price`. Its line is written now if the price is one of a
   /// long call or the level debug, otherwise when the stream works or writes after `is_long`.
   void begin() noexcept;
-  /// Sets the session of a call that did not name it at once.
+  /// Sets the session.
   void name(std::string_view session_id);
   /// Call `writing` when a message of the stream goes to gRPC, `written` when gRPC has sent it.
   void writing() noexcept {
@@ -151,6 +153,7 @@ class CallLog {
   CallMetrics::Running running_;
   std::unique_ptr<OpenStreams::Stream> stream_;
   double price_ = 0, work_ = 0;  // instructions
+  std::int64_t steps_ = 0;       // outside slices
 };
 
 }  // namespace stiefel::server

@@ -23,7 +23,7 @@ bool write_stderr(std::string_view text, int wait) {
   while (!text.empty()) {
     if (!is_writable(wait)) return false;
     const auto written =
-        write(STDERR_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
+        ::write(STDERR_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
     if (written < 0 && errno != EINTR) return false;
     text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
   }

@@ -34,47 +34,36 @@ milliseconds at_least_one(double seconds) {
 
 }  // namespace
 
-Account::Account(Principal principal, const Quota& quota, const WorkClock& clock,
-                 MemoryBudget& memory, const ReclaimOf& reclaim)
+Account::Account(Principal principal, const Quota& quota, MemoryBudget& memory,
+                 const ReclaimOf& reclaim)
     : principal_(std::move(principal)),
       quota_(quota),
-      clock_(clock),
       whole_memory_(memory),
-      memory_(quota.memory.value_or(0), memory, "principal_memory"),
-      rate_(quota.work_a_second),
-      share_(&rate_) {
+      memory_(quota.memory.value_or(0), memory, "principal_memory") {
   if (reclaim)
     memory_.reclaim_with([this, &reclaim](std::uint64_t bytes) { reclaim(principal_, bytes); });
 }
 
-std::optional<Refusal> Account::overdrawn() {
-  if (!rate_.limited()) return std::nullopt;
-  const auto wait = rate_.wait(WorkRate::Seconds(0), clock_());
-  if (wait.count() <= 0) return std::nullopt;
-  return Refusal{"principal_work_rate", quota_.work_a_second,
-                 quota_.work_a_second * (1 + wait.count()), at_least_one(wait.count())};
-}
-
-Account::Seated Account::seat_session() {
+Account::Admission Account::admit_session() {
   if (auto refusal =
           enter(sessions_, quota_.sessions.value_or(0), "principal_sessions", until_a_session_goes))
     return {nullptr, refusal};
-  return {seat(), std::nullopt};
+  return {permit(), std::nullopt};
 }
 
-Account::Seat Account::seat_restored_session() {
+Account::SessionPermit Account::admit_restored_session() {
   sessions_.fetch_add(1, std::memory_order_relaxed);
-  return seat();
+  return permit();
 }
 
-Account::Seat Account::seat() {
+Account::SessionPermit Account::permit() {
   const auto leave = [](std::atomic<std::uint32_t>* count) {
     count->fetch_sub(1, std::memory_order_relaxed);
   };
   return std::shared_ptr<std::atomic<std::uint32_t>>(&sessions_, leave);
 }
 
-Ticket& Ticket::operator=(Ticket&& other) noexcept {
+Permit& Permit::operator=(Permit&& other) noexcept {
   if (this == &other) return *this;
   give_back();
   account_ = std::exchange(other.account_, nullptr);
@@ -83,12 +72,11 @@ Ticket& Ticket::operator=(Ticket&& other) noexcept {
   return *this;
 }
 
-std::optional<Refusal> Ticket::take(Account& account, Kind kind, double price) {
+std::optional<Refusal> Permit::take(Account& account, Kind kind, double price) {
   give_back();
   const Quota& quota = account.quota_;
   if (quota.call_work > 0 && price > quota.call_work)
     return Refusal{"call_work", quota.call_work, price, milliseconds(0)};
-  if (auto refusal = account.overdrawn()) return refusal;
   const bool stream = kind == Kind::stream;
   auto& count = stream ? account.streams_ : account.calls_;
   if (auto refusal = stream ? enter(count, quota.streams, "principal_streams", until_a_stream_ends)
@@ -106,7 +94,7 @@ std::optional<Refusal> Ticket::take(Account& account, Kind kind, double price) {
                  at_least_one((queued - quota.queued_work) / instructions_a_second)};
 }
 
-void Ticket::give_back() {
+void Permit::give_back() {
   Account* account = std::exchange(account_, nullptr);
   if (!account) return;
   (kind_ == Kind::stream ? account->streams_ : account->calls_)
@@ -114,12 +102,11 @@ void Ticket::give_back() {
   account->queued_.fetch_sub(price_, std::memory_order_relaxed);
 }
 
-Accounts::Accounts(const Quota& quota, WorkClock clock, MemoryBudget& memory, ReclaimOf reclaim)
+Accounts::Accounts(const Quota& quota, MemoryBudget& memory, ReclaimOf reclaim)
     : quota_(quota),
-      clock_(clock ? std::move(clock) : WorkClock(&std::chrono::steady_clock::now)),
       memory_(memory),
       reclaim_(std::move(reclaim)),
-      everybody_({}, quota_, clock_, memory_, reclaim_) {}
+      everybody_({}, quota_, memory_, reclaim_) {}
 
 Account& Accounts::of(const Principal& principal) {
   if (principal.name.empty()) return everybody_;
@@ -130,7 +117,7 @@ Account& Accounts::of(const Principal& principal) {
   }
   const std::unique_lock lock(mutex_);
   auto& account = named_[principal.name];
-  if (!account) account = std::make_unique<Account>(principal, quota_, clock_, memory_, reclaim_);
+  if (!account) account = std::make_unique<Account>(principal, quota_, memory_, reclaim_);
   return *account;
 }
 

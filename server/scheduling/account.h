@@ -15,19 +15,14 @@
 
 namespace stiefel::server {
 
-/// The clock of the work rates: the steady clock, or a test's.
-using WorkClock = std::function<WorkRate::Time()>;
-
 /// Gives up about `bytes` bytes of the principal's caches.
 using ReclaimOf = std::function<void(const Principal&, std::uint64_t bytes)>;
 
 /// Counts what a principal uses, and refuses what would exceed its quota. Thread-safe.
 class Account {
  public:
-  /// `memory` is the budget of the whole server. It, `clock` and `reclaim` must outlive the
-  /// account.
-  Account(Principal principal, const Quota& quota, const WorkClock& clock, MemoryBudget& memory,
-          const ReclaimOf& reclaim);
+  /// `memory` is the budget of the whole server. It and `reclaim` must outlive the account.
+  Account(Principal principal, const Quota& quota, MemoryBudget& memory, const ReclaimOf& reclaim);
   Account(const Account&) = delete;
   Account& operator=(const Account&) = delete;
 
@@ -35,13 +30,9 @@ class Account {
   /// The principal's share of the threads.
   Share& share() { return share_; }
 
-  /// Returns a refusal if no call may begin now, because the principal has done more work than its
-  /// rate allows.
-  std::optional<Refusal> overdrawn();
   /// Counts work, in instructions, that was done outside a job.
   void pay(double work) {
     paid_.fetch_add(static_cast<std::uint64_t>(work), std::memory_order_relaxed);
-    if (rate_.limited()) rate_.spend(work, clock_());
   }
 
   /// The budget for the principal's sessions and calls: a part of the server's memory, or all of it
@@ -50,46 +41,44 @@ class Account {
   MemoryBudget& whole_memory() { return whole_memory_; }
 
   /// A session's place in the account, given back when the last copy is destroyed.
-  using Seat = std::shared_ptr<void>;
-  struct Seated {
-    Seat seat;                       // null if refused
+  using SessionPermit = std::shared_ptr<void>;
+  struct Admission {
+    SessionPermit permit;            // null if refused
     std::optional<Refusal> refusal;  // set if the principal has as many sessions as it may
   };
-  Seated seat_session();
+  Admission admit_session();
   /// Takes a place for a restored session, even beyond the quota.
-  Seat seat_restored_session();
+  SessionPermit admit_restored_session();
 
  private:
-  friend class Ticket;
+  friend class Permit;
   friend class Accounts;
 
-  /// Returns a seat for a session that `sessions_` counts already.
-  Seat seat();
+  /// Returns a permit for a session that `sessions_` counts already.
+  SessionPermit permit();
 
   const Principal principal_;
   const Quota quota_;
-  const WorkClock& clock_;
   MemoryBudget& whole_memory_;
   MemoryBudget memory_;
-  WorkRate rate_;
   Share share_;
   std::atomic<std::uint32_t> sessions_ = 0, streams_ = 0, calls_ = 0;
   std::atomic<std::uint64_t> queued_ = 0;  // instructions
   std::atomic<std::uint64_t> paid_ = 0;    // instructions
 };
 
-/// A call's place in an account, given back when the ticket is destroyed.
-class Ticket {
+/// A call's place in an account, given back when the permit is destroyed.
+class Permit {
  public:
   enum class Kind : std::uint8_t { call, stream };
 
-  Ticket() = default;
-  Ticket(Ticket&& other) noexcept { *this = std::move(other); }
-  Ticket& operator=(Ticket&& other) noexcept;
-  ~Ticket() { give_back(); }
+  Permit() = default;
+  Permit(Permit&& other) noexcept { *this = std::move(other); }
+  Permit& operator=(Permit&& other) noexcept;
+  ~Permit() { give_back(); }
 
   /// Takes a place for a call with that price in instructions. If there is none, returns the reason
-  /// and leaves the ticket empty.
+  /// and leaves the permit empty.
   std::optional<Refusal> take(Account& account, Kind kind, double price);
   void give_back();
 
@@ -105,8 +94,8 @@ class Accounts {
  public:
   /// `memory` is the budget of the whole server and must outlive this object. `reclaim` is called
   /// for a principal whose part of the memory is used up.
-  explicit Accounts(const Quota& quota, WorkClock clock = {},
-                    MemoryBudget& memory = MemoryBudget::unlimited(), ReclaimOf reclaim = {});
+  explicit Accounts(const Quota& quota, MemoryBudget& memory = MemoryBudget::unlimited(),
+                    ReclaimOf reclaim = {});
 
   /// Returns the principal's account, made at the first call.
   Account& of(const Principal& principal);
@@ -120,7 +109,6 @@ class Accounts {
 
  private:
   const Quota quota_;
-  const WorkClock clock_;
   MemoryBudget& memory_;
   const ReclaimOf reclaim_;
   Account everybody_;  // the account of the empty principal, found without a lock

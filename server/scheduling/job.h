@@ -22,6 +22,10 @@ inline constexpr double instructions_a_second = 1e9 * instructions_a_nanosecond;
 /// one slice. Up to `medium_work`, about ten slices, it goes before longer ones.
 inline constexpr double short_work = 1e7, medium_work = 10 * short_work;
 
+/// Returns the price, in instructions, of work that cannot be predicted, for a job of that kind:
+/// about one slice, or ten seconds for work without slices.
+inline double price_cap(JobKind kind) { return kind == JobKind::unsliced ? 5e10 : short_work; }
+
 /// Which jobs go before others.
 enum class JobLength : std::uint8_t { short_job, medium, long_job };
 
@@ -50,8 +54,8 @@ class Job {
   friend class RunQueue;
   friend class Scheduler;
 
-  /// Returns the length by the work that is left. A job that took more than its price and more than
-  /// a short job may take is long from then on.
+  /// Returns the length by the work that is left of the price. A job is long once it has taken more
+  /// than its price and more than `short_work`.
   JobLength length() const {
     if (kind_ == JobKind::unsliced || (spent_ > short_work && spent_ >= price_))
       return JobLength::long_job;
@@ -69,7 +73,7 @@ class Job {
   JobKind kind_ = JobKind::sliced;
   std::uint8_t queue_ = 0;  // its queue in the share, while it is queued
   bool queued_ = false;
-  bool hastened_ = false;  // guarded by the scheduler's mutex
+  bool cancelled_ = false;  // guarded by the scheduler's mutex
 };
 
 }  // namespace stiefel::server

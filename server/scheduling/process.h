@@ -56,7 +56,7 @@ class Periodic {
 /// is: twice Eigen's largest array on the stack (EIGEN_STACK_ALLOCATION_LIMIT).
 void enlarge_thread_stacks();
 
-/// The threads of a server beside those that compute at once: relief workers, those of gRPC, the
+/// The threads of a server beside those that compute at once: extra workers, those of gRPC, the
 /// store, the log, the metrics and the listeners.
 inline constexpr int other_threads = 30;
 

@@ -69,40 +69,25 @@ void RunQueue::remove(Job* job) {
   if (share.next_) share.next_->previous_ = share.previous_;
 }
 
-bool RunQueue::in_rate(const Share& share, Time now) {
-  if (!share.rate_ || lifted_) return true;
-  const WorkRate::Seconds wait = share.rate_->wait(reserve, now);
-  if (wait.count() <= 0) return true;
-  const Time at = now + std::chrono::ceil<Time::duration>(wait);
-  ready_at_ = std::min(ready_at_.value_or(at), at);
-  return false;
-}
-
-Job* RunQueue::first_medium(const Share& share, Time now) {
-  Job* first = share.queues_[mediums].first();
-  return first && in_rate(share, now) ? first : nullptr;
-}
-
-Job* RunQueue::first_long(const Share& share, JobKind most, Time now) {
+Job* RunQueue::first_long(const Share& share, JobKind most) {
   Job* first = nullptr;
   for (std::uint8_t queue = mediums + 1; queue <= queue_of(most); ++queue) {
     Job* job = share.queues_[queue].first();
     if (job && (!first || job->order_ < first->order_)) first = job;
   }
-  return first && in_rate(share, now) ? first : nullptr;
+  return first;
 }
 
-RunQueue::Turn RunQueue::pop(std::optional<JobKind> most, Time now) {
-  ready_at_.reset();
+RunQueue::Turn RunQueue::pop(std::optional<JobKind> most) {
   const Share* fair = nullptr;  // the share for which the least was done
   Job* fallback = nullptr;      // the first long job of `fair`, or the first other one
   // The first job that goes before long ones: a short one, else a medium one, of the least served
   // share.
   Job* quick = nullptr;
   for (Share* share = first_; share; share = share->next_) {
-    Job* first = most ? first_long(*share, *most, now) : nullptr;
+    Job* first = most ? first_long(*share, *most) : nullptr;
     Job* brief = share->queues_[shorts].first();
-    if (!brief) brief = first_medium(*share, now);
+    if (!brief) brief = share->queues_[mediums].first();
     if (!first && !brief) continue;
     if (!fair || share->pass_ < fair->pass_) {
       fair = share;
@@ -120,32 +105,30 @@ RunQueue::Turn RunQueue::pop(std::optional<JobKind> most, Time now) {
   return begin(before ? quick : fallback);
 }
 
-RunQueue::Turn RunQueue::begin(Job* job, bool relief) {
+RunQueue::Turn RunQueue::begin(Job* job, bool extra) {
   remove(job);
   Share& share = share_of(job);
   const auto length = std::min(static_cast<JobLength>(job->queue_), JobLength::long_job);
-  const bool is_search = relief || job->kind_ == JobKind::unsliced;
+  const bool is_search = extra || job->kind_ == JobKind::unsliced;
   share.searches_ += is_search;
   return {job, &share, job->kind_, length, is_search};
 }
 
-RunQueue::Turn RunQueue::pop_neglected(Time now) {
-  ready_at_.reset();
+RunQueue::Turn RunQueue::pop_neglected() {
   Job* job = nullptr;
   for (const Share* share = first_; share; share = share->next_) {
     if (share->searches_ > 0 || (job && share->pass_ >= share_of(job).pass_)) continue;
-    if (Job* first = first_long(*share, JobKind::unsliced, now)) job = first;
+    if (Job* first = first_long(*share, JobKind::unsliced)) job = first;
   }
   return job ? begin(job, true) : Turn();
 }
 
-void RunQueue::charge(const Turn& turn, double work, bool more, Time now) {
+void RunQueue::charge(const Turn& turn, double work, bool more) {
   Share& share = *turn.share;
   share.searches_ -= turn.is_search;
   share.pass_ += work;
   share.shorts_since_long_ =
       turn.length == JobLength::long_job ? 0 : share.shorts_since_long_ + work;
-  if (share.rate_) share.rate_->spend(work, now);
   if (!more) return;
   turn.job->spent_ += work;
   enqueue(turn.job);

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "server/scheduling/job.h"
-#include "server/scheduling/work_rate.h"
 
 namespace stiefel::server {
 
@@ -24,8 +23,7 @@ class JobList {
 /// A principal's share of the threads: its queued jobs, and the work done for it.
 class Share {
  public:
-  /// `rate` must outlive the share; null means no limit.
-  explicit Share(WorkRate* rate = nullptr) : rate_(rate) {}
+  Share() = default;
   Share(const Share&) = delete;
   Share& operator=(const Share&) = delete;
 
@@ -39,26 +37,22 @@ class Share {
   double shorts_since_long_ = 0;  // work of short and medium jobs since a slice of a long one
   Share* next_ = nullptr;         // in the list of shares with queued jobs
   Share* previous_ = nullptr;
-  WorkRate* const rate_;
 };
 
 /// Decides which job runs next, by stride scheduling: of the shares with a job that the worker may
 /// run, the one for which the least work was done; in it, the job that arrived first. Short jobs go
-/// before medium ones and both before long ones, with two bounds: those of a share that is more
-/// than `lead` ahead of another wait like its long ones, and after `patience` of such work in a
-/// share one slice of its long jobs is due. A share beyond its work rate runs short jobs only.
-/// Allocates nothing. Not thread-safe.
+/// before medium ones, and both before long ones, with two exceptions. A share that has had more
+/// than `lead` more work than another has no precedence for its short and medium jobs. A share that
+/// has had `patience` of work for them runs one slice of a long job next. Allocates nothing. Not
+/// thread-safe.
 class RunQueue {
  public:
-  using Time = WorkRate::Time;
   /// Work in instructions.
   static constexpr double lead = 10 * short_work;
   static constexpr double patience = 8 * short_work;
   /// The most work for which a waiting job counts in `waiting_work`: a second of a thread.
   static constexpr double most_waiting = instructions_a_second;
   static_assert(most_waiting == 5e9);  // in the help of the metric stiefel_work_queued
-  /// The part of a second's work, at a share's rate, that its longer jobs leave for new calls.
-  static constexpr WorkRate::Seconds reserve{0.1};
 
   /// The job to run next.
   struct Turn {
@@ -73,13 +67,13 @@ class RunQueue {
   JobLength push(Job* job, JobKind kind);
   /// Returns the next job for a worker that runs short and medium jobs, and long ones of kinds up
   /// to `most`.
-  Turn pop(std::optional<JobKind> most, Time now);
+  Turn pop(std::optional<JobKind> most);
   /// Returns the first long job of the least served share that has no worker inside an unsliced
   /// job.
-  Turn pop_neglected(Time now);
+  Turn pop_neglected();
   /// Counts a slice that took `work` instructions. `more` queues the job again; otherwise the job
   /// is not touched and may be destroyed.
-  void charge(const Turn& turn, double work, bool more, Time now);
+  void charge(const Turn& turn, double work, bool more);
   /// Removes a queued job.
   void remove(Job* job);
   static bool is_queued(const Job* job) { return job->queued_; }
@@ -90,21 +84,13 @@ class RunQueue {
   /// The work of all waiting jobs in instructions: the unspent part of each price, at most
   /// `most_waiting` a job. Thread-safe.
   std::uint64_t waiting_work() const { return waiting_.load(std::memory_order_relaxed); }
-  /// The earliest time at which a share that the last `pop` passed over is within its work rate
-  /// again.
-  std::optional<Time> ready_at() const { return ready_at_; }
-  /// Ends all limits by work rates.
-  void lift_rates() { lifted_ = true; }
 
  private:
   Share& share_of(const Job* job) { return job->share_ ? *job->share_ : others_; }
   void enqueue(Job* job);
-  /// Whether the share is within its work rate.
-  bool in_rate(const Share& share, Time now);
-  Job* first_medium(const Share& share, Time now);
-  Job* first_long(const Share& share, JobKind most, Time now);
-  /// Takes the job out for a turn; `relief`: of a relief worker, where it counts as a search.
-  Turn begin(Job* job, bool relief = false);
+  static Job* first_long(const Share& share, JobKind most);
+  /// Takes the job out for a turn; `extra`: of an extra worker, where it counts as a search.
+  Turn begin(Job* job, bool extra = false);
 
   Share others_;            // of jobs without a principal
   Share* first_ = nullptr;  // the list of the shares with queued jobs
@@ -112,8 +98,6 @@ class RunQueue {
   std::uint64_t arrivals_ = 0;
   std::atomic<int> shorts_ = 0;
   std::atomic<std::uint64_t> waiting_ = 0;
-  std::optional<Time> ready_at_;
-  bool lifted_ = false;
 };
 
 }  // namespace stiefel::server

@@ -1,6 +1,8 @@
 #include "server/scheduling/scheduler.h"
 
 #include <pthread.h>
+#include <sched.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include <utility>
 
 #include "server/scheduling/failpoint.h"
-#include "server/scheduling/priority.h"
 #include "server/scheduling/slice.h"
 
 namespace stiefel::server {
@@ -23,6 +24,20 @@ double processor_work() {
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return instructions_a_nanosecond *
          (1e9 * static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec));
+}
+
+/// Lowers the calling thread's priority below that of the threads that serve connections, which
+/// have the process's nice value: by 1 for the worker kept for short calls (`kept`), by 5 for the
+/// others. The others also get SCHED_BATCH, with which a thread that wakes does not preempt a
+/// running one. Ignores what the system refuses.
+void lower_priority(bool kept) noexcept {
+  constexpr int kept_below = 1, others_below = 5;
+  if (!kept) {
+    const sched_param none{};
+    sched_setscheduler(0, SCHED_BATCH, &none);
+  }
+  // On Linux, 0 means the calling thread, and each thread has its own nice value.
+  setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + (kept ? kept_below : others_below));
 }
 
 /// The share of the job that this worker runs.
@@ -100,11 +115,11 @@ Scheduler::Scheduler(int threads, Meter meter)
       others_(static_cast<std::size_t>(std::max(1, threads_ - 1))),
       since_(others_, outside) {
   workers_.reserve(others_ + 1);
-  relief_.reserve(most_relief);
+  extra_.reserve(most_extra);
   for (std::size_t i = 0; i < others_; ++i) workers_.emplace_back([this, i] { work(false, i); });
   workers_.emplace_back([this] { work(true, others_); });
   const std::lock_guard lock(mutex_);
-  add_relief();
+  add_extra();
 }
 
 Scheduler::~Scheduler() {
@@ -112,36 +127,30 @@ Scheduler::~Scheduler() {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
-  lift_rates();
-  relief_.clear();
-  workers_.clear();
-}
-
-void Scheduler::lift_rates() {
-  const std::lock_guard lock(mutex_);
-  queue_.lift_rates();
   wake_.notify_all();
   wake_kept_.notify_all();
-  wake_relief_.notify_all();
+  wake_extra_.notify_all();
+  extra_.clear();
+  workers_.clear();
 }
 
 void Scheduler::submit(Job* job, JobKind kind) noexcept {
   {
     const std::lock_guard lock(mutex_);
-    if (!job->hastened_) {
+    if (!job->cancelled_) {
       const bool is_long = queue_.push(job, kind) == JobLength::long_job;
       wake_for(kind, !is_long);
-      if (is_long) wake_relief();
+      if (is_long) wake_extra();
       return;
     }
   }
   finish(job);
 }
 
-void Scheduler::hasten(Job* job) noexcept {
+void Scheduler::cancel(Job* job) noexcept {
   {
     const std::lock_guard lock(mutex_);
-    job->hastened_ = true;
+    job->cancelled_ = true;
     if (!RunQueue::is_queued(job)) return;
     queue_.remove(job);
   }
@@ -179,11 +188,7 @@ std::optional<JobKind> Scheduler::reach(bool kept) const {
 void Scheduler::wait(std::unique_lock<std::mutex>& lock, bool kept) {
   std::condition_variable& wake = kept ? wake_kept_ : wake_;
   kept ? void(kept_idle_ = true) : void(++idle_);
-  // A worker that runs no longer jobs does not wait for work rates.
-  if (const auto at = queue_.ready_at(); at && reach(kept))
-    wake.wait_until(lock, *at);
-  else
-    wake.wait(lock);
+  wake.wait(lock);
   kept ? void(kept_idle_ = false) : void(--idle_);
 }
 
@@ -193,9 +198,7 @@ void Scheduler::work(bool kept, std::size_t index) {
   const CrewOfThisThread crew(*this);
   std::unique_lock lock(mutex_);
   while (true) {
-    const RunQueue::Turn turn = kept && !kept_runs()
-                                    ? RunQueue::Turn()
-                                    : queue_.pop(reach(kept), std::chrono::steady_clock::now());
+    const RunQueue::Turn turn = kept && !kept_runs() ? RunQueue::Turn() : queue_.pop(reach(kept));
     if (!turn.job && stopping_) return;
     if (!turn.job) {
       wait(lock, kept);
@@ -205,7 +208,7 @@ void Scheduler::work(bool kept, std::size_t index) {
     if (unsliced) {
       ++in_unsliced_;
       since_[index] = std::chrono::steady_clock::now();
-      wake_relief();
+      wake_extra();
     }
     wake_another();
     const bool more = run_slice(
@@ -219,8 +222,52 @@ void Scheduler::work(bool kept, std::size_t index) {
     // The job may have become too long for the kept worker.
     if (kept && more) {
       wake_another();
-      wake_relief();
+      wake_extra();
     }
+  }
+}
+
+std::optional<Scheduler::Time> Scheduler::extra_due() const {
+  const Time last = *std::ranges::max_element(since_);
+  if (last == outside) return std::nullopt;
+  return last + extra_patience;
+}
+
+void Scheduler::wake_extra() {
+  if (extra_idle_ > 0 && in_unsliced_ == others_ && !queue_.empty()) wake_extra_.notify_one();
+}
+
+void Scheduler::add_extra() noexcept {
+  if (extra_.size() == most_extra || stopping_) return;
+  try {
+    extra_.emplace_back([this] { work_beside(); });
+  } catch (const std::exception&) {  // the jobs wait for the other workers
+  }
+}
+
+/// One extra worker is always idle, so that the next principal finds one.
+void Scheduler::work_beside() {
+  pthread_setname_np(pthread_self(), thread_name);
+  lower_priority(false);
+  const CrewOfThisThread crew(*this);
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    const Time now = std::chrono::steady_clock::now();
+    std::optional<Time> next = extra_due();
+    if (next && *next <= now) {
+      if (const RunQueue::Turn turn = queue_.pop_neglected(); turn.job) {
+        extra_idle_ > 0 ? wake_extra_.notify_one() : add_extra();
+        run_slice(turn, slice_nanoseconds, lock);
+        continue;
+      }
+      next.reset();
+    }
+    ++extra_idle_;
+    if (next && !queue_.empty())
+      wake_extra_.wait_until(lock, *next);
+    else
+      wake_extra_.wait(lock);
+    --extra_idle_;
   }
 }
 
@@ -240,8 +287,8 @@ bool Scheduler::run_slice(const RunQueue::Turn& turn, double nanoseconds,
   slice_meter = nullptr;
   lock.lock();
   work_done_.fetch_add(done, std::memory_order_relaxed);
-  const bool last = more && turn.job->hastened_;
-  queue_.charge(turn, done, more && !last, std::chrono::steady_clock::now());
+  const bool last = more && turn.job->cancelled_;
+  queue_.charge(turn, done, more && !last);
   if (last) {
     lock.unlock();
     finish(turn.job);

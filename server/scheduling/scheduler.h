@@ -21,24 +21,27 @@ namespace stiefel::server {
 double take_slice_work();
 
 /// The threads that compute, shared by stepping, ensembles and searches. Jobs run one slice at a
-/// time in the order of RunQueue. With two threads or more, one worker is kept for short jobs: of
-/// the longer ones it runs only those with brief slices, and those with ordinary slices while all
-/// other workers are inside unsliced jobs. With one thread, a second worker runs short jobs while
-/// the first is inside an unsliced job. Workers with nothing to do help a job that advances an
-/// ensemble. The threads have a lower priority than those of gRPC.
+/// time in the order of RunQueue. The threads have a lower priority than those of gRPC. A worker
+/// with nothing to do helps a job that advances an ensemble.
+///
+/// One worker is kept for short jobs. With two threads or more it also runs longer jobs with brief
+/// slices and, while all other workers are inside unsliced jobs, those with ordinary slices. With
+/// one thread it is an additional worker, which runs short jobs while the other is inside an
+/// unsliced job.
 ///
 /// A search of one principal does not hold up the others. When every worker but the kept one has
-/// been inside one slice for `relief_patience`, each principal with a waiting longer job that has
-/// no search running gets a relief worker: one more thread, at most `most_relief` in all, among
+/// been inside one slice for `extra_patience`, each principal with a waiting longer job that has
+/// no search running gets an extra worker: one more thread, at most `most_extra` in all, among
 /// which the system divides the processors.
 class Scheduler final : private Crew {
  public:
+  using Time = std::chrono::steady_clock::time_point;
   /// Returns the work that the calling thread has done so far, in instructions.
   using Meter = std::function<double()>;
   /// The name of the threads in ps and top.
   static constexpr const char* thread_name = "compute";
-  static constexpr std::chrono::milliseconds relief_patience{50};
-  static constexpr std::size_t most_relief = 16;
+  static constexpr std::chrono::milliseconds extra_patience{50};
+  static constexpr std::size_t most_extra = 16;
 
   /// 0 threads means one a core. An empty meter means the thread's processor time at a nominal
   /// rate.
@@ -55,9 +58,7 @@ class Scheduler final : private Crew {
   /// thread until one returns false; the job may then be destroyed. If a worker runs a slice of it,
   /// that worker goes on with its next slice at once. If it rests, `submit` runs it. Call this only
   /// when each slice that begins afterwards returns at once.
-  void hasten(Job* job) noexcept;
-  /// Stops limiting jobs by the work rates of their principals, so that all jobs end.
-  void lift_rates();
+  void cancel(Job* job) noexcept;
   int threads() const { return threads_; }
   /// The work of all slices that have ended, in instructions.
   double work_done() const { return work_done_.load(std::memory_order_relaxed); }
@@ -74,15 +75,15 @@ class Scheduler final : private Crew {
   /// Runs a slice of the job, without the lock; returns whether the job is queued again.
   bool run_slice(const RunQueue::Turn& turn, double nanoseconds,
                  std::unique_lock<std::mutex>& lock);
-  /// The loop of a relief worker.
-  void relieve();
-  /// Starts one more relief worker, unless there are enough or the system refuses a thread.
-  void add_relief() noexcept;
-  /// Wakes a relief worker that may have something to do soon.
-  void wake_relief();
-  /// Returns the time from which relief workers may take jobs; nothing while a worker that is not
+  /// The loop of an extra worker.
+  void work_beside();
+  /// Starts one more extra worker, unless there are enough or the system refuses a thread.
+  void add_extra() noexcept;
+  /// Wakes an extra worker that may have something to do soon.
+  void wake_extra();
+  /// Returns the time from which extra workers may take jobs; nothing while a worker that is not
   /// kept may take one.
-  std::optional<RunQueue::Time> relief_due() const;
+  std::optional<Time> extra_due() const;
   /// Returns the longest kind of slices that the worker runs beside short jobs; nothing if it runs
   /// short jobs only.
   std::optional<JobKind> reach(bool kept) const;
@@ -96,25 +97,25 @@ class Scheduler final : private Crew {
   void run(std::size_t count, double nanoseconds, Item item, void* context) override;
   std::size_t call_helpers(std::array<Helper, most_helpers>& helpers, Items& items, JobKind kind);
   void dismiss(std::span<Helper> helpers);
-  /// Runs the slices of a hastened job, without the lock.
+  /// Runs the slices of a cancelled job, without the lock.
   static void finish(Job* job) noexcept;
 
   const Meter meter_;
   const int threads_;
   std::mutex mutex_;
-  std::condition_variable wake_, wake_kept_, wake_relief_, helped_;
+  std::condition_variable wake_, wake_kept_, wake_extra_, helped_;
   RunQueue queue_;        // guarded by mutex_, as are the members below
   std::size_t idle_ = 0;  // workers with nothing to do, without the kept one
   bool kept_idle_ = false;
   std::size_t in_unsliced_ = 0;  // workers inside unsliced jobs
   const std::size_t others_;     // workers that are not kept
   /// When each of these began the unsliced slice that it is inside; `outside` if it is not in one.
-  std::vector<RunQueue::Time> since_;
-  static constexpr RunQueue::Time outside = RunQueue::Time::max();
-  std::size_t relief_idle_ = 0;
+  std::vector<Time> since_;
+  static constexpr Time outside = Time::max();
+  std::size_t extra_idle_ = 0;
   std::atomic<double> work_done_ = 0;
   bool stopping_ = false;
-  std::vector<std::jthread> workers_, relief_;
+  std::vector<std::jthread> workers_, extra_;
 };
 
 }  // namespace stiefel::server

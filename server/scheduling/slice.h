@@ -20,6 +20,11 @@ std::int64_t slice_steps(double step_cost);
 
 /// The kind of a job whose steps cost `step_cost` nanoseconds each.
 JobKind kind_of_steps(double step_cost);
+/// The kind of a job that does `work` instructions in one piece, which may take ten milliseconds
+/// before it counts as long.
+inline JobKind kind_of_piece(double work) {
+  return work <= 5 * short_work ? JobKind::sliced : JobKind::unsliced;
+}
 
 /// Sets the length of slices on this thread, in nanoseconds, while the object lives. Its destructor
 /// sets the previous length again.

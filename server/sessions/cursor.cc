@@ -41,20 +41,6 @@ void Cursor::end(const RunStatus& run_status) {
   if (run_status.outcome == Outcome::left_domain) rate_ = rate_at(run_status, *simulation_);
 }
 
-void Cursor::go(std::int64_t steps, const std::stop_token& stop) {
-  try {
-    const std::int64_t before = limit_ ? simulation_->map_steps() : 0;
-    const RunStatus status = simulation_->advance(steps, stop);
-    if (limit_) attempts_ += static_cast<double>(simulation_->map_steps() - before);
-    failpoint("cursor.step");
-    end(status);
-  } catch (...) {
-    // The simulation has no valid state after an exception in the middle of a step.
-    session_->discard(std::move(simulation_));
-    throw;
-  }
-}
-
 void Cursor::price_to(std::int64_t to) {
   limit_ = session_->attempt_limit();
   steps_to_price_ = to - start_;
@@ -76,27 +62,30 @@ std::int64_t Cursor::steps_within_price() const {
 bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop) {
   failpoint("cursor.advance");
   wake();
-  std::int64_t at = simulation_->step();
-  if (simulation_->direct() && at < to && run_status_.reached()) {  // no checkpoint would be nearer
-    if (budget <= 0) return false;
-    go(to - at, stop);
-    ++computed_;
-    --budget;
-    return true;
-  }
-  while (at < to) {
+  const bool direct = simulation_->direct();  // no checkpoint would be nearer
+  for (std::int64_t at = simulation_->step(); at < to;) {
     if (!run_status_.reached()) return true;
     if (budget <= 0) return false;
-    const std::int64_t steps = std::min({to - at, budget, mark_ - at, steps_within_price()});
-    go(steps, stop);
-    const std::int64_t done = simulation_->step() - at;
-    at += done;
-    computed_ += done;
-    budget -= std::max<std::int64_t>(done, 1);
-    if (at == mark_) {
-      session_->deposit(*simulation_);
-      mark_ = session_->next_checkpoint(at);
+    const std::int64_t steps =
+        direct ? to - at : std::min({to - at, budget, mark_ - at, steps_within_price()});
+    const std::int64_t tried = limit_ ? simulation_->map_steps() : 0;
+    try {
+      const RunStatus status = simulation_->advance(steps, stop);
+      failpoint("cursor.step");
+      end(status);
+    } catch (...) {
+      // The simulation has no valid state after an exception in the middle of a step.
+      session_->discard(std::move(simulation_));
+      throw;
     }
+    if (limit_) attempts_ += static_cast<double>(simulation_->map_steps() - tried);
+    const std::int64_t moved = simulation_->step() - at;
+    at += moved;
+    computed_ += direct ? 1 : moved;
+    budget -= direct ? 1 : std::max<std::int64_t>(moved, 1);
+    if (at != mark_ || direct) continue;
+    session_->deposit(*simulation_);
+    mark_ = session_->next_checkpoint(at);
   }
   return true;
 }

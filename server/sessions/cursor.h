@@ -81,8 +81,6 @@ class Cursor {
   /// Returns the most steps that may be computed before the price is compared again. Throws
   /// PriceReached.
   std::int64_t steps_within_price() const;
-  /// Advances by `steps`. Discards the simulation when an exception leaves it between two states.
-  void go(std::int64_t steps, const std::stop_token& stop);
   void end(const RunStatus& run_status);
 
   Session* session_;

@@ -90,9 +90,9 @@ class Session : public std::enable_shared_from_this<Session> {
 
   /// Returns the step of the nearest state at or before `step`, at which `lease` would start now.
   std::int64_t start_for(std::int64_t step) const;
-  /// Keeps the session's place in its principal's quota until the session is destroyed. Call it
-  /// once.
-  void hold_seat(std::shared_ptr<void> seat) { seat_ = std::move(seat); }
+  /// Keeps the session's permit from its principal's account until the session is destroyed. Call
+  /// it once.
+  void hold_permit(std::shared_ptr<void> permit) { permit_ = std::move(permit); }
 
   /// Returns a Simulation at the nearest state at or before `step`, for the caller alone.
   std::unique_ptr<Simulation> lease(std::int64_t step);
@@ -193,7 +193,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string identity_;
   const std::shared_ptr<const Clock> clock_;
   const std::shared_ptr<const CheckpointKeys> keys_;
-  std::shared_ptr<void> seat_;
+  std::shared_ptr<void> permit_;
   std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
   Principal owner_;
   WriteAheadLog* log_ = nullptr;

@@ -42,7 +42,7 @@ def test_a_deleted_name_ends_when_its_time_is_over(serve, tmp_path):
         assert live.execute("SELECT count(*) FROM deleted_name").fetchone() == (0,)
 
 
-def test_restored_sessions_take_their_principals_seats(serve, tmp_path):
+def test_restored_sessions_take_their_principals_permits(serve, tmp_path):
     store = ("--store", str(tmp_path / "store"))
     process = serve(*store)
     with stiefel.Client(process.address) as client:

@@ -9,35 +9,12 @@ namespace stiefel::server {
 namespace {
 
 using namespace std::chrono_literals;
-using Kind = Ticket::Kind;
-
-TEST(WorkRate, FillsUpToASecond) {
-  WorkRate rate(1000);
-  WorkRate::Time now{1h};
-  EXPECT_EQ(rate.wait(0s, now).count(), 0);
-  rate.spend(1500, now);
-  EXPECT_NEAR(rate.wait(0s, now).count(), 0.5, 1e-9);
-  EXPECT_NEAR(rate.wait(100ms, now).count(), 0.6, 1e-9);
-  now += 250ms;
-  EXPECT_NEAR(rate.wait(0s, now).count(), 0.25, 1e-9);
-  now += 1h;
-  rate.spend(1000, now);
-  EXPECT_NEAR(rate.wait(100ms, now).count(), 0.1, 1e-9) << "an hour saves no more than a second";
-  now -= 30min;
-  EXPECT_NEAR(rate.wait(100ms, now).count(), 0.1, 1e-9) << "a time before takes nothing away";
-}
-
-TEST(WorkRate, WithoutALimitNothingWaits) {
-  WorkRate rate;
-  rate.spend(1e30, WorkRate::Time(1h));
-  EXPECT_FALSE(rate.limited());
-  EXPECT_EQ(rate.wait(500ms, WorkRate::Time(1h)).count(), 0);
-}
+using Kind = Permit::Kind;
 
 TEST(Account, CallsAndStreamsAtOnce) {
   Accounts accounts({.streams = 1, .calls = 2});
   Account& account = accounts.of({"alice"});
-  Ticket first, second, third;
+  Permit first, second, third;
   EXPECT_FALSE(first.take(account, Kind::call, 1));
   EXPECT_FALSE(second.take(account, Kind::call, 1));
   const auto refusal = third.take(account, Kind::call, 1);
@@ -47,9 +24,9 @@ TEST(Account, CallsAndStreamsAtOnce) {
   EXPECT_EQ(refusal->asked, 3);
   EXPECT_GT(refusal->retry_after, 0ms);
   EXPECT_FALSE(third.take(account, Kind::stream, 1)) << "a stream is not a call";
-  EXPECT_FALSE(Ticket().take(accounts.of({"bob"}), Kind::call, 1)) << "each has its own";
-  const Ticket moved = std::move(first);
-  EXPECT_TRUE(first.take(account, Kind::call, 1)) << "the moved ticket holds the place";
+  EXPECT_FALSE(Permit().take(accounts.of({"bob"}), Kind::call, 1)) << "each has its own";
+  const Permit moved = std::move(first);
+  EXPECT_TRUE(first.take(account, Kind::call, 1)) << "the moved permit holds the place";
   second.give_back();
   second.give_back();
   EXPECT_FALSE(first.take(account, Kind::call, 1));
@@ -58,9 +35,9 @@ TEST(Account, CallsAndStreamsAtOnce) {
 
 TEST(Account, ACallThatCostsTooMuchNeverSucceeds) {
   Accounts accounts({.call_work = 1000});
-  Ticket ticket;
-  EXPECT_FALSE(ticket.take(accounts.of({}), Kind::call, 1000));
-  const auto refusal = ticket.take(accounts.of({}), Kind::call, 1001);
+  Permit permit;
+  EXPECT_FALSE(permit.take(accounts.of({}), Kind::call, 1000));
+  const auto refusal = permit.take(accounts.of({}), Kind::call, 1001);
   ASSERT_TRUE(refusal);
   EXPECT_STREQ(refusal->limit, "call_work");
   EXPECT_EQ(refusal->retry_after, 0ms);
@@ -69,7 +46,7 @@ TEST(Account, ACallThatCostsTooMuchNeverSucceeds) {
 TEST(Account, QueuedWorkIsTheSumOfPrices) {
   Accounts accounts({.queued_work = 1e10});
   Account& account = accounts.of({});
-  Ticket first, second, third;
+  Permit first, second, third;
   EXPECT_FALSE(first.take(account, Kind::stream, 1e30)) << "alone it may cost more";
   const auto refusal = second.take(account, Kind::call, 1);
   ASSERT_TRUE(refusal);
@@ -87,25 +64,9 @@ TEST(Account, QueuedWorkIsTheSumOfPrices) {
   EXPECT_FALSE(third.take(account, Kind::call, 5e9)) << "a refused call has left nothing behind";
 }
 
-TEST(Account, WorkASecond) {
-  WorkRate::Time now{1h};
-  Accounts accounts({.work_a_second = 1000}, [&now] { return now; });
-  Account& account = accounts.of({});
-  EXPECT_FALSE(account.overdrawn());
-  account.pay(3500);
-  const auto refusal = account.overdrawn();
-  ASSERT_TRUE(refusal);
-  EXPECT_STREQ(refusal->limit, "principal_work_rate");
-  EXPECT_EQ(refusal->retry_after, 2500ms);
-  EXPECT_TRUE(Ticket().take(account, Kind::call, 1));
-  now += 2600ms;
-  EXPECT_FALSE(account.overdrawn());
-  EXPECT_FALSE(Ticket().take(account, Kind::call, 1));
-}
-
 TEST(Account, TheUseOfAllIsTheSum) {
   Accounts accounts({});
-  Ticket first, second;
+  Permit first, second;
   EXPECT_FALSE(first.take(accounts.of({}), Kind::call, 100));
   EXPECT_FALSE(second.take(accounts.of({"alice"}), Kind::stream, 20));
   accounts.of({"alice"}).pay(3);
@@ -116,35 +77,35 @@ TEST(Account, TheUseOfAllIsTheSum) {
   EXPECT_EQ(accounts.use().admitted, 20U);
 }
 
-TEST(Account, SeatsAreGivenBack) {
+TEST(Account, PermitsOfSessionsAreGivenBack) {
   Accounts accounts({.sessions = 1});
   Account& account = accounts.of({});
-  Account::Seat seat = account.seat_session().seat;
-  EXPECT_TRUE(seat);
-  const Account::Seat copy = seat;
-  seat.reset();
-  const auto second = account.seat_session();
-  EXPECT_FALSE(second.seat);
+  Account::SessionPermit permit = account.admit_session().permit;
+  EXPECT_TRUE(permit);
+  const Account::SessionPermit copy = permit;
+  permit.reset();
+  const auto second = account.admit_session();
+  EXPECT_FALSE(second.permit);
   ASSERT_TRUE(second.refusal);
   EXPECT_STREQ(second.refusal->limit, "principal_sessions");
 }
 
-TEST(Account, ARestoredSessionTakesASeatBeyondTheQuota) {
+TEST(Account, ARestoredSessionTakesAPermitBeyondTheQuota) {
   Accounts accounts({.sessions = 2});
   Account& account = accounts.of({});
-  std::vector<Account::Seat> seats;
-  for (int i = 0; i < 3; ++i) seats.push_back(account.seat_restored_session());
-  EXPECT_TRUE(account.seat_session().refusal);
-  seats.pop_back();
-  EXPECT_TRUE(account.seat_session().refusal) << "two are there still";
-  seats.pop_back();
-  EXPECT_FALSE(account.seat_session().refusal);
+  std::vector<Account::SessionPermit> permits;
+  for (int i = 0; i < 3; ++i) permits.push_back(account.admit_restored_session());
+  EXPECT_TRUE(account.admit_session().refusal);
+  permits.pop_back();
+  EXPECT_TRUE(account.admit_session().refusal) << "two are there still";
+  permits.pop_back();
+  EXPECT_FALSE(account.admit_session().refusal);
 }
 
 TEST(Account, MemoryIsThePrincipalsPartOfTheServers) {
   MemoryBudget whole(1000);
   std::vector<std::string> asked;
-  Accounts accounts({.memory = 600}, {}, whole, [&](const Principal& principal, std::uint64_t) {
+  Accounts accounts({.memory = 600}, whole, [&](const Principal& principal, std::uint64_t) {
     asked.push_back(principal.name);
   });
   MemoryBudget& alices = accounts.of({"alice"}).memory();
@@ -153,7 +114,7 @@ TEST(Account, MemoryIsThePrincipalsPartOfTheServers) {
   EXPECT_EQ(asked, std::vector<std::string>{"alice"}) << "her own caches and nobody else's";
   const MemoryLease bobs(accounts.of({"bob"}).memory(), 400);
   EXPECT_EQ(whole.used(), 900u);
-  Accounts without({}, {}, whole);
+  Accounts without({}, whole);
   EXPECT_EQ(&without.of({"alice"}).memory(), &whole);
 }
 
@@ -165,8 +126,8 @@ TEST(Account, ManyThreadsNeverHoldMoreThanTheLimit) {
     threads.emplace_back([&] {
       for (int i = 0; i < 2000; ++i) {
         Account& account = accounts.of({"one"});
-        Ticket ticket;
-        if (ticket.take(account, Kind::call, 1)) continue;
+        Permit permit;
+        if (permit.take(account, Kind::call, 1)) continue;
         ++taken;
         const int now = ++inside;
         for (int seen = at_most; now > seen && !at_most.compare_exchange_weak(seen, now);) {
@@ -178,7 +139,7 @@ TEST(Account, ManyThreadsNeverHoldMoreThanTheLimit) {
   threads.clear();
   EXPECT_LE(at_most, 3);
   EXPECT_GT(taken, 0);
-  EXPECT_FALSE(Ticket().take(accounts.of({"one"}), Kind::call, 1));
+  EXPECT_FALSE(Permit().take(accounts.of({"one"}), Kind::call, 1));
 }
 
 }  // namespace

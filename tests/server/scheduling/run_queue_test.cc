@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
@@ -28,16 +29,15 @@ class RunQueueTest : public testing::Test {
   }
   /// One turn of a worker; false if it has nothing to do.
   bool turn(JobKind most = JobKind::unsliced) {
-    const RunQueue::Turn turn = queue_.pop(most, now_);
+    const RunQueue::Turn turn = queue_.pop(most);
     if (!turn.job) return false;
     const double before = work_done;
     const bool more = turn.job->run_slice();
-    queue_.charge(turn, work_done - before, more, now_);
+    queue_.charge(turn, work_done - before, more);
     return true;
   }
   std::string order_;
   RunQueue queue_;
-  RunQueue::Time now_{1h};
   std::vector<std::unique_ptr<CountedJob>> jobs_;
 };
 
@@ -217,47 +217,24 @@ TEST_F(RunQueueTest, AWorkerRunsOnlyWhatItReaches) {
 TEST_F(RunQueueTest, OnlyAShareWithoutASearchIsNeglected) {
   Share greedy, first, second;
   queue(greedy, 'g', 1, slice, endless, JobKind::unsliced);
-  const RunQueue::Turn search = queue_.pop(JobKind::unsliced, now_);
+  const RunQueue::Turn search = queue_.pop(JobKind::unsliced);
   ASSERT_TRUE(search.job);
   queue(greedy, 'h', 1, slice, endless, JobKind::unsliced);
   queue(greedy, 's', 1, slice, 0);
-  EXPECT_FALSE(queue_.pop_neglected(now_).job) << "it has a search of its own";
+  EXPECT_FALSE(queue_.pop_neglected().job) << "it has a search of its own";
   queue(first, 'a', 1, slice, endless, JobKind::unsliced);
   queue(first, 'b', 1, slice, endless, JobKind::unsliced);
   queue(second, 'c', 1, slice, endless, JobKind::sliced);
-  std::vector<RunQueue::Turn> turns{queue_.pop_neglected(now_), queue_.pop_neglected(now_)};
+  std::vector<RunQueue::Turn> turns{queue_.pop_neglected(), queue_.pop_neglected()};
   ASSERT_TRUE(turns[0].job && turns[1].job);
   EXPECT_NE(turns[0].share, turns[1].share);
-  EXPECT_FALSE(queue_.pop_neglected(now_).job) << "one of each";
-  for (const RunQueue::Turn& turn : turns) queue_.charge(turn, slice, false, now_);
-  const RunQueue::Turn next = queue_.pop_neglected(now_);
+  EXPECT_FALSE(queue_.pop_neglected().job) << "one of each";
+  for (const RunQueue::Turn& turn : turns) queue_.charge(turn, slice, false);
+  const RunQueue::Turn next = queue_.pop_neglected();
   EXPECT_EQ(next.share, &first);
-  queue_.charge(next, slice, false, now_);
-  queue_.charge(search, slice, false, now_);
-  EXPECT_EQ(queue_.pop_neglected(now_).share, &greedy);
-}
-
-TEST_F(RunQueueTest, AShareBeyondItsRateRunsShortJobsOnly) {
-  WorkRate rate(100 * slice);
-  Share limited(&rate), free;
-  queue(limited, 'l', 1000, 10 * slice, endless);
-  now_ += 1s;
-  for (int i = 0; i < 20; ++i) turn();
-  EXPECT_EQ(order_, "llllllllll") << "a second's work: nine tenths, and one that was begun before";
-  ASSERT_TRUE(queue_.ready_at());
-  EXPECT_NEAR(std::chrono::duration<double>(*queue_.ready_at() - now_).count(), 0.1, 1e-6);
-  queue(limited, 's', 1, slice, slice);
-  queue(free, 'f', 1, slice, endless);
-  while (turn()) {
-  }
-  EXPECT_EQ(order_.substr(10), "sf");
-  now_ = *queue_.ready_at();
-  now_ += 1ms;
-  EXPECT_TRUE(turn());
-  EXPECT_EQ(order_.back(), 'l');
-  EXPECT_FALSE(turn());
-  queue_.lift_rates();
-  EXPECT_TRUE(turn());
+  queue_.charge(next, slice, false);
+  queue_.charge(search, slice, false);
+  EXPECT_EQ(queue_.pop_neglected().share, &greedy);
 }
 
 TEST_F(RunQueueTest, WhatIsTakenOutDoesNotRun) {

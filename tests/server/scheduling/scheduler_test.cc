@@ -76,7 +76,7 @@ TEST(Scheduler, FinishesWhatIsQueued) {
   EXPECT_EQ(slices, 300);
 }
 
-TEST(Scheduler, AHastenedJobRunsOutOfItsTurn) {
+TEST(Scheduler, ACancelledJobRunsOutOfItsTurn) {
   Share share;
   int slices = 0;
   std::thread::id ran_on;
@@ -90,22 +90,22 @@ TEST(Scheduler, AHastenedJobRunsOutOfItsTurn) {
   gate.close(scheduler);
   scheduler.submit(&other.of(share, endless), JobKind::unsliced);
   scheduler.submit(&waiting.of(share, endless), JobKind::unsliced);
-  scheduler.hasten(&waiting);
+  scheduler.cancel(&waiting);
   EXPECT_EQ(slices, 2);
   EXPECT_EQ(ran_on, std::this_thread::get_id());
   gate.open();
 }
 
-TEST(Scheduler, AJobHastenedInItsSliceDoesNotWaitForTheNextOne) {
+TEST(Scheduler, AJobCancelledInItsSliceDoesNotWaitForTheNextOne) {
   Share share;
-  std::latch begun(1), hastened(1), done(1);
+  std::latch begun(1), cancelled(1), done(1);
   std::atomic<int> slices = 0;
   std::atomic<bool> others_done = false;
   bool before_others = false;
   Calling job([&] {
     if (++slices == 1) {
       begun.count_down();
-      hastened.wait();
+      cancelled.wait();
       return true;
     }
     before_others = !others_done;
@@ -120,13 +120,13 @@ TEST(Scheduler, AJobHastenedInItsSliceDoesNotWaitForTheNextOne) {
   scheduler.submit(&job.of(share, endless), JobKind::sliced);
   begun.wait();
   scheduler.submit(&other.of(share, endless), JobKind::sliced);
-  scheduler.hasten(&job);
-  hastened.count_down();
+  scheduler.cancel(&job);
+  cancelled.count_down();
   done.wait();
   EXPECT_TRUE(before_others);
 }
 
-TEST(Scheduler, AJobHastenedAtRestRunsWhenItIsSubmitted) {
+TEST(Scheduler, AJobCancelledAtRestRunsWhenItIsSubmitted) {
   Share share;
   int slices = 0;
   Calling resting([&] { return ++slices < 3; });
@@ -134,7 +134,7 @@ TEST(Scheduler, AJobHastenedAtRestRunsWhenItIsSubmitted) {
   Scheduler scheduler(2);
   gate.close(scheduler);
   resting.of(share, endless);
-  scheduler.hasten(&resting);
+  scheduler.cancel(&resting);
   EXPECT_EQ(slices, 0);
   scheduler.submit(&resting, JobKind::unsliced);
   EXPECT_EQ(slices, 3);

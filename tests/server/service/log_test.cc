@@ -60,7 +60,7 @@ TEST(Log, AnInternalErrorIsToldAtEveryLevel) {
     const Lines lines = logged([&] {
       const server::Log log(level, true);
       const grpc::CallbackServerContext context;
-      server::CallLog(log, context, "Step", "s").finish({grpc::INTERNAL, "out of \"luck\""});
+      server::CallLog(log, context, "Step").finish({grpc::INTERNAL, "out of \"luck\""});
       server::CallLog(log, context, "Describe").finish(grpc::Status::OK);
     });
     const auto line = only(lines, "Step");

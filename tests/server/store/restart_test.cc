@@ -156,7 +156,7 @@ TEST_F(RestartTest, ADeletedNameEndsWithTheIdleTimeout) {
   EXPECT_TRUE(store.deleted_names(0).empty()) << "a server that starts removes what is over";
 }
 
-TEST_F(RestartTest, RestoredSessionsTakeTheirSeats) {
+TEST_F(RestartTest, RestoredSessionsTakeTheirPermits) {
   auto options = with_store(file_);
   {
     Harness harness(options);
