@@ -17,8 +17,9 @@ from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
                             Unauthenticated, Unavailable, Unimplemented, Violation)
-from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis, Domain, EstimatedError, Events, Geodesic,
-                             Invariant, Outcome, Point, Price, RunStatus, State, Summary, Tradeoff, Trajectory)
+from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events,
+                             Geodesic, Invariant, Motion, Outcome, Point, Price, RunStatus, State, Summary, Tradeoff, Trajectory)
+from stiefel._results.load import load, rerun
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session
@@ -28,12 +29,12 @@ from stiefel.version import __version__
 
 __all__ = [
     "AlreadyExists", "Batch", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion",
-    "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "Events", "FailedPrecondition",
+    "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "Errors", "EstimatedError", "Events", "FailedPrecondition",
     "Geodesic", "Internal",
-    "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
+    "Invariant", "InvalidArgument", "Motion", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
     "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
     "SweepResult", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
-    "__version__", "examples", "simulate", "sweep", "to_dict", "to_message",
+    "__version__", "examples", "load", "rerun", "simulate", "sweep", "to_dict", "to_message",
 ]
 
 
