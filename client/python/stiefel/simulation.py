@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Any, Mapping, Optional
 
-from stiefel._given.mappings import Names
+from stiefel._given.typed import Fields
 from stiefel._results.origin import Origin
 from stiefel._sweep.own_server import OwnServer, Share
 from stiefel.client import Client
@@ -23,7 +23,7 @@ def own_client() -> Client:
 
 
 def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, times: Any = None,
-             every: Optional[int] = None, fields: Optional[Names] = None, normalize: bool = False, progress: bool = False,
+             every: Optional[int] = None, fields: Optional[Fields] = None, normalize: bool = False, progress: bool = False,
              timeout: Optional[float] = None, estimate_error: bool = False) -> Trajectory:
     """Returns the motion of a scene: `stiefel.simulate("toutatis", time=86400)`.
 
