@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
+from stiefel._exports import ccsds, mcap, spice
+from stiefel._exports.nodes import Export
 from stiefel._results import attitude, save, tables
 from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
 from stiefel._results.estimate import Errors, EstimatedError
@@ -20,7 +22,7 @@ from stiefel._results.origin import Origin
 from stiefel._results.tradeoff import Point, Tradeoff
 from stiefel.scene import to_dict
 
-__all__ = ["Batch", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Geodesic",
+__all__ = ["Batch", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
            "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
 
 
@@ -181,6 +183,26 @@ class Trajectory(Ended, Batch):
         """Returns Euler angles (samples, 3) of the attitude, body to space. `sequence`: upper case, such as "ZXZ", for axes
         that turn with the body, Q = Rz(a) Rx(b) Rz(c); lower case for fixed axes. Needs `quaternion` or Q."""
         return attitude.euler_angles(self.fields, sequence, degrees)
+
+    def to_aem(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
+        """Writes an Attitude Ephemeris Message of CCSDS. Options: `epoch`, the instant of time 0 if the scene has
+        none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded and what interpolation loses."""
+        return ccsds.to_aem(self, file, **options)
+
+    def to_apm(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
+        """Writes an Attitude Parameter Message of CCSDS with the state of one sample: attitude, angular velocity
+        and inertia. Options: `at`, the index of the sample, by default the last, and those of `to_aem`."""
+        return ccsds.to_apm(self, file, **options)
+
+    def to_ck(self, file: "str | os.PathLike[str]", instrument: int, **options: Any) -> Export:
+        """Writes a C-kernel of SPICE and the kernel of its clock, with spiceypy. `instrument`: the code of the body's frame,
+        such as -999000. Options: `epoch`, `frame`, `segment`."""
+        return spice.to_ck(self, file, instrument=instrument, **options)
+
+    def to_mcap(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
+        """Writes an MCAP file with attitude and angular velocity for Foxglove, with the package mcap. Options: `epoch`,
+        `frame`, `body_frame`."""
+        return mcap.to_mcap(self, file, **options)
 
     def to_xarray(self) -> Any:
         """Returns an `xarray.Dataset` with the coordinates `time` and `step` and a variable for each field, which has its
