@@ -26,7 +26,7 @@ moved = [ "$$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' $(1))" -ef . ] || rm
 $(foreach cache,$(wildcard build/*/CMakeCache.txt),$(shell $(call moved,$(cache))))
 
 .PHONY: help packages packages-build packages-run packages-fuzz build build-run build-programs build-python with-tests \
-        build-tests build-bench run test test-long fuzz bench bench-peers bench-build image wheel dist sanitize format install bare clean
+        build-tests build-bench run test test-long fuzz bench bench-peers bench-build image wheel dist docs sanitize format install bare clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -86,7 +86,7 @@ test: build-tests ## compile and run the tests
 	@$(PYTHON) tests/run.py --preset release -j $(TEST_JOBS)
 
 test-long: build-bench build-tests ## run all tests, those that take minutes included, and the fuzz targets
-	@docker/packages.sh wheel image browser
+	@docker/packages.sh wheel image browser docs
 	@$(PYTHON) tests/run.py --preset long -j $(JOBS)
 	@$(MAKE) --no-print-directory fuzz
 
@@ -121,6 +121,11 @@ wheel: build-programs ## make the Python wheels: one with server and command for
 
 dist: wheel ## make what a release needs in build/dist: wheels, sources, image, notes, checksums
 	@$(PYTHON) docker/dist.py build/wheel build/dist
+
+docs: packages-run build-programs ## build the site of the documentation into build/docs/html, tutorials run and pictures drawn
+	@docker/packages.sh docs
+	@$(PYTHON) docs/site/build.py build/release build/docs
+	@echo "wrote build/docs/html/index.html"
 
 bare: ## run and test a fresh clone in a bare Debian 12, or SUITE=trixie for 13, as root
 	@docker/packages.sh image

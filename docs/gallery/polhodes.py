@@ -1,0 +1,33 @@
+"""Polhodes.
+
+The angular momentum of a free body, seen from the body, runs on a sphere along curves of constant energy. Around the axes of
+the smallest and the largest moment the curves are closed; the two that cross at the middle axis separate both kinds. Here
+are 24 motions with moments 1, 2 and 3 kg m² and one size of the momentum, as one ensemble.
+"""
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import stiefel
+
+moments = np.array([1.0, 2.0, 3.0])
+angles = np.linspace(-np.pi, np.pi, 24, endpoint=False) + 0.05
+starts = np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1)  # momenta in the plane of the first and third axis
+scene = {"system": "rigid_body", "step": 0.1, "members": len(starts),
+         "body": {"moments": moments, "angular_velocity": starts / moments}}
+run = stiefel.simulate(scene, time=60.0, every=1, fields=["angular_velocity"])
+momentum = run["angular_velocity"] * moments  # (samples, members, 3)
+assert abs(np.linalg.norm(momentum, axis=2) - 1).max() < 1e-12
+
+figure = plt.figure(figsize=(6, 6))
+axes = figure.add_subplot(projection="3d")
+for member in range(len(starts)):
+    energy = (starts[member] ** 2 / moments).sum()
+    axes.plot(*momentum[:, member].T, color=plt.cm.viridis(1.5 * (energy - 1 / 3)), linewidth=1)
+axes.set(xlabel="m₁", ylabel="m₂", zlabel="m₃", title="Momentum in body axes")
+axes.set_box_aspect((1, 1, 1))
+axes.view_init(20, 40)
+figure.savefig(sys.argv[1], dpi=100)

@@ -1,0 +1,27 @@
+"""A body that turns over.
+
+A body that spins about its middle axis turns over again and again, although nothing acts on it. The spin about the axis
+changes its sign; the angular momentum in space stays as it is.
+"""
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import stiefel
+
+scene = {"system": "rigid_body", "step": 0.05,
+         "body": {"moments": [1, 2, 3], "angular_velocity": [0.001, 1, 0.001]}}
+run = stiefel.simulate(scene, time=120.0, every=1, fields=["angular_velocity", "Q", "M"])
+spin = run["angular_velocity"]
+momentum = run["Q"] @ run["M"] @ run["Q"].swapaxes(1, 2)
+assert abs(momentum - momentum[0]).max() < 1e-12 and (np.diff(np.sign(spin[:, 1])) != 0).sum() >= 4
+
+figure, axes = plt.subplots(figsize=(8, 3.5), constrained_layout=True)
+for k, name in enumerate(("smallest", "middle", "largest")):
+    axes.plot(run.time, spin[:, k], label=f"axis of the {name} moment")
+axes.set(xlabel="s", ylabel="angular velocity, rad/s")
+axes.legend(loc="lower right", fontsize=8)
+figure.savefig(sys.argv[1], dpi=100)
