@@ -1,14 +1,21 @@
 """Simulates free rigid bodies in any dimension and geodesics on Stiefel manifolds, with a stiefel server.
 
-    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
-        with client.create("scene.json") as session:
-            run = session.trajectory(to=10_000, every=10)
+    run = stiefel.simulate("toutatis", time=86400)
+
+`simulate` starts a server of its own on first use. With a server that others use too:
+
+    with stiefel.Client("host:50551") as client, client.create("scene.json") as session:
+        run = session.trajectory(to=10_000, every=10)
 """
 from __future__ import annotations
 
 import importlib
 from typing import Any
 
+from stiefel import solids
+from stiefel._given.bodies import body, tumbling
+from stiefel._given.examples import examples
+from stiefel._given.typed import Body, FieldName, Method, MethodName, Scene, SystemName
 from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
@@ -18,17 +25,18 @@ from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis,
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session
+from stiefel.simulation import simulate
 from stiefel.sweep import SweepFailed, SweepResult, sweep
 from stiefel.version import __version__
 
 __all__ = [
-    "AlreadyExists", "Batch", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion",
+    "AlreadyExists", "Batch", "Body", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion",
     "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "Events", "FailedPrecondition",
-    "Geodesic", "Internal",
-    "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
-    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
-    "SweepResult", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
-    "__version__", "sweep", "to_dict", "to_message",
+    "FieldName",    "Geodesic", "Internal",
+    "Invariant", "InvalidArgument", "Method", "MethodName", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
+    "RunStatus", "Scene", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
+    "SweepResult", "SystemName", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
+    "__version__", "body", "examples", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling",
 ]
 
 
