@@ -72,7 +72,7 @@ def main() -> None:
     begun = time.perf_counter()
     result = flips(arguments.pixels, workers(arguments.on), arguments.store, progress=sys.stderr.isatty())
     seconds = time.perf_counter() - begun
-    count = np.asarray(result["angular_velocity.sign_changes"])[:, :, 0, 1]
+    count = np.asarray(result["angular_velocity.sign_changes"])[:, :, 1]
     print(f"{count.size} bodies, {STEPS} steps each, in {seconds:.1f} s: {count.size * STEPS / seconds:.1e} steps/s")
     print(f"they turned over {count.min()} to {count.max()} times; energy drifted by at most "
           f"{np.asarray(result['energy.drift']).max():.0e}")

@@ -59,9 +59,9 @@ def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> 
 def scene(file: Any, title: str, run: Any, name: str, drift_time: Any, drifts: dict[str, Any]) -> None:
     """Draws the entries of the field `name` over time, above the drift of each family of invariants."""
     figure, (entries, drift) = plt.subplots(2, 1, figsize=(9, 6.5), sharex=True, layout="constrained")
-    rows, cols = run[name].shape[1:]
-    for k, (i, j) in enumerate(list(np.ndindex(rows, cols))[:9]):
-        entries.plot(run.time, run[name][:, i, j], lw=1.2, label=f"{name}[{i + 1},{j + 1}]", **diagram.line(k))
+    for k, at in enumerate(list(np.ndindex(run[name].shape[1:]))[:9]):
+        label = f"{name}[{','.join(map(str, at))}]"
+        entries.plot(run.time, run[name][(slice(None), *at)], lw=1.2, label=label, **diagram.line(k))
     entries.set_title(title)
     entries.legend(loc="center left", bbox_to_anchor=(1, 0.5))
     for k, (family, values) in enumerate(drifts.items()):

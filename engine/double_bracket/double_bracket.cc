@@ -87,7 +87,7 @@ SystemEntry double_bracket_entry() {
        "J_V V = Lambda_V V + V Lambda_V",
        "[RB] (5.6)"},
       {family::singular_values,
-       "[c, k]: the k-th singular value of Q, P, Q + P and Q + i P for c = 1 to 4",
+       "[c, k]: the k-th singular value of Q, P, Q + P and Q + i P for c = 0 to 3",
        "[RB] section 5"},
   };
   info.name = "double_bracket";

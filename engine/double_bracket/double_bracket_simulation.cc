@@ -64,8 +64,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       // scale is that of Q and P.
       const double scale = std::abs(a) * largest[0] + std::abs(b) * largest[1];
       for (Eigen::Index i = 0; i < s.size(); ++i)
-        out.add(family::singular_values, indexed(family::singular_values, c + 1, i + 1), s(i),
-                scale);
+        out.add(family::singular_values, indexed(family::singular_values, c, i), s(i), scale);
     }
   };
   stop_point();

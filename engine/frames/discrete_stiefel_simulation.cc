@@ -28,7 +28,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       const Matrix<Wide> m = discrete_momentum<Wide>(wide_lambda, Q_prev, Q);
       for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index j = i + 1; j < n; ++j)
-          out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1),
+          out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j),
                   m(i, j), wide_lambda.maxCoeff());
     }
     if (!out.wants(family::lax, N <= largest_lax_unasked)) return;

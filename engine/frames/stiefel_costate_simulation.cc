@@ -37,7 +37,7 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
     const double scale = x.bottomRows(n).norm();
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < n; ++j)
-        out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), scale);
+        out.add(family::PQt, indexed(family::PQt, i, j), A(i, j), scale);
   };
   return make_simulation(scene, StiefelCostate<double>(lambda, n), shared(observables),
                          3 * stiefel_cost(n, N));

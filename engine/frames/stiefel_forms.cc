@@ -120,7 +120,7 @@ void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen:
     const Matrix<Wide> m = frame_momentum<Wide>(wide_Q, wide_S);
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = i + 1; j < n; ++j)
-        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1), m(i, j),
+        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j), m(i, j),
                 at_rest ? of_terms : of_S);
   };
   observables.frame_defect = [n](const Eigen::MatrixXd& x) {

@@ -145,7 +145,7 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
     const double scale = A.norm();
     for (Eigen::Index i = 0; i < N; ++i)
       for (Eigen::Index j = 0; j < N; ++j)
-        out.add(family::PQ_inverse, indexed(family::PQ_inverse, i + 1, j + 1), A(i, j), scale);
+        out.add(family::PQ_inverse, indexed(family::PQ_inverse, i, j), A(i, j), scale);
   };
   observables.speed = [=](const Eigen::MatrixXd& x) { return angular_velocity_norm(lambda, M(x)); };
   return observables;

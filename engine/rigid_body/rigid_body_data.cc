@@ -164,6 +164,8 @@ SystemEntry rigid_body_family() {
        "body angular velocity: Omega_ij = M_ij / (lambda_i + lambda_j) in principal axes"},
       {"quaternion", "1 x 4", "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous"},
       {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
+      {"angular_velocity_space", "1 x 3", "N = 3: the vector of Q Omega Q^T, in space axes"},
+      {"momentum_space", "1 x 3", "N = 3: the vector of Q M Q^T, in space axes"},
   };
   info.invariants = rigid_body_invariant_infos();
   info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});

@@ -39,7 +39,7 @@ std::vector<InvariantInfo> rigid_body_invariant_infos(Side side) {
   return {
       {family::energy, "1/2 tr(Lambda Omega^T Omega)", "[RB] section 2"},
       {family::spatial_momentum, side == Side::left ? "Q M Q^T" : "Q^T M Q", "[RB] Prop. 2.1"},
-      {family::casimirs, "w_1 >= w_2 >= ... >= 0 of the eigenvalues +-i w_k of M",
+      {family::casimirs, "w_0 >= w_1 >= ... >= 0 of the eigenvalues +-i w_k of M",
        "[RB] section 2"},
       {family::manakov, "coefficients of mu^j in tr((M + mu Lambda^2)^k), k = 2..N", "[RB] (2.4)"},
   };
@@ -64,12 +64,11 @@ void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen
         side == Side::left ? spatial_momentum<double>(Q, M) : right_momentum<double>(Q, M);
     for (Eigen::Index i = 0; i < m.rows(); ++i)
       for (Eigen::Index j = i + 1; j < m.cols(); ++j)
-        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i + 1, j + 1), m(i, j),
-                norm);
+        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j), m(i, j), norm);
   }
   if (out.wants(family::casimirs))
     for (Eigen::Index k = 0; k < w.size(); ++k)
-      out.add(family::casimirs, indexed(family::casimirs, k + 1), w(k), norm);
+      out.add(family::casimirs, indexed(family::casimirs, k), w(k), norm);
   if (manakov_wanted) manakov_coefficients(wide_lambda, wide_M, norm, out);
 }
 

@@ -27,6 +27,10 @@ RigidBodyOffer offer(const Scene& scene, std::vector<Field>& fields, std::size_t
   if (N == 3 && scene.has_frame() && scene.determinant() == 1)
     add("quaternion", RigidBodyField::quaternion, 1, 4);
   if (N == 3) add("angular_velocity", RigidBodyField::angular_velocity, 1, 3);
+  if (N == 3 && scene.has_frame()) {
+    add("angular_velocity_space", RigidBodyField::angular_velocity_space, 1, 3);
+    add("momentum_space", RigidBodyField::momentum_space, 1, 3);
+  }
   if (scene.method().empty()) all.map_step = scene.step();
   return all;
 }
@@ -110,6 +114,12 @@ void RigidBodyObservables3::write(const Point& x, std::size_t index, std::span<d
     case RigidBodyField::angular_velocity:
       Eigen::Map<Eigen::Vector3d>(out.data()) = to_caller(omega(x));
       break;
+    case RigidBodyField::angular_velocity_space:
+      Eigen::Map<Eigen::Vector3d>(out.data()) = to_space(x, omega(x));
+      break;
+    case RigidBodyField::momentum_space:
+      Eigen::Map<Eigen::Vector3d>(out.data()) = to_space(x, m(x));
+      break;
     case RigidBodyField::quaternion: {
       Eigen::Map<Eigen::Vector4d> q(out.data());
       q = x.topRows<4>();
@@ -145,6 +155,10 @@ Eigen::MatrixXd RigidBodyObservables3::to_blocks(const Point& x) const {
   Eigen::MatrixXd out(frame_part.rows() + 3, 3);
   out << frame_part, hat(m(x));
   return out;
+}
+
+Eigen::Vector3d RigidBodyObservables3::to_space(const Point& x, const Eigen::Vector3d& v) const {
+  return rotation_matrix<double>(Eigen::Vector4d(x.topRows<4>())) * v;
 }
 
 Eigen::MatrixXd RigidBodyObservables3::Q(const Point& x) const {

@@ -7,10 +7,19 @@
 
 namespace stiefel {
 
-enum class RigidBodyField { Q, M, Omega, quaternion, angular_velocity };
+enum class RigidBodyField {
+  Q,
+  M,
+  Omega,
+  quaternion,
+  angular_velocity,
+  angular_velocity_space,
+  momentum_space
+};
 
 /// What a rigid-body scene offers: the kind of each field (its blocks, then Omega, and in three
-/// dimensions the quaternion and the angular velocity), and for the discrete body the map's step.
+/// dimensions the quaternion and the angular velocity, in space axes also the momentum), and for the
+/// discrete body the map's step.
 struct RigidBodyOffer {
   std::vector<RigidBodyField> kinds;
   std::optional<double> map_step;
@@ -48,6 +57,8 @@ class RigidBodyObservables3 final : public Observables {
   Eigen::MatrixXd to_blocks(const Point& x) const override;
 
  private:
+  /// The vector of Q A Qᵀ in space axes for A = hat(v) in principal axes.
+  Eigen::Vector3d to_space(const Point& x, const Eigen::Vector3d& v) const;
   /// Q of a point; empty where the scene has none.
   Eigen::MatrixXd Q(const Point& x) const;
   Eigen::Vector3d omega(const Point& x) const;

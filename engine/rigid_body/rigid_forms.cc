@@ -51,7 +51,7 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
     const double scale = A.norm();
     for (Eigen::Index i = 0; i < N; ++i)
       for (Eigen::Index j = 0; j < N; ++j)
-        out.add(family::PQt, indexed(family::PQt, i + 1, j + 1), A(i, j), scale);
+        out.add(family::PQt, indexed(family::PQt, i, j), A(i, j), scale);
   };
   observables.frame_defect = [Q = form.Q](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(Q(x)));

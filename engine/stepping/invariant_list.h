@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-/// Returns the name of one invariant of a family: "casimirs[1]", "manakov[3,1]".
+/// Returns the name of one invariant of a family: "casimirs[0]", "manakov[3,1]".
 std::string indexed(std::string_view family, long i);
 std::string indexed(std::string_view family, long i, long j);
 

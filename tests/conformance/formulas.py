@@ -51,7 +51,7 @@ def traces(pencil, K):
 
 
 def elements(A):
-    return {(i + 1, j + 1): A[i, j] for i in range(A.shape[0]) for j in range(A.shape[1])}
+    return {(i, j): A[i, j] for i in range(A.shape[0]) for j in range(A.shape[1])}
 
 
 def U_of_momentum(x):
@@ -97,7 +97,7 @@ def body_energy(x):
 
 def casimirs(x):
     w = np.linalg.eigvalsh(1j * x.M)[::-1][:len(x.lam) // 2]
-    return {(k + 1,): wk for k, wk in enumerate(w)}
+    return {(k,): wk for k, wk in enumerate(w)}
 
 
 def discrete_hamiltonian(x):
@@ -122,7 +122,7 @@ INVARIANTS = {
     "1/2 tr(Lambda Omega^T Omega)": body_energy,
     "Q M Q^T": lambda x: elements(x.Q @ x.M @ x.Q.T),
     "Q^T M Q": lambda x: elements(x.Q.T @ x.M @ x.Q),
-    "w_1 >= w_2 >= ... >= 0 of the eigenvalues +-i w_k of M": casimirs,
+    "w_0 >= w_1 >= ... >= 0 of the eigenvalues +-i w_k of M": casimirs,
     "coefficients of mu^j in tr((M + mu Lambda^2)^k), k = 2..N":
         lambda x: traces([x.M, x.Lam @ x.Lam], len(x.lam)),
     "P Q^T": lambda x: elements(x.P @ x.Q.T),
@@ -142,8 +142,8 @@ INVARIANTS = {
     "D = (p^T Lambda^-1 q)^2 - (p^T Lambda^-1 p) (q^T Lambda^-1 q), p = Lambda q' if not given": ellipsoid_lax,
     "1/4 <U, J_U U> + 1/4 <V, J_V V>, <A, B> = 1/2 tr(A^+ B), J_U U = Lambda_U U + U Lambda_U, "
     "J_V V = Lambda_V V + V Lambda_V": double_bracket_hamiltonian,
-    "[c, k]: the k-th singular value of Q, P, Q + P and Q + i P for c = 1 to 4": lambda x: {
-        (c + 1, k + 1): s for c, A in enumerate([x.Q, x.P, x.Q + x.P, x.Q + 1j * x.P])
+    "[c, k]: the k-th singular value of Q, P, Q + P and Q + i P for c = 0 to 3": lambda x: {
+        (c, k): s for c, A in enumerate([x.Q, x.P, x.Q + x.P, x.Q + 1j * x.P])
         for k, s in enumerate(np.linalg.svd(A, compute_uv=False))},
 }
 
@@ -201,6 +201,8 @@ FIELDS = {
     "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous":
         lambda x, A: [(x.Q, rotation(A)), (A @ x.next.quaternion.T > 0.9, True)],
     "N = 3: the vector of Omega": lambda x, A: [(x.Omega, hat(A))],
+    "N = 3: the vector of Q Omega Q^T, in space axes": lambda x, A: [(x.Q @ x.Omega @ x.Q.T, hat(A))],
+    "N = 3: the vector of Q M Q^T, in space axes": lambda x, A: [(x.Q @ x.M @ x.Q.T, hat(A))],
     "costate, Q^T P - P^T Q = epsilon M": lambda x, A: left_costate(x),
     "costate, P Q^T - Q P^T = epsilon M": lambda x, A: right_costate(x),
     "M = (Q^T P - P^T Q) / epsilon": lambda x, A: left_costate(x),

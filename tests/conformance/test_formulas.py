@@ -146,7 +146,7 @@ class State:
         else:
             self.lam_u, self.lam_v = np.asarray(scene["inertia_u"]), np.asarray(scene["inertia_v"])
         if "epsilon" in fields[at]:
-            self.epsilon = fields[at]["epsilon"][0, 0]
+            self.epsilon = float(fields[at]["epsilon"])
 
     @property
     def next(self):

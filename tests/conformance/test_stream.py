@@ -60,7 +60,8 @@ def test_every_declared_field_can_be_had(client):
             for field in systems[scene["system"]].fields:
                 if "N" not in field.shape and n != 3:
                     continue
-                shape = tuple(eval(size, {}, {"N": n}) for size in field.shape.split(" x "))
+                rows, cols = (eval(size, {}, {"N": n}) for size in field.shape.split(" x "))
+                shape = (rows, cols) if field.name[0].isupper() else (cols,)
                 assert session.step(to=3, fields=[field.name])[field.name].shape == shape, field.name
 
 
@@ -108,7 +109,7 @@ def test_diagnose_tells_what_is_kept(session):
     diagnosis = session.diagnose(to=2000)
     invariants = {invariant.name: invariant for invariant in diagnosis.invariants}
     assert diagnosis.step == 2000 and diagnosis.time == 20.0
-    assert {"energy", "spatial_momentum[1,2]"} <= set(invariants)
+    assert {"energy", "spatial_momentum[0,1]"} <= set(invariants)
     assert any(name.startswith("manakov") for name in invariants)
     for invariant in diagnosis.invariants:
         assert invariant.scale > 0

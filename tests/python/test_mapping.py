@@ -1,4 +1,4 @@
-"""What comes back is a mapping, comes with a short repr, and is compared by value."""
+"""What comes back has fields by name, comes with a short repr, and is compared by value."""
 import copy
 import dataclasses
 import os
@@ -32,18 +32,58 @@ def answer(session, request):
             "batch": lambda: next(session.stream(to=40, fields=BLOCKS))}[request.param]
 
 
-def test_it_is_a_mapping_of_its_fields(answer):
+def test_fields_have_names(answer):
     fields = answer()
+    assert list(fields.fields) == ["Q", "M"] == fields._ipython_key_completions_()
+    assert "Q" in fields and "quaternion" not in fields and 0 not in fields and fields.fields["Q"] is fields["Q"]
+    with pytest.raises(KeyError, match="no field 'Omega'; the fields are Q, M"):
+        fields["Omega"]
+    with pytest.raises(KeyError):
+        fields[1.5]
+
+
+def test_a_trajectory_is_a_sequence_of_states(session):
+    for run in (session.trajectory(to=40, every=3), next(session.stream(to=40, every=3))):
+        assert len(run) == run.samples == 15 and [state.step for state in run] == list(run.step)
+        assert all(isinstance(state, stiefel.State) and state.outcome == "REACHED" for state in run)
+        assert run[4] == session.step(to=12) == run[-11] == run[np.int64(4)] and run[-1] == session.step(to=40)
+        part = run[3:9:2]
+        assert type(part) is type(run) and list(part.step) == [9, 15, 21] == list(part.time / 0.01) and part[1] == run[5]
+        assert len(run[:0]) == 0 and list(run[::-1].step) == list(run.step)[::-1]
+        assert part["quaternion"].base is not None and (part["quaternion"] == run["quaternion"][3:9:2]).all()
+        for wrong in (15, -16):
+            with pytest.raises(IndexError):
+                run[wrong]
+        for wrong in (True, [1, 2]):
+            with pytest.raises(KeyError, match="no field"):
+                run[wrong]
+
+
+def test_a_part_of_a_run_that_stopped_ended_well(client):
+    with client.create({**SCENE, "step": 1.5, "method": {"name": "rk4"}}) as session:
+        run = session.trajectory(to=1000)
+    assert run.outcome == "NOT_FINITE" and len(run) > 2 and run[1:].outcome == run[-1].outcome == "NOT_FINITE"
+    assert run[:-1].outcome == run[0].outcome == "REACHED" and [s.outcome for s in run][-2:] == ["REACHED", "NOT_FINITE"]
+
+
+def test_a_trajectory_knows_where_it_comes_from(client, session):
+    run = session.trajectory(to=5, every=2)
+    for one in (run, run[1:], copy.deepcopy(run), pickle.loads(pickle.dumps(run)), session.trajectory(times=[0.015])):
+        assert one.scene == session.scene and one.build == client.describe().numerics_id and one.epoch is None
+        assert one.units == {"time": "s", "quaternion": "1", "angular_velocity": "rad/s"}
+    with client.create({"system": "rigid_body", "step": 1, "inertia": [1, 2, 3], "initial": {"M": np.zeros((3, 3))}}) as other:
+        assert other.trajectory(to=1).units == {"time": "s"}
+    with pytest.raises(ValueError, match="does not know its scene"):
+        stiefel.Trajectory(run.step, run.time, run.fields, run.run_status).scene
+
+
+def test_a_state_is_a_mapping_of_its_fields(session):
+    fields = session.step(to=40, fields=BLOCKS)
     assert isinstance(fields, Mapping) and list(fields) == ["Q", "M"] == list(fields.keys()) and len(fields) == 2
-    assert "Q" in fields and "quaternion" not in fields and 0 not in fields
     assert [name for name, _ in fields.items()] == ["Q", "M"]
     assert all(one is other for one, other in zip(fields.values(), fields.fields.values()))
     assert fields.get("Q") is fields["Q"] and fields.get("Omega") is None and fields.get("Omega", 3) == 3
     assert dict(fields).keys() == {"Q", "M"} and (np.asarray({**fields}["M"]) == fields["M"]).all()
-    with pytest.raises(KeyError, match="no field 'Omega'; the fields are Q, M"):
-        fields["Omega"]
-    with pytest.raises(KeyError):
-        fields[0]
 
 
 def test_equal_are_those_with_the_same_numbers(answer, session):
@@ -84,7 +124,7 @@ def test_other_answers_are_compared_too(client, session):
 def test_a_repr_is_a_line(session, client):
     run, state = session.trajectory(to=40, every=10, fields=BLOCKS), session.step(to=40)
     assert repr(run) == "<stiefel.Trajectory REACHED of 5 samples, steps 0 to 40: Q (5, 3, 3), M (5, 3, 3)>"
-    assert repr(state) == "<stiefel.State REACHED at step 40, time 0.4: quaternion (1, 4), angular_velocity (1, 3)>"
+    assert repr(state) == "<stiefel.State REACHED at step 40, time 0.4: quaternion (4,), angular_velocity (3,)>"
     assert repr(next(session.stream(to=0, fields=BLOCKS))) == "<stiefel.Batch of 1 sample, steps 0 to 0: Q (1, 3, 3), M (1, 3, 3)>"
     assert repr(session) == f"<stiefel.Session {session.id}: rigid_body variational, step 0.01>"
     assert repr(client) == f"<stiefel.Client of {client.address}>"
@@ -147,8 +187,8 @@ def test_what_cannot_be_pickled_says_why(client, session):
 def test_a_text_is_one_name(session):
     for fields in ("quaternion", ["quaternion"], ("quaternion",), iter(["quaternion"])):
         assert list(session.step(to=3, fields=fields)) == ["quaternion"]
-    assert list(session.trajectory(to=3, fields="angular_velocity")) == ["angular_velocity"]
-    assert list(next(session.stream(to=3, fields="M"))) == ["M"]
+    assert list(session.trajectory(to=3, fields="angular_velocity").fields) == ["angular_velocity"]
+    assert list(next(session.stream(to=3, fields="M")).fields) == ["M"]
     with session.drive(fields="M") as drive:
         assert list(drive.step(1)) == ["M"] and list(drive.step(1, fields="Q")) == ["Q"]
     assert [i.name for i in session.diagnose(to=3, invariants="energy").invariants] == ["energy"]
@@ -207,14 +247,15 @@ def test_an_error_can_be_sent_to_another_process(kind):
 FLIP = {"field": "angular_velocity", "coefficients": [1, 0, 0], "level": 0.05}
 
 
-def test_events_are_a_mapping_compared_by_value(session):
+def test_events_are_compared_by_value(session):
     events, again = (session.events(2000, FLIP, fields=["Q", "quaternion"]) for _ in range(2))
-    assert isinstance(events, Mapping) and list(events) == ["Q", "quaternion"] and len(events) == 2 and "Q" in events
-    assert 0 not in events and dict(events).keys() == {"Q", "quaternion"} and events["Q"].shape == (events.count, 3, 3)
+    assert list(events.fields) == ["Q", "quaternion"] and len(events) == events.count and "Q" in events
+    assert 0 not in events and events["Q"].shape == (events.count, 3, 3) and list(events[1:].time) == list(events.time[1:])
+    assert [one.time[0] for one in events] == list(events.time) and (events[:2]["Q"] == events["Q"][:2]).all()
     assert events == again and events != session.events(1000, FLIP, fields=["Q", "quaternion"]) and events.count > 2
     assert events != session.events(2000, FLIP, fields=["Q"])
     assert repr(events) == (f"<stiefel.Events REACHED of {events.count} zeros: Q ({events.count}, 3, 3), "
-                            f"quaternion ({events.count}, 1, 4)>")
+                            f"quaternion ({events.count}, 4)>")
     with pytest.raises(KeyError, match="no field 'P'; the fields are Q, quaternion"):
         events["P"]
     with pytest.raises(TypeError):
@@ -224,16 +265,16 @@ def test_events_are_a_mapping_compared_by_value(session):
 def test_no_events_have_the_fields_too(session, client):
     never = {**FLIP, "level": 1e6}
     none = session.events(50, never)
-    assert none.count == 0 and none.member is None and {name: part.shape for name, part in none.items()} == {
-        "quaternion": (0, 1, 4), "angular_velocity": (0, 1, 3)} and none.run_status.outcome == "REACHED"
-    assert session.events(50, never, fields=iter(["angular_velocity"]))["angular_velocity"].shape == (0, 1, 3)
+    assert none.count == 0 and none.member is None and {name: part.shape for name, part in none.fields.items()} == {
+        "quaternion": (0, 4), "angular_velocity": (0, 3)} and none.run_status.outcome == "REACHED"
+    assert session.events(50, never, fields=iter(["angular_velocity"]))["angular_velocity"].shape == (0, 3)
     some = session.events(2000, FLIP)
     for name in ("event", "step", "fraction", "time"):
         assert getattr(none, name).dtype == getattr(some, name).dtype, name
-    assert all(none[name].dtype == some[name].dtype for name in some)
+    assert all(none[name].dtype == some[name].dtype for name in some.fields)
     with client.create({**SCENE, "members": 2}) as ensemble:
         none = ensemble.events(50, never)
-        assert none.member.shape == (0,) and none["quaternion"].shape == (0, 1, 4) and none == ensemble.events(50, never)
+        assert none.member.shape == (0,) and none["quaternion"].shape == (0, 4) and none == ensemble.events(50, never)
 
 
 def test_summaries_are_compared_by_value(session):

@@ -51,7 +51,7 @@ def written(command, scene, folder, suffix):
 def test_npz(command, scene, run, tmp_path):
     run.save(tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as ours, np.load(written(command, scene, tmp_path, ".npz")) as theirs:
-        assert list(ours) == list(theirs) == ["step", "time", *run]
+        assert list(ours) == list(theirs) == ["step", "time", *run.fields]
         for name in ours:
             assert ours[name].dtype == theirs[name].dtype
             np.testing.assert_array_equal(ours[name], theirs[name])

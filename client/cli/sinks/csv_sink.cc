@@ -9,29 +9,40 @@ namespace {
 
 using client::SampleView;
 
-void append_elements(std::string& text, const std::string& name, const client::FieldView& field) {
-  for (std::size_t row = 1; row <= field.rows; ++row) {
-    for (std::size_t col = 1; col <= field.cols; ++col) {
-      const std::string element =
-          name + "[" + std::to_string(row) + "," + std::to_string(col) + "]";
-      if (field.complex)
-        text.append(",\"Re ").append(element).append("\",\"Im ").append(element).append("\"");
-      else
-        text.append(",\"").append(element).append("\"");
-    }
-  }
+std::string index(std::size_t i) { return "[" + std::to_string(i) + "]"; }
+
+/// Returns the column of number (row, col) of a field: "q_w", "q[0]", "epsilon" or "Q[0,0]", of a
+/// member "q_w[2]", "q[2][0]", "epsilon[2]" or "Q[2][0,0]".
+std::string column(const client::FieldView& field, std::size_t member, std::size_t row,
+                   std::size_t col) {
+  const FieldKind& kind = kind_of(field.name);
+  const std::string of_member = field.members > 0 ? index(member) : "";
+  const std::string name(field.name);
+  if (col < kind.columns.size()) return std::string(kind.columns[col]) + of_member;
+  if (kind.axes == 0) return name + of_member;
+  if (kind.axes == 1) return name + of_member + index(col);
+  return name + of_member + "[" + std::to_string(row) + "," + std::to_string(col) + "]";
 }
 
-/// Appends "step,time,Q[1,1],...", for ensembles with "Q[member][1,1]" and members counted from 0.
-/// The names are quoted because they contain commas.
+/// Appends ",NAME"; a name that contains a comma in quotes.
+void append_name(std::string& text, const std::string& name) {
+  const char* quote = name.find(',') == std::string::npos ? "" : "\"";
+  text.append(",").append(quote).append(name).append(quote);
+}
+
+/// Appends the names of all columns: "step,time,q_w,...". Everything is counted from 0.
 void append_header(std::string& text, const SampleView& sample) {
   text += "step,time";
   for (int i = 0; i < sample.field_count(); ++i) {
     const auto field = sample.field(i);
     for (std::size_t member = 0; member < std::max<std::size_t>(1, field.members); ++member) {
-      std::string name(field.name);
-      if (field.members > 0) name.append("[").append(std::to_string(member)).append("]");
-      append_elements(text, name, field);
+      for (std::size_t row = 0; row < field.rows; ++row) {
+        for (std::size_t col = 0; col < field.cols; ++col) {
+          const std::string name = column(field, member, row, col);
+          append_name(text, (field.complex ? "Re " : "") + name);
+          if (field.complex) append_name(text, "Im " + name);
+        }
+      }
     }
   }
   text += '\n';

@@ -82,8 +82,8 @@ std::string numpy_type(v1::DataType type) {
   return type == v1::DATA_TYPE_FLOAT32 ? "<f4" : "<f8";
 }
 
-/// Writes an archive for numpy.load: the arrays `step`, `time`, and (samples, rows, cols) for every
-/// field.
+/// Writes an archive for numpy.load: the arrays `step`, `time`, and one for every field, for a
+/// matrix (samples, rows, cols), for a vector (samples, n).
 class NpzSink : public Sink {
  public:
   explicit NpzSink(const std::string& path)
@@ -97,8 +97,11 @@ class NpzSink : public Sink {
     if (fields_.empty()) {
       for (const auto& field : batch.fields()) {
         const auto& shape = field.value().shape();
-        fields_.emplace_back(field.name(), numpy_type(field.value().data_type()),
-                             std::vector<std::uint64_t>(shape.begin() + 1, shape.end()),
+        // The axes of length 1 of a vector or a number are those behind the samples and members.
+        std::vector<std::uint64_t> sample(shape.begin() + 1, shape.end());
+        const auto axes = static_cast<std::ptrdiff_t>(kind_of(field.name()).axes);
+        if (axes < 2) sample.erase(sample.end() - 2, sample.end() - axes);
+        fields_.emplace_back(field.name(), numpy_type(field.value().data_type()), sample,
                              destination_.working_path());
       }
     }

@@ -3,6 +3,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "stiefel/v1/simulation.pb.h"
 
@@ -22,6 +24,15 @@ class Sink {
 std::unique_ptr<Sink> make_json_sink(const std::string& path);  ///< stdout if the path is empty
 std::unique_ptr<Sink> make_csv_sink(const std::string& path);
 std::unique_ptr<Sink> make_npz_sink(const std::string& path);
+
+/// What a field is, by its name: how many axes a value has (2 for a matrix, 1 for a vector, 0 for a
+/// number), the names of a vector's numbers in a table, and the unit in a scene with `body`.
+struct FieldKind {
+  int axes = 2;
+  std::vector<std::string_view> columns;
+  std::string_view unit;
+};
+const FieldKind& kind_of(std::string_view field);
 
 /// Returns the sink for the path's extension; JSON on stdout if the path is empty. Throws BadInput
 /// for an unknown extension.

@@ -3,36 +3,42 @@ from __future__ import annotations
 
 import enum
 import os
-from dataclasses import dataclass, field
-from typing import Any, Mapping, Optional
+from dataclasses import dataclass, field, replace
+from typing import Any, Iterator, Mapping, Optional, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._results import save
-from stiefel._results.base import Array, ByValue, Ended, Fields, Outcome, Price, RunStatus
+from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
+from stiefel._results.kinds import kind_of
+from stiefel._results.origin import Origin
 from stiefel._results.tradeoff import Point, Tradeoff
+from stiefel.scene import to_dict
 
 __all__ = ["Batch", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "EstimatedError", "Events", "Geodesic",
-           "Invariant", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
+           "Invariant", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
+
+
+B = TypeVar("B", bound="Batch")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Ended, Fields):
     """The state at `step`: a mapping from field names to arrays.
 
-    If `outcome` is not REACHED, it is the last good state. The arrays are (rows, cols), in an ensemble (members, rows,
-    cols). They are read-only; `copy()` an array to change it. Two states are equal if their steps, times, fields and
-    run statuses are equal, whatever they cost.
+    If `outcome` is not REACHED, it is the last good state. A matrix is (rows, cols), a vector (n,), a number (); in an
+    ensemble (members,) stands before this shape. The arrays are read-only; `copy()` an array to change it. Two states
+    are equal if their steps, times, fields and run statuses are equal, whatever they cost.
     """
 
     step: int
     time: float
     fields: dict[str, Array]
     run_status: RunStatus
-    computed_steps: int = field(compare=False)  #: steps computed for this reply; earlier states came from a cache
-    checkpoint: bytes = field(compare=False)  #: on request, a checkpoint that `Client.create` accepts
+    computed_steps: int = field(default=0, compare=False)  #: steps computed for this reply; earlier states came from a cache
+    checkpoint: bytes = field(default=b"", compare=False)  #: on request, a checkpoint that `Client.create` accepts
     price: Optional[Price] = field(default=None, compare=False)  #: the predicted price of the computed steps
 
     def __repr__(self) -> str:
@@ -40,10 +46,12 @@ class State(Ended, Fields):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Batch(Fields):
-    """Consecutive samples: a mapping from field names to arrays, with `step` and `time` of every sample.
+class Batch(Named):
+    """Consecutive samples, with `step` and `time` of each. `batch["Q"]` is a field at all samples.
 
-    The arrays are (samples, rows, cols), in an ensemble (samples, members, rows, cols).
+    A matrix is (samples, rows, cols), a vector (samples, n), a number (samples,); in an ensemble (members,) stands
+    behind the samples. `len` is the number of samples. `batch[i]` is a State and `batch[a:b:c]` a batch of the samples
+    of a slice; iterating yields the states. `fields` maps the names to the arrays, and `"Q" in batch` asks for a field.
     """
 
     step: NDArray[np.int64]
@@ -54,6 +62,40 @@ class Batch(Fields):
     def samples(self) -> int:
         """The number of samples."""
         return len(self.step)
+
+    def __len__(self) -> int:
+        """Returns the number of samples."""
+        return len(self.step)
+
+    @overload
+    def __getitem__(self, which: str) -> Array: ...
+
+    @overload
+    def __getitem__(self, which: "int | np.integer[Any]") -> State: ...
+
+    @overload
+    def __getitem__(self: B, which: slice) -> B: ...
+
+    def __getitem__(self, which: Any) -> Any:
+        if isinstance(which, slice):
+            return self._part(which)
+        if isinstance(which, (int, np.integer)) and not isinstance(which, bool):
+            return self._state(range(len(self))[which])
+        return self._field(which)
+
+    def __iter__(self) -> Iterator[State]:
+        return map(self._state, range(len(self)))
+
+    def _part(self: B, samples: slice) -> B:
+        return replace(self, step=self.step[samples], time=self.time[samples],
+                       fields={name: values[samples] for name, values in self.fields.items()})
+
+    def _state(self, sample: int) -> State:
+        return State(int(self.step[sample]), float(self.time[sample]),
+                     {name: values[sample] for name, values in self.fields.items()}, self._status_at(sample))
+
+    def _status_at(self, sample: int) -> RunStatus:
+        return RunStatus(Outcome.REACHED)
 
     def __repr__(self) -> str:
         return f"<stiefel.Batch {self._extent()}: {self._shapes()}>"
@@ -67,14 +109,53 @@ class Batch(Fields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Ended, Batch):
-    """All samples of a run: a mapping from field names to arrays, which belong to the caller.
+    """All samples of a run, whose arrays belong to the caller. `run["Q"]` is a field at all samples, `run[i]` the State
+    of a sample, and `run[a:b:c]` the trajectory of the samples of a slice; see `Batch` for the shapes.
 
     Two trajectories are equal if their steps, times, fields and run statuses are equal.
     """
 
     run_status: RunStatus
     #: Steps computed for the trajectory, including those of streams that broke; other states came from a cache.
-    computed_steps: int = field(compare=False)
+    computed_steps: int = field(default=0, compare=False)
+    origin: Optional[Origin] = field(default=None, compare=False)  #: scene and build; None if they are not known
+
+    @property
+    def scene(self) -> dict[str, Any]:
+        """The resolved scene, which gives this trajectory on any server of the same build."""
+        scene = to_dict(self._known_origin().scene)
+        return scene if self.epoch is None else {**scene, "epoch": self.epoch}
+
+    @property
+    def build(self) -> Optional[str]:
+        """The numerics id of the server that computed the samples; builds with the same id compute the same bits."""
+        return None if self.origin is None else self.origin.build
+
+    @property
+    def epoch(self) -> Optional[str]:
+        """The instant of time 0 in ISO 8601; None if the scene has none."""
+        return None if self.origin is None else self.origin.epoch
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of `time` and of those fields for which the scene gives one, which a scene with `body` does."""
+        in_si = self.origin is not None and self.origin.scene.HasField("body")
+        known = {name: kind_of(name).unit for name in self.fields} if in_si else {}
+        return {"time": "s", **{name: unit for name, unit in known.items() if unit is not None}}
+
+    def _known_origin(self) -> Origin:
+        if self.origin is None:
+            raise ValueError("the trajectory does not know its scene: it was made without one")
+        return self.origin
+
+    def _status_at(self, sample: int) -> RunStatus:
+        return self.run_status if sample == len(self) - 1 else RunStatus(Outcome.REACHED)
+
+    def _part(self, samples: slice) -> "Trajectory":
+        """A part without the last sample is the trajectory of a shorter run, which ended well."""
+        indices = range(len(self))[samples]
+        with_last = len(self) - 1 in indices
+        return replace(super()._part(samples), run_status=self.run_status if with_last else RunStatus(Outcome.REACHED))
 
     def save(self, file: "str | os.PathLike[str]") -> None:
         """Writes the samples in a format of `stiefel run --output`, which the extension of the name chooses.
@@ -191,7 +272,7 @@ class Conservation(str, enum.Enum):
 class Invariant:
     """One number that the exact motion keeps."""
 
-    name: str  #: "energy", "spatial_momentum[1,2]", "manakov[3,1]"
+    name: str  #: "energy", "spatial_momentum[0,1]", "manakov[3,1]"
     initial: float
     value: float
     #: |value - initial| / scale, computed before the numbers are rounded to doubles or overflow; |value - initial|
@@ -265,9 +346,9 @@ class Diagnosis(Ended):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Events(Fields):
-    """Zeros of functions of the state, ordered by step: a mapping from field names to the fields at the zeros, with one
-    element per zero in each array. Events are equal if all their arrays and their run statuses are equal."""
+class Events(Named):
+    """Zeros of functions of the state, ordered by step. `events["Q"]` is a field at all zeros, `len` the number of zeros,
+    and `events[a:b:c]` has those of a slice. Events are equal if all their arrays and their run statuses are equal."""
 
     event: NDArray[np.uint32]  #: the index of the event among those asked for
     step: NDArray[np.int64]  #: the last step before the zero
@@ -276,13 +357,34 @@ class Events(Fields):
     fraction: Array
     time: Array  #: (step + fraction) times the scene's step
     member: Optional[NDArray[np.uint32]]  #: the member of an ensemble; None for a single motion
-    fields: dict[str, Array]  #: the fields at the zeros, (events, rows, cols)
+    fields: dict[str, Array]  #: the fields at the zeros: (events, rows, cols), a vector (events, n), a number (events,)
     run_status: Optional[RunStatus] = None  #: how the run ended; None in the parts from `Session.stream_events`
 
     @property
     def count(self) -> int:
-        """The number of zeros. `len` gives the number of fields, as for every mapping."""
+        """The number of zeros."""
         return len(self.step)
+
+    def __len__(self) -> int:
+        """Returns the number of zeros."""
+        return len(self.step)
+
+    @overload
+    def __getitem__(self, which: str) -> Array: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> Events: ...
+
+    def __getitem__(self, which: Any) -> Any:
+        if not isinstance(which, slice):
+            return self._field(which)
+        return Events(self.event[which], self.step[which], self.fraction[which], self.time[which],
+                      None if self.member is None else self.member[which],
+                      {name: values[which] for name, values in self.fields.items()}, self.run_status)
+
+    def __iter__(self) -> Iterator[Events]:
+        """Yields each zero as events of length 1."""
+        return (self[k:k + 1] for k in range(len(self)))
 
     def __repr__(self) -> str:
         outcome = f" {self.run_status.outcome}" if self.run_status else ""

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import threading
 import uuid
+from dataclasses import replace
 import warnings
 from typing import Any, Iterator, Mapping, Optional, Sequence, Union, cast
 
@@ -16,8 +17,9 @@ from stiefel._given.numbers import SECONDS, optional, refused, step_index
 from stiefel._given.summaries import EventDescription, Quantities, to_events, to_quantities
 from stiefel._given.typed import Blocks, Body, Fields, Method, Scene
 from stiefel._given.when import every_of, in_steps, step_of, time_of
+from stiefel._results.origin import Origin
 from stiefel._wire import answers
-from stiefel._wire.arrays import decode_fields
+from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.drive import TOO_LARGE, Drive
 from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, pauses, route
@@ -169,14 +171,14 @@ class Session:
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
         Layout(fields, axes=(2, 3)).check(arrays)
-        return answers.state(reply, arrays)
+        return answers.state(reply, named(arrays))
 
     def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
                        timeout: Optional[float] = None) -> State:
         """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
         last = list(samples)[-1]
-        return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.items()},
+        return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
                      samples.checkpoint if checkpoint else b"", samples.price)
 
@@ -319,7 +321,7 @@ class Session:
             return self._up_to(time, start, every, names("fields", fields), progress, timeout)
         to, start, _ = self._range(to, start, 1, time)
         every = every_of(every, to - start)
-        collector = Collector(max(-(-(to - start) // every), 0) + 1)
+        collector = Collector(max(-(-(to - start) // every), 0) + 1, self._origin(to=to))
         samples = self._samples(to, start, every, names("fields", fields), timeout)
         try:
             with progress_bar(to - start, progress, " steps") as bar:
@@ -434,7 +436,7 @@ class Session:
             for session, place in zip((self, back), places):
                 if place.size:
                     parts.append(session._on_one_side(given[place], place, fields, progress, timeout))
-        return in_given_order(parts)
+        return replace(in_given_order(parts), origin=self._origin(times=given))
 
     def _on_one_side(self, given: NDArray[Any], places: NDArray[Any], fields: Sequence[str], progress: bool,
                      timeout: Optional[float]) -> tuple[Trajectory, NDArray[Any]]:
@@ -444,8 +446,13 @@ class Session:
         steps, order = in_steps("times", given, step), np.argsort(given * np.copysign(1, step), kind="stable")
         first, last = int(np.floor(steps[order[0]])), int(np.ceil(steps[order[-1]]))
         request = self._summarize_request(last, first, max(1, last), times=given[order], fields=fields)
-        run = states_at(self._summarizing(request, timeout), places[order], progress)
+        run = states_at(self._summarizing(request, timeout), places[order], self._origin(times=given), progress)
         return run, np.sort(places[order][:run.samples])
+
+    def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
+        scene = self._known_scene()
+        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._connection, to, times,
+                      self.epoch)
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:

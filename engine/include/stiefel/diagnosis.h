@@ -21,8 +21,8 @@ inline double drift_of(long double initial, long double value, long double scale
   return static_cast<double>(scale > 0 || scale < 0 ? change / scale : change);
 }
 
-/// One scalar invariant with its drift: "energy", "spatial_momentum[1,2]", "manakov[3,1]" (the
-/// coefficient of μ¹ in tr(M + μΛ²)³), "casimirs[1]".
+/// One scalar invariant with its drift: "energy", "spatial_momentum[0,1]", "manakov[3,1]" (the
+/// coefficient of μ¹ in tr(M + μΛ²)³), "casimirs[0]".
 struct InvariantDrift {
   std::string name;
   long double initial;
@@ -41,7 +41,7 @@ struct Diagnosis {
 };
 
 /// Whether the name, without an index in brackets, is a family of invariants of the scene's system:
-/// "energy", "spatial_momentum", "spatial_momentum[1,2]", ...
+/// "energy", "spatial_momentum", "spatial_momentum[0,1]", ...
 bool is_invariant(const Scene& scene, std::string_view name_or_family);
 
 /// Compares the invariants at the state of `now` with those at step 0. `only` selects families or

@@ -29,7 +29,7 @@ enum class Statistic {
   drift,
 };
 
-/// The statistics asked of a field, of an invariant ("energy", "spatial_momentum[1,2]") or of a
+/// The statistics asked of a field, of an invariant ("energy", "spatial_momentum[0,1]") or of a
 /// family of invariants ("spatial_momentum"). A complex field offers `last` and `mean` only.
 struct Quantity {
   std::string name;

@@ -45,9 +45,9 @@ def test_formats_agree_to_the_bit(stiefel, tmp_path, name):
             assert bits(arrays[field]) == bits(values)
 
     header, *rows = csv.reader(io.StringIO((tmp_path / "out.csv").read_text()))
-    assert header[:3] == ["step", "time", "Q[1,1]"]
+    assert header[:3] == ["step", "time", "Q[0,0]"]
     n = expected["Q"][0].shape[0]
-    assert header[2 + n] == "Q[2,1]" and header[-1] == f"Omega[{n},{n}]"
+    assert header[2 + n] == "Q[1,0]" and header[-1] == f"Omega[{n - 1},{n - 1}]"
     assert [int(row[0]) for row in rows] == [s["step"] for s in samples]
     flat = [[s["time"], *(x for f in s["fields"].values() for x in f["values"])] for s in samples]
     assert bits([[float(x) for x in row[1:]] for row in rows]) == bits(flat)

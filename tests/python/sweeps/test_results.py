@@ -20,7 +20,7 @@ def alone(client, scene, to=TO, fields="quaternion"):
 
 def test_each_motion_has_the_bits_that_it_has_alone(client, small_chunks):
     found = sweep(axes={"body.moments": MOMENTS[:5], "body.angular_velocity": SPINS[:4]}, zipped=False)
-    assert found["quaternion.last"].shape == (5, 4, 1, 4) and found.attrs["chunks"] == 5
+    assert found["quaternion.last"].shape == (5, 4, 4) and found.attrs["chunks"] == 5
     for i, j in np.ndindex(5, 4):
         run = alone(client, {**SCENE, "body": {"moments": MOMENTS[i], "angular_velocity": SPINS[j]}})
         assert found["quaternion.last"].values[i, j].tobytes() == run["quaternion"][-1].tobytes()
@@ -62,7 +62,7 @@ def test_statistics_over_all_motions_are_combined_here_in_the_order_of_the_point
     scene = {**SCENE, "members": 60, "body": {"moments": MOMENTS, "angular_velocity": SPINS}}
     with client.create(scene) as session:
         summary = session.summarize(TO, OVER)
-    assert found["quaternion.last"].shape == (60, 1, 4) and "samples" not in found and found.variables["M.mean"][0] == ("M_row", "M_col")
+    assert found["quaternion.last"].shape == (60, 4) and "samples" not in found and found.variables["M.mean"][0] == ("M_row", "M_col")
     for name in ("min", "max", "sign_changes", "histogram", "drift"):
         assert np.array_equal(found[f"M.{name}"], summary["M"][name]), name
         assert found[f"M.{name}"].dtype == summary["M"][name].dtype
@@ -126,7 +126,7 @@ def test_methods_by_name_are_an_axis():
 def test_whole_methods_are_an_axis(client):
     given = [{"name": "rk4"}, {"name": "variational", "order": 4}, {"name": "variational", "order": 2, "substeps": 2}]
     found = sweep(axes={"method": given, "step": [0.02, 0.04]}, zipped=False)
-    assert [json.loads(text) for text in found["method"].values] == given and found["quaternion.last"].shape == (3, 2, 1, 4)
+    assert [json.loads(text) for text in found["method"].values] == given and found["quaternion.last"].shape == (3, 2, 4)
     for i, j in np.ndindex(3, 2):
         run = alone(client, {**SCENE, "method": given[i], "step": [0.02, 0.04][j]})
         assert np.array_equal(found["quaternion.last"].values[i, j], run["quaternion"][-1])
@@ -209,7 +209,7 @@ def test_without_xarray_the_result_has_the_same_content(plain_result):
     plain = sweep()
     assert isinstance(plain, stiefel.SweepResult)
     assert sorted(plain) == ["energy.drift", "last_step", "outcome", "quaternion.last", "quaternion.max"]
-    assert plain["quaternion.last"].shape == (60, 1, 4) and np.array_equal(plain["body.moments"], MOMENTS)
+    assert plain["quaternion.last"].shape == (60, 4) and np.array_equal(plain["body.moments"], MOMENTS)
     assert plain == sweep() and "energy.drift (60,)" in repr(plain)
     with pytest.raises(KeyError, match="no 'energy'; there are energy.drift"):
         plain["energy"]

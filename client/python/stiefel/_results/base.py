@@ -85,20 +85,35 @@ class Price:
     bound: str
 
 
-class Fields(ByValue, Mapping[str, Array]):
-    """A mapping from field names to arrays: `state["Q"]`."""
+class Named(ByValue):
+    """What has fields by their names: `state["Q"]`."""
 
     fields: dict[str, Array]
 
-    def __getitem__(self, name: str) -> Array:
+    def _field(self, name: object) -> Array:
+        """Returns a field. Raises KeyError, which lists the fields that there are."""
         try:
-            return self.fields[name]
-        except KeyError:
+            return self.fields[name]  # type: ignore[index]
+        except (KeyError, TypeError):
             there = ", ".join(self.fields) or "none"
             raise KeyError(f"no field {name!r}; the fields are {there}, or those that `fields` names") from None
 
     def __contains__(self, name: object) -> bool:
-        return name in self.fields
+        """Returns whether there is a field of this name."""
+        return isinstance(name, str) and name in self.fields
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.fields)
+
+    def _shapes(self) -> str:
+        return ", ".join(f"{name} {values.shape}" for name, values in self.fields.items()) or "no fields"
+
+
+class Fields(Named, Mapping[str, Array]):
+    """A mapping from field names to arrays."""
+
+    def __getitem__(self, name: str) -> Array:
+        return self._field(name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.fields)
@@ -107,8 +122,3 @@ class Fields(ByValue, Mapping[str, Array]):
         """Returns the number of fields."""
         return len(self.fields)
 
-    def _ipython_key_completions_(self) -> list[str]:
-        return list(self.fields)
-
-    def _shapes(self) -> str:
-        return ", ".join(f"{name} {values.shape}" for name, values in self.fields.items()) or "no fields"

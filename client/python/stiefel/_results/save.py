@@ -9,6 +9,7 @@ from typing import IO, Any, Callable, Iterable, Iterator
 import numpy as np
 
 from stiefel._results.base import Array
+from stiefel._results.kinds import as_matrix, kind_of
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
@@ -54,8 +55,8 @@ def _npz(run: Trajectory, out: IO[bytes]) -> None:
 
 
 def _csv(run: Trajectory, out: IO[bytes]) -> None:
-    """Writes CSV. Names are quoted because they contain commas. The format has no place for the run status."""
-    names = [name for field, values in run.items() for name in _columns(field, values)]
+    """Writes CSV. The format has no place for the run status."""
+    names = [name for field, values in run.fields.items() for name in _columns(field, values)]
     out.write((",".join(["step", "time", *names]) + "\n").encode())
     for step, time, fields in _samples(run):
         numbers = [number(value) for values in fields.values() for value in _flat(values)]
@@ -63,15 +64,16 @@ def _csv(run: Trajectory, out: IO[bytes]) -> None:
 
 
 def _columns(field: str, values: Array) -> Iterator[str]:
-    """Yields the columns of a field: '"Q[1,1]"', for ensembles '"Q[0][1,1]"'; a complex number has a column for its
-    real and one for its imaginary part."""
-    rows, cols = values.shape[-2:]
-    members = [f"{field}[{member}]" for member in range(values.shape[1])] if values.ndim == 4 else [field]
+    """Yields the columns of a field: 'q_w', 'q[0]', 'epsilon' or '"Q[0,0]"', of a member 'q_w[2]', 'q[2][0]', 'epsilon[2]'
+    or '"Q[2][0,0]"'. A complex number has a column for its real and one for its imaginary part."""
+    kind = kind_of(field)
     parts = ("Re ", "Im ") if np.iscomplexobj(values) else ("",)
-    for name in members:
-        for row in range(1, rows + 1):
-            for col in range(1, cols + 1):
-                yield from (f'"{part}{name}[{row},{col}]"' for part in parts)
+    is_ensemble = values.ndim == kind.axes + 2
+    for of_member in [f"[{member}]" for member in range(values.shape[1])] if is_ensemble else [""]:
+        for index in np.ndindex(values.shape[values.ndim - kind.axes:]):
+            at = f"[{','.join(map(str, index))}]" if index else ""
+            name = kind.columns[index[0]] + of_member if kind.columns else field + of_member + at
+            yield from (f'"{part}{name}"' if "," in name else part + name for part in parts)
 
 
 def _json(run: Trajectory, out: IO[bytes]) -> None:
@@ -80,7 +82,7 @@ def _json(run: Trajectory, out: IO[bytes]) -> None:
     out.write(b'{"samples": [')
     separator = "\n"
     for step, time, fields in _samples(run):
-        blocks = ", ".join(f"{json.dumps(name)}: {_block(values)}" for name, values in fields.items())
+        blocks = ", ".join(f"{json.dumps(name)}: {_block(name, values)}" for name, values in fields.items())
         line = f'{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}'
         out.write((separator + line).encode())
         separator = ",\n"
@@ -92,8 +94,9 @@ def _json(run: Trajectory, out: IO[bytes]) -> None:
     out.write(("],\n" + json.dumps(report, indent=2)[2:] + "\n").encode())
 
 
-def _block(values: Array) -> str:
+def _block(name: str, values: Array) -> str:
     """Returns one field of one sample in the JSON form of a Matrix, for ensembles with the number of members."""
+    values = as_matrix(name, values)
     members = f'"members": {values.shape[0]}, ' if values.ndim == 3 else ""
     rows, cols = values.shape[-2:]
     parts = {"values": values.real, "imaginary": values.imag} if np.iscomplexobj(values) else {"values": values}
@@ -111,7 +114,7 @@ def _in_json(value: float) -> str:
 
 def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:
     for k, (step, time) in enumerate(zip(run.step.tolist(), run.time.tolist())):
-        yield step, time, {name: values[k] for name, values in run.items()}
+        yield step, time, {name: values[k] for name, values in run.fields.items()}
 
 
 def _flat(values: Array) -> Iterable[float]:

@@ -9,7 +9,7 @@ from google.protobuf import json_format
 from stiefel import v1 as pb
 from stiefel._given.mappings import is_repeated
 from stiefel._results.base import Array
-from stiefel._wire.arrays import Assembly
+from stiefel._wire.arrays import Assembly, named
 from stiefel._wire.replies import complete, ends_at, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put, resolve
 from stiefel.results import (Choice, Conservation, Conversion, Diagnosis, Domain, EstimatedError, Events, Geodesic, Invariant,
@@ -59,7 +59,7 @@ def conversion(messages: Sequence[pb.ConvertResponse], request: pb.ConvertReques
     others = blocks.finish()
     require(bool(others) == (scene is None), "a conversion has a scene or blocks")
     require(all(array.dtype.kind in "fc" for array in others.values()), "a block has counts")
-    return Conversion(scene, others, {margin.domain: margin.margin for margin in first.margins}, choice(first))
+    return Conversion(scene, named(others), {margin.domain: margin.margin for margin in first.margins}, choice(first))
 
 
 def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest) -> Geodesic:
@@ -187,6 +187,16 @@ def check_statistics(arrays: Mapping[str, Array], request: pb.SummarizeRequest, 
     require(outcome.ndim == ensemble and all(arrays[name].shape == outcome.shape for name in ("last_step", "ended_by")),
             "outcome, last_step and ended_by do not have one number for each motion")
     require(bool(((0 < outcome) & (outcome < len(_OUTCOMES))).all()), f"the outcomes are {outcome}")
+
+
+def named_statistics(arrays: Mapping[str, Array]) -> dict[str, Array]:
+    """Returns statistics, "quaternion.last" and others, whose arrays have the axes of the field that the caller gets."""
+    result = {}
+    for name, array in arrays.items():
+        field, dot, statistic = name.rpartition(".")
+        behind = int(statistic in ("quantiles", "histogram"))
+        result[name] = named({field: array}, behind)[field] if dot else array
+    return result
 
 
 def summary(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: int, price: Optional[Price],

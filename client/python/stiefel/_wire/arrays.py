@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Iterable
+from typing import Any, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._results.base import Array
+from stiefel._results.kinds import as_named
 from stiefel.errors import CorruptReply
 
 LARGE = 4096  # numbers; a larger array travels as bytes
@@ -36,6 +37,16 @@ def dtype_of(tensor: pb.Tensor) -> np.dtype[Any]:
 
 def decode_fields(fields: Iterable[pb.Field]) -> dict[str, Array]:
     return {field.name: decode(field.value) for field in fields}
+
+
+def named(fields: Mapping[str, Array], behind: int = 0) -> dict[str, Array]:
+    """Returns arrays of matrices as the caller gets them: vectors and numbers without their axes of length 1. `behind`: how
+    many axes stand behind those of the field. Raises CorruptReply if such an axis has another length."""
+    try:
+        return {name: as_named(name, array, behind) for name, array in fields.items()}
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in fields.items())
+        raise CorruptReply(f"a vector is sent as one row, a number as one row of one: {shapes}") from None
 
 
 def set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:

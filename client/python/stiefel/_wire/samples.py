@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._results.base import Price, RunStatus
+from stiefel._results.origin import Origin
 from stiefel._wire import replies
-from stiefel._wire.arrays import Assembly
+from stiefel._wire.arrays import Assembly, named
 from stiefel._wire.recreation import Attempts, Recreation
 from stiefel._wire.replies import Layout, Steps, complete, require
 from stiefel._wire.streams import CheckpointParts
@@ -94,24 +95,24 @@ class Samples:
             return None
         steps, fields = grid.take(message), assembly.finish()
         self._layout.check(fields, len(steps))
-        return Batch(steps, steps * self._step, fields)
+        return Batch(steps, steps * self._step, named(fields))
 
 
 class Collector:
     """Joins batches in arrays that are allocated once, for at most `count` samples."""
 
-    def __init__(self, count: int):
-        self._count = count
+    def __init__(self, count: int, origin: Origin):
+        self._count, self._origin = count, origin
         self._done = 0
         self._step, self._time = np.empty(count, np.int64), np.empty(count)
         self._fields: dict[str, NDArray[Any]] = {}
 
     def add(self, batch: Batch) -> None:
         if not self._fields:
-            self._fields = {name: np.empty((self._count, *part.shape[1:]), part.dtype) for name, part in batch.items()}
+            self._fields = {name: np.empty((self._count, *part.shape[1:]), part.dtype) for name, part in batch.fields.items()}
         now = slice(self._done, self._done + batch.samples)
         self._step[now], self._time[now] = batch.step, batch.time
-        for name, part in batch.items():
+        for name, part in batch.fields.items():
             self._fields[name][now] = part
         self._done = now.stop
 
@@ -119,4 +120,4 @@ class Collector:
         """Returns all samples that were added."""
         done = slice(self._done)
         return Trajectory(self._step[done], self._time[done], {name: values[done] for name, values in self._fields.items()},
-                          run_status, computed_steps)
+                          run_status, computed_steps, self._origin)

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._results.base import Array, Outcome, Price, RunStatus
+from stiefel._results.origin import Origin
 from stiefel._wire import answers, replies
-from stiefel._wire.arrays import Assembly
+from stiefel._wire.arrays import Assembly, named
 from stiefel._wire.recreation import Attempts, Recreation, refuses_checkpoint
 from stiefel._wire.replies import Layout, complete, require
 from stiefel._wire.retries import Deadline
@@ -94,6 +95,7 @@ class Summarizing:
                             self.run_status = replies.run_status(message.run_status)
                             self.arrays = statistics.finish()
                             self._check_end(seen[Batch], fields)
+                            self.arrays = answers.named_statistics(self.arrays)
                             return
             except StiefelError as broken:
                 error: StiefelError = broken
@@ -132,6 +134,7 @@ class Summarizing:
             return None
         fields = assembly.finish()
         self._layouts[Events if message.HasField("events") else Batch].check(fields, count.pop())
+        fields = named(fields)
         if message.HasField("events"):
             return answers.events(message.events, fields, self._ensemble)
         return Batch(np.array(batch.steps, np.int64), np.array(batch.times), fields)
@@ -151,21 +154,21 @@ class Summarizing:
 def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:
     """Returns what comes after the first `count` elements."""
     arrays = {field.name: getattr(batch, field.name) for field in dataclasses.fields(batch)}
-    return dataclasses.replace(batch, fields={name: values[count:] for name, values in batch.items()},
+    return dataclasses.replace(batch, fields={name: values[count:] for name, values in batch.fields.items()},
                                **{name: array[count:] for name, array in arrays.items() if isinstance(array, np.ndarray)})
 
 
-def states_at(running: Summarizing, order: NDArray[np.intp], progress: bool) -> Trajectory:
+def states_at(running: Summarizing, order: NDArray[np.intp], origin: Origin, progress: bool) -> Trajectory:
     """Returns the states at times in the order in which the caller gave them. `running` yields them sorted; the k-th of
     them is the one that the caller gave as number `order[k]`. An exception has those that arrived in `partial`, and
     names times by their index in the caller's list."""
-    collector = Collector(order.size)
+    collector = Collector(order.size, origin)
 
     def arrived(run_status: RunStatus) -> Trajectory:
         run = collector.trajectory(run_status, running.computed_steps)
         back = np.argsort(order[:run.samples], kind="stable")
-        return Trajectory(run.step[back], run.time[back], {name: values[back] for name, values in run.items()},
-                          run.run_status, run.computed_steps)
+        return Trajectory(run.step[back], run.time[back], {name: values[back] for name, values in run.fields.items()},
+                          run.run_status, run.computed_steps, origin)
 
     try:
         with progress_bar(order.size, progress, " states") as bar:

@@ -1,0 +1,37 @@
+"""Where a trajectory comes from: what can compute it again."""
+from __future__ import annotations
+
+from typing import Any, Callable, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+
+
+class Origin:
+    """The resolved scene, the build, and what the run was asked for. A copy in another process has no connection."""
+
+    def __init__(self, scene: Union[pb.Scene, Callable[[], pb.Scene]], build: str, connection: Any = None,
+                 to: Optional[int] = None, times: Optional[NDArray[Any]] = None, epoch: Optional[str] = None):
+        """`scene`: a message, or a function that fetches it when it is first needed. `to`, `times`: what the caller asked
+        for, which a run that stopped did not reach."""
+        self._scene = scene
+        self.build = build  #: the numerics id of the server
+        self.connection = connection  #: the connection of the client that made the run, None if it is not known
+        self.to, self.times = to, times
+        self.epoch = epoch  #: the instant of time 0 in ISO 8601, None if the scene has none
+
+    @property
+    def scene(self) -> pb.Scene:
+        """The resolved scene."""
+        if not isinstance(self._scene, pb.Scene):
+            self._scene = self._scene()
+        return self._scene
+
+    def __reduce__(self) -> Any:
+        return _restored, (self.scene.SerializeToString(), self.build, self.to, self.times, self.epoch)
+
+
+def _restored(scene: bytes, build: str, to: Optional[int], times: Any, epoch: Optional[str]) -> Origin:
+    return Origin(pb.Scene.FromString(scene), build, None, to, None if times is None else np.asarray(times), epoch)
