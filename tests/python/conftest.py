@@ -1,3 +1,6 @@
+import sys
+from pathlib import Path
+
 import pytest
 
 import stiefel
@@ -17,6 +20,7 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     if config.getoption("--aio"):
+        sys.path.insert(0, str(Path(__file__).parent / "aio"))
         import facade  # which needs greenlet
 
         stiefel.Client, stiefel.Session = facade.client, facade.session

@@ -20,7 +20,7 @@ import grpc
 import grpc.aio
 
 from stiefel import client as blocking, session as blocking_session, v1 as pb
-from stiefel._given.mappings import Names
+from stiefel._given.typed import Fields, Scene
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire.security import Options, Tls, TlsLike, opener
 from stiefel._wire.waiting import Channel, Lock, run
@@ -174,7 +174,13 @@ class Session:
         return self._blocking.created
 
     @property
-    async def scene(self) -> dict[str, Any]:
+    def epoch(self) -> Optional[str]:
+        """The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
+        `Client.get` and `Client.list`, because the server does not know it."""
+        return self._blocking.epoch
+
+    @property
+    async def scene(self) -> Scene:
         """The resolved scene, every default filled in: `await session.scene`. It makes a call only the first time."""
         return await run(lambda: self._blocking.scene)
 
@@ -200,7 +206,7 @@ class Session:
     stream_events = _iterated(blocking_session.Session.stream_events)
     _exit = _awaited(blocking_session.Session.__exit__)
 
-    def drive(self, fields: Optional[Names] = None) -> Drive:
+    def drive(self, fields: Optional[Fields] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `async with session.drive("Q") as drive: await drive.step(k)`."""
         return Drive(self._blocking.drive(fields))
 
