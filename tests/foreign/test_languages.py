@@ -79,6 +79,27 @@ def test_rust(place: Path, server: stiefel.Server, expected: Any) -> None:
     assert read(run(["cargo", "run", "--quiet", "--", server.address], place / "rust", CARGO_TARGET_DIR=str(target))) == expected
 
 
+def test_the_page_of_the_browser_draws(place: Path) -> None:
+    """Its script in Node, with a page that notes what is drawn: a box of 12 edges, turned by the sample's quaternion."""
+    tools.program("node")
+    script = re.search(r"<script>\n(.*)</script>", (place / "browser/index.html").read_text(), re.DOTALL)
+    assert script is not None
+    (place / "page.js").write_text("""
+const drawn = [], text = {}, note = (x, y) => drawn.push([x, y]);
+const noted = {clearRect() {}, beginPath() {}, stroke() {}, moveTo: note, lineTo: note};
+const document = {body: {}, querySelector: (name) => name === 'canvas' ? {getContext: () => noted} : text};
+const getComputedStyle = () => ({color: 'black'});
+class EventSource {}
+""" + script[1] + """
+const half = Math.sqrt(0.5);  // a quarter turn about z
+samples.onmessage({data: JSON.stringify({step: 3, time: 1.5, quaternion: [half, 0, 0, half]})});
+console.log(JSON.stringify([drawn, text.textContent]));
+""")
+    drawn, text = json.loads(run(["node", "page.js"], place))
+    assert len(drawn) == 24 and text == "step 3, 1.5 s, quaternion 0.7071 0.0000 0.0000 0.7071"
+    assert {(round(x), round(y)) for x, y in drawn} == {(320 + a * 110, 240 + b * 176) for a in (-1, 1) for b in (-1, 1)}
+
+
 @pytest.mark.parametrize("file", ["node/example.js", "go/main.go", "rust/src/main.rs"])
 def test_an_example_is_short(file: str) -> None:
     assert len((EXAMPLES / file).read_text().splitlines()) <= 75
