@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 import picture
 import stiefel
 
-DATA = Path(__file__).with_name("toutatis.json")
+DATA = Path(__file__).with_name("toutatis_observations.json")
 DAY = 86400  # seconds
 DAYS = 39
 SAMPLE = 600  # seconds between the samples that are streamed

@@ -1,14 +1,18 @@
 """Simulates free rigid bodies in any dimension and geodesics on Stiefel manifolds, with a stiefel server.
 
-    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
-        with client.create("scene.json") as session:
-            run = session.trajectory(to=10_000, every=10)
+    run = stiefel.simulate("toutatis", time=86400)
+
+`simulate` starts a server of its own on first use. With a server that others use too:
+
+    with stiefel.Client("host:50551") as client, client.create("scene.json") as session:
+        run = session.trajectory(to=10_000, every=10)
 """
 from __future__ import annotations
 
 import importlib
 from typing import Any
 
+from stiefel._given.examples import examples
 from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
@@ -18,6 +22,7 @@ from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis,
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session
+from stiefel.simulation import simulate
 from stiefel.sweep import SweepFailed, SweepResult, sweep
 from stiefel.version import __version__
 
@@ -28,7 +33,7 @@ __all__ = [
     "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
     "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
     "SweepResult", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
-    "__version__", "sweep", "to_dict", "to_message",
+    "__version__", "examples", "simulate", "sweep", "to_dict", "to_message",
 ]
 
 

@@ -3,13 +3,13 @@ from __future__ import annotations
 
 import functools
 import os
-import uuid
 import warnings
 from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import grpc
 
 from stiefel import v1 as pb
+from stiefel._given.normalized import normalized, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
@@ -20,8 +20,8 @@ from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, SceneWarning, StiefelError
 from stiefel.results import Conversion, Geodesic, Tradeoff
-from stiefel.scene import SceneLike, to_matrix, to_message
-from stiefel.session import Session
+from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
+from stiefel.session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 __all__ = ["Client", "Tls"]
@@ -90,21 +90,21 @@ class Client:
         reply: pb.DescribeResponse = self._connection.call("Describe", pb.DescribeRequest())
         return complete(reply, "version", "numerics_id", "build", "limits", "systems", "methods")
 
-    def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"") -> Session:
+    def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"", normalize: bool = False) -> Session:
         """Creates a session of `scene`, or returns the existing one with this `id` and scene.
 
         `id` is by default a new UUID. `checkpoint`: a `State.checkpoint` of the same scene, possibly from another
-        server, that fills the session's cache. The server's warnings about the scene are issued as `SceneWarning`.
-        Raises AlreadyExists if the session with this id has another scene.
+        server, that fills the session's cache. `normalize`: makes an initial state that was rounded to a few digits fit:
+        quaternions of norm 1, orthonormal frames, tangent velocities, skew momenta. The server's warnings about the scene
+        are issued as `SceneWarning`. Raises AlreadyExists if the session with this id has another scene.
         """
-        sent = to_message(scene)
-        request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent,
-                                          checkpoint=checkpoint)
-        reply = self._connection.call("CreateSession", request, metadata=route(request.session_id))
-        session = described(reply.session, request.session_id)
-        for text in session.warnings:
-            warnings.warn(text, SceneWarning, stacklevel=2)
-        return Session(self._connection, session, reply.created, sent, owner=True, checkpoint=checkpoint)
+        message, epoch = with_epoch(scene)
+        if normalize:
+            message = normalized(message)
+        try:
+            return created(self._connection, message, id, checkpoint, epoch)
+        except InvalidArgument as error:
+            raise (error if normalize else with_hint(error, message)) from None
 
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""

@@ -1,4 +1,4 @@
-"""Scenes, which may be given as a dict, the path of a scene file, or a message."""
+"""Scenes, which may be given as a dict, the name of an example, the path of a scene file, or a message."""
 from __future__ import annotations
 
 import json
@@ -6,12 +6,14 @@ import math
 import os
 import reprlib
 from pathlib import Path
-from typing import Any, Mapping, Union
+from typing import Any, Mapping, Optional, Union
 
 import numpy as np
 from google.protobuf import json_format
 
 from stiefel import v1 as pb
+from stiefel._given.examples import examples, near
+from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import parse
 from stiefel._given.numbers import number, refused
 from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, unit_of
@@ -27,12 +29,25 @@ def to_message(scene: SceneLike) -> pb.Scene:
     angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix. In an ensemble,
     blocks may be (members, n, N), and lists of which each member has its own (members, numbers). Raises InvalidArgument
     that names the first wrong number, unit or shape, or the paths of all unknown keys and values of a wrong type.
+
+    A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
     """
+    return with_epoch(scene)[0]
+
+
+def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
+    """Returns the message of a scene as `to_message` does, and the scene's epoch as a text with its scale, such as
+    "1992-11-09T17:49:47 UTC"; None if it has none."""
     if isinstance(scene, pb.Scene):
-        return scene
+        return scene, None
     if not isinstance(scene, Mapping):
         scene = _read(scene)
     description = _by_name(scene, pb.Scene)
+    epoch = description.pop("epoch", None)
+    return _message(description), None if epoch is None else epoch_text(epoch)
+
+
+def _message(description: dict[str, Any]) -> pb.Scene:
     ensemble, arrays = Ensemble.of(description.get("members")), {}
     if isinstance(description.get("initial"), Mapping):
         blocks = {name: block if isinstance(block, Mapping) else block_of(f"scene.initial.{name}", block, ensemble)
@@ -48,6 +63,31 @@ def to_message(scene: SceneLike) -> pb.Scene:
     for name, block in arrays.items():
         put_block(message, name, block)
     return message
+
+
+def with_changes(scene: pb.Scene, body: Optional[Mapping[str, Any]], initial: Optional[Mapping[str, Any]]) -> pb.Scene:
+    """Returns a copy of a resolved scene with other fields of `body` and other blocks of `initial`."""
+    changed = pb.Scene()
+    changed.CopyFrom(scene)
+    ensemble = Ensemble.of(scene.members if scene.HasField("members") else None)
+    if body is not None:
+        if not scene.HasField("body"):
+            raise refused("body", "the scene has no `body`: give blocks of `initial`")
+        given = pb.Body()
+        parse(_in_json(_plain(_with_numbers("body.", _by_name(body, pb.Body), ensemble))), given, "body")
+        for field, value in given.ListFields():
+            for other in ("moments", "inertia_tensor") if field.name in ("moments", "inertia_tensor") else (field.name,):
+                changed.body.ClearField(other)
+            getattr(changed.body, field.name).extend(value)
+    if initial is not None:
+        if scene.HasField("body"):
+            raise refused("initial", "the scene has `body`: give fields of `body`")
+        known = {*scene.initial, *scene.initial_tensors}
+        for name, block in initial.items():
+            if name not in known:
+                raise refused(f"initial.{name}", f"unknown block; the blocks are {', '.join(sorted(known))}")
+            put_block(changed, name, block_of(f"initial.{name}", block, ensemble))
+    return changed
 
 
 def _by_name(mapping: Mapping[str, Any], kind: Any) -> dict[str, Any]:
@@ -78,11 +118,21 @@ def to_method(method: Mapping[str, Any]) -> pb.Method:
 
 
 def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
-    """Reads a scene file. Raises OSError if that fails, and InvalidArgument if it holds no JSON object."""
+    """Reads the example of this name or a scene file. Raises OSError if that fails, and InvalidArgument if the file holds
+    no JSON object."""
     if not isinstance(file, (str, os.PathLike)):
-        raise refused("scene", f"{reprlib.repr(file)}: must be a dict, the path of a scene file or a Scene message")
+        raise refused("scene", f"{reprlib.repr(file)}: must be a dict, the name of an example, the path of a scene file or a "
+                               "Scene message")
+    if isinstance(file, str) and file in examples:
+        if "system" not in (example := examples[file]):
+            raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesic: {', '.join(example)}")
+        return example
     try:
         scene = json.loads(Path(file).read_text(encoding="utf-8-sig"))  # with or without a byte order mark
+    except FileNotFoundError as error:
+        if isinstance(file, str) and file.isidentifier():
+            error.strerror = f"{error.strerror}, and no example has this name{near(file)}"
+        raise
     except UnicodeDecodeError as error:
         raise refused("scene", f"{file}: byte {error.start}: must be UTF-8") from None
     except ValueError as error:
@@ -93,9 +143,10 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
 
 
 def to_dict(scene: SceneLike) -> dict[str, Any]:
-    """Returns the JSON form of a scene as a dict, with the proto's field names."""
-    description: dict[str, Any] = json_format.MessageToDict(to_message(scene), preserving_proto_field_name=True)
-    return description
+    """Returns the JSON form of a scene as a dict, with the proto's field names, and its epoch if it has one."""
+    message, epoch = with_epoch(scene)
+    description: dict[str, Any] = json_format.MessageToDict(message, preserving_proto_field_name=True)
+    return description if epoch is None else {**description, "epoch": epoch}
 
 
 def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:

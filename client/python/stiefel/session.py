@@ -3,14 +3,18 @@ from __future__ import annotations
 
 import threading
 import uuid
+import warnings
 from typing import Any, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.mappings import Names, names
+from stiefel._given.instants import instant, seconds_of
 from stiefel._given.numbers import SECONDS, optional, refused, step_index
-from stiefel._given.summaries import EventDescription, Quantities, in_steps, to_events, to_quantities
+from stiefel._given.summaries import EventDescription, Quantities, to_events, to_quantities
+from stiefel._given.when import every_of, in_steps, step_of, time_of
 from stiefel._wire import answers
 from stiefel._wire.arrays import decode_fields
 from stiefel._wire.connection import Connection
@@ -20,10 +24,11 @@ from stiefel._wire.replies import Layout, complete, described, ends_at, price, r
 from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
 from stiefel._wire.samples import Collector, Samples
 from stiefel._wire.streams import progress_bar
-from stiefel._wire.summarizing import Summarizing, states_at
-from stiefel.errors import DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable
+from stiefel._wire.summarizing import Summarizing, in_given_order, states_at
+from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, SceneWarning, StiefelError,
+                            Unavailable)
 from stiefel.results import (Batch, Choice, Diagnosis, Events, Outcome, Price, RunStatus, State, Summary, Trajectory)
-from stiefel.scene import to_dict, to_matrix, to_method
+from stiefel.scene import to_dict, to_matrix, to_method, with_changes
 
 __all__ = ["Drive", "Session"]
 
@@ -41,12 +46,15 @@ class Session:
     """
 
     def __init__(self, connection: Connection, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
-                 owner: bool = False, checkpoint: bytes = b""):
+                 owner: bool = False, checkpoint: bytes = b"", epoch: Optional[str] = None):
         """`base`: the scene that the scene of `message` completes; None for a session from `Client.list`. `owner`:
         whether this handle created the session, with `checkpoint`."""
         self._connection = connection
         self.message = message  #: the server's reply; its scene may have only the fields that the server filled in
         self.created = created  #: False if the session existed already
+        #: The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
+        #: `Client.get` and `Client.list`, because the server does not know it.
+        self.epoch = epoch
         self._lock = threading.Lock()
         self._scene: Optional[pb.Scene] = None
         self._whole = False
@@ -67,7 +75,8 @@ class Session:
         This makes a call only the first time, for sessions from `Client.list` and for arrays that are too large for a
         reply and that the client did not send itself.
         """
-        return to_dict(with_blocks_as_matrices(self.resolved()))
+        scene = to_dict(with_blocks_as_matrices(self.resolved()))
+        return scene if self.epoch is None else {**scene, "epoch": self.epoch}
 
     @property
     def choice(self) -> Optional[Choice]:
@@ -120,15 +129,20 @@ class Session:
         assert scene is not None
         return scene
 
-    def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False,
-             timeout: Optional[float] = None) -> State:
-        """Returns the state at step `to`, or the last good one if the run ends before; see `State.outcome`.
+    def step(self, to: Optional[int] = None, fields: Optional[Names] = None, checkpoint: bool = False,
+             timeout: Optional[float] = None, time: Any = None) -> State:
+        """Returns the state at step `to` or at `time`, or the last good one if the run ends before; see `State.outcome`.
 
         `fields`: a name or several; by default the variables in which the scene is given: quaternion and
         angular_velocity with `body`, otherwise the system's blocks. `checkpoint`: asks for `State.checkpoint`.
-        `timeout`: seconds for the whole call; by default the client's.
+        `timeout`: seconds for the whole call; by default the client's. `time`: seconds, a timedelta, a quantity or, where
+        the scene has an epoch, an instant; between two steps the state is as `trajectory` says of `times`, and has no
+        checkpoint.
         """
-        to, wanted = step_index("to", to), names("fields", fields)
+        wanted = names("fields", fields)
+        if time is not None and to is None and not self._is_step(time):
+            return self._between_steps(time, wanted, timeout)
+        to = self._step_of("to", to, time)
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
                                  return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to))
         try:
@@ -165,14 +179,30 @@ class Session:
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
                      samples.checkpoint if checkpoint else b"", samples.price)
 
+    def _is_step(self, time: Any) -> bool:
+        steps = time_of(time, self._known_scene().step, self.epoch)[1]
+        return steps >= 0 and steps == round(steps)
+
+    def _step_of(self, name: str, given: Any, time: Any) -> int:
+        """Returns the step that the caller gives under `name` or as a time."""
+        return step_of(name, given, time, self._known_scene().step, self.epoch)
+
+    def _between_steps(self, time: Any, fields: Sequence[str], timeout: Optional[float]) -> State:
+        seconds = time_of(time, self._known_scene().step, self.epoch)[0]
+        run = self._at_times([seconds], fields, False, timeout)
+        if not run.step.size:
+            raise FailedPrecondition(f"time {time!r} cannot be reached: {run.run_status.message}")
+        return State(int(run.step[0]), float(run.time[0]), {name: values[0] for name, values in run.fields.items()},
+                     run.run_status, run.computed_steps, b"")
+
     def drive(self, fields: Optional[Names] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
         return Drive(self._recreation, self.id, fields, self._state, self._step_in_parts)
 
-    def diagnose(self, to: int, invariants: Names = (), forms: Sequence[Form] = (),
+    def diagnose(self, to: Optional[int] = None, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
-                 timeout: Optional[float] = None, estimate_error: bool = False) -> Diagnosis:
-        """Returns the invariants at step `to` with their values at step 0.
+                 timeout: Optional[float] = None, estimate_error: bool = False, time: Any = None) -> Diagnosis:
+        """Returns the invariants at step `to`, or at a `time` that is a step's, with their values at step 0.
 
         `invariants`: names of families or of single invariants; by default every family. `forms`: two-forms, each the
         form's name and two tangent vectors, which are mappings from block names to arrays. `dirac_brackets`: each two
@@ -180,7 +210,7 @@ class Session:
         asks how far a step is from keeping the system's two-form. `estimate_error`: asks for
         `Diagnosis.estimated_error`, if it can be computed in about ten seconds.
         """
-        request = pb.DiagnoseRequest(session_id=self.id, to=step_index("to", to), invariants=names("invariants", invariants),
+        request = pb.DiagnoseRequest(session_id=self.id, to=self._step_of("to", to, time), invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
         for i, (name, first, second) in enumerate(forms):
@@ -192,16 +222,24 @@ class Session:
         with self._recreation.explains(request.to):
             return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request)
 
-    def fork(self, at: int, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
-             system: Optional[str] = None, id: Optional[str] = None,
-             timeout: Optional[float] = None) -> Session:
-        """Creates a session that starts from this one's state at step `at`, with the given method, step or system.
+    def fork(self, at: Optional[int] = None, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
+             system: Optional[str] = None, id: Optional[str] = None, timeout: Optional[float] = None, time: Any = None,
+             body: Optional[Mapping[str, Any]] = None, initial: Optional[Mapping[str, Any]] = None) -> Session:
+        """Creates a session that starts from this one's state at step `at`, or at a `time` that is a step's, with the given
+        method, step, system, fields of `body` or blocks of `initial`.
 
-        What is not given stays the same. A drift of the state off the manifold is repaired up to 0.01. Raises
-        FailedPrecondition if the step cannot be reached.
+        What is not given stays the same. An impulse in a control loop changes the angular velocity:
+
+            state = session.step(to=k)
+            session = session.fork(at=k, body={"angular_velocity": state["angular_velocity"] + impulse})
+
+        A drift of the state off the manifold is repaired up to 0.01. The epoch of the fork is the instant of its start.
+        Raises FailedPrecondition if the step cannot be reached.
         """
-        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, from_session_id=self.id,
-                                        from_step=step_index("at", at), step=optional("step", step, SECONDS), system=system)
+        at = self._step_of("at", at, time)
+        changed = body is not None or initial is not None
+        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None or changed else id,
+                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), system=system)
         if method is not None:
             request.method.CopyFrom(to_method(method))
         deadline, waits = self._connection.deadline(timeout), pauses()
@@ -211,39 +249,53 @@ class Session:
             if run_status(reply.run_status).outcome != Outcome.REACHED:
                 raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
             described(reply.session, request.session_id)
-            forked = Session(self._connection, reply.session, reply.created, self.resolved(), owner=True)
+            forked = Session(self._connection, reply.session, reply.created, self.resolved(), owner=True,
+                             epoch=self._epoch_after(at))
             try:
                 # The server resolved the fork's scene. With all of it the handle can create the session again elsewhere;
                 # until then only this session can make a lost fork again.
                 forked._resolved_by(Recreation(self._connection, reply.session))
-                return forked
+                break
             except (NotFound, Unavailable) as error:
                 pause_after_loss(error, is_loss(error, forked.id), waits, deadline, self._connection)
+        if not changed:
+            return forked
+        with forked:
+            scene = with_changes(forked.resolved(), body, initial)
+        return created(self._connection, scene, id, epoch=forked.epoch)
+
+    def _epoch_after(self, step: int) -> Optional[str]:
+        return self.epoch and str(instant("epoch", self.epoch).after(step * self._known_scene().step))
 
     def delete(self) -> None:
         """Deletes the session from its server. Later calls of this handle raise NotFound."""
         self._recreation.end()
         self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id))
 
-    def stream(self, to: int, start: int = 0, every: int = 1,
-               fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
+    def stream(self, to: Optional[int] = None, start: int = 0, every: int = 1, fields: Optional[Names] = None,
+               timeout: Optional[float] = None, time: Any = None) -> Iterator[Batch]:
         """Yields the samples at start, start + every, ... and at `to`, batch by batch.
 
-        `fields`: as in `step`. A stream that breaks is resumed at the sample where it stopped. A run that ends early
+        `time`: instead of `to`, the time of a step. `fields`: as in `step`. A stream that breaks is resumed at the sample where it stopped. A run that ends early
         ends the iteration; `trajectory` tells why. `timeout`: seconds for the whole iteration including resumptions,
         pauses and the caller's own time, after which DeadlineExceeded is raised.
         """
-        yield from self._samples(*_range(to, start, every), names("fields", fields), timeout)
+        yield from self._samples(*self._range(to, start, every, time), names("fields", fields), timeout)
 
-    def trajectory(self, to: Optional[int] = None, start: int = 0, every: int = 1,
-                   fields: Optional[Names] = None, progress: bool = False,
-                   timeout: Optional[float] = None, times: Optional[Sequence[float]] = None) -> Trajectory:
+    def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
+                   fields: Optional[Names] = None, progress: bool = False, timeout: Optional[float] = None,
+                   times: Any = None, time: Any = None) -> Trajectory:
         """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
-        `fields`: as in `step`. `progress`: shows a progress bar of tqdm. With
-        `times` instead of `to`, `start` and `every`, returns the states at these times, in the order given. A state
-        between two steps is the state before it, advanced by the method with a shorter step; its `step` is the last
-        step at or before it.
+        `time`: instead of `to`, the last time in seconds; one between two steps is a sample too. Without `to`, `time` and
+        `times` the end is the scene's horizon. `every`: None for about 1000 samples. `fields`: as in `step`. `progress`:
+        shows a progress bar of tqdm.
+
+        With `times` instead of `to`, `start` and `every`, returns the states at these times, in the order given: seconds,
+        timedeltas, quantities or, where the scene has an epoch, datetimes, texts of ISO 8601 or a Time of astropy. They may
+        be on both sides of 0; a state before 0 is that of the scene with a step of the other sign, and its `step` is
+        negative. A state between two steps is the state before it, advanced by the method with a shorter step; its `step` is
+        the step from which it was advanced.
 
         `timeout`: seconds for the whole call, including resumptions and pauses. When the call fails, the exception has
         the samples that had arrived in `partial`:
@@ -254,13 +306,18 @@ class Session:
                 run = late.partial
         """
         if times is not None:
-            for name, value, default in (("to", to, None), ("start", start, 0), ("every", every, 1)):
-                if value != default:
+            for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, 1)):
+                if value != default and not (name == "every" and value is None):
                     raise refused(name, f"{value!r}: must be absent where `times` are given")
-            return self._at_times(times, fields, progress, timeout)
-        if to is None:
-            raise refused("to", "must be given, or times")
-        to, start, every = _range(to, start, every)
+            return self._at_times(times, names("fields", fields), progress, timeout)
+        if to is None and time is None:
+            if not self._known_scene().HasField("horizon"):
+                raise refused("to", "must be given, or time, or times, because the scene has no horizon")
+            time = self._known_scene().horizon * np.sign(self._known_scene().step)
+        if to is None and not self._is_step(time):
+            return self._up_to(time, start, every, names("fields", fields), progress, timeout)
+        to, start, _ = self._range(to, start, 1, time)
+        every = every_of(every, to - start)
         collector = Collector(max(-(-(to - start) // every), 0) + 1)
         samples = self._samples(to, start, every, names("fields", fields), timeout)
         try:
@@ -274,8 +331,9 @@ class Session:
             raise
         return collector.trajectory(samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps)
 
-    def summarize(self, to: int, quantities: Quantities, start: int = 0, every: int = 1,
-                  timeout: Optional[float] = None, checkpoint_every: int = 0, checkpoint: bytes = b"") -> Summary:
+    def summarize(self, to: Optional[int] = None, quantities: Optional[Quantities] = None, start: int = 0, every: int = 1,
+                  timeout: Optional[float] = None, checkpoint_every: int = 0, checkpoint: bytes = b"",
+                  time: Any = None) -> Summary:
         """Returns statistics of fields and invariants over the samples at start, start + every, ... and at `to`.
 
             session.summarize(10**6, {"energy": "drift", "quaternion": ["last"],
@@ -286,18 +344,20 @@ class Session:
         has its own statistics; with `"over_members": True` they are computed over all members together.
         `checkpoint_every`: steps between two checkpoints, from the last of which a call that breaks is resumed; with 0
         it begins anew. `checkpoint`: a `Summary.checkpoint` of an earlier call from which to go on. `timeout`: seconds
-        for the whole call; none by default.
+        for the whole call; none by default. `time`: instead of `to`, the time of a step.
         """
+        if quantities is None:
+            raise refused("quantities", "must be given")
         between = step_index("checkpoint_every", checkpoint_every)
-        request = self._summarize_request(to, start, every, checkpoint_every=between, checkpoint=checkpoint,
+        request = self._summarize_request(*self._range(to, start, every, time), checkpoint_every=between, checkpoint=checkpoint,
                                           return_checkpoint=between > 0, quantities=to_quantities(quantities))
         running = self._summarizing(request, timeout)
         for _ in running:
             pass
         return running.summary()
 
-    def events(self, to: int, events: Union[EventDescription, Sequence[EventDescription]], start: int = 0,
-               fields: Optional[Names] = None, timeout: Optional[float] = None) -> Events:
+    def events(self, to: Optional[int] = None, events: Union[EventDescription, Sequence[EventDescription]] = (),
+               start: int = 0, fields: Optional[Names] = None, timeout: Optional[float] = None, time: Any = None) -> Events:
         """Returns the zeros of g = sum(coefficients * field) - level after step `start`, up to step `to`.
 
             flips = session.events(10**5, {"field": "angular_velocity", "coefficients": [0, 1, 0],
@@ -307,8 +367,9 @@ class Session:
         ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all) and terminal (whether the
         motion ends at the last zero of `limit`, by default False). A zero is found where g has different signs at two
         consecutive steps; two zeros between them are not seen. `fields`: the fields to return at the zeros, as in `step`.
+        `time`: instead of `to`, the time of a step.
         """
-        request = self._events_request(to, events, start, fields)
+        request = self._events_request(to, events, start, fields, time)
         running = self._summarizing(request, timeout)
         parts = [part for part in running if isinstance(part, Events)]
         if not parts:
@@ -316,19 +377,27 @@ class Session:
             parts = [answers.no_events(fields_of_a_state, self._known_scene().HasField("members"))]
         return answers.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
 
-    def stream_events(self, to: int, events: Union[EventDescription, Sequence[EventDescription]], start: int = 0,
-                      fields: Optional[Names] = None, timeout: Optional[float] = None) -> Iterator[Events]:
+    def stream_events(self, to: Optional[int] = None, events: Union[EventDescription, Sequence[EventDescription]] = (),
+                      start: int = 0, fields: Optional[Names] = None, timeout: Optional[float] = None,
+                      time: Any = None) -> Iterator[Events]:
         """Yields what `events` returns in batches, as they are found. Leaving the iteration ends the search."""
-        for part in self._summarizing(self._events_request(to, events, start, fields), timeout):
+        for part in self._summarizing(self._events_request(to, events, start, fields, time), timeout):
             if isinstance(part, Events):
                 yield part
 
-    def _events_request(self, to: int, events: Union[EventDescription, Sequence[EventDescription]], start: int,
-                        fields: Optional[Names]) -> pb.SummarizeRequest:
-        return self._summarize_request(to, start, 1, events=to_events(events), fields=names("fields", fields))
+    def _events_request(self, to: Optional[int], events: Union[EventDescription, Sequence[EventDescription]], start: int,
+                        fields: Optional[Names], time: Any) -> pb.SummarizeRequest:
+        asked = to_events(events)
+        if not asked:
+            raise refused("events", "must be given, a mapping or several")
+        return self._summarize_request(*self._range(to, start, 1, time), events=asked, fields=names("fields", fields))
+
+    def _range(self, to: Any, start: Any, every: Any, time: Any) -> tuple[int, int, int]:
+        """Returns the steps of a run as whole numbers. `every` 0 means 1."""
+        to, start = self._step_of("to", to, time), step_index("start", start)
+        return to, start, step_index("every", every) or 1
 
     def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
-        to, start, every = _range(to, start, every)
         message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, **request)
         setattr(message, "from", start)
         return message
@@ -336,15 +405,46 @@ class Session:
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
         return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout)
 
-    def _at_times(self, times: Sequence[float], fields: Optional[Names], progress: bool,
-                  timeout: Optional[float]) -> Trajectory:
-        given, steps = in_steps(times, self._known_scene().step)
-        order = np.argsort(given * np.copysign(1, self._known_scene().step), kind="stable")
-        first, last = steps[order[0]], steps[order[-1]]
-        request = self._summarize_request(int(np.ceil(last)), int(np.floor(first)), 1, times=given[order],
-                                          fields=names("fields", fields))
-        request.every = max(1, request.to)
-        return states_at(self._summarizing(request, timeout), order, progress)
+    def _up_to(self, time: Any, start: int, every: Optional[int], fields: Sequence[str], progress: bool,
+               timeout: Optional[float]) -> Trajectory:
+        """Returns the samples from `start` up to a time between two steps, which is the last sample."""
+        step = self._known_scene().step
+        seconds, steps = time_of(time, step, self.epoch)
+        start = step_index("start", start)
+        if steps < start:
+            raise refused("time", f"{seconds!r}: must be at or after step {start}, in the direction of the scene's step {step!r}")
+        last = int(np.floor(steps))
+        grid = np.arange(start, last + 1, every_of(every, last - start)) * step
+        return self._at_times(np.append(grid, seconds), fields, progress, timeout)
+
+    def _at_times(self, times: Any, fields: Sequence[str], progress: bool, timeout: Optional[float]) -> Trajectory:
+        given = np.atleast_1d(seconds_of("times", times, self.epoch))
+        if given.ndim != 1 or not given.size:
+            raise refused("times", f"the shape {given.shape}: must be (times), one or more")
+        behind = in_steps("times", given, self._known_scene().step) < 0
+        if not behind.any():
+            return self._on_one_side(given, np.arange(given.size), fields, progress, timeout)[0]
+        if any(block == "Q_prev" for block in self._known_scene().initial):
+            k = int(np.argmax(behind))
+            raise refused(f"times[{k}]", f"{float(given[k])!r}: must have the sign of the scene's step, because the state 0 of "
+                                         "this system is a pair of frames")
+        places, parts = [np.flatnonzero(~behind), np.flatnonzero(behind)], []
+        with self.fork(at=0, step=-self._known_scene().step, timeout=timeout) as back:
+            for session, place in zip((self, back), places):
+                if place.size:
+                    parts.append(session._on_one_side(given[place], place, fields, progress, timeout))
+        return in_given_order(parts)
+
+    def _on_one_side(self, given: NDArray[Any], places: NDArray[Any], fields: Sequence[str], progress: bool,
+                     timeout: Optional[float]) -> tuple[Trajectory, NDArray[Any]]:
+        """Returns the states at times on the side of 0 to which the scene's step leads, and the places of those that were
+        reached. `places`: where the caller has the times in its list."""
+        step = self._known_scene().step
+        steps, order = in_steps("times", given, step), np.argsort(given * np.copysign(1, step), kind="stable")
+        first, last = int(np.floor(steps[order[0]])), int(np.ceil(steps[order[-1]]))
+        request = self._summarize_request(last, first, max(1, last), times=given[order], fields=fields)
+        run = states_at(self._summarizing(request, timeout), places[order], progress)
+        return run, np.sort(places[order][:run.samples])
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
@@ -376,9 +476,15 @@ class Session:
         return f"<stiefel.Session {self.id}: {f'{scene.system} {scene.method.name}'.rstrip()}, step {scene.step!r}>"
 
 
-def _range(to: Any, start: Any, every: Any) -> tuple[int, int, int]:
-    """Returns the steps of a run as whole numbers. `every` 0 means 1."""
-    return step_index("to", to), step_index("start", start), step_index("every", every) or 1
+def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, checkpoint: bytes = b"",
+            epoch: Optional[str] = None) -> Session:
+    """Creates a session of a scene. Its warnings about the scene are those of the caller's caller."""
+    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=scene, checkpoint=checkpoint)
+    reply = connection.call("CreateSession", request, metadata=route(request.session_id))
+    session = described(reply.session, request.session_id)
+    for text in session.warnings:
+        warnings.warn(text, SceneWarning, stacklevel=3)
+    return Session(connection, session, reply.created, scene, owner=True, checkpoint=checkpoint, epoch=epoch)
 
 
 def _blocks(vector: TangentVector, path: str) -> dict[str, pb.Matrix]:

@@ -67,7 +67,7 @@ def for_this_platform(build: Path, folder: Path) -> None:
                    Path("/usr/include/CLI/CLI.hpp"), Path("/usr/include/nlohmann/json.hpp")]
     write_licenses([*needed.values(), *compiled_in], folder / "licenses")
     project = project.replace("[tool.setuptools]\n", SCRIPTS)
-    project = project.replace('stiefel = ["py.typed", "v1/*.pyi"]', 'stiefel = ["py.typed", "v1/*.pyi", "_programs/*"]')
+    project = project.replace('stiefel = ["py.typed", ', 'stiefel = ["py.typed", "_programs/*", ')
     (folder / "pyproject.toml").write_text(project)
     (folder / "setup.py").write_text(SETUP.format(platform=platform_tag()))
 

@@ -77,8 +77,8 @@ def step_index(path: str, given: Any, least: int = 0) -> int:
     """Returns the index of a step, or a number of steps."""
     if least == 0 and type(given) in _REAL and given < 0:
         raise refused(path, f"{_text(given)}: must be a whole number of at least 0; for times before 0, use a negative step "
-                            "in the scene")
-    return whole(path, given, least, ", because it counts steps; for states between steps, use `times` of Session.trajectory")
+                            "in the scene, or `times` of Session.trajectory")
+    return whole(path, given, least, ", because it counts steps; for states between steps, use `time`, or `times` of Session.trajectory")
 
 
 def timeout(given: Any) -> Optional[float]:

@@ -1,16 +1,14 @@
-"""Statistics, events and times that a caller asks for, as messages."""
+"""Statistics and events that a caller asks for, as messages."""
 from __future__ import annotations
 
 import reprlib
 from typing import Any, Iterable, Mapping, Sequence, Union
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.numbers import SECONDS, number, numbers, refused, whole
+from stiefel._given.numbers import number, numbers, refused, whole
 
-MOST_STEPS = 2.0**53  #: beyond it a double does not tell one step from the next
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
 Quantities = Mapping[str, Statistics]
@@ -109,21 +107,3 @@ def _truth(path: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise refused(path, f"{reprlib.repr(value)}: must be True or False")
     return bool(value)
-
-
-def in_steps(times: Sequence[float], step: float) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Returns the times as an array, and how many steps of the length `step` after time 0 each of them is: a whole number
-    where it is one to rounding, as the engine takes it. Raises InvalidArgument that names the first wrong one."""
-    given = np.atleast_1d(numbers("times", times, SECONDS))
-    if given.ndim != 1 or not given.size:
-        raise refused("times", f"the shape {given.shape}: must be (times), one or more")
-    steps = given / step
-    other = "a negative" if step > 0 else "a positive"
-    for wrong, rule in ((~np.isfinite(steps), "must be finite"),
-                        (steps < 0, f"must be 0 or have the sign of the scene's step {step!r}; for this time, use {other} step"),
-                        (abs(steps) > MOST_STEPS, f"must be at most {MOST_STEPS:.0e} steps from time 0")):
-        if wrong.any():
-            k = int(np.argmax(wrong))
-            raise refused(f"times[{k}]", f"{float(given[k])!r}: {rule}")
-    whole = np.rint(steps)
-    return given, np.where(abs(steps - whole) <= 3 * 2**-53 * whole, whole, steps)

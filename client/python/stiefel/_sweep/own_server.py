@@ -47,7 +47,10 @@ class OwnServer:
     def use(self, function: Callable[[Client], T], share: Share) -> T:
         """Calls `function` with a client of the server, and starts the server with `share` if there is none. If
         `function` raises LostServer, stops the server, so that the next use starts another one, and raises it again."""
-        held = self._hold(share)
+        try:
+            held = self.hold(share)
+        except NotStarted as error:
+            raise LostServer(f"on {socket.gethostname()}: {error.message}") from None
         try:
             return function(held.client)
         except LostServer:
@@ -62,16 +65,15 @@ class OwnServer:
         if held is not None:
             self._drop(held)
 
-    def _hold(self, share: Share) -> _Held:
+    def hold(self, share: Share) -> _Held:
+        """Returns the server and its client, and starts the server with `share` if there is none or if it has ended.
+        Raises NotStarted."""
         with self._lock:
             if self._held is not None and self._held.server.process.poll() is not None:
                 _end(self._held)
                 self._held = None
             if self._held is None:
-                try:
-                    server = Server.start(arguments=["--threads", str(share.threads)], environment=_memory(share))
-                except NotStarted as error:
-                    raise LostServer(f"on {socket.gethostname()}: {error.message}") from None
+                server = Server.start(arguments=["--threads", str(share.threads)], environment=_memory(share))
                 self._held = _Held(server, Client(server.address, timeout=TIMEOUT))
             return self._held
 

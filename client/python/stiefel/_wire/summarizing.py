@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 from contextlib import closing
-from typing import Iterator, Optional, Union
+from typing import Iterator, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -178,3 +178,17 @@ def states_at(running: Summarizing, order: NDArray[np.intp], progress: bool) -> 
         error.partial = arrived(RunStatus(Outcome.CANCELLED, message=error.message))
         raise
     return arrived(running.run_status or RunStatus(Outcome.CANCELLED))
+
+
+def in_given_order(parts: Sequence[tuple[Trajectory, NDArray[np.intp]]]) -> Trajectory:
+    """Joins states after time 0 with those before it, which come last. Each part comes with the places of its states in the
+    caller's list."""
+    runs = [run for run, _ in parts]
+    runs[-1] = dataclasses.replace(runs[-1], step=-runs[-1].step)  # from the scene with a step of the other sign
+    order = np.argsort(np.concatenate([places for _, places in parts]), kind="stable")
+    status = next((run.run_status for run in runs if run.run_status.outcome is not Outcome.REACHED), runs[0].run_status)
+    return dataclasses.replace(
+        runs[0], step=np.concatenate([run.step for run in runs])[order],
+        time=np.concatenate([run.time for run in runs])[order], run_status=status,
+        fields={name: np.concatenate([run.fields[name] for run in runs])[order] for name in runs[0].fields},
+        computed_steps=sum(run.computed_steps for run in runs))

@@ -1,0 +1,97 @@
+"""Initial states that were rounded to a few digits, made to fit: unit quaternions, orthonormal frames, tangent velocities,
+skew momenta."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+from stiefel._given.numbers import refused
+from stiefel._wire.arrays import decode, put_block, to_array
+from stiefel.errors import InvalidArgument, Violation
+
+MOST = 0.01  #: the largest distance, relative to the size, between what is given and what fits: the server's for forks
+_FRAMES = ("Q", "Q_prev", "q")
+_VELOCITIES = {"stiefel": "S", "ellipsoid": "qdot"}
+_RULES = ("must have norm 1", "must have orthonormal rows", "must be tangent", "must be skew-symmetric")
+
+
+def normalized(scene: pb.Scene) -> pb.Scene:
+    """Returns a copy of the scene whose initial state fits. Raises InvalidArgument for what is further than MOST from
+    that."""
+    scene = _copy(scene)
+    if scene.body.attitude and len(scene.body.attitude) % 4 == 0:
+        given = np.reshape(scene.body.attitude, (-1, 4))
+        sizes = np.linalg.norm(given, axis=1, keepdims=True)
+        _check("scene.body.attitude", abs(sizes - 1), f"of norm {sizes.ravel()[np.argmax(abs(sizes - 1))]:.6g}")
+        scene.body.attitude[:] = (given / sizes).ravel().tolist()
+    if scene.system in ("double_bracket", "parametric_rigid_body", "parametric_moser_veselov"):
+        return scene
+    blocks = {**{name: to_array(block) for name, block in scene.initial.items()},
+              **{name: decode(tensor) for name, tensor in scene.initial_tensors.items()}}
+    stacked = {name: block.reshape(scene.members or 1, -1, block.shape[-1]) for name, block in blocks.items()}
+    fitting = {name: _orthonormal(f"scene.initial.{name}", block) for name, block in stacked.items() if name in _FRAMES}
+    if "M" in stacked:
+        fitting["M"] = _skew("scene.initial.M", stacked["M"])
+    name = _VELOCITIES.get(scene.system, "")
+    frame = fitting.get("q" if name == "qdot" else "Q")
+    if name in stacked and frame is not None and frame.shape == stacked[name].shape:
+        scale: Any = np.ones(1) if name == "qdot" else np.reshape(scene.inertia, (-1, 1, frame.shape[-1]))
+        fitting[name] = _tangent(f"scene.initial.{name}", frame, stacked[name] / scale) * scale
+    for name, block in fitting.items():
+        put_block(scene, name, block.reshape(blocks[name].shape))
+    return scene
+
+
+def with_hint(error: InvalidArgument, scene: pb.Scene) -> InvalidArgument:
+    """Returns the error. What it says of a state that `normalized` would make fit says so."""
+    if not any(rule in violation.description for violation in error.violations for rule in _RULES):
+        return error
+    try:
+        normalized(scene)
+    except InvalidArgument:
+        return error
+    told = [Violation(one.field, one.description + "; normalize=True makes it so" * any(rule in one.description for rule in _RULES))
+            for one in error.violations]
+    error._say(f"{told[0].field}: {told[0].description}" if error.message.startswith(told[0].field) else error.message)
+    error.violations = tuple(told)
+    return error
+
+
+def _copy(scene: pb.Scene) -> pb.Scene:
+    copy = pb.Scene()
+    copy.CopyFrom(scene)
+    return copy
+
+
+def _orthonormal(path: str, given: NDArray[Any]) -> NDArray[Any]:
+    """Returns the nearest matrices with orthonormal rows: the polar factors."""
+    if given.shape[-2] > given.shape[-1]:
+        return given  # no frame: the server says so
+    left, _, right = np.linalg.svd(given, full_matrices=False)
+    frame: NDArray[Any] = left @ right
+    _check(path, abs(frame - given), "")
+    return frame
+
+
+def _skew(path: str, given: NDArray[Any]) -> NDArray[Any]:
+    if given.shape[-2] != given.shape[-1]:
+        return given
+    skew: NDArray[Any] = (given - np.swapaxes(given, -1, -2)) / 2
+    _check(path, abs(skew - given) / (abs(given).max() or 1.0), "")
+    return skew
+
+
+def _tangent(path: str, frame: NDArray[Any], velocity: NDArray[Any]) -> NDArray[Any]:
+    """Returns the nearest velocities with a skew Q'Q^T."""
+    product = velocity @ np.swapaxes(frame, -1, -2)
+    part = (product + np.swapaxes(product, -1, -2)) / 2 @ frame
+    _check(path, abs(part) / (abs(velocity).max() or 1.0), "")
+    return np.asarray(velocity - part)
+
+
+def _check(path: str, change: NDArray[Any], what: str) -> None:
+    if not change.max(initial=0.0) <= MOST:
+        raise refused(path, f"{what or f'changes by {change.max():.3g}'}: normalize changes a state by at most {MOST}")

@@ -1,0 +1,147 @@
+"""A motion in one call: on a server of the process, from an example, up to a step or a time, on both sides of time 0."""
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+import stiefel
+
+EXAMPLES = Path(__file__).parents[2] / "client" / "examples"
+TOP = {"system": "rigid_body", "step": 0.1, "epoch": "2016-12-31T23:59:50Z",
+       "body": {"moments": [2, 2, 1], "angular_velocity": [0.3, 0, 1]}}  # precesses: omega_x = 0.3 cos(omega_z t / 2)
+
+
+def omega_x(times):
+    """For I = (2, 2, 1), I omega' = I omega x omega gives omega_x' = omega_y omega_z / 2, omega_y' = -omega_x omega_z / 2."""
+    return 0.3 * np.cos(np.asarray(times) / 2)
+
+
+def test_every_call_says_where_it_ends_in_its_own_way():
+    for given, times in (({"to": 4}, [0, 0.1, 0.2, 0.3, 0.4]), ({"to": 4.0, "every": 3}, [0, 0.3, 0.4]), ({"time": 0.3}, [0, 0.1, 0.2, 0.3]),
+                         ({"time": 0.25, "every": 2}, [0, 0.2, 0.25]), ({"times": [0.7, -0.35, 0, -0.2]}, [0.7, -0.35, 0, -0.2])):
+        run = stiefel.simulate(TOP, fields="angular_velocity", **given)
+        assert np.allclose(run.time, times, rtol=0, atol=1e-15), given
+        assert np.allclose(run["angular_velocity"].reshape(-1, 3)[:, 0], omega_x(times), rtol=0, atol=1e-14), given
+
+
+def test_without_an_end_it_is_the_horizon_and_about_1000_samples_are_enough():
+    run = stiefel.simulate({**TOP, "horizon": 500})
+    assert run.time[-1] == pytest.approx(500) and run.samples == 1001 and run.step[1] == 5
+    assert stiefel.simulate(TOP, to=1e6).samples == 1001
+    with pytest.raises(stiefel.InvalidArgument, match="to: must be given, or time, or times, because the scene has no horizon"):
+        stiefel.simulate(TOP)
+
+
+def test_a_clock_counts_leap_seconds():
+    """The last minute of 2016 had 61 seconds."""
+    run = stiefel.simulate(TOP, times=["2017-01-01T00:00:00Z", "2017-01-01T00:00:37 TAI", "2016-12-31T23:59:40"], fields="angular_velocity")
+    assert list(run.time) == [11, 11, -10]
+
+
+def test_there_is_an_example_of_every_system(client):
+    scenes = {name: scene for name, scene in stiefel.examples.items() if name != "frames"}
+    assert {scene["system"] for scene in scenes.values()} == {system.name for system in client.describe().systems}
+    assert {"toutatis", "envisat", "tumbling_spacecraft"} <= set(scenes)
+    for name, scene in scenes.items():
+        run = stiefel.simulate(name, to=2)
+        assert run.outcome == stiefel.Outcome.REACHED and run.time[-1] == 2 * scene["step"], name
+        assert scene == json.loads((EXAMPLES / f"{name}.json").read_text(encoding="utf-8"))
+    assert client.geodesic(**stiefel.examples["frames"]).residual < 1e-12
+
+
+def test_a_name_that_is_no_example_is_refused_with_the_near_ones():
+    with pytest.raises(FileNotFoundError, match="no example has this name; did you mean toutatis"):
+        stiefel.simulate("toutatiss", to=1)
+    with pytest.raises(KeyError, match="did you mean envisat"):
+        stiefel.examples["Envisat"]
+    with pytest.raises(stiefel.InvalidArgument, match="'frames': is no scene"):
+        stiefel.simulate("frames", to=1)
+
+
+SCRIPT = """
+import json, multiprocessing, os, stiefel, sys, threading
+
+def one(_=None):
+    run = stiefel.simulate("tumbling_spacecraft", to=2)
+    return run["quaternion"].ravel().tolist(), stiefel.simulation._own.hold(stiefel.simulation._WHOLE_MACHINE).server.process.pid
+
+if __name__ == "__main__":
+    found = {"here": [one(), one()]}
+    threads = [threading.Thread(target=lambda: found["here"].append(one())) for _ in range(8)]
+    [thread.start() for thread in threads], [thread.join() for thread in threads]
+    for kind in ("fork", "spawn"):
+        with multiprocessing.get_context(kind).Pool(1) as pool:
+            found[kind] = pool.map(one, range(2))
+    found["here"].append(one())
+    print(json.dumps(found))
+"""
+
+
+def runs(pid):
+    """Whether the process is there and no zombie."""
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+def test_a_process_has_one_server_and_a_child_its_own(tmp_path):
+    (tmp_path / "script.py").write_text(SCRIPT)
+    done = subprocess.run([sys.executable, tmp_path / "script.py"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    found = json.loads(done.stdout)
+    states, servers = zip(*(pair for pairs in found.values() for pair in pairs))
+    assert all(state == states[0] for state in states)
+    assert len(found["here"]) == 11 and len({pid for _, pid in found["here"]}) == 1 and len(set(servers)) == 3
+    end = time.monotonic() + 30
+    while any(runs(pid) for pid in servers) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not any(runs(pid) for pid in servers), "they end with their processes"
+
+
+@pytest.mark.skipif(bool(os.environ.get("STIEFEL_SANITIZED")), reason="a sanitized server starts slowly")
+def test_the_first_result_takes_at_most_three_times_the_imports():
+    """The least of five alternate runs, in CPU time and pauses alike."""
+    programs = ("import grpc, numpy, numpy.typing, google.protobuf.json_format", "import stiefel; stiefel.simulate('toutatis', time=86400)")
+    best = [float("inf")] * 2
+    for _ in range(5):
+        for k, program in enumerate(programs):
+            code = f"import time; begin = time.perf_counter()\n{program}\nprint(time.perf_counter() - begin)"
+            best[k] = min(best[k], float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout))
+    assert best[1] < 3 * best[0], best
+
+
+def test_a_fork_may_change_the_state_and_keeps_the_clock(client):
+    """An impulse of 0.1 rad/s about z at t = 1 s changes the rate of precession from 1/2 to 1.1/2."""
+    with client.create(TOP) as session:
+        state = session.step(time=1.0)
+        at_1 = state["angular_velocity"].ravel()
+        with session.fork(at=10, body={"angular_velocity": at_1 + [0, 0, 0.1]}) as fork:
+            assert fork.epoch == "2016-12-31T23:59:51 UTC" and fork.scene["epoch"] == fork.epoch
+            first, later = fork.step(to=0), fork.step(time=0.75)["angular_velocity"].ravel()
+        assert np.allclose(first["quaternion"], state["quaternion"], rtol=0, atol=1e-15)
+        angle = 0.75 * 1.1 / 2
+        assert later[0] == pytest.approx(at_1[0] * np.cos(angle) + at_1[1] * np.sin(angle), abs=1e-14)
+        with session.fork(time=15.0) as over:
+            assert over.epoch == "2017-01-01T00:00:04 UTC", "a second of that minute is a leap second"
+        with pytest.raises(stiefel.InvalidArgument, match="initial: the scene has `body`"):
+            session.fork(at=1, initial={"M": np.zeros((3, 3))})
+        with pytest.raises(stiefel.InvalidArgument, match="time: 0.25: must be a whole number of steps of 0.1 s"):
+            session.diagnose(time=0.25)
+
+
+def test_a_fork_with_other_blocks(client):
+    """S = Q' Lambda scaled by c moves along the same geodesic c times as fast."""
+    with client.create("stiefel") as session:
+        state = session.step(to=4)
+        with session.fork(at=4, initial={"S": 2 * state["S"]}) as fast:
+            there = fast.step(time=0.5)["Q"]
+        assert np.allclose(there, session.step(time=0.2 + 1.0)["Q"], rtol=0, atol=1e-9)
+        with pytest.raises(stiefel.InvalidArgument, match="initial.T: unknown block; the blocks are Q, S"):
+            session.fork(at=4, initial={"T": state["S"]})
