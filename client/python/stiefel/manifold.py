@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stiefel._manifold.beta import BetaMetric
-from stiefel._manifold.inertia import InertiaMetric
+from stiefel._manifold.inertia import InertiaMetric, initial_velocity
 from stiefel.client import Client
 from stiefel.errors import StiefelError
 from stiefel.simulation import own_client
@@ -115,7 +115,7 @@ class _Manifold:
         missed = [i for i, geodesic in enumerate(found) if geodesic.scene is None]
         if missed:
             raise NotJoined(missed, len(pairs), found[missed[0]].run_status.message)
-        V = np.stack([self._metric.velocity(geodesic.scene) for geodesic in found]).reshape(frames.shape)
+        V = np.stack([initial_velocity(geodesic.scene) for geodesic in found]).reshape(frames.shape)
         return Joined(self._out(V), np.sqrt(self._metric.inner(frames, V, V)),
                       np.reshape([geodesic.residual for geodesic in found], axes),
                       np.reshape([geodesic.shortest for geodesic in found], axes))

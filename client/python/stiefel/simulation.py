@@ -5,6 +5,7 @@ from typing import Any, Optional
 
 from stiefel._given.mappings import Names
 from stiefel._sweep.own_server import OwnServer, Share
+from stiefel.client import Client
 from stiefel.results import Trajectory
 from stiefel.scene import SceneLike
 
@@ -27,7 +28,11 @@ def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, ti
     The first call starts a server with all processors of the machine, which ends with the process. A forked child starts
     its own. Thread-safe. Raises FileNotFoundError if there is no server program, and NotStarted if it does not start.
     """
-    client = _own.hold(_WHOLE_MACHINE).client
-    with client.create(scene, normalize=normalize) as session:
+    with own_client().create(scene, normalize=normalize) as session:
         return session.trajectory(to=to, time=time, times=times, every=every, fields=fields,
                                   progress=progress, timeout=timeout)
+
+
+def own_client() -> Client:
+    """Returns the client of the process's own server, which it starts when it is needed first."""
+    return _own.hold(_WHOLE_MACHINE).client

@@ -47,6 +47,20 @@ def solve(derivative: Callable[[Array, Array], Array], W: Array, steps: int) -> 
     return W
 
 
+def sums(inertia: Array) -> Array:
+    """Returns the factors lambda_i + lambda_j of J(X) = X Lambda + Lambda X, for skew X."""
+    factors: Array = inertia[:, None] + inertia
+    np.fill_diagonal(factors, 1.0)  # the diagonal of skew matrices is 0
+    return factors
+
+
+def initial_velocity(scene: dict[str, Any]) -> Array:
+    """Returns the velocity at time 0 of a motion of `rigid_body` or `stiefel`."""
+    inertia = np.asarray(scene["inertia"], float)
+    blocks = {name: np.reshape(block["values"], (block["rows"], -1)) for name, block in scene["initial"].items()}
+    return blocks["Q"] @ (blocks["M"] / sums(inertia)) if "M" in blocks else blocks["S"] / inertia
+
+
 class InertiaMetric:
     """The metric of one Lambda. A server follows its geodesics, as motions of `rigid_body` (n = N) or `stiefel`."""
 
@@ -57,8 +71,7 @@ class InertiaMetric:
     def __init__(self, inertia: Array, client: Callable[[], Client]):
         self.inertia, self._client = inertia, client
         self.request = {"metric": "lambda", "inertia": inertia}
-        self._scale = inertia[:, None] + inertia
-        np.fill_diagonal(self._scale, 1.0)  # the diagonal of skew matrices is 0
+        self._scale = sums(inertia)
 
     def inner(self, Q: Array, V: Array, W: Array) -> Array:
         product: Array = np.sum(V * self.inertia * W, axis=(-2, -1))
