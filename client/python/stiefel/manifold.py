@@ -74,6 +74,17 @@ class _Manifold:
         """Returns the orthogonal projection of any matrix Z onto the tangent space at Q."""
         return self._out(self._metric.tangent(self._in(Q), self._in(Z)))
 
+    def gradient(self, Q: ArrayLike, derivative: ArrayLike) -> Array:
+        """Returns the Riemannian gradient at Q of a function whose matrix of partial derivatives is `derivative`."""
+        return self._out(self._metric.gradient(self._in(Q), self._in(derivative)))
+
+    def hessian(self, Q: ArrayLike, derivative: ArrayLike, changed: ArrayLike, V: ArrayLike) -> Array:
+        """Returns the Riemannian Hessian of a function, applied to the tangent vector V at Q.
+
+        `derivative`: its matrix of partial derivatives at Q; `changed`: the derivative of that matrix along V.
+        """
+        return self._out(self._metric.hessian(self._in(Q), self._in(derivative), self._in(changed), self._in(V)))
+
     def project(self, Z: ArrayLike) -> Array:
         """Returns the frame that is nearest to the matrix Z, its polar factor."""
         return self._out(self._nearest(self._in(Z)))
@@ -128,6 +139,21 @@ class _Manifold:
     def dist(self, Q: ArrayLike, P: ArrayLike) -> Array:
         """Returns the length of the geodesic that `log` finds."""
         return self.join(Q, P).distance
+
+    def to_pymanopt(self) -> Any:
+        """Returns this manifold as one of pymanopt, an optional package. Its retraction is `exp`."""
+        from stiefel._manifold.adapters import pymanopt_manifold
+
+        return pymanopt_manifold(self)
+
+    def to_geomstats(self) -> Any:
+        """Returns the space of geomstats, an optional package, with this metric. Needs layout="columns"."""
+        from stiefel._manifold.adapters import geomstats_space
+
+        return geomstats_space(self)
+
+    def __repr__(self) -> str:
+        return f"<stiefel.manifold.{type(self).__name__} of {self.shape[0]} x {self.shape[1]} frames, {self._metric!r}>"
 
     def _client(self) -> Client:
         return own_client() if self._own_client is None else self._own_client

@@ -95,6 +95,9 @@ class BetaMetric:
         self.beta = beta
         self.request = {"metric": "euclidean"} if beta == 1 else {"metric": "beta", "beta": beta}
 
+    def __repr__(self) -> str:
+        return f"beta = {self.beta:g}"
+
     def inner(self, Q: Array, V: Array, W: Array) -> Array:
         product: Array = np.sum(V * W, axis=(-2, -1))
         along = np.sum((V @ transposed(Q)) * (W @ transposed(Q)), axis=(-2, -1))
@@ -103,6 +106,25 @@ class BetaMetric:
     def tangent(self, Q: Array, Z: Array) -> Array:
         A = Z @ transposed(Q)
         return Z - (A + transposed(A)) / 2 @ Q
+
+    def gradient(self, Q: Array, G: Array) -> Array:
+        """Returns the gradient of a function whose matrix of partial derivatives is G."""
+        A = skew_part(G @ transposed(Q))
+        return A @ Q / self.beta + G - G @ transposed(Q) @ Q
+
+    def hessian(self, Q: Array, G: Array, G_V: Array, V: Array) -> Array:
+        """Returns the covariant derivative of the gradient along V, where G_V is the derivative of G along V."""
+        A, A_V = skew_part(G @ transposed(Q)), skew_part(G_V @ transposed(Q) + G @ transposed(V))
+        changed = ((A_V @ Q + A @ V) / self.beta + G_V - G_V @ transposed(Q) @ Q
+                   - G @ transposed(V) @ Q - G @ transposed(Q) @ V)
+        W = self.gradient(Q, G)
+        return changed - (self._acceleration(Q, V + W) - self._acceleration(Q, V - W)) / 4
+
+    def _acceleration(self, Q: Array, V: Array) -> Array:
+        """Returns the second derivative of a geodesic, a quadratic form of the velocity V."""
+        A = V @ transposed(Q)
+        H = V - A @ Q
+        return (A @ A - H @ transposed(H)) @ Q + 2 * (1 - self.beta) * A @ H
 
     def flow(self, Q: Array, V: Array, times: Array) -> Array:
         geodesic = self._geodesic(Q, V)

@@ -73,6 +73,9 @@ class InertiaMetric:
         self.request = {"metric": "lambda", "inertia": inertia}
         self._scale = sums(inertia)
 
+    def __repr__(self) -> str:
+        return f"Lambda = {self.inertia}"
+
     def inner(self, Q: Array, V: Array, W: Array) -> Array:
         product: Array = np.sum(V * self.inertia * W, axis=(-2, -1))
         return product
@@ -83,6 +86,23 @@ class InertiaMetric:
             return Q @ ((X - transposed(X)) / self._scale)
         ZQ = Z @ transposed(Q)
         return Z - lyapunov(self._gram(Q), ZQ + transposed(ZQ)) @ (Q / self.inertia)
+
+    def gradient(self, Q: Array, G: Array) -> Array:
+        """Returns the gradient of a function whose matrix of partial derivatives is G."""
+        if Q.shape[-2] == len(self.inertia):
+            B = transposed(Q) @ G
+            return Q @ ((B - transposed(B)) / self._scale)
+        return self.tangent(Q, G / self.inertia)
+
+    def hessian(self, Q: Array, G: Array, G_V: Array, V: Array) -> Array:
+        """Returns the covariant derivative of the gradient along V, where G_V is the derivative of G along V."""
+        if Q.shape[-2] == len(self.inertia):
+            B, changed = transposed(Q) @ G, transposed(V) @ G + transposed(Q) @ G_V
+            x, x_V = ((X - transposed(X)) / self._scale for X in (B, changed))
+            return Q @ (x_V - self._turned_in_body(transposed(Q) @ V, x))
+        ZQ = G / self.inertia @ transposed(Q)
+        B = lyapunov(self._gram(Q), ZQ + transposed(ZQ))
+        return self.tangent(Q, (G_V - B @ V) / self.inertia)
 
     def flow(self, Q: Array, V: Array, times: Array) -> Array:
         return self._motion(Q, V, times)[0]
