@@ -1,18 +1,15 @@
 """A manifold of `stiefel.manifold` as one of pymanopt or of geomstats. Neither package is needed elsewhere."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Optional
+from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from stiefel.manifold import SpecialOrthogonal, Stiefel
-
 Array = NDArray[np.float64]
 
 
-def pymanopt_manifold(manifold: "Stiefel | SpecialOrthogonal") -> Any:
+def pymanopt_manifold(manifold: Any) -> Any:
     """Returns a pymanopt.manifolds.manifold.Manifold, whose retraction is the exponential map."""
     from pymanopt.manifolds.manifold import Manifold
 
@@ -70,7 +67,7 @@ def pymanopt_manifold(manifold: "Stiefel | SpecialOrthogonal") -> Any:
     return Frames()
 
 
-def geomstats_space(manifold: "Stiefel | SpecialOrthogonal") -> Any:
+def geomstats_space(manifold: Any) -> Any:
     """Returns a geomstats space, Stiefel(N, n) or SpecialOrthogonal(N), equipped with the manifold's metric.
 
     Points of geomstats are N x n, so the manifold's layout must be "columns"; for n = N either will do.
