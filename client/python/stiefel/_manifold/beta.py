@@ -1,0 +1,137 @@
+"""Geodesics of V(n, N) in the metrics <V, W> = beta tr(A^T B) + tr(H^T K) of Hüper, Markina and Silva Leite (2021).
+
+U is N x n with orthonormal columns, and V = U A + U_perp H, W = U B + U_perp K with skew A, B. beta = 1 is the Euclidean
+metric, beta = 1/2 the canonical one. Arrays may have leading axes. With columns [U C] that span U and V, and R = C^T V,
+
+    exp_U(V) = [U C] exp(Xi) [I; 0] exp((1 - 2 beta) A),   Xi = [[2 beta A, -R^T], [R, 0]].
+"""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def transposed(A: Array) -> Array:
+    return np.swapaxes(A, -1, -2)
+
+
+def skew_part(A: Array) -> Array:
+    return (A - transposed(A)) / 2
+
+
+def rotation(A: Array) -> Array:
+    """Returns exp(A) of skew A, from the eigenvalues of the Hermitian iA."""
+    theta, X = np.linalg.eigh(1j * A)
+    product: Array = (X * np.exp(-1j * theta)[..., None, :] @ np.conj(transposed(X))).real
+    return product
+
+
+class Geodesic:
+    """The geodesic from U with the velocity V, both (..., N, n)."""
+
+    def __init__(self, U: Array, V: Array, beta: float):
+        n = U.shape[-1]
+        self.beta = beta
+        frame = np.linalg.qr(np.concatenate([U, V], axis=-1))[0]
+        self.UC = np.concatenate([U, frame[..., n:]], axis=-1)  # QR gives the columns of U up to their signs
+        self.A = skew_part(transposed(U) @ V)
+        self.R = transposed(self.UC[..., n:]) @ V
+        top = np.concatenate([2 * beta * self.A, -transposed(self.R)], axis=-1)
+        bottom = np.concatenate([self.R, np.zeros(self.R.shape[:-1] + self.R.shape[-2:-1])], axis=-1)
+        self.Xi = np.concatenate([top, bottom], axis=-2)
+
+    def at(self, t: Any) -> tuple[Array, Array]:
+        """Returns frame and velocity at time t, a number or an array of the leading axes."""
+        return self._moved(t, np.eye(self.UC.shape[-1])[:, :self.A.shape[-1]]), self._moved(t, self._of(self.A, self.R))
+
+    def transport(self, W: Array, t: float = 1.0) -> Array:
+        """Returns the tangent vector W of U, transported in parallel along the geodesic to time t.
+
+        V(n, N) is naturally reductive in these metrics. Seen from the moving frame, [B; K] of W obeys the linear equation
+
+            B' = -1/2 ((4 beta - 1) [A, B] - H^T K + K^T H),   K' = beta (K A - H B),
+
+        and what is orthogonal to U and V is multiplied by exp(beta t A).
+        """
+        n = self.A.shape[-1]
+        inside = transposed(self.UC) @ W
+        outside = W - self.UC @ inside
+        B, K = self._turned(skew_part(inside[..., :n, :]), inside[..., n:, :], t)
+        turn = rotation((1 - self.beta) * t * self.A)
+        return self._moved(t, self._of(B, K)) + outside @ turn
+
+    @staticmethod
+    def _of(B: Array, K: Array) -> Array:
+        return np.concatenate([B, K], axis=-2)
+
+    def _moved(self, t: Any, x: Array) -> Array:
+        t = np.asarray(t, float)[..., None, None]
+        return self.UC @ rotation(t * self.Xi) @ x @ rotation((1 - 2 * self.beta) * t * self.A)
+
+    def _turned(self, B: Array, K: Array, t: float) -> tuple[Array, Array]:
+        """Solves the linear equation of `transport` by Taylor series in steps of a norm below 1."""
+        A, H, beta = self.A, self.R, self.beta
+        norm = np.max(np.linalg.norm(A, axis=(-2, -1)) + np.linalg.norm(H, axis=(-2, -1)), initial=0.0) * (1 + 4 * beta)
+        steps = max(1, int(np.ceil(abs(t) * norm)))
+        for _ in range(steps):
+            dB, dK = B, K
+            for k in range(1, 22):  # 1 / 21! = 2e-20
+                AB, HK = A @ dB, transposed(H) @ dK
+                factor = t / steps / k
+                dB, dK = (-factor / 2 * ((4 * beta - 1) * (AB - transposed(AB)) - HK + transposed(HK)),
+                          factor * beta * (dK @ A - H @ dB))
+                B, K = B + dB, K + dK
+        return B, K
+
+
+class BetaMetric:
+    """The metric of one beta. Frames and vectors are n x N here, as everywhere in stiefel."""
+
+    def __init__(self, beta: float):
+        self.beta = beta
+        self.request = {"metric": "euclidean"} if beta == 1 else {"metric": "beta", "beta": beta}
+
+    def __repr__(self) -> str:
+        return f"beta = {self.beta:g}"
+
+    def inner(self, Q: Array, V: Array, W: Array) -> Array:
+        product: Array = np.sum(V * W, axis=(-2, -1))
+        along = np.sum((V @ transposed(Q)) * (W @ transposed(Q)), axis=(-2, -1))
+        return product - (1 - self.beta) * along
+
+    def tangent(self, Q: Array, Z: Array) -> Array:
+        A = Z @ transposed(Q)
+        return Z - (A + transposed(A)) / 2 @ Q
+
+    def gradient(self, Q: Array, G: Array) -> Array:
+        """Returns the gradient of a function whose matrix of partial derivatives is G."""
+        A = skew_part(G @ transposed(Q))
+        return A @ Q / self.beta + G - G @ transposed(Q) @ Q
+
+    def hessian(self, Q: Array, G: Array, G_V: Array, V: Array) -> Array:
+        """Returns the covariant derivative of the gradient along V, where G_V is the derivative of G along V."""
+        A, A_V = skew_part(G @ transposed(Q)), skew_part(G_V @ transposed(Q) + G @ transposed(V))
+        changed = ((A_V @ Q + A @ V) / self.beta + G_V - G_V @ transposed(Q) @ Q
+                   - G @ transposed(V) @ Q - G @ transposed(Q) @ V)
+        W = self.gradient(Q, G)
+        return changed - (self._acceleration(Q, V + W) - self._acceleration(Q, V - W)) / 4
+
+    def _acceleration(self, Q: Array, V: Array) -> Array:
+        """Returns the second derivative of a geodesic, a quadratic form of the velocity V."""
+        A = V @ transposed(Q)
+        H = V - A @ Q
+        return (A @ A - H @ transposed(H)) @ Q + 2 * (1 - self.beta) * A @ H
+
+    def flow(self, Q: Array, V: Array, times: Array) -> Array:
+        geodesic = self._geodesic(Q, V)
+        return np.stack([transposed(geodesic.at(t)[0]) for t in times])
+
+    def transport(self, Q: Array, V: Array, W: Array) -> Array:
+        return transposed(self._geodesic(Q, V).transport(transposed(W)))
+
+    def _geodesic(self, Q: Array, V: Array) -> Geodesic:
+        return Geodesic(transposed(Q), transposed(V), self.beta)

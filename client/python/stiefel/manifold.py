@@ -1,0 +1,253 @@
+"""Manifolds of frames with exp, log and parallel transport: `Stiefel` and `SpecialOrthogonal`.
+
+    S = stiefel.manifold.Stiefel(3, 8)
+    Q, P = S.random(2)
+    V = S.log(Q, P)
+    S.exp(Q, V / 2)                          # the midpoint of the geodesic
+
+Frames are n x N with orthonormal rows, or with layout="columns" N x n with orthonormal columns. Every function takes
+leading axes, over which it repeats: `S.exp(Q, V)` of (100, n, N) arrays is 100 geodesics. Closed forms are computed
+here; where a metric has none, a server of the process's own follows the geodesics, or that of `client`.
+"""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Iterator, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stiefel._manifold.beta import BetaMetric
+from stiefel._manifold.inertia import InertiaMetric, initial_velocity
+from stiefel.client import Client
+from stiefel.errors import StiefelError
+from stiefel.simulation import own_client
+
+__all__ = ["Joined", "NotJoined", "SpecialOrthogonal", "Stiefel"]
+
+Array = NDArray[np.float64]
+MOST_PAIRS = 1024  #: pairs of one call of Connect
+
+
+class NotJoined(StiefelError):
+    """No geodesic was found between two frames. `pairs` has the indices of these pairs."""
+
+    def __init__(self, pairs: Sequence[int], of: int, reason: str):
+        super().__init__(f"{len(pairs)} of {of} pairs of frames were not joined: {reason}")
+        self.pairs = tuple(pairs)
+
+
+@dataclass(frozen=True)
+class Joined:
+    """The geodesics from frames Q to frames P in the time 1. Arrays have the leading axes of Q and P."""
+
+    velocity: Array  #: V with exp(Q, V) = P
+    distance: Array  #: the norm of V, which is the length
+    residual: Array  #: max |exp(Q, V) - P|
+    #: "yes": the geodesic is proved to be the shortest; "none_shorter_found": a search found no shorter one;
+    #: "no": a shorter path exists; "unknown": nothing was searched or proved
+    shortest: NDArray[np.str_]
+
+
+class _Manifold:
+    """What the manifolds of frames share. Private functions see n x N frames."""
+
+    def __init__(self, n: int, N: int, metric: Union[BetaMetric, InertiaMetric], layout: str, client: Optional[Client]):
+        if layout not in ("rows", "columns"):
+            raise ValueError(f"layout: {layout!r}: must be 'rows' (n x N frames) or 'columns' (N x n)")
+        self.n, self.N, self.layout = n, N, layout
+        self.shape = (n, N) if layout == "rows" else (N, n)  #: of one frame
+        self.dim = n * N - n * (n + 1) // 2  #: of the manifold
+        self._metric, self._own_client = metric, client
+
+    def inner(self, Q: ArrayLike, V: ArrayLike, W: ArrayLike) -> Array:
+        """Returns the inner product of tangent vectors V and W at Q."""
+        return self._metric.inner(self._in(Q), self._in(V), self._in(W))
+
+    def norm(self, Q: ArrayLike, V: ArrayLike) -> Array:
+        """Returns the norm of the tangent vector V at Q."""
+        length: Array = np.sqrt(self.inner(Q, V, V))
+        return length
+
+    def tangent(self, Q: ArrayLike, Z: ArrayLike) -> Array:
+        """Returns the orthogonal projection of any matrix Z onto the tangent space at Q."""
+        return self._out(self._metric.tangent(self._in(Q), self._in(Z)))
+
+    def gradient(self, Q: ArrayLike, derivative: ArrayLike) -> Array:
+        """Returns the Riemannian gradient at Q of a function whose matrix of partial derivatives is `derivative`."""
+        return self._out(self._metric.gradient(self._in(Q), self._in(derivative)))
+
+    def hessian(self, Q: ArrayLike, derivative: ArrayLike, changed: ArrayLike, V: ArrayLike) -> Array:
+        """Returns the Riemannian Hessian of a function, applied to the tangent vector V at Q.
+
+        `derivative`: its matrix of partial derivatives at Q; `changed`: the derivative of that matrix along V.
+        """
+        return self._out(self._metric.hessian(self._in(Q), self._in(derivative), self._in(changed), self._in(V)))
+
+    def project(self, Z: ArrayLike) -> Array:
+        """Returns the frame that is nearest to the matrix Z, its polar factor."""
+        return self._out(self._nearest(self._in(Z)))
+
+    def random(self, size: Union[int, tuple[int, ...]] = (), seed: Any = None) -> Array:
+        """Returns frames that are uniformly distributed, with `size` as leading axes."""
+        axes = (size,) if isinstance(size, int) else tuple(size)
+        return self._out(self._random(np.random.default_rng(seed), axes))
+
+    def random_tangent(self, Q: ArrayLike, seed: Any = None) -> Array:
+        """Returns a random tangent vector of norm 1 at each frame of Q."""
+        frames = self._in(Q)
+        V = self._metric.tangent(frames, np.random.default_rng(seed).normal(size=frames.shape))
+        return self._out(V / np.sqrt(self._metric.inner(frames, V, V))[..., None, None])
+
+    def exp(self, Q: ArrayLike, V: ArrayLike) -> Array:
+        """Returns the frame at time 1 of the geodesic that starts at Q with the velocity V."""
+        return self._out(self._metric.flow(*self._both(Q, V), np.ones(1))[0])
+
+    def geodesic(self, Q: ArrayLike, V: ArrayLike, times: ArrayLike) -> Array:
+        """Returns the frames at `times`, a first axis, of the geodesic that starts at Q with the velocity V."""
+        return self._out(self._metric.flow(*self._both(Q, V), np.asarray(times, float).reshape(-1)))
+
+    def transport(self, Q: ArrayLike, V: ArrayLike, W: ArrayLike) -> Array:
+        """Returns the tangent vector W of Q, transported in parallel along the geodesic with velocity V to exp(Q, V)."""
+        frames, velocity = self._both(Q, V)
+        return self._out(self._metric.transport(frames, velocity, np.broadcast_to(self._in(W), frames.shape)))
+
+    def join(self, Q: ArrayLike, P: ArrayLike, restarts: int = 0, seed: int = 0) -> Joined:
+        """Returns the geodesics from Q to P and what is known of them.
+
+        `restarts`: how many searches for shorter geodesics start from random paths. Raises NotJoined if a pair has none.
+        """
+        frames, others = self._both(Q, P)
+        axes = frames.shape[:-2]
+        pairs = list(zip(frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)))
+        found = [geodesic for some in _chunks(pairs)
+                 for geodesic in self._client().connect(some, restarts=restarts, seed=seed, **self._metric.request)]
+        missed = [i for i, geodesic in enumerate(found) if geodesic.scene is None]
+        if missed:
+            raise NotJoined(missed, len(pairs), found[missed[0]].run_status.message)
+        V = np.stack([initial_velocity(geodesic.scene) for geodesic in found]).reshape(frames.shape)
+        return Joined(self._out(V), np.sqrt(self._metric.inner(frames, V, V)),
+                      np.reshape([geodesic.residual for geodesic in found], axes),
+                      np.reshape([geodesic.shortest for geodesic in found], axes))
+
+    def log(self, Q: ArrayLike, P: ArrayLike) -> Array:
+        """Returns the velocity V of a geodesic with exp(Q, V) = P: the shortest one if P is nearer than the injectivity
+        radius. `join` says what is known beyond. Raises NotJoined if none is found."""
+        return self.join(Q, P).velocity
+
+    def dist(self, Q: ArrayLike, P: ArrayLike) -> Array:
+        """Returns the length of the geodesic that `log` finds."""
+        return self.join(Q, P).distance
+
+    def to_pymanopt(self) -> Any:
+        """Returns this manifold as one of pymanopt, an optional package. Its retraction is `exp`."""
+        from stiefel._manifold.adapters import pymanopt_manifold
+
+        return pymanopt_manifold(self)
+
+    def to_geomstats(self) -> Any:
+        """Returns the space of geomstats, an optional package, with this metric. Needs layout="columns"."""
+        from stiefel._manifold.adapters import geomstats_space
+
+        return geomstats_space(self)
+
+    def __repr__(self) -> str:
+        return f"<stiefel.manifold.{type(self).__name__} of {self.shape[0]} x {self.shape[1]} frames, {self._metric!r}>"
+
+    def _client(self) -> Client:
+        return own_client() if self._own_client is None else self._own_client
+
+    def _both(self, Q: ArrayLike, V: ArrayLike) -> tuple[Array, Array]:
+        frames, vectors = np.broadcast_arrays(self._in(Q), self._in(V))
+        return frames, vectors
+
+    def _in(self, given: ArrayLike) -> Array:
+        array = np.asarray(given, float)
+        if array.shape[-2:] != self.shape:
+            raise ValueError(f"the shape {array.shape}: must end with {self.shape}, layout {self.layout!r}")
+        return array if self.layout == "rows" else np.swapaxes(array, -1, -2)
+
+    def _out(self, array: Array) -> Array:
+        return array if self.layout == "rows" else np.swapaxes(array, -1, -2)
+
+    def _random(self, rng: np.random.Generator, size: tuple[int, ...]) -> Array:
+        return self._nearest(rng.normal(size=size + (self.n, self.N)))
+
+    def _nearest(self, Z: Array) -> Array:
+        left, _, right = np.linalg.svd(Z, full_matrices=False)
+        nearest: Array = left @ right
+        return nearest
+
+
+class Stiefel(_Manifold):
+    """The n x N frames with orthonormal rows, V(n, N), with one of these metrics on tangent vectors V = A Q + H, HQ^T = 0:
+
+    - "euclidean": tr(V W^T);
+    - "canonical": tr(V (I - Q^T Q / 2) W^T);
+    - a number beta > 0: beta tr(A A'^T) + tr(H H'^T) (Hüper, Markina and Silva Leite 2021), of which "euclidean" is
+      beta = 1 and "canonical" beta = 1/2;
+    - N positive numbers, Lambda: tr(V Lambda W^T), whose geodesics are the motions of [ST].
+
+    `client`: the server that follows and joins what has no closed form; by default one of the process's own.
+    """
+
+    def __init__(self, n: int, N: int, metric: Union[str, float, Sequence[float], Array] = "euclidean", *,
+                 layout: str = "rows", client: Optional[Client] = None):
+        if not 1 <= n <= N:
+            raise ValueError(f"n = {n}, N = {N}: must be 1 <= n <= N")
+        super().__init__(n, N, self._metric_of(metric, N), layout, client)
+
+    def _metric_of(self, metric: Any, N: int) -> Union[BetaMetric, InertiaMetric]:
+        betas = {"euclidean": 1.0, "canonical": 0.5}
+        value = np.asarray(betas.get(metric, np.nan) if isinstance(metric, str) else metric, float)
+        if value.ndim == 0 and value > 0:
+            return BetaMetric(float(value))
+        if value.shape == (N,) and np.all(value > 0):
+            return InertiaMetric(value, self._client)
+        raise ValueError(f"metric: {metric!r}: must be 'euclidean', 'canonical', a positive number or {N} positive numbers")
+
+    @property
+    def injectivity_radius(self) -> Optional[float]:
+        """The length up to which geodesics are shortest and unique, where it is known; else None.
+
+        pi for n = 1 and for "euclidean" with n < N (Zimmermann and Stoye 2024); pi sqrt(2 beta) for n = N > 1, where the
+        closed geodesics are turns of a plane, which have twice this length.
+        """
+        if isinstance(self._metric, InertiaMetric):
+            return None
+        if self.n == self.N:
+            return math.pi * math.sqrt(2 * self._metric.beta) if self.n > 1 else None
+        return math.pi if self.n == 1 or self._metric.beta == 1 else None
+
+
+class SpecialOrthogonal(_Manifold):
+    """The rotations SO(N) with the metric tr(V Lambda W^T), whose geodesics are the motions of a free rigid body [RB].
+
+    `inertia`: Lambda, N numbers with positive sums of two; by default the identity, the metric that is invariant from
+    both sides. `client` is that of `Stiefel`.
+    """
+
+    def __init__(self, N: int, inertia: Optional[Union[Sequence[float], Array]] = None, *, layout: str = "rows",
+                 client: Optional[Client] = None):
+        Lambda = np.ones(N) if inertia is None else np.asarray(inertia, float)
+        if Lambda.shape != (N,) or np.any((Lambda[:, None] + Lambda)[~np.eye(N, dtype=bool)] <= 0):
+            raise ValueError(f"inertia: {inertia!r}: must be {N} numbers, and the sum of any two must be positive")
+        equal = bool(np.all(Lambda == 1))
+        super().__init__(N, N, BetaMetric(1.0) if equal else InertiaMetric(Lambda, self._client), layout, client)
+
+    @property
+    def injectivity_radius(self) -> Optional[float]:
+        """The length up to which geodesics are shortest and unique: pi sqrt(2) for Lambda = I; else None, unknown."""
+        return math.pi * math.sqrt(2) if isinstance(self._metric, BetaMetric) and self.N > 1 else None
+
+    def _nearest(self, Z: Array) -> Array:
+        left, _, right = np.linalg.svd(Z)
+        left[..., -1] *= np.sign(np.linalg.det(left @ right))[..., None]
+        nearest: Array = left @ right
+        return nearest
+
+
+def _chunks(pairs: list[tuple[Array, Array]]) -> Iterator[list[tuple[Array, Array]]]:
+    for first in range(0, len(pairs), MOST_PAIRS):
+        yield pairs[first:first + MOST_PAIRS]

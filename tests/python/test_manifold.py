@@ -1,0 +1,150 @@
+"""Manifolds of frames: geodesics against exponentials of whole matrices, parallel transport against its definition."""
+import numpy as np
+import pytest
+
+import stiefel
+from stiefel.manifold import SpecialOrthogonal, Stiefel
+
+LAMBDA = [1, 2, 3, 0.5, 4]
+KINDS = {
+    "euclidean": lambda client: Stiefel(3, 8),
+    "canonical": lambda client: Stiefel(2, 5, "canonical"),
+    "beta": lambda client: Stiefel(4, 5, 0.3),
+    "whole": lambda client: Stiefel(4, 4, 0.7),
+    "sphere": lambda client: Stiefel(1, 4),
+    "lambda": lambda client: Stiefel(2, 5, LAMBDA, client=client),
+    "rotations": lambda client: SpecialOrthogonal(4),
+    "body": lambda client: SpecialOrthogonal(3, [1, 2, 0.3], client=client),
+}
+BETAS = ["euclidean", "canonical", "beta", "whole", "sphere"]
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def manifold(request, client):
+    return KINDS[request.param](client)
+
+
+def exponential(A):
+    """Returns exp(A) by a Taylor series in extended precision."""
+    A = A.astype(np.longdouble) / 2**10
+    term = total = np.eye(len(A), dtype=np.longdouble)
+    for k in range(1, 16):
+        term = term @ A / k
+        total = total + term
+    for _ in range(10):
+        total = total @ total
+    return total
+
+
+@pytest.mark.parametrize("kind", BETAS)
+def test_geodesics_are_those_of_the_group_that_moves_frames(kind, client):
+    """U(t) = exp(t X) U exp(t (1 - 2 beta) A) with the skew N x N matrix X of the velocity (Hüper et al. 2021)."""
+    manifold = KINDS[kind](client)
+    beta = {"canonical": 0.5, "beta": 0.3, "whole": 0.7}.get(kind, 1.0)
+    Q = manifold.random(seed=1)
+    V = 2.5 * manifold.random_tangent(Q, seed=2)
+    U, A = Q.T, Q @ V.T
+    H = V.T - U @ A
+    X = 2 * beta * U @ A @ U.T + H @ U.T - U @ H.T
+    expected = exponential(X) @ U @ exponential((1 - 2 * beta) * A)
+    np.testing.assert_allclose(manifold.exp(Q, V), expected.T.astype(float), atol=4e-15)
+
+
+def test_great_circles_have_the_length_of_their_angle():
+    sphere = Stiefel(1, 3)
+    np.testing.assert_allclose(sphere.dist([[1, 0, 0]], [[np.cos(2), np.sin(2), 0]]), 2, atol=1e-15)
+    np.testing.assert_allclose(sphere.exp([[1, 0, 0]], [[0, np.pi / 2, 0]]), [[0, 1, 0]], atol=1e-15)
+
+
+def test_the_logarithm_is_the_inverse_of_exp(manifold):
+    Q = manifold.random(3, seed=1)
+    lengths = np.array([0.3, 0.6, 0.9]) * (manifold.injectivity_radius or 1)
+    V = lengths[:, None, None] * manifold.random_tangent(Q, seed=2)
+    joined = manifold.join(Q, manifold.exp(Q, V))
+    np.testing.assert_allclose(joined.velocity, V, atol=1e-13)
+    np.testing.assert_allclose(joined.distance, lengths, rtol=1e-13)
+    if manifold.injectivity_radius:
+        assert set(joined.shortest) == {"yes"}
+
+
+def test_frames_without_a_path_are_refused_by_their_index():
+    with pytest.raises(stiefel.InvalidArgument, match=r"pairs\[1\].Q_T: det Q_0 = 1 and det Q_T = -1"):
+        SpecialOrthogonal(3).log([np.eye(3), np.eye(3)], [np.eye(3), np.diag([1, 1, -1])])
+
+
+def test_a_transported_vector_stays_parallel(manifold):
+    """The covariant derivative of W(t) is its ordinary one less (acceleration(V + W) - acceleration(V - W)) / 4."""
+    Q = manifold.random(seed=1)
+    V, W = 0.8 * manifold.random_tangent(Q, seed=2), manifold.random_tangent(Q, seed=3)
+    h = 2e-3
+
+    def derivative(values):
+        return (8 * (values[2] - values[1]) - (values[3] - values[0])) / (12 * h)
+
+    def acceleration(Q, V):
+        frames = manifold.geodesic(Q, V, [-2 * h, -h, 0, h, 2 * h])
+        return (-frames[0] + 16 * frames[1] - 30 * frames[2] + 16 * frames[3] - frames[4]) / (12 * h * h)
+
+    times = [0.5 - 2 * h, 0.5 - h, 0.5 + h, 0.5 + 2 * h]
+    change = derivative([manifold.transport(Q, t * V, W) for t in times])
+    there, along, across = manifold.exp(Q, 0.5 * V), manifold.transport(Q, 0.5 * V, V), manifold.transport(Q, 0.5 * V, W)
+    np.testing.assert_allclose(along, derivative(manifold.geodesic(Q, V, times)), atol=1e-9)
+    turned = (acceleration(there, along + across) - acceleration(there, along - across)) / 4
+    np.testing.assert_allclose(change, turned, atol=2e-7)
+    np.testing.assert_allclose(manifold.norm(there, across), 1, atol=1e-13)
+    np.testing.assert_allclose(manifold.inner(there, along, across), manifold.inner(Q, V, W), atol=1e-13)
+
+
+def test_gradient_and_hessian_are_the_derivatives_along_geodesics(manifold):
+    n, N = manifold.shape
+    X = np.random.default_rng(4).normal(size=(n * N, n * N))
+    X = X + X.T
+    Q = manifold.random(seed=1)
+    V, W = manifold.random_tangent(Q, seed=2), manifold.random_tangent(Q, seed=3)
+    slope = (X @ Q.ravel()).reshape(n, N)
+    h = 4e-3
+    f = [frame.ravel() @ X @ frame.ravel() / 2 for frame in manifold.geodesic(Q, V, [-2 * h, -h, 0, h, 2 * h])]
+    first = (8 * (f[3] - f[1]) - (f[4] - f[0])) / (12 * h)
+    second = (-f[0] + 16 * f[1] - 30 * f[2] + 16 * f[3] - f[4]) / (12 * h * h)
+    hessian = [manifold.hessian(Q, slope, (X @ vector.ravel()).reshape(n, N), vector) for vector in (V, W)]
+    np.testing.assert_allclose(manifold.inner(Q, manifold.gradient(Q, slope), V), first, atol=1e-8 * np.abs(X).sum())
+    np.testing.assert_allclose(manifold.inner(Q, hessian[0], V), second, atol=1e-7 * np.abs(X).sum())
+    np.testing.assert_allclose(manifold.inner(Q, hessian[0], W), manifold.inner(Q, hessian[1], V), atol=1e-12)
+
+
+def test_leading_axes_and_columns_give_the_same_numbers():
+    rows, columns = Stiefel(2, 5), Stiefel(2, 5, layout="columns")
+    Q = rows.random((3, 2), seed=1)
+    V = rows.random_tangent(Q, seed=2)
+    turned = np.swapaxes(Q, -1, -2), np.swapaxes(V, -1, -2)
+    many = rows.exp(Q, V)
+    np.testing.assert_array_equal(columns.exp(*turned), np.swapaxes(many, -1, -2))
+    np.testing.assert_array_equal(many[1, 1], rows.exp(Q[1, 1], V[1, 1]))
+    np.testing.assert_array_equal(rows.join(Q, many).velocity[2, 1], rows.log(Q[2, 1], many[2, 1]))
+    assert rows.dist(Q, many).shape == (3, 2) and rows.random().shape == (2, 5) and columns.random(4).shape == (4, 5, 2)
+
+
+def test_frames_and_tangents_are_what_they_are_called(manifold):
+    Q = manifold.random(4, seed=1)
+    V = manifold.random_tangent(Q, seed=2)
+    np.testing.assert_allclose(Q @ np.swapaxes(Q, -1, -2), np.broadcast_to(np.eye(manifold.n), (4, manifold.n, manifold.n)), atol=1e-14)
+    np.testing.assert_allclose(V @ np.swapaxes(Q, -1, -2) + Q @ np.swapaxes(V, -1, -2), 0, atol=1e-14)
+    np.testing.assert_allclose(manifold.norm(Q, V), 1, atol=1e-14)
+    np.testing.assert_allclose(manifold.project(1.5 * Q), Q, atol=1e-14)
+    Z = np.random.default_rng(5).normal(size=Q.shape)
+    np.testing.assert_allclose(manifold.inner(Q, Z - manifold.tangent(Q, Z), V), 0, atol=1e-12)
+    if isinstance(manifold, SpecialOrthogonal):
+        np.testing.assert_allclose(np.linalg.det(Q), 1, atol=1e-14)
+
+
+@pytest.mark.parametrize("make, said", [
+    (lambda: Stiefel(4, 3), "n = 4, N = 3: must be 1 <= n <= N"),
+    (lambda: Stiefel(2, 3, "round"), "metric: 'round': must be"),
+    (lambda: Stiefel(2, 3, [1, 2]), "3 positive numbers"),
+    (lambda: SpecialOrthogonal(3, [1, -2, 3]), "sum of any two"),
+    (lambda: Stiefel(2, 3, layout="C"), "layout: 'C'"),
+    (lambda: Stiefel(2, 3).exp(np.eye(3), np.eye(3)), r"the shape \(3, 3\): must end with \(2, 3\)"),
+])
+def test_what_is_refused(make, said):
+    with pytest.raises(ValueError, match=said):
+        make()
