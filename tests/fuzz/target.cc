@@ -12,6 +12,7 @@
 
 #include "client/cli/exit_status.h"
 #include "client/cli/message_file.h"
+#include "stiefel/v1/tensor.pb.h"
 
 /// What the address sanitizer does not take for a leak. OpenSSL keeps data for each thread until
 /// the thread ends, and gRPC's threads do not end before the program.

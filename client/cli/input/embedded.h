@@ -14,4 +14,7 @@ struct EmbeddedFile {
 /// The scenes of client/examples/scenes, and frames to connect.
 std::span<const EmbeddedFile> examples();
 
+/// The page of `stiefel report`, in which "@DATA@" stands for its data as JSON.
+std::span<const EmbeddedFile> templates();
+
 }  // namespace stiefel::cli
