@@ -12,7 +12,10 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from stiefel import solids
+from stiefel._given.bodies import body, tumbling
 from stiefel._given.examples import examples
+from stiefel._given.typed import Body, FieldName, Method, MethodName, Scene, SystemName
 from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
@@ -27,13 +30,13 @@ from stiefel.sweep import SweepFailed, SweepResult, sweep
 from stiefel.version import __version__
 
 __all__ = [
-    "AlreadyExists", "Batch", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion",
+    "AlreadyExists", "Batch", "Body", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion",
     "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "Events", "FailedPrecondition",
-    "Geodesic", "Internal",
-    "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
-    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
-    "SweepResult", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
-    "__version__", "examples", "simulate", "sweep", "to_dict", "to_message",
+    "FieldName",    "Geodesic", "Internal",
+    "Invariant", "InvalidArgument", "Method", "MethodName", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
+    "RunStatus", "Scene", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
+    "SweepResult", "SystemName", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
+    "__version__", "body", "examples", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling",
 ]
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Any, Optional
 
-from stiefel._given.mappings import Names
+from stiefel._given.typed import Fields
 from stiefel._sweep.own_server import OwnServer, Share
 from stiefel.results import Trajectory
 from stiefel.scene import SceneLike
@@ -15,7 +15,7 @@ _WHOLE_MACHINE = Share(0)
 
 
 def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, times: Any = None,
-             every: Optional[int] = None, fields: Optional[Names] = None, normalize: bool = False, progress: bool = False,
+             every: Optional[int] = None, fields: Optional[Fields] = None, normalize: bool = False, progress: bool = False,
              timeout: Optional[float] = None) -> Trajectory:
     """Returns the motion of a scene: `stiefel.simulate("toutatis", time=86400)`.
 
