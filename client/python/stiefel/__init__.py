@@ -6,39 +6,45 @@
 
     with stiefel.Client("host:50551") as client, client.create("scene.json") as session:
         run = session.trajectory(to=10_000, every=10)
+
+What calls return is described by `help(stiefel.results)`, what they raise by `help(stiefel.errors)`; all of these names are
+names of `stiefel` too, such as `stiefel.Trajectory` and `stiefel.InvalidArgument`.
 """
 from __future__ import annotations
 
 import importlib
 from typing import Any
 
-from stiefel import solids
+from stiefel import errors, results, solids
 from stiefel._given.bodies import body, tumbling
 from stiefel._given.examples import examples
-from stiefel._given.typed import Body, FieldName, Method, MethodName, Scene, SystemName
+from stiefel._given.typed import Body as Body, FieldName as FieldName, Method as Method, MethodName as MethodName
+from stiefel._given.typed import Scene as Scene, SystemName as SystemName
 from stiefel.client import Client, Tls
-from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
-                            Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
-                            Unauthenticated, Unavailable, Unimplemented, Violation)
-from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Export,
-                             Geodesic, Invariant, Motion, Outcome, Point, Price, RunStatus, State, Summary, Tradeoff, Trajectory)
+from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as BuildChanged, Cancelled as Cancelled,
+                            Closed as Closed, CorruptReply as CorruptReply, DeadlineExceeded as DeadlineExceeded,
+                            FailedPrecondition as FailedPrecondition, Internal as Internal,
+                            InvalidArgument as InvalidArgument, NotFound as NotFound, NotStarted as NotStarted,
+                            ResourceExhausted as ResourceExhausted, SceneWarning as SceneWarning,
+                            StiefelError as StiefelError, Unauthenticated as Unauthenticated,
+                            Unavailable as Unavailable, Unimplemented as Unimplemented, Violation as Violation)
+from stiefel.results import (Batch as Batch, Choice as Choice, Conservation as Conservation, Conversion as Conversion,
+                             Diagnosis as Diagnosis, Domain as Domain, Errors as Errors, EstimatedError as EstimatedError,
+                             Events as Events, Export as Export, Geodesic as Geodesic, Invariant as Invariant, Motion as Motion,
+                             Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
+                             State as State, Summary as Summary, Tradeoff as Tradeoff, Trajectory as Trajectory)
 from stiefel._results.load import load, rerun
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session
 from stiefel.simulation import simulate
-from stiefel.sweep import SweepFailed, SweepResult, sweep
+from stiefel.sweep import SweepFailed as SweepFailed, SweepResult as SweepResult, sweep
 from stiefel.version import __version__
 
-__all__ = [
-    "AlreadyExists", "Batch", "Body", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation",
-    "Conversion", "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "Errors", "EstimatedError", "Events", "Export",
-    "FailedPrecondition", "FieldName", "Geodesic", "Internal", "InvalidArgument", "Invariant", "Method", "MethodName",
-    "Motion", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted", "RunStatus", "Scene", "SceneLike",
-    "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed", "SweepResult", "SystemName",
-    "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation", "__version__", "body",
-    "examples", "load", "rerun", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling",
-]
+# What `help(stiefel)` shows. To type checkers `X as X` makes a name public too.
+__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "Tls", "__version__", "body", "examples", "load", "rerun", "simulate",
+           "solids", "sweep", "to_dict", "to_message", "tumbling"]
+_MORE = ("Body", "FieldName", "Method", "MethodName", "Scene", "SweepFailed", "SweepResult", "SystemName")
 
 
 def __getattr__(name: str) -> Any:
@@ -50,4 +56,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Returns the public names without the submodules, for completion."""
-    return __all__
+    return sorted({*__all__, *errors.__all__, *results.__all__, *_MORE})

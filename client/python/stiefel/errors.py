@@ -9,6 +9,10 @@ from typing import Any, NamedTuple, Optional, Sequence
 
 import grpc
 
+__all__ = ["AlreadyExists", "BuildChanged", "Cancelled", "Closed", "CorruptReply", "DeadlineExceeded",
+           "FailedPrecondition", "Internal", "InvalidArgument", "NotFound", "NotStarted", "ResourceExhausted",
+           "SceneWarning", "StiefelError", "Unauthenticated", "Unavailable", "Unimplemented", "Violation"]
+
 
 class Violation(NamedTuple):
     """A fault in one field of a request."""
@@ -67,22 +71,33 @@ class StiefelError(Exception):
 
 
 class InvalidArgument(StiefelError, ValueError):
+    """A value in a request breaks a rule. `violations` has the path of each wrong field, its value and the rule."""
+
     code = grpc.StatusCode.INVALID_ARGUMENT
 
 
 class NotFound(StiefelError):
+    """The server has no session of this id (`reason` is SESSION_NOT_FOUND), or it was deleted (SESSION_DELETED)."""
+
     code = grpc.StatusCode.NOT_FOUND
 
 
 class AlreadyExists(StiefelError):
+    """A session with the id that the caller chose exists and has another scene."""
+
     code = grpc.StatusCode.ALREADY_EXISTS
 
 
 class ResourceExhausted(StiefelError):
+    """The request exceeds a limit of the server or of its caller: `quota` names it, `reason` says which kind it is, and
+    `retry_delay` says when the same request may succeed."""
+
     code = grpc.StatusCode.RESOURCE_EXHAUSTED
 
 
 class FailedPrecondition(StiefelError):
+    """The request is right, but the motion or the session does not allow it, such as a step that cannot be reached."""
+
     code = grpc.StatusCode.FAILED_PRECONDITION
 
 
@@ -94,10 +109,14 @@ class DeadlineExceeded(StiefelError, TimeoutError):
 
 
 class Cancelled(StiefelError):
+    """The call was cancelled before its end, by the caller or because the server stops."""
+
     code = grpc.StatusCode.CANCELLED
 
 
 class Unavailable(StiefelError):
+    """No server can be reached at the address, or the server is stopping or cannot use its store."""
+
     code = grpc.StatusCode.UNAVAILABLE
 
 
@@ -109,10 +128,14 @@ class Unauthenticated(StiefelError):
 
 
 class Unimplemented(StiefelError):
+    """The server does not have the call, as an older one may not, or does not accept a compressed request."""
+
     code = grpc.StatusCode.UNIMPLEMENTED
 
 
 class Internal(StiefelError):
+    """A fault of the server. Please report it with the message."""
+
     code = grpc.StatusCode.INTERNAL
 
 

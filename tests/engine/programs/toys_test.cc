@@ -14,8 +14,8 @@
 #include "stiefel/tradeoff.h"
 #include "tests/support/toys/toys.h"
 
-// A system without frame and momentum that comes to rest, and a method, which the library does not
-// have: what docs/adding_a_system.md and docs/adding_a_method.md walk through.
+// A system without frame and momentum that comes to rest, and two methods, which the library does
+// not have: what docs/adding_a_system.md and docs/adding_a_method.md walk through.
 
 namespace stiefel {
 namespace {
@@ -95,6 +95,52 @@ TEST(Toys, HeunIsOfOrderTwo) {
     return error(*now, 1);
   };
   EXPECT_NEAR(error_of_substeps(4) / error_of_substeps(8), 4, 0.2);
+}
+
+/// A right-invariant body in N dimensions.
+SceneDescription turning(int N, const char* method, double step) {
+  SceneDescription d;
+  d.system = "right_rigid_body";
+  d.method = MethodDescription{method, {}, {}, "", {}};
+  RowMatrix M = RowMatrix::Zero(N, N);
+  for (int i = 0; i < N; ++i) {
+    d.inertia.push_back(1 + i);
+    for (int j = 0; j < i; ++j) M(j, i) = -(M(i, j) = 1 + i - 0.4 * j * j);
+  }
+  d.initial["Q"] = RowMatrix::Identity(N, N);
+  d.initial["M"] = M;
+  d.step = step;
+  return d;
+}
+
+TEST(Toys, LieMidpointIsOfOrderTwo) {
+  const auto at_1 = [](int N, const char* method, int steps) {
+    const auto now = make_simulation(resolved(turning(N, method, 1.0 / steps)));
+    EXPECT_TRUE(now->advance(steps).reached());
+    return now->get("Q");
+  };
+  for (const int N : {3, 4, 5}) {
+    const Eigen::MatrixXd exact = at_1(N, "munthe_kaas4", 2048);
+    const double coarse = (at_1(N, "lie_midpoint", 128) - exact).cwiseAbs().maxCoeff();
+    const double fine = (at_1(N, "lie_midpoint", 256) - exact).cwiseAbs().maxCoeff();
+    EXPECT_NEAR(coarse / fine, 4, 0.2) << N;
+  }
+}
+
+TEST(Toys, LieMidpointKeepsWhatItDeclares) {
+  const Scene scene = resolved(turning(4, "lie_midpoint", 0.02));
+  const auto now = make_simulation(scene);
+  ASSERT_TRUE(now->advance(1000).reached());
+  int kept = 0;
+  for (const InvariantDrift& invariant : diagnose(scene, *now).invariants) {
+    const bool exact = invariant.conservation == Conservation::exact;
+    EXPECT_LT(invariant.drift(), exact ? 1e-13 : 1) << invariant.name;
+    kept += exact;
+    if (invariant.name == "energy") {
+      EXPECT_GT(invariant.drift(), 1e-9);
+    }
+  }
+  EXPECT_GT(kept, 6);
 }
 
 TEST(Toys, AFieldThatTheSceneHasNotIsNamed) {
@@ -288,6 +334,8 @@ TEST(Toys, TakeFewLines) {
   EXPECT_LE(lines("brockett_simulation.cc"), 40);
   EXPECT_GT(lines("heun.h"), 10);
   EXPECT_LE(lines("heun.h"), 50);
+  EXPECT_GT(lines("lie_midpoint.h"), 10);
+  EXPECT_LE(lines("lie_midpoint.h"), 50);
 }
 
 }  // namespace

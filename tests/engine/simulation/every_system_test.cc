@@ -173,7 +173,10 @@ TEST_P(Reversibility, IsAsDeclared) {
     GTEST_SKIP() << "off the manifold by " << off << ": the way back would begin at another state";
   }
   const auto turned = scene_at(there, *out);
-  ASSERT_TRUE(turned) << turned.error().front().field << ": " << turned.error().front().rule;
+  if (!turned) {
+    EXPECT_FALSE(reversible) << turned.error().front().field << ": " << turned.error().front().rule;
+    GTEST_SKIP() << "off the manifold: " << turned.error().front().rule;
+  }
   SceneDescription back = turned->description();
   back.step = -*back.step;
   const auto home = make_simulation(resolved(back));

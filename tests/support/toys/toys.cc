@@ -5,11 +5,13 @@
 #include "engine/catalogue/system_entry.h"
 #include "engine/stepping/method_entry_of.h"
 #include "tests/support/toys/heun.h"
+#include "tests/support/toys/lie_midpoint.h"
 
 namespace stiefel {
 
-// For the library's methods CMake writes this.
+// For the library's methods CMake writes these.
 MethodEntry heun_method() { return method_entry_of<Heun>(); }
+MethodEntry lie_midpoint_method() { return method_entry_of<LieMidpoint>(); }
 
 SystemEntry brockett_entry();
 Simulations brockett_simulations();
