@@ -47,7 +47,7 @@ def place(tmp_path: Path) -> Path:
 @pytest.fixture(scope="module")
 def expected(server: stiefel.Server) -> list[tuple[str, list[float]]]:
     """What an example prints: a state, the samples of a stream, how it ended."""
-    with stiefel.Client(server.address) as client, client.create(EXAMPLES / "tumbling_spacecraft.json") as session:
+    with stiefel.Client(server.address) as client, client.create(EXAMPLES / "scenes/tumbling_spacecraft.json") as session:
         step, run = session.step(100, "quaternion"), session.trajectory(1000, every=250, fields="quaternion")
         states = [(100, step["quaternion"])] + list(zip(run.step.tolist(), run["quaternion"]))
     return [(f"step {k}", quaternion.ravel().tolist()) for k, quaternion in states] + [("OUTCOME_REACHED", [])]

@@ -11,7 +11,7 @@ from typing import Any
 
 import stiefel.aio
 
-SCENE = Path(__file__).parents[1] / "tumbling_spacecraft.json"
+SCENE = Path(__file__).parents[1] / "scenes/tumbling_spacecraft.json"
 
 
 def show(step: int, quaternion: Any) -> None:

@@ -50,7 +50,7 @@ async def answer(session: stiefel.aio.Session, rate: float, reader: asyncio.Stre
 
 
 async def main(options: argparse.Namespace) -> None:
-    async with stiefel.aio.Client(options.server) as client, client.create(HERE.parent / "tumbling_spacecraft.json") as session:
+    async with stiefel.aio.Client(options.server) as client, client.create(HERE.parent / "scenes/tumbling_spacecraft.json") as session:
         server = await asyncio.start_server(partial(answer, session, options.rate), "127.0.0.1", options.port)
         print("http://127.0.0.1:{}/".format(server.sockets[0].getsockname()[1]), flush=True)
         async with server:

@@ -45,7 +45,7 @@ func main() {
 	defer cancel()
 
 	scene, id, fields := &pb.Scene{}, fmt.Sprintf("go-%d", time.Now().UnixNano()), []string{"quaternion"}
-	if err := protojson.Unmarshal(must(os.ReadFile("../tumbling_spacecraft.json")), scene); err != nil {
+	if err := protojson.Unmarshal(must(os.ReadFile("../scenes/tumbling_spacecraft.json")), scene); err != nil {
 		log.Fatal(err)
 	}
 	must(client.CreateSession(ctx, &pb.CreateSessionRequest{SessionId: id, Scene: scene}))

@@ -7,7 +7,7 @@ const {join} = require('path');
 const {promisify} = require('util');
 const grpc = require('@grpc/grpc-js');
 const {loadSync} = require('@grpc/proto-loader');
-const scene = require('../tumbling_spacecraft.json');
+const scene = require('../scenes/tumbling_spacecraft.json');
 
 const {SimulationService} = grpc.loadPackageDefinition(loadSync('stiefel/v1/simulation.proto', {
   includeDirs: [join(__dirname, '../../../proto')], keepCase: true, longs: Number, enums: String, defaults: true,

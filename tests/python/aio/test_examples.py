@@ -14,7 +14,7 @@ import stiefel
 from stiefel.client import Client
 
 EXAMPLES = Path(__file__).parents[3] / "client/examples"
-SCENE = EXAMPLES / "tumbling_spacecraft.json"
+SCENE = EXAMPLES / "scenes/tumbling_spacecraft.json"
 
 
 @pytest.fixture(scope="module")
