@@ -31,8 +31,8 @@ ORDER = [
     ("engine", ["scene", "stepping", "catalogue"], ENGINE),
     ("engine", ["rigid_body", "frames", "double_bracket", "parametric", "run"], ENGINE),
     ("engine", ["accuracy", "conversion", "diagnosis", "summary"], ENGINE),
-    ("server", ["scheduling", "sessions", "sessions/store", "pricing", "convert"], SERVER),
-    ("server", ["connections", "observability", "admission", "calls"], SERVER),
+    ("server", ["scheduling", "sessions", "sessions/store", "convert"], SERVER),
+    ("server", ["connections", "observability", "calls"], SERVER),
     ("client", ["cpp", "python", "cli", "examples"], CLIENT),
 ]
 def text(x, y, words, size=13, colour=INK, weight="normal", anchor="middle"):

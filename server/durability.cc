@@ -167,7 +167,7 @@ void Durability::restore_sessions(const std::function<void(const Store::Row&)>& 
     const std::uint64_t used = host_.memory.used(), limit = host_.memory.limit();
     return used > limit ? used - limit : 0;
   };
-  if (const std::uint64_t bytes = excess()) host_.registry.shed(bytes);
+  if (const std::uint64_t bytes = excess()) host_.registry.evict(bytes);
   if (const std::uint64_t bytes = excess())
     host_.log.line(Log::Level::warn, "stored sessions exceed the memory limit",
                    {{"bytes", static_cast<std::int64_t>(bytes)}});

@@ -21,7 +21,6 @@
 #include "server/connections/watched_files.h"
 #include "server/durability.h"
 #include "server/observability/exporter.h"
-#include "server/observability/grpc_log.h"
 #include "server/observability/health_service.h"
 #include "server/observability/metrics.h"
 #include "server/scheduling/memory_limit.h"
@@ -124,7 +123,7 @@ struct Server::Parts {
              MemoryBudget(session_share(memory_limit)),
              Accounts(quota, host.memory,
                       [this](const Principal& principal, std::uint64_t bytes) {
-                        host.registry.shed(bytes, &principal);
+                        host.registry.evict(bytes, &principal);
                       }),
              Registry(options.max_sessions, options.idle_timeout, options.clock,
                       checkpoint_keys(options.access.checkpoint_key), host.memory),

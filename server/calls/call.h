@@ -36,6 +36,12 @@ inline grpc::Status status_of_exception(const Lifecycle& lifecycle) {
   return status.error_code() == grpc::CANCELLED ? stopped(lifecycle) : status;
 }
 
+/// The stop callback of a call.
+struct RequestStop {
+  std::stop_source stop;
+  void operator()() { stop.request_stop(); }
+};
+
 /// Takes a permit for a call with that price, in instructions. Returns RESOURCE_EXHAUSTED with the
 /// limit if there is none.
 inline grpc::Status admit(Permit& permit, Account& account, Permit::Kind kind, double price) {
@@ -84,11 +90,11 @@ class Call : public Reactor, protected Job {
     Job::bill(log_.account().share(), expected);
     host_.scheduler.submit(this, kind);
   }
-  /// Counts the call as running until `rest` or until it is deleted.
+  /// Counts the call as running until `pause` or until it is deleted.
   void run() {
     if (!std::exchange(runs_, true)) host_.lifecycle.enter();
   }
-  void rest() {
+  void pause() {
     if (std::exchange(runs_, false)) host_.lifecycle.leave();
   }
 

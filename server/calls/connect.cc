@@ -1,14 +1,15 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/answers.h"
-#include "server/convert/request_price.h"
+#include "server/convert/memory_price.h"
+#include "server/convert/work_price.h"
 
 namespace stiefel::server {
 
 Service::Writing<v1::ConnectResponse> Service::Connect(Context&, CallLog& log,
                                                        const v1::ConnectRequest& request) {
-  const auto memory =
-      std::make_shared<const MemoryLease>(log.account().memory(), connect_memory(request));
+  const auto memory = std::make_shared<const MemoryLease>(
+      log.account().memory(), memory_price({held_by(request), connect_workspace(request)}));
   const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
   return message_a_slice<v1::ConnectResponse>(
       host_, std::move(log), JobKind::unsliced, connect_work(request),

@@ -1,8 +1,9 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/answers.h"
-#include "server/convert/request_price.h"
+#include "server/convert/memory_price.h"
 #include "server/convert/resolve.h"
+#include "server/convert/work_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -15,8 +16,9 @@ constexpr double most_by_expected = 33;
 
 Service::Writing<v1::ConvertResponse> Service::Convert(Context&, CallLog& log,
                                                        const v1::ConvertRequest& request) {
-  const auto memory =
-      std::make_shared<const MemoryLease>(log.account().memory(), conversion_memory(request));
+  const auto memory = std::make_shared<const MemoryLease>(
+      log.account().memory(),
+      memory_price({held_by(request), conversion_workspace(request.scene())}));
   const auto answer = std::make_shared<ConversionAnswer>(request, memory->bytes());
   const double work = conversion_work(request.scene());
   const JobKind kind =

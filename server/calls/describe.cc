@@ -1,7 +1,6 @@
 #include <google/protobuf/util/time_util.h>
 
 #include "server/calls/service.h"
-#include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/scheduling/memory_limit.h"

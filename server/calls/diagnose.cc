@@ -3,7 +3,7 @@
 #include "server/calls/unary_call.h"
 #include "server/convert/diagnosis.h"
 #include "server/convert/errors.h"
-#include "server/convert/request_price.h"
+#include "server/convert/memory_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -18,10 +18,11 @@ Service::Unary Service::Diagnose(Context& context, CallLog& log, const v1::Diagn
   auto session = find_session(host_, context, request.session_id());
   if (!session) return session.error();
   if (auto status = check_step("to", request.to()); !status.ok()) return status;
-  MemoryLease memory(log.account().memory(), diagnosis_memory(**session, request));
+  MemoryLease memory(log.account().memory(),
+                     memory_price({held_by(request), diagnosis_workspace(**session)}));
   const std::uint64_t held = memory.bytes();
-  const auto call = [&](const UnaryCall::Rest& rest, UnaryCall::Search search) {
-    return new UnaryCall(host_, std::move(log), *std::move(session), request.to(), rest,
+  const auto call = [&](const UnaryCall::MoreWork& more, UnaryCall::Search search) {
+    return new UnaryCall(host_, std::move(log), *std::move(session), request.to(), more,
                          std::move(search), std::move(memory));
   };
   // A request with many matrices is read by a worker, where a stop can end the reading.
@@ -37,8 +38,8 @@ Service::Unary Service::Diagnose(Context& context, CallLog& log, const v1::Diagn
   const auto task = std::make_shared<const DiagnoseTask>(*std::move(read));
   const double price = task->work(**session);
   return call(
-      task->takes_long(**session) ? UnaryCall::Rest{price, JobKind::unsliced}
-                                  : UnaryCall::Rest::of(price),
+      task->takes_long(**session) ? UnaryCall::MoreWork{price, JobKind::unsliced}
+                                  : UnaryCall::MoreWork::of(price),
       [task, response, held](const Session& at, const Cursor& cursor, const std::stop_token& stop) {
         return task->answer(at, cursor, held, stop, response);
       });

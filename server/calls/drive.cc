@@ -34,7 +34,7 @@ class DriveCall final
   }
   void OnWriteDone(bool ok) override {
     log_.written();
-    rest();
+    pause();
     ok ? StartRead(&request_) : end(errors::cancelled());
   }
 

@@ -3,9 +3,9 @@
 #include "server/calls/unary_call.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/memory_price.h"
 #include "server/convert/resolve.h"
-#include "server/pricing/memory_price.h"
-#include "server/pricing/work_price.h"
+#include "server/convert/work_price.h"
 
 namespace stiefel::server {
 namespace {
@@ -14,11 +14,12 @@ bool converts(const Session& from, const v1::ForkSessionRequest& request) {
   return request.has_system() && request.system() != from.scene().system();
 }
 
-Answered fork(Host& host, Account& account, const Session& from, const Cursor& cursor,
-              const v1::ForkSessionRequest& request, v1::ForkSessionResponse* response) {
+Answered fork(Host& host, Account& account, std::uint64_t held, const Session& from,
+              const Cursor& cursor, const v1::ForkSessionRequest& request,
+              v1::ForkSessionResponse* response) {
   to_proto(cursor, from.scene(), response->mutable_run_status());
   to_proto(from.most_work(cursor.start(), request.from_step()), 0, bound_of_steps(from),
-           from.simulation_bytes() + fork_memory(from), response->mutable_price());
+           from.simulation_bytes() + held, response->mutable_price());
   if (!cursor.run_status().reached()) return grpc::Status::OK;
   auto scene = forked(from, cursor, request);
   if (!scene) return scene.error();
@@ -39,14 +40,16 @@ Service::Unary Service::ForkSession(Context& context, CallLog& log,
   if (!from) return from.error();
   if (auto status = check_session_id(request.session_id()); !status.ok()) return status;
   if (auto status = check_step("from_step", request.from_step()); !status.ok()) return status;
-  MemoryLease memory(log.account().memory(), fork_memory(**from));
+  // The scene in its steps from the old one to the new one.
+  MemoryLease memory(log.account().memory(),
+                     memory_price({.workspace = 2 * (*from)->scene_bytes()}));
   const double price = fork_work(**from, converts(**from, request));
   Account& account = log.account();
   return new UnaryCall(
-      host_, std::move(log), *std::move(from), request.from_step(), UnaryCall::Rest::of(price),
-      [&host = host_, &account, &request, response](const Session& at, const Cursor& cursor,
-                                                    const std::stop_token&) {
-        return fork(host, account, at, cursor, request, response);
+      host_, std::move(log), *std::move(from), request.from_step(), UnaryCall::MoreWork::of(price),
+      [&host = host_, &account, held = memory.bytes(), &request, response](
+          const Session& at, const Cursor& cursor, const std::stop_token&) {
+        return fork(host, account, held, at, cursor, request, response);
       },
       std::move(memory));
 }

@@ -3,7 +3,7 @@
 #include <functional>
 #include <optional>
 
-#include "server/admission/read_request.h"
+#include "server/calls/read_request.h"
 #include "server/calls/service.h"
 #include "server/connections/callers.h"
 

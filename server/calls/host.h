@@ -1,5 +1,7 @@
 #pragma once
 
+#include <grpcpp/server_context.h>
+
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -8,7 +10,6 @@
 #include <mutex>
 #include <stop_token>
 
-#include "server/admission/principal.h"
 #include "server/observability/log.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/memory_budget.h"
@@ -47,13 +48,7 @@ class Lifecycle {
   std::condition_variable idle_;
 };
 
-/// The stop callback of a call.
-struct RequestStop {
-  std::stop_source stop;
-  void operator()() { stop.request_stop(); }
-};
-
-/// Returns who calls: `principal_of`, or a test's function.
+/// Returns who calls: `principal_of` (callers.h), or a test's function.
 using Identify = std::function<Principal(const grpc::CallbackServerContext&)>;
 
 /// The objects that every call uses. The scheduler is the last member, so that it is destroyed

@@ -1,12 +1,23 @@
 #pragma once
 
-#include <string_view>
+#include <new>
 
-#include "server/admission/read_request.h"
 #include "server/calls/call.h"
+#include "server/calls/read_request.h"
+#include "server/scheduling/failpoint.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
 namespace stiefel::server {
+
+/// Writes a message to `bytes`; copies of the buffer share its memory.
+template <class Message>
+void serialize(const Message& message, grpc::ByteBuffer& bytes) {
+  failpoint("wire.serialize");
+  bytes.Clear();
+  bool own = false;
+  if (!grpc::SerializationTraits<Message>::Serialize(message, &bytes, &own).ok())
+    throw std::bad_alloc();
+}
 
 /// The RPCs, each in its own file except for the short ones. The gate (gate.h) calls them with a
 /// request that was read and a log that knows who pays, and ends the call where one returns a

@@ -7,11 +7,10 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/unary_call.h"
-#include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/request_price.h"
-#include "server/pricing/memory_price.h"
+#include "server/convert/memory_price.h"
+#include "server/convert/work_price.h"
 #include "server/scheduling/failpoint.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/identity.h"
@@ -81,14 +80,17 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
                 v1::CreateSessionResponse* response) {
   failpoint("call.create");
   MemoryLease resolving(account.memory(), wants_choice(request.scene())
-                                              ? search_memory(request.scene())
-                                              : scene_memory(request.scene()));
+                                              ? choice_workspace(request.scene())
+                                              : scene_workspace(request.scene()));
   const std::uint64_t to_resolve = resolving.bytes();
   auto scene = read_scene(request.has_scene(), request.scene());
   if (!scene) return scene.error();
   resolving = {};  // the session pays for its scene
-  // A session is made only if its first step and the reply fit beside it.
-  const MemoryLease step(account.memory(), first_step_memory(scene->scene, request.scene()));
+  // A session is made only if its first step and the reply fit beside it. The state may have twice
+  // the arrays of the request.
+  const MemoryLease step(account.memory(),
+                         memory_price({.workspace = first_step_workspace(scene->scene),
+                                       .reply = 2 * held_by(request.scene())}));
   const Resolution resolution = scene->resolution;
   const auto admitted = admit(host, account, request.session_id(), *std::move(scene),
                               request.checkpoint(), request.recreate());
@@ -140,7 +142,7 @@ Service::Unary answer_here(Host& host, CallLog& log, Response* response, const W
   const Answered answered = work({});
   MemoryLease memory;
   if (const std::size_t bytes = wire_size(*response); bytes > part_bytes / 16)
-    memory = MemoryLease(log.account().memory(), reply_memory(bytes));
+    memory = MemoryLease(log.account().memory(), memory_price({.reply = bytes}));
   if (!answered.pending_write && !memory) return answered.status;
   return new UnaryCall(host, std::move(log), answered, std::move(memory));
 }
@@ -158,7 +160,7 @@ Service::Unary Service::CreateSession(Context& context, CallLog& log,
     if (auto status = check_routing(context, request.session_id()); !status.ok()) return status;
     return create(host_, account, request, response);
   };
-  MemoryLease memory(account.memory(), reading_memory(request));
+  MemoryLease memory(account.memory(), memory_price({.request = held_by(request)}));
   const v1::Scene& scene = request.scene();
   const bool chooses = wants_choice(scene);
   const double price = chooses ? most_choice_work() : creation_work(scene);
@@ -181,7 +183,7 @@ Service::Unary Service::GetSession(Context& context, CallLog& log,
   };
   if (!shows_scenes(request.view()) || (*session)->scene_bytes() <= small_scene)
     return answer_here(host_, log, response, work);
-  MemoryLease memory(log.account().memory(), reply_memory(max_reply_bytes));
+  MemoryLease memory(log.account().memory(), memory_price({.reply = max_reply_bytes}));
   return new UnaryCall(host_, std::move(log), JobKind::sliced, 0, work, std::move(memory));
 }
 
@@ -199,8 +201,9 @@ Service::Unary Service::ListSessions(Context& context, CallLog& log,
   if (!scenes && size <= short_page) return answer_here(host_, log, response, work);
   MemoryBudget& budget = log.account().memory();
   // A list without scenes is never refused, so that a caller beyond the limits finds its sessions.
-  MemoryLease memory = scenes ? MemoryLease(budget, reply_memory(max_reply_bytes))
-                              : MemoryLease::if_it_fits(budget, reply_memory(size * heading_bytes));
+  MemoryLease memory =
+      scenes ? MemoryLease(budget, memory_price({.reply = max_reply_bytes}))
+             : MemoryLease::if_it_fits(budget, memory_price({.reply = size * heading_bytes}));
   return new UnaryCall(host_, std::move(log), JobKind::sliced, 0, work, std::move(memory));
 }
 

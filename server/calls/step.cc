@@ -7,7 +7,7 @@
 #include "server/calls/unary_call.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/pricing/memory_price.h"
+#include "server/convert/memory_price.h"
 #include "server/scheduling/failpoint.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
@@ -26,7 +26,7 @@ std::size_t reply_bytes(const Session& session, const StepTask& task) {
 }  // namespace
 
 std::uint64_t step_memory(const Session& session, const StepTask& task) {
-  return reply_memory(reply_bytes(session, task));
+  return memory_price({.reply = reply_bytes(session, task)});
 }
 
 grpc::Status check_size(const Session& session, const StepTask& task) {
@@ -39,7 +39,7 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
   failpoint("call.answer_step");
   to_proto(cursor, session.scene(), response->mutable_run_status());
   to_proto(session, cursor.simulation(), task.fields, response->mutable_sample());
-  check_at_the_door(is_finite(response->sample().fields()), response->mutable_run_status());
+  demand_finite(is_finite(response->sample().fields()), response->mutable_run_status());
   response->set_computed_steps(cursor.computed_steps());
   to_proto(session.most_work(cursor.start(), task.to), reply_bytes(session, task),
            bound_of_steps(session), session.simulation_bytes() + step_memory(session, task),

@@ -6,16 +6,28 @@
 #include "server/calls/call.h"
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
-#include "server/calls/wire_bytes.h"
 #include "server/convert/convert.h"
+#include "server/convert/memory_price.h"
 #include "server/convert/stream_messages.h"
-#include "server/pricing/memory_price.h"
-#include "server/pricing/reading_price.h"
+#include "server/convert/work_price.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
 
 namespace stiefel::server {
 namespace {
+
+/// Returns the most bytes of a stream of the fields, with or without checkpoints: those of one that
+/// nobody reads. The state at which it waits is priced by its session.
+std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields,
+                            const Sampling::Range& range, bool sends_scene) {
+  const std::uint64_t sample = sample_bytes(session, fields);
+  const std::uint64_t batch = std::max<std::uint64_t>(Sampling::batch_bytes, sample);
+  // A sample that needs several messages is held beside them.
+  return memory_price({.workspace = (sample > max_reply_bytes ? sample : 0) +
+                                    (range.checkpoints() ? 2 * checkpoint_bytes(session) : 0) +
+                                    (sends_scene ? session.scene_bytes() : 0),
+                       .reply = std::min<std::uint64_t>(batch, max_reply_bytes)});
+}
 
 /// Fills a batch while gRPC writes the messages of the batch before. Waits for the reader once the
 /// batch is full, or while the batch before has more messages. A sample that fills two batches
@@ -190,7 +202,7 @@ void StreamCall::write_next() {
   finite_ = finite_ && is_finite(message_.fields());
   if (messages_.empty() && sampling_->done()) {
     to_proto(cursor, (*session_)->scene(), message_.mutable_run_status());
-    check_at_the_door(finite_, message_.mutable_run_status());
+    demand_finite(finite_, message_.mutable_run_status());
   }
   serialize(message_, bytes_);
   if (packs) {
@@ -226,8 +238,7 @@ Begun<grpc::ServerWriteReactor<grpc::ByteBuffer>> Service::Stream(
                               std::max<std::int64_t>(request.every(), 1),
                               request.checkpoint_every(), request.return_checkpoint()};
   MemoryLease memory(log.account().memory(),
-                     stream_memory(**session, *fields, range.checkpoints()) +
-                         (request.scene_arrays() ? (*session)->scene_bytes() : 0));
+                     stream_memory(**session, *fields, range, request.scene_arrays()));
   return new StreamCall(host_, std::move(log), *std::move(session), *std::move(fields), range,
                         request, std::move(memory));
 }

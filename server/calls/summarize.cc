@@ -7,9 +7,8 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/errors.h"
-#include "server/convert/request_price.h"
 #include "server/convert/summarize.h"
-#include "server/pricing/reading_price.h"
+#include "server/convert/work_price.h"
 #include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
@@ -17,9 +16,9 @@ namespace {
 
 /// The slices after which a message reports the progress if there is nothing else to send.
 constexpr int slices_between_messages = 256;
-/// A slice that advances `width` groups of members is longer than that of one motion by the factor
-/// `width / groups_in_a_slice`, at least 1 and at most `longest`, so that each group computes for
-/// about 0.1 ms after it was fetched from memory.
+/// A slice of an ensemble takes longer than one of a single motion, so that each group of members
+/// computes for about 0.1 ms once it was fetched from memory: by the number of groups divided by
+/// `groups_in_a_slice`, at least 1 and at most `longest` times.
 constexpr std::size_t groups_in_a_slice = 16, longest = 16;
 
 /// The most members of an ensemble whose simulation takes at most a slice of work to make.

@@ -41,7 +41,7 @@ UnaryCall::UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t
 }
 
 UnaryCall::UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                     const Rest& rest, Search search, MemoryLease memory)
+                     const MoreWork& more, Search search, MemoryLease memory)
     : Call(host, std::move(log), std::move(memory)),
       session_(std::move(session)),
       to_(to),
@@ -51,8 +51,8 @@ UnaryCall::UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t
         // An answer computed during a stop may be incomplete.
         return answered && !stop().stop_requested() ? *answered : stopped(host_.lifecycle);
       }),
-      rest_(rest.kind) {
-  begin_steps(rest);
+      more_(more.kind) {
+  begin_steps(more);
 }
 
 UnaryCall::UnaryCall(Host& host, CallLog log, JobKind kind, double price, Work work,
@@ -71,12 +71,12 @@ UnaryCall::UnaryCall(Host& host, CallLog log, const Answered& answered, MemoryLe
   finish(answered);
 }
 
-void UnaryCall::begin_steps(const Rest& rest) {
+void UnaryCall::begin_steps(const MoreWork& more) {
   steps_done_ = false;
   const Session& session = **session_;
   const std::int64_t start = session.start_for(to_);
-  begin(session.step_kind().kind, Permit::Kind::call, session.most_work(start, to_) + rest.price,
-        session.work(start, to_) + rest.price);
+  begin(session.step_kind().kind, Permit::Kind::call, session.most_work(start, to_) + more.price,
+        session.work(start, to_) + more.price);
 }
 
 grpc::Status UnaryCall::make() {
@@ -102,9 +102,9 @@ bool UnaryCall::run_slice() noexcept {
       }
       steps_done_ = true;
     }
-    if (const auto rest = std::exchange(rest_, std::nullopt)) {
+    if (const auto kind = std::exchange(more_, std::nullopt)) {
       log_.worked();
-      host_.scheduler.submit(this, *rest);
+      host_.scheduler.submit(this, *kind);
       return false;
     }
     const Answered answered = answer_();

@@ -32,12 +32,12 @@ class UnaryCall final : public Call<grpc::ServerUnaryReactor> {
   using Work = std::function<Answered(const std::stop_token&)>;
   /// The work of a Search: its price in instructions, and the kind of job that does it; nothing if
   /// the slice does it that computed the last step.
-  struct Rest {
+  struct MoreWork {
     double price = 0;
     std::optional<JobKind> kind = std::nullopt;
 
     /// Returns that of work of a known price.
-    static Rest of(double price) {
+    static MoreWork of(double price) {
       return {price, price <= short_work ? std::nullopt : std::optional(kind_of_piece(price))};
     }
   };
@@ -45,7 +45,7 @@ class UnaryCall final : public Call<grpc::ServerUnaryReactor> {
   /// `memory` is held until the reply is delivered.
   UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer,
             MemoryLease memory);
-  UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t to, const Rest& rest,
+  UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t to, const MoreWork& more,
             Search search, MemoryLease memory);
   /// `price`: the most instructions that the work takes; at least the kind's `price_cap` is billed.
   UnaryCall(Host& host, CallLog log, JobKind kind, double price, Work work,
@@ -60,13 +60,13 @@ class UnaryCall final : public Call<grpc::ServerUnaryReactor> {
   std::int64_t computed_steps() const override {
     return cursor_ ? cursor_->computed_steps() : steps_;
   }
-  void begin_steps(const Rest& rest);
+  void begin_steps(const MoreWork& more);
   void finish(const Answered& answered);
 
   std::optional<SessionLease> session_;
   const std::int64_t to_ = 0;
   std::function<Answered()> answer_;
-  std::optional<JobKind> rest_;  ///< of the job that is left to compute the answer
+  std::optional<JobKind> more_;  ///< of the job that is left to compute the answer
   bool steps_done_ = true;       ///< whether nothing is left to advance
   std::optional<Cursor> cursor_;
   std::int64_t steps_ = 0;  ///< computed by the cursor that was freed

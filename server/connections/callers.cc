@@ -163,6 +163,11 @@ std::unique_ptr<grpc::ContextAllocator> Callers::context_allocator() {
   return std::make_unique<CallerContexts>(*this);
 }
 
+Principal principal_of(const grpc::CallbackServerContext& context) {
+  const auto* caller = dynamic_cast<const CallerContext*>(&context);
+  return caller == nullptr ? Principal{} : caller->principal();
+}
+
 std::vector<std::string> faults_of_tokens(const std::string& file) {
   const auto text = read_text(file);
   if (!text) return {text.error()};

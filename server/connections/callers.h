@@ -74,6 +74,9 @@ class CallerContext final : public grpc::CallbackServerContext,
   bool admitted_ = false;
 };
 
+/// Returns the caller of a call that was let in; the principal "" at a server without tokens.
+Principal principal_of(const grpc::CallbackServerContext& context);
+
 /// Why a caller is refused.
 enum class Refused { token_missing, token_unknown };
 

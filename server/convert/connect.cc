@@ -207,7 +207,7 @@ grpc::Status ConnectAnswer::next(const std::stop_token& stop, v1::ConnectRespons
     trajectory_.take(part_bytes, &parts);
     response.mutable_trajectory()->Swap(parts.Mutable(0));
   }
-  check_at_the_door(is_finite(response), response.mutable_run_status());
+  demand_finite(is_finite(response), response.mutable_run_status());
   return grpc::Status::OK;
 }
 

@@ -104,6 +104,6 @@ bool is_finite(const google::protobuf::RepeatedPtrField<v1::Field>& fields);
 bool is_finite(const google::protobuf::Message& message);
 
 /// Changes OUTCOME_REACHED to OUTCOME_NOT_FINITE unless `finite`.
-void check_at_the_door(bool finite, v1::RunStatus* status);
+void demand_finite(bool finite, v1::RunStatus* status);
 
 }  // namespace stiefel::server

@@ -123,7 +123,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
     if (*defect) response->set_symplectic_defect(**defect);
   }
   if (estimates_error()) estimate(scene, now, stop, response->mutable_estimated_error());
-  check_at_the_door(is_finite(*response), response->mutable_run_status());
+  demand_finite(is_finite(*response), response->mutable_run_status());
   return grpc::Status::OK;
 }
 

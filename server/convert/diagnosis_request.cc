@@ -7,7 +7,7 @@
 #include "engine/scene/near_name.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/pricing/work_price.h"
+#include "server/convert/work_price.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/invariant_names.h"

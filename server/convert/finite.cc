@@ -68,7 +68,7 @@ bool is_finite(const Message& message) {
   return true;
 }
 
-void check_at_the_door(bool finite, v1::RunStatus* status) {
+void demand_finite(bool finite, v1::RunStatus* status) {
   if (finite || status->outcome() != v1::OUTCOME_REACHED) return;
   status->set_outcome(v1::OUTCOME_NOT_FINITE);
   status->set_message("a number of the reply is not finite");

@@ -7,8 +7,7 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/request_price.h"
-#include "server/pricing/memory_price.h"
+#include "server/convert/memory_price.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "stiefel/simulation.h"
 
@@ -46,7 +45,7 @@ grpc::Status refuse(const v1::SummarizeRequest& request, const CheckpointRefusal
 
 grpc::Status SummarizeAnswer::read(MemoryBudget& memory) {
   const auto times = static_cast<std::uint64_t>(request_.times_size());
-  memory_ = MemoryLease(memory, reading_memory(request_) + times * time_bytes);
+  memory_ = MemoryLease(memory, memory_price({held_by(request_), times * time_bytes}));
   auto what = from_proto(request_);
   if (!what) return what.error();
   what_ = *std::move(what);
@@ -56,7 +55,7 @@ grpc::Status SummarizeAnswer::read(MemoryBudget& memory) {
 grpc::Status SummarizeAnswer::make() {
   auto summary = Summary::prepare(session_->scene(), std::move(*what_));
   if (!summary) return errors::invalid(summary.error());
-  memory_.grow(summary_memory(*session_, *summary));
+  memory_.grow(memory_price({.workspace = summary_workspace(*session_, *summary)}));
   summary_.emplace(*std::move(summary));
   if (!has_checkpoint_) go_to_first_state();
   return grpc::Status::OK;
@@ -185,7 +184,7 @@ bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
     to_proto(summary_->status(), &status);
     if (!summary_->status().reached())
       status.set_message(to_sentence(summary_->status(), session_->scene(), summary_->rate()));
-    check_at_the_door(finite_, &status);
+    demand_finite(finite_, &status);
   }
   return last;
 }

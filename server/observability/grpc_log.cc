@@ -1,5 +1,3 @@
-#include "server/observability/grpc_log.h"
-
 #include <grpc/support/log.h>
 
 #include <mutex>
@@ -7,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/observability/line_rate.h"
+#include "server/observability/log.h"
 
 namespace stiefel::server {
 namespace {

@@ -10,7 +10,6 @@
 
 #include "server/convert/errors.h"
 #include "server/observability/metrics.h"
-#include "server/observability/push_back.h"
 #include "server/observability/stderr_sink.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/failpoint.h"
@@ -36,6 +35,15 @@ spdlog::level::level_enum to_spdlog(Log::Level level) {
 std::string new_request_id() {
   thread_local std::mt19937_64 random(std::random_device{}());
   return fmt::format("{:016x}", random());
+}
+
+/// Tells gRPC's retries of a refused call when to come back, in the trailing metadata
+/// `grpc-retry-pushback-ms`: after the delay of the status, or never (-1) if it has none.
+void push_back(const grpc::Status& status, grpc::CallbackServerContext& context) {
+  if (status.error_code() != grpc::RESOURCE_EXHAUSTED) return;
+  const auto delay = errors::retry_delay(status);
+  context.AddTrailingMetadata("grpc-retry-pushback-ms",
+                              delay ? std::to_string(delay->count()) : "-1");
 }
 
 /// Returns instructions as an integer; a price may exceed the largest one.

@@ -4,7 +4,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,7 +14,6 @@
 #include <variant>
 #include <vector>
 
-#include "server/observability/line_rate.h"
 #include "server/observability/metrics.h"
 
 namespace spdlog {
@@ -22,6 +23,38 @@ class logger;
 namespace stiefel::server {
 
 class Account;
+
+/// Limits lines of one kind to `most` a second, and counts those that are left out. Thread-safe.
+class LineRate {
+ public:
+  static constexpr int most = 10;
+  using Clock = std::chrono::steady_clock;
+
+  /// Returns whether a line may be written now.
+  bool take(Clock::time_point now = Clock::now()) {
+    const std::lock_guard lock(mutex_);
+    if (now - begin_ >= std::chrono::seconds(1)) {
+      begin_ = now;
+      lines_ = 0;
+    }
+    if (lines_ < most) return ++lines_, true;
+    ++left_out_;
+    return false;
+  }
+  /// Returns the number of lines that were left out since the last call.
+  std::int64_t take_left_out() {
+    const std::lock_guard lock(mutex_);
+    const std::int64_t count = left_out_;
+    left_out_ = 0;
+    return count;
+  }
+
+ private:
+  std::mutex mutex_;
+  Clock::time_point begin_;  // of the second; guarded by mutex_, as are the members below
+  int lines_ = 0;            // in it
+  std::int64_t left_out_ = 0;
+};
 
 /// Writes lines to stderr, as text or as JSON. Formats nothing below its level.
 class Log {
@@ -54,6 +87,19 @@ class Log {
   mutable LineRate failures_;
   mutable std::atomic<std::int64_t> counted_ = 0, counted_failed_ = 0;
   mutable std::atomic<Clock::time_point> last_told_ = Clock::now();
+};
+
+/// Sends the lines that gRPC itself logs, in the whole process, to a log while the object lives: at
+/// most ten a second, with the message "grpc". A caller can cause such lines, and gRPC's own
+/// writing would wait for the reader of stderr with the threads that serve connections. A process
+/// has one.
+class GrpcLog {
+ public:
+  /// The log must outlive this object.
+  explicit GrpcLog(const Log& log);
+  ~GrpcLog();
+  GrpcLog(const GrpcLog&) = delete;
+  GrpcLog& operator=(const GrpcLog&) = delete;
 };
 
 /// The metrics in which calls are counted.

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 
 #include "server/scheduling/job.h"
 
@@ -13,13 +15,20 @@ inline constexpr double inline_nanoseconds = 5e4;
 /// The length of a slice of a longer job on the worker kept for short calls, in nanoseconds: the
 /// longest that a short call waits there before it begins.
 inline constexpr double brief_slice_nanoseconds = 2e5;
+/// The length of slices on this thread, in nanoseconds.
+inline thread_local double slice_length = slice_nanoseconds;
 
 /// Returns the number of steps of a slice on this thread for steps of `step_cost` nanoseconds. It
 /// depends on the scene and not on the clock, so that tests can predict it.
-std::int64_t slice_steps(double step_cost);
+inline std::int64_t slice_steps(double step_cost) {
+  return static_cast<std::int64_t>(std::max(1.0, slice_length / std::max(step_cost, 1.0)));
+}
 
 /// The kind of a job whose steps cost `step_cost` nanoseconds each.
-JobKind kind_of_steps(double step_cost);
+inline JobKind kind_of_steps(double step_cost) {
+  if (step_cost <= brief_slice_nanoseconds) return JobKind::brief;
+  return step_cost <= slice_nanoseconds ? JobKind::sliced : JobKind::unsliced;
+}
 /// The kind of a job that does `work` instructions in one piece, which may take ten milliseconds
 /// before it counts as long.
 inline JobKind kind_of_piece(double work) {
@@ -30,8 +39,8 @@ inline JobKind kind_of_piece(double work) {
 /// sets the previous length again.
 class SliceLength {
  public:
-  explicit SliceLength(double nanoseconds);
-  ~SliceLength();
+  explicit SliceLength(double nanoseconds) : previous_(std::exchange(slice_length, nanoseconds)) {}
+  ~SliceLength() { slice_length = previous_; }
   SliceLength(const SliceLength&) = delete;
   SliceLength& operator=(const SliceLength&) = delete;
 

@@ -53,7 +53,7 @@ Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_ti
                                                  : Clock(&std::chrono::steady_clock::now))),
       memory_(memory),
       keys_(std::move(keys)) {
-  memory_.reclaim_with([this](std::uint64_t bytes) { shed(bytes); });
+  memory_.reclaim_with([this](std::uint64_t bytes) { evict(bytes); });
 }
 
 Registry::~Registry() { memory_.reclaim_with({}); }
@@ -73,7 +73,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
     if (!decoded && !ignored) return std::unexpected(std::move(decoded.error()));
     if (decoded) saved = *std::move(decoded);
   }
-  // Adopts before it locks: taking memory may shed caches, which locks the registry too.
+  // Adopts before it locks: taking memory may evict caches, which locks the registry too.
   if (saved) fresh->adopt(saved->step, saved->saved);
   Key key{principal.name, id};
   std::unique_lock lock(mutex_);
@@ -198,7 +198,7 @@ std::size_t Registry::expire() {
   return dropped.size();
 }
 
-void Registry::shed(std::uint64_t bytes, const Principal* of) const {
+void Registry::evict(std::uint64_t bytes, const Principal* of) const {
   struct Cache {
     std::chrono::steady_clock::duration idle;
     std::uint64_t bytes;
@@ -215,7 +215,7 @@ void Registry::shed(std::uint64_t bytes, const Principal* of) const {
   }
   std::ranges::stable_sort(caches, std::greater(), &Cache::idle);
   for (const Cache& cache : caches) {
-    cache.session->shed();
+    cache.session->evict();
     if (cache.bytes >= bytes) return;
     bytes -= cache.bytes;
   }

@@ -160,7 +160,7 @@ class Registry {
   const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
   /// Gives up about `bytes` bytes of caches, first of the sessions that were unused for longest;
   /// only of the principal `of` unless that is null.
-  void shed(std::uint64_t bytes, const Principal* of = nullptr) const;
+  void evict(std::uint64_t bytes, const Principal* of = nullptr) const;
 
   std::uint32_t max_sessions() const { return max_sessions_; }
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }

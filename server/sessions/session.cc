@@ -266,15 +266,15 @@ Saved Session::keep(const Simulation& simulation) {
 
 std::uint64_t Session::cached_bytes() const {
   const std::lock_guard lock(mutex_);
-  return idle_.size() * simulation_bytes_ + checkpoints_.sheddable() * state_bytes(saved_size_);
+  return idle_.size() * simulation_bytes_ + checkpoints_.evictable() * state_bytes(saved_size_);
 }
 
-void Session::shed() {
+void Session::evict() {
   std::vector<std::unique_ptr<Simulation>> dropped;
   {
     const std::lock_guard lock(mutex_);
     dropped = std::exchange(idle_, {});
-    checkpoints_.shed();
+    checkpoints_.evict();
   }
   for (auto& simulation : dropped) discard(std::move(simulation));
 }

@@ -106,19 +106,19 @@ class Session : public std::enable_shared_from_this<Session> {
     simulation.reset();
     simulations_memory_.shrink(simulation_bytes_);
   }
-  /// Returns the simulation's state for a caller that gives the simulation back and rests. Callers
-  /// that rest at the same step share one copy. Null when there is no memory for it.
+  /// Returns a copy of the simulation's state, from which `lease_at` makes a simulation again.
+  /// Callers at the same step share one copy. Null when there is no memory for it.
   Saved keep(const Simulation& simulation);
 
   /// The predicted bytes of the scene, and 8 KiB for the session itself.
   std::uint64_t scene_bytes() const { return scene_memory_.bytes(); }
   /// The predicted bytes of one simulation of the scene.
   std::uint64_t simulation_bytes() const { return simulation_bytes_; }
-  /// The bytes that `shed` would give back.
+  /// The bytes that `evict` would give back.
   std::uint64_t cached_bytes() const;
   /// Drops what can be computed again: idle simulations, and the checkpoints that are neither at
   /// step 0 nor a client's.
-  void shed();
+  void evict();
 
   /// Returns the first step after `step` where `deposit` would keep the state.
   std::int64_t next_checkpoint(std::int64_t step) const {
@@ -129,7 +129,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void deposit(const Simulation& simulation);
   /// Keeps a state from a client's checkpoint: `saved_size()` numbers.
   void adopt(std::int64_t step, std::vector<double> saved);
-  /// Keeps a state from the store in the cache if there is memory for it; `shed` drops it.
+  /// Keeps a state from the store in the cache if there is memory for it; `evict` drops it.
   void adopt_if_it_fits(std::int64_t step, std::span<const double> saved);
 
   /// Returns the steps of the cached states in increasing order, from 0.

@@ -74,7 +74,7 @@ std::size_t Checkpoints::computed() const {
   return saved_.size() - saved_.contains(0) - adopted_.size();
 }
 
-void Checkpoints::shed() {
+void Checkpoints::evict() {
   std::erase_if(adopted_, [](const Adopted& one) { return !one.lasting; });
   drop_if([&](std::int64_t step) { return step != 0 && !is_adopted(step); });
 }

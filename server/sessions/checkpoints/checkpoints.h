@@ -25,7 +25,7 @@ class Checkpoints {
   bool wants(std::int64_t step) const { return step % spacing_ == 0 && !saved_.contains(step); }
   void put(std::int64_t step, Saved saved);
   /// Takes a state at any step. Of the adopted states keeps the one at the smallest step and the
-  /// newest; if the two do not fit together, only the one at the larger step. `shed` drops it
+  /// newest; if the two do not fit together, only the one at the larger step. `evict` drops it
   /// unless it is `lasting`.
   void adopt(std::int64_t step, Saved saved, bool lasting = true);
 
@@ -44,12 +44,12 @@ class Checkpoints {
     return steps;
   }
 
-  /// The number of states that `shed` drops: all but step 0 and the lasting adopted ones.
-  std::size_t sheddable() const {
+  /// The number of states that `evict` drops: all but step 0 and the lasting adopted ones.
+  std::size_t evictable() const {
     return computed() +
            static_cast<std::size_t>(std::ranges::count(adopted_, false, &Adopted::lasting));
   }
-  void shed();
+  void evict();
 
  private:
   struct Adopted {

@@ -1,6 +1,6 @@
 // The bound on the memory of a request before it is parsed, for what a caller can put into few
 // bytes. What a message really takes is asked of protobuf, after parsing.
-#include "server/admission/parsed_bytes.h"
+#include "server/calls/read_request.h"
 
 #include <google/protobuf/arena.h>
 #include <google/protobuf/descriptor.h>

@@ -45,8 +45,8 @@ TEST(Checkpoints, KeepWhatWasAdopted) {
   EXPECT_EQ(checkpoints.nearest(150).step, 33);
   checkpoints.adopt(77, numbers(4));
   for (std::int64_t step = 10; step <= 100'000; step += 10) checkpoints.put(step, numbers(4));
-  checkpoints.shed();
-  EXPECT_EQ(checkpoints.sheddable(), 0u);
+  checkpoints.evict();
+  EXPECT_EQ(checkpoints.evictable(), 0u);
   EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33, 77}));
   checkpoints.adopt(55, numbers(4));
   EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33, 55})) << "the newest";
@@ -63,12 +63,12 @@ TEST(Checkpoints, ARestoredOneIsShed) {
   checkpoints.put(0, numbers(4));
   checkpoints.adopt(33, numbers(4), false);
   checkpoints.adopt(77, numbers(4), false);
-  EXPECT_EQ(checkpoints.sheddable(), 2u);
+  EXPECT_EQ(checkpoints.evictable(), 2u);
   checkpoints.adopt(33, numbers(4));
-  EXPECT_EQ(checkpoints.sheddable(), 1u) << "a client brought it again";
-  checkpoints.shed();
+  EXPECT_EQ(checkpoints.evictable(), 1u) << "a client brought it again";
+  checkpoints.evict();
   EXPECT_EQ(checkpoints.steps(), (std::vector<std::int64_t>{0, 33}));
-  EXPECT_EQ(checkpoints.sheddable(), 0u);
+  EXPECT_EQ(checkpoints.evictable(), 0u);
 }
 
 TEST(Checkpoints, TheLaterAdoptedOneStaysWhereThereIsPlaceForOne) {

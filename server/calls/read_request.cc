@@ -1,4 +1,4 @@
-#include "server/admission/parsed_bytes.h"
+#include "server/calls/read_request.h"
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/message.h>

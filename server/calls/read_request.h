@@ -1,6 +1,7 @@
 #pragma once
 
 #include <google/protobuf/arena.h>
+#include <google/protobuf/descriptor.h>
 #include <grpcpp/grpcpp.h>
 #include <malloc.h>
 
@@ -11,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/admission/parsed_bytes.h"
 #include "server/scheduling/failpoint.h"
 #include "server/scheduling/memory_budget.h"
 
@@ -22,6 +22,18 @@ namespace stiefel::server {
 inline constexpr std::size_t inline_request = 2 << 10;
 /// The predicted work of reading a request, in instructions a byte.
 inline constexpr double work_of_a_byte = 50;
+
+/// What a message takes when it is parsed.
+struct ParsedBytes {
+  std::uint64_t memory = 0;   ///< a bound on all of it
+  std::uint64_t strings = 0;  ///< the part of strings, which protobuf keeps outside an arena
+  bool unknown = false;       ///< whether there are fields of a later version
+};
+
+/// Returns what a message of that type takes when it is parsed from the bytes, without parsing it.
+/// Two bytes of an empty submessage become an object of 100 bytes, so that a request may take fifty
+/// times its size. Returns what was counted so far where the bytes are not such a message.
+ParsedBytes parsed_bytes(std::span<const char> bytes, const google::protobuf::Descriptor& type);
 
 /// Joins the pieces in which bytes arrived and empties them; frees each piece as it is copied.
 /// From many pieces, protobuf would read a packed field of numbers into twice its size.

@@ -1,0 +1,120 @@
+#include "server/convert/memory_price.h"
+
+#include <google/protobuf/arena.h>
+#include <google/protobuf/message.h>
+
+#include <algorithm>
+
+#include "server/convert/resolve.h"
+#include "stiefel/connect.h"
+#include "stiefel/price.h"
+#include "stiefel/summary.h"
+#include "stiefel/tradeoff.h"
+
+namespace stiefel::server {
+namespace {
+
+/// The bytes of a call without its arrays, in gRPC and in the server.
+constexpr std::uint64_t call_bytes = 32 << 10;
+
+/// The shape of the largest block of one member, at least 3 x 3.
+struct Shape {
+  double rows = 3, cols = 3;
+
+  explicit Shape(const v1::Scene& scene) {
+    const double members = std::max<std::uint32_t>(scene.members(), 1);
+    for (const auto& [name, matrix] : scene.initial()) take(matrix.rows() / members, matrix.cols());
+    for (const auto& [name, tensor] : scene.initial_tensors()) {
+      if (tensor.shape().empty() || *tensor.shape().rbegin() == 0) continue;
+      double numbers = 1;
+      for (const auto extent : tensor.shape()) numbers *= static_cast<double>(extent);
+      const auto last = static_cast<double>(*tensor.shape().rbegin());
+      take(numbers / last / members, last);
+    }
+  }
+  void take(double more_rows, double more_cols) {
+    if (more_rows * more_cols <= rows * cols) return;
+    rows = more_rows;
+    cols = more_cols;
+  }
+};
+
+/// Returns the bytes of the references of that many members, each with attitude and momentum in
+/// extended precision at up to 58 coarse samples, and in a choice at up to 512 dense ones.
+std::uint64_t references(const v1::Scene& scene, int members, bool dense) {
+  const Shape shape(scene);
+  const double held = std::min<double>(scene.has_members() ? scene.members() : 1, members);
+  const double sample = 2 * 16 * shape.rows * shape.cols + 128;
+  const double more = dense ? std::min(512 * sample, 64.0 * (1 << 20)) : 0;
+  return static_cast<std::uint64_t>(held * (58 * sample + more));
+}
+
+/// Returns the bytes of the search for a geodesic between two frames of shape n x N.
+std::uint64_t geodesic(double n, double N, const v1::ConnectRequest& request) {
+  const double searches = request.has_restarts() ? request.restarts() : TwoPointProblem().restarts;
+  const double points = request.steps() > 0 ? request.steps() : 128;
+  const double d = n * N - n * (n + 1) / 2;
+  const double numbers = (5 * d * d + n * N * d + n * N * (searches + 3)) * points +
+                         n * N * (request.samples() + 16.0);
+  return static_cast<std::uint64_t>(
+      std::clamp(8 * numbers, 0.0, static_cast<double>(TwoPointProblem::most_bytes)));
+}
+
+}  // namespace
+
+std::uint64_t memory_price(const CallSizes& sizes) {
+  return call_bytes + sizes.request + sizes.workspace + 3 * sizes.reply;
+}
+
+std::uint64_t held_by(const google::protobuf::Message& message) {
+  const auto* arena = message.GetArena();
+  return std::max<std::uint64_t>(message.ByteSizeLong(), arena ? arena->SpaceAllocated() : 0);
+}
+
+std::uint64_t scene_workspace(const v1::Scene& scene) {
+  // An ensemble needs its description alone, since its members are resolved one after another.
+  return (scene.has_members() ? 1 : 3) * held_by(scene) + 2 * scene_bytes({});
+}
+
+std::uint64_t first_step_workspace(const Scene& resolved) {
+  return resolved.members().empty() ? 0 : simulation_bytes(resolved);
+}
+
+std::uint64_t choice_workspace(const v1::Scene& scene) {
+  const Shape shape(scene);
+  return largest_simulation_bytes(shape.rows, shape.cols) * 3 / 2 + 2 * scene_workspace(scene) +
+         references(scene, Choice::most_pilots, true);
+}
+
+std::uint64_t tradeoff_workspace(const v1::Scene& scene) {
+  return choice_workspace(scene) + references(scene, TradeoffRequest::most_members, false);
+}
+
+std::uint64_t conversion_workspace(const v1::Scene& scene) {
+  const Shape shape(scene);
+  // Frames with n < N rows have maps of n x N and n x n, square ones N x N.
+  const auto maps = static_cast<std::uint64_t>(8 * shape.rows * (shape.cols + shape.rows));
+  return (wants_choice(scene) ? choice_workspace(scene) : 0) + 2 * scene_workspace(scene) +
+         40 * maps;
+}
+
+std::uint64_t connect_workspace(const v1::ConnectRequest& request) {
+  std::uint64_t largest = 0;
+  for (const auto& pair : request.pairs())
+    largest = std::max(largest, geodesic(pair.q_0().rows(), pair.q_0().cols(), request));
+  return largest;
+}
+
+std::uint64_t diagnosis_workspace(const Session& session) {
+  return session.simulation_bytes() / 2 + 64 * session.saved_size();
+}
+
+std::uint64_t summary_workspace(const Session& session, const Summary& summary) {
+  const bool keeps_values = std::ranges::any_of(
+      summary.description().quantities, [](const Quantity& one) { return !one.quantiles.empty(); });
+  // A number of the result needs accumulators of several numbers.
+  return session.simulation_bytes() + 6 * summary.statistics_bytes() +
+         (keeps_values ? sizeof(double) * Summary::max_kept : 0);
+}
+
+}  // namespace stiefel::server

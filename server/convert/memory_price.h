@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+
+#include "server/sessions/session.h"
+#include "stiefel/v1/simulation.pb.h"
+
+namespace stiefel {
+class Summary;
+}
+
+/// Prices in bytes: the memory that calls take beside the sessions, their simulations, and the
+/// requests as they arrived, which ReadRequest counts to the end of the call.
+namespace stiefel::server {
+
+/// The sizes on which the memory of a call depends, in bytes.
+struct CallSizes {
+  std::uint64_t request = 0;    ///< of what is read from the request
+  std::uint64_t workspace = 0;  ///< of scenes, simulations and arrays that the call makes
+  std::uint64_t reply = 0;      ///< of the arrays in its reply or in one of its messages
+};
+
+/// Returns the bytes of a call of these sizes. Those of its reply count three times: as fields, as
+/// a message, and serialized.
+std::uint64_t memory_price(const CallSizes& sizes);
+
+/// Returns the bytes of what is read from a message, as the message itself has them in memory.
+std::uint64_t held_by(const google::protobuf::Message& message);
+
+/// Return the workspaces of calls: resolving a scene; the first step of a new session, which makes
+/// the simulation of an ensemble; the choice of a method for a scene, with one simulation at a
+/// time, of the method that needs most, and a reference in twice the precision; a trade-off; a
+/// conversion, with the choice of a method if there is one; the largest search of a Connect; a
+/// Diagnose; a Summarize.
+std::uint64_t scene_workspace(const v1::Scene& scene);
+std::uint64_t first_step_workspace(const Scene& resolved);
+std::uint64_t choice_workspace(const v1::Scene& scene);
+std::uint64_t tradeoff_workspace(const v1::Scene& scene);
+std::uint64_t conversion_workspace(const v1::Scene& scene);
+std::uint64_t connect_workspace(const v1::ConnectRequest& request);
+std::uint64_t diagnosis_workspace(const Session& session);
+std::uint64_t summary_workspace(const Session& session, const Summary& summary);
+
+}  // namespace stiefel::server
