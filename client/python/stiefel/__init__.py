@@ -47,10 +47,13 @@ __all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "Tls", "__versio
 _MORE = ("Body", "FieldName", "Method", "MethodName", "Scene", "SweepFailed", "SweepResult", "SystemName")
 
 
+_LATER = {"aio": "stiefel.aio", "manifold": "stiefel.manifold", "ray": "stiefel._sweep.ray"}
+
+
 def __getattr__(name: str) -> Any:
-    """Imports `stiefel.ray` when it is first used, because only it needs Ray."""
-    if name == "ray":
-        return importlib.import_module("stiefel._sweep.ray")
+    """Imports a module that most programs do not need when it is first used."""
+    if name in _LATER:
+        return importlib.import_module(_LATER[name])
     raise AttributeError(f"module 'stiefel' has no attribute {name!r}")
 
 
