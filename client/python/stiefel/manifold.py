@@ -110,8 +110,7 @@ class _Manifold:
 
     def transport(self, Q: ArrayLike, V: ArrayLike, W: ArrayLike) -> Array:
         """Returns the tangent vector W of Q, transported in parallel along the geodesic with velocity V to exp(Q, V)."""
-        frames, velocity = self._both(Q, V)
-        return self._out(self._metric.transport(frames, velocity, np.broadcast_to(self._in(W), frames.shape)))
+        return self._out(self._metric.transport(*np.broadcast_arrays(self._in(Q), self._in(V), self._in(W))))
 
     def join(self, Q: ArrayLike, P: ArrayLike, restarts: int = 0, seed: int = 0) -> Joined:
         """Returns the geodesics from Q to P and what is known of them.

@@ -149,7 +149,8 @@ class InertiaMetric:
         n, N = Q.shape[-2:]
         whole = n == N
         Omega = transposed(Q) @ V
-        second = ("M", self._scale * (Omega - transposed(Omega)) / 2) if whole else ("S", V * self.inertia)
+        # A short vector may be tangent only to the rounding of the numbers from which it comes.
+        second = ("M", self._scale * (Omega - transposed(Omega)) / 2) if whole else ("S", self.tangent(Q, V) * self.inertia)
         scene: dict[str, Any] = {
             "system": "rigid_body" if whole else "stiefel", "inertia": self.inertia.tolist(), "step": 1.0,
             "initial": {"Q": Q.reshape(-1, n, N), second[0]: second[1].reshape(-1, n, N)}}
