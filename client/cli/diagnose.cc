@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <iostream>
 
 #include "client/cli/command.h"
@@ -13,30 +15,31 @@ namespace stiefel::cli {
 namespace {
 
 struct DiagnoseCommand {
-  std::string scene;
+  SceneSource scene;
   Remote server;
-  std::int64_t to = 0;
   std::vector<std::string> invariants;
   /// A file with `forms` and `dirac_brackets`, as in stiefel.v1.DiagnoseRequest.
   std::string structure;
   bool symplectic = false;
+  bool json = false;
   std::optional<bool> estimate_error;
 };
 
 ExitStatus diagnose(const DiagnoseCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
+  const std::int64_t to = last_step(command.scene, scene);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
   v1::DiagnoseRequest request;
   if (!command.structure.empty()) read_message(command.structure, &request);
-  request.set_to(command.to);
+  request.set_to(to);
   request.mutable_invariants()->Add(command.invariants.begin(), command.invariants.end());
   if (command.symplectic) request.mutable_symplectic_test();
   request.set_estimate_error(error_estimation(command.estimate_error));
   v1::DiagnoseResponse diagnosis;
   {
-    const Progress progress(session, command.to);
+    const Progress progress(session, to);
     try {
       diagnosis = session.diagnose(request);
     } catch (const client::Error&) {
@@ -44,8 +47,12 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
       throw;
     }
   }
-  std::cout << report(diagnosis.run_status(), diagnosis, session.choice()).dump(2) << '\n';
-  show_summary(diagnosis);
+  if (command.json || !isatty(STDOUT_FILENO)) {
+    std::cout << report(diagnosis.run_status(), diagnosis, session.choice()).dump(2) << '\n';
+    show_summary(diagnosis);
+  } else {
+    print_diagnosis(diagnosis);
+  }
   return conclude(diagnosis.run_status(), diagnosis.step());
 }
 
@@ -55,7 +62,7 @@ void add_diagnose(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<DiagnoseCommand>();
   auto* app = all.add_subcommand("diagnose",
                                  "Prints invariants, drift, estimated error and domain at a step");
-  add_scene(app, command->scene, command->to);
+  add_run_of_scene(app, command->scene);
   app->add_option("--invariants", command->invariants,
                   "families or single invariants, separated by commas; by default all families, "
                   "the Manakov coefficients only up to N = 16")
@@ -68,11 +75,13 @@ void add_diagnose(CLI::App& all, Command& chosen) {
          "file of two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
          "stiefel.v1.DiagnoseRequest")
       ->type_name("FILE.json");
+  app->add_flag("--json", command->json,
+                "prints everything as JSON, also on a terminal, where a table is the default");
   add_error(app, command->estimate_error);
   add_server(app, command->server);
   app->callback([=, &chosen] {
-    chosen.origin = {.file = command->scene,
-                     .options = {{"to", "--to"},
+    chosen.origin = {.file = command->scene.shown(),
+                     .options = {{"to", command->scene.time ? "--time" : "--to"},
                                  {"invariants", "--invariants"},
                                  {"symplectic_test", "--symplectic"},
                                  {"forms", "--structure: forms"},
