@@ -89,7 +89,8 @@ void add_connect(CLI::App& all, Command& chosen) {
   app->add_option(
          "FILE", command->file,
          "{inertia, Q_0, Q_T, time}, or {inertia, pairs: [{Q_0, Q_T}, ...], time}: the JSON "
-         "form of stiefel.v1.ConnectRequest, in which a frame may also be a list of its rows; - for "
+         "form of stiefel.v1.ConnectRequest, in which a frame may also be a list of its rows; - "
+         "for "
          "stdin; or the example frames")
       ->required()
       ->type_name("FILE.json");

@@ -50,9 +50,10 @@ void add_server(CLI::App* app, Remote& server) {
 }
 
 void add_scene(CLI::App* app, SceneSource& scene) {
-  app->add_option("SCENE", scene.name,
-                  "a scene file: the JSON form of stiefel.v1.Scene, in which matrices may be lists of "
-                  "rows; - for stdin; or the name of an example, such as toutatis")
+  app->add_option(
+         "SCENE", scene.name,
+         "a scene file: the JSON form of stiefel.v1.Scene, in which matrices may be lists of "
+         "rows; - for stdin; or the name of an example, such as toutatis")
       ->required()
       ->type_name("FILE.json");
   app->add_option("--set", scene.changes,

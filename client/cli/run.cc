@@ -28,8 +28,7 @@ std::int64_t every(const RunCommand& command, std::int64_t to) {
 
 /// Returns the times of the samples of a run whose last time is between two steps.
 std::vector<double> times_up_to(const RunCommand& command, const v1::Scene& scene) {
-  const auto last =
-      static_cast<std::int64_t>(std::floor(end_in_steps(command.scene, scene)));
+  const auto last = static_cast<std::int64_t>(std::floor(end_in_steps(command.scene, scene)));
   if (command.from < 0 || command.from > last)
     throw BadInput("--from: " + std::to_string(command.from) +
                    " must be from 0 to the step before --time");
@@ -62,7 +61,8 @@ ExitStatus run(const RunCommand& command, const v1::Scene& scene, Origin& origin
   if (command.every && *command.every <= 0) {
     throw BadInput("--every: " + std::to_string(*command.every) + " must be positive");
   }
-  if (!command.times.empty()) return run_at_times(command, scene, read_times(command.times), origin);
+  if (!command.times.empty())
+    return run_at_times(command, scene, read_times(command.times), origin);
   if (const double end = end_in_steps(command.scene, scene); end != std::floor(end))
     return run_at_times(command, scene, times_up_to(command, scene), origin);
   const std::int64_t to = last_step(command.scene, scene);

@@ -11,7 +11,7 @@ struct EmbeddedFile {
   std::string_view text;
 };
 
-/// The scenes of client/examples, and frames to connect.
+/// The scenes of client/examples/scenes, and frames to connect.
 std::span<const EmbeddedFile> examples();
 
 }  // namespace stiefel::cli

@@ -57,7 +57,8 @@ nlohmann::json value_of(const std::string& text) {
 void change(nlohmann::json& scene, const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
-    throw BadInput("--set " + text + ": must be FIELD=VALUE, such as body.angular_velocity=0.1,1,0.2");
+    throw BadInput("--set " + text +
+                   ": must be FIELD=VALUE, such as body.angular_velocity=0.1,1,0.2");
   nlohmann::json* place = &scene;
   for (const auto part : std::views::split(text.substr(0, equals), '.')) {
     const std::string name(part.begin(), part.end());
@@ -80,9 +81,10 @@ std::string read_source(const std::string& given) {
     std::vector<std::string> names;
     for (const EmbeddedFile& example : examples()) names.push_back(example_name(example));
     const auto near = near_name(given, names);
-    throw BadInput(given + ": there is no such file, and no example has this name; " +
-                   (near ? "did you mean " + *near + "?"
-                         : "the examples are " + listed(names, [](const auto& one) { return one; })));
+    throw BadInput(
+        given + ": there is no such file, and no example has this name; " +
+        (near ? "did you mean " + *near + "?"
+              : "the examples are " + listed(names, [](const auto& one) { return one; })));
   }
   return read_text(given);
 }
@@ -109,8 +111,7 @@ double end_in_steps(const SceneSource& source, const v1::Scene& scene) {
     throw BadInput("--to is required, or --time: the scene has no horizon");
   if (!scene.has_step() || scene.step() == 0)
     throw BadInput(source.shown() + ": step: absent: must be given, finite and not 0");
-  const double time =
-      source.time ? *source.time : std::copysign(scene.horizon(), scene.step());
+  const double time = source.time ? *source.time : std::copysign(scene.horizon(), scene.step());
   const double steps = in_steps(time, scene.step());
   if (!(steps >= 0 && steps <= 0x1p53))
     throw BadInput("--time: " + nlohmann::json(time).dump() +
