@@ -20,6 +20,7 @@ from stiefel._given.bodies import body, tumbling
 from stiefel._given.examples import examples
 from stiefel._given.typed import Body as Body, FieldName as FieldName, Method as Method, MethodName as MethodName
 from stiefel._given.typed import Scene as Scene, SystemName as SystemName
+from stiefel._results.load import load, rerun
 from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as BuildChanged, Cancelled as Cancelled,
                             Closed as Closed, CorruptReply as CorruptReply, DeadlineExceeded as DeadlineExceeded,
@@ -29,8 +30,9 @@ from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as Buil
                             StiefelError as StiefelError, Unauthenticated as Unauthenticated,
                             Unavailable as Unavailable, Unimplemented as Unimplemented, Violation as Violation)
 from stiefel.results import (Batch as Batch, Choice as Choice, Conservation as Conservation, Conversion as Conversion,
-                             Diagnosis as Diagnosis, Domain as Domain, EstimatedError as EstimatedError,
-                             Events as Events, Geodesic as Geodesic, Invariant as Invariant, Origin as Origin,
+                             Diagnosis as Diagnosis, Domain as Domain, Errors as Errors,
+                             EstimatedError as EstimatedError, Events as Events, Export as Export,
+                             Geodesic as Geodesic, Invariant as Invariant, Motion as Motion, Origin as Origin,
                              Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
                              State as State, Summary as Summary, Tradeoff as Tradeoff, Trajectory as Trajectory)
 from stiefel.scene import SceneLike, to_dict, to_message
@@ -41,8 +43,8 @@ from stiefel.sweep import SweepFailed as SweepFailed, SweepResult as SweepResult
 from stiefel.version import __version__
 
 # What `help(stiefel)` shows. To type checkers `X as X` makes a name public too.
-__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "Tls", "__version__", "body", "examples", "simulate",
-           "solids", "sweep", "to_dict", "to_message", "tumbling"]
+__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "Tls", "__version__", "body", "examples", "load",
+           "rerun", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling"]
 _MORE = ("Body", "FieldName", "Method", "MethodName", "Scene", "SweepFailed", "SweepResult", "SystemName")
 
 
