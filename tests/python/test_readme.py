@@ -21,13 +21,16 @@ def block(language):
 def test_the_program_prints_what_is_shown(tmp_path):
     """From an empty folder."""
     program = block("python")
-    assert len(program.splitlines()) == 12
+    assert len(program.splitlines()) == 11
     result = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     assert result.stdout == block("text") and result.stderr == ""
 
 
-@pytest.mark.parametrize("program", re.findall(r"```python\n(.*?)```", README, re.DOTALL))
+START = (ROOT / "docs/start.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("program", re.findall(r"```python\n(.*?)```", README + START, re.DOTALL))
 def test_every_program_runs(program, tmp_path):
     result = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == 0 and result.stderr == "", result.stderr
@@ -44,3 +47,25 @@ def test_the_catalogue_page_is_what_the_server_says(client):
 
 def test_the_readme_is_short():
     assert len(README.splitlines()) <= 150
+
+
+def test_the_first_lines_are_those_of_somebody_who_has_the_wheel_or_the_image():
+    commands = [line for text in re.findall(r"```sh\n(.*?)```", README, re.DOTALL) for line in text.splitlines()]
+    assert commands[0].startswith("pip install") and any(line.startswith("docker run") for line in commands[:4])
+    assert not any(line.startswith(("make", "cmake")) for line in commands[:4])
+
+
+def test_the_one_line_for_the_wheel_runs(tmp_path):
+    program, = re.findall(r"^python3 -c '(.*)'$", README, re.MULTILINE)
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == "" and done.stdout.startswith("<stiefel.Trajectory REACHED"), done.stderr
+
+
+def test_the_lines_that_start_a_container_agree():
+    """Those of this page and of the page of operations; the variables are the server's."""
+    lines = {re.findall(r"^docker run .*$", page, re.MULTILINE)[0]
+             for page in (README, (ROOT / "docs/operations.md").read_text(encoding="utf-8"))}
+    line, = lines
+    flags = (ROOT / "docs/operations.md").read_text(encoding="utf-8")
+    assert "-p 127.0.0.1:50551:50551" in line
+    assert all(f"`{variable}`" in flags for variable in re.findall(r"-e (\w+)=", line))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-WHEEL = Path(__file__).parents[2] / "client" / "python" / "wheel"
+WHEEL = Path(__file__).parents[3] / "client" / "python" / "wheel"
 sys.path.insert(0, str(WHEEL))
 import bundle  # noqa: E402
 
