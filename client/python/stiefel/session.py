@@ -30,7 +30,7 @@ from stiefel._wire.streams import progress_bar
 from stiefel._wire.summarizing import Summarizing, in_given_order, states_at
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, SceneWarning, StiefelError,
                             Unavailable)
-from stiefel.results import (Batch, Choice, Diagnosis, Events, Outcome, Price, RunStatus, State, Summary, Trajectory)
+from stiefel.results import (Batch, Choice, Diagnosis, Errors, EstimatedError, Events, Outcome, Price, RunStatus, State, Summary, Trajectory)
 from stiefel.scene import to_dict, to_matrix, to_method, with_changes
 
 __all__ = ["Drive", "Session"]
@@ -225,6 +225,19 @@ class Session:
         with self._recreation.explains(request.to):
             return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request)
 
+    def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
+        """Returns the estimated errors at times, given as in `trajectory` and on the side of 0 to which the step leads. At a
+        time between two steps it is the error at the later one. An estimate takes at most about ten seconds; see
+        `Diagnosis.estimated_error`."""
+        given = np.atleast_1d(seconds_of("times", times, self.epoch))
+        steps = np.ceil(in_steps("times", given, self._known_scene().step)).astype(np.int64)
+        if given.ndim != 1 or (steps < 0).any():
+            raise refused("times", f"must be a list of times with the sign of the scene's step {self._known_scene().step!r}")
+        found: dict[int, Optional[EstimatedError]] = {}
+        for step in np.unique(steps).tolist():
+            found[step] = self.diagnose(to=step, timeout=timeout, estimate_error=True).estimated_error
+        return answers.errors(given, steps, [found[step] for step in steps.tolist()])
+
     def fork(self, at: Optional[int] = None, method: Optional[Method] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None, timeout: Optional[float] = None, time: Any = None,
              body: Optional[Body] = None, initial: Optional[Blocks] = None) -> Session:
@@ -287,7 +300,7 @@ class Session:
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
                    fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
-                   times: Any = None, time: Any = None) -> Trajectory:
+                   times: Any = None, time: Any = None, estimate_error: bool = False) -> Trajectory:
         """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
         `time`: instead of `to`, the last time in seconds; one between two steps is a sample too. Without `to`, `time` and
@@ -300,6 +313,7 @@ class Session:
         negative. A state between two steps is the state before it, advanced by the method with a shorter step; its `step` is
         the step from which it was advanced.
 
+        `estimate_error`: asks for `Trajectory.estimated_error`, by another call at the end, which takes `timeout` too.
         `timeout`: seconds for the whole call, including resumptions and pauses. When the call fails, the exception has
         the samples that had arrived in `partial`:
 
@@ -308,6 +322,14 @@ class Session:
             except stiefel.DeadlineExceeded as late:
                 run = late.partial
         """
+        run = self._trajectory(to, start, every, fields, progress, timeout, times, time)
+        if not (estimate_error and len(run)):
+            return run
+        end = self.diagnose(to=max(0, int(run.step.max())), timeout=timeout, estimate_error=True)
+        return replace(run, estimated_error=end.estimated_error)
+
+    def _trajectory(self, to: Optional[int], start: int, every: Optional[int], fields: Optional[Fields], progress: bool,
+                    timeout: Optional[float], times: Any, time: Any) -> Trajectory:
         if times is not None:
             for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, 1)):
                 if value != default and not (name == "every" and value is None):
@@ -451,8 +473,11 @@ class Session:
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._connection, to, times,
-                      self.epoch)
+        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
+
+    def _again(self, scene: pb.Scene) -> Optional[Session]:
+        """Creates a session of the same scene; None after the client was closed."""
+        return None if self._connection.closed else created(self._connection, scene, epoch=self.epoch)
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:

@@ -15,7 +15,8 @@ MethodName = Literal[
     "variational", "preprocessed_variational", "exact", "splitting", "munthe_kaas4", "crouch_grossman3",
     "implicit_midpoint", "gauss4", "rk4", "adaptive"]
 FieldName = Literal[
-    "B", "M", "Omega", "P", "Q", "Q_prev", "Qdot", "S", "angular_velocity", "epsilon", "p", "q", "qdot", "quaternion"]
+    "B", "M", "Omega", "P", "Q", "Q_prev", "Qdot", "S", "angular_velocity", "angular_velocity_space", "epsilon",
+    "momentum_space", "p", "q", "qdot", "quaternion"]
 Fields = Union[FieldName, Iterable[FieldName]]  #: one field of a state or several
 
 
