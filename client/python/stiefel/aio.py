@@ -197,6 +197,7 @@ class Session:
     resolved = _awaited(blocking_session.Session.resolved)
     step = _awaited(blocking_session.Session.step)
     diagnose = _awaited(blocking_session.Session.diagnose)
+    error_at = _awaited(blocking_session.Session.error_at)
     fork = _opened(blocking_session.Session.fork)
     delete = _awaited(blocking_session.Session.delete)
     stream = _iterated(blocking_session.Session.stream)
