@@ -20,7 +20,7 @@ from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
                             Unauthenticated, Unavailable, Unimplemented, Violation)
-from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Export,
+from stiefel.results import (Batch, Catalogue, Choice, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Export,
                              Geodesic, Invariant, Motion, Outcome, Point, Price, RunStatus, State, Summary, Tradeoff, Trajectory)
 from stiefel._results.load import load, rerun
 from stiefel.scene import SceneLike, to_dict, to_message
@@ -31,7 +31,7 @@ from stiefel.sweep import SweepFailed, SweepResult, sweep
 from stiefel.version import __version__
 
 __all__ = [
-    "AlreadyExists", "Batch", "Body", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation",
+    "AlreadyExists", "Batch", "Body", "BuildChanged", "Cancelled", "Catalogue", "Choice", "Client", "Closed", "Conservation",
     "Conversion", "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "Errors", "EstimatedError", "Events", "Export",
     "FailedPrecondition", "FieldName", "Geodesic", "Internal", "InvalidArgument", "Invariant", "Method", "MethodName",
     "Motion", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted", "RunStatus", "Scene", "SceneLike",
