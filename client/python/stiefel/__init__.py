@@ -28,11 +28,12 @@ from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as Buil
                             ResourceExhausted as ResourceExhausted, SceneWarning as SceneWarning,
                             StiefelError as StiefelError, Unauthenticated as Unauthenticated,
                             Unavailable as Unavailable, Unimplemented as Unimplemented, Violation as Violation)
-from stiefel.results import (Batch as Batch, Choice as Choice, Conservation as Conservation, Conversion as Conversion,
-                             Diagnosis as Diagnosis, Domain as Domain, Errors as Errors, EstimatedError as EstimatedError,
-                             Events as Events, Export as Export, Geodesic as Geodesic, Invariant as Invariant, Motion as Motion,
-                             Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
-                             State as State, Summary as Summary, Tradeoff as Tradeoff, Trajectory as Trajectory)
+from stiefel.results import (Batch as Batch, Catalogue as Catalogue, Choice as Choice, Conservation as Conservation,
+                             Conversion as Conversion, Diagnosis as Diagnosis, Domain as Domain, Errors as Errors,
+                             EstimatedError as EstimatedError, Events as Events, Export as Export, Geodesic as Geodesic,
+                             Invariant as Invariant, Motion as Motion, Outcome as Outcome, Point as Point,
+                             Price as Price, RunStatus as RunStatus, State as State, Summary as Summary,
+                             Tradeoff as Tradeoff, Trajectory as Trajectory)
 from stiefel._results.load import load, rerun
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
@@ -42,8 +43,8 @@ from stiefel.sweep import SweepFailed as SweepFailed, SweepResult as SweepResult
 from stiefel.version import __version__
 
 # What `help(stiefel)` shows. To type checkers `X as X` makes a name public too.
-__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "Tls", "__version__", "body", "examples", "load", "rerun", "simulate",
-           "solids", "sweep", "to_dict", "to_message", "tumbling"]
+__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "Tls", "__version__", "body", "examples", "load",
+           "rerun", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling"]
 _MORE = ("Body", "FieldName", "Method", "MethodName", "Scene", "SweepFailed", "SweepResult", "SystemName")
 
 
