@@ -115,6 +115,10 @@ ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
+  std::vector<double> in_order_of_time;
+  for (const std::size_t k : behind | std::views::reverse) in_order_of_time.push_back(times[k]);
+  for (const std::size_t k : ahead) in_order_of_time.push_back(times[k]);
+  sink->describe({session, {{"times", in_order_of_time}}});
   v1::DiagnoseResponse diagnosis;  // of the side that runs last
   const auto run = [&](const client::Session& on, double h, const std::vector<std::size_t>& order,
                        const std::function<void(v1::StreamResponse)>& take) {
@@ -135,7 +139,7 @@ ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
     } catch (const client::Error&) {
       if (!interrupted()) throw;
       const bool to_stdout = command.output.empty();
-      if (to_stdout) sink->finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}});
+      if (to_stdout) sink->finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}}, {});
       throw Interrupted(progress.how_far() + (to_stdout ? "; the samples up to there are on stdout"
                                                         : "; nothing was written"));
     }
@@ -157,7 +161,8 @@ ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
     if (behind.empty() || status.outcome() == v1::OUTCOME_REACHED) status = end;
   }
   const auto result = report(status, diagnosis, session.choice());
-  sink->finish(result);
+  sink->finish(result, ending(status, diagnosis));
+  if (command.quiet) return conclude(status, diagnosis.step());
   if (!command.output.empty() && !command.output.ends_with(".json"))
     std::cout << result.dump(2) << '\n';
   show_summary(diagnosis);
