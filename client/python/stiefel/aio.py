@@ -7,8 +7,9 @@
 
 What the blocking client returns is awaited here, what it iterates over is iterated with `async for`, and its context
 managers are entered with `async with`, also `client.create(...)`, `client.get(...)` and `session.fork(...)` themselves. Calls
-are repeated, streams resumed and lost sessions created again as there. Cancelling a task cancels its call. The package
-greenlet must be installed: pip install 'stiefel[aio]'.
+are repeated, streams resumed and lost sessions created again as there. Cancelling a task cancels its call. A method of a result
+that makes a call is awaited with `run`: `await stiefel.aio.run(trajectory.error_at)`. The package greenlet must be installed:
+pip install 'stiefel[aio]'.
 """
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ if sys.version_info >= (3, 10):
 
     P = ParamSpec("P")
 
-__all__ = ["Client", "Drive", "Opening", "Session", "Tls"]
+__all__ = ["Client", "Drive", "Opening", "Session", "Tls", "run"]
 
 T = TypeVar("T")
 _END: Any = object()

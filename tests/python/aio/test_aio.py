@@ -244,8 +244,20 @@ def test_a_call_has_the_context_of_its_task(server):
 
     async def main():
         held.set("of the task")
-        return await stiefel._wire.waiting.run(Text("").lower)
+        return await stiefel.aio.run(Text("").lower)
     assert asyncio.run(main()) == "of the task"
+
+
+def test_what_a_result_asks_for_is_awaited(server):
+    """An estimated error is that of a new session, which the trajectory creates."""
+    async def main():
+        async with stiefel.aio.Client(server.address) as client, client.create(SCENE) as session:
+            run = await session.trajectory(to=100, every=50)
+            with pytest.raises(stiefel.FailedPrecondition, match="await stiefel.aio.run"):
+                run.error_at()
+            return run.scene, await stiefel.aio.run(run.error_at), await session.error_at(run.time)
+    scene, errors, same = asyncio.run(main())
+    assert scene["step"] == 0.01 and np.array_equal(errors.attitude, same.attitude, equal_nan=True) and len(errors.attitude) == 3
 
 
 def test_what_a_block_raises_is_raised(server):

@@ -10,7 +10,7 @@ from typing import Any, Awaitable, Callable, Iterator, Optional, TypeVar
 import grpc
 import grpc.aio
 
-from stiefel.errors import CorruptReply
+from stiefel.errors import CorruptReply, FailedPrecondition
 
 try:
     from greenlet import getcurrent, greenlet
@@ -30,8 +30,9 @@ class _Blocking(greenlet):  # type: ignore[misc]
 
 
 async def run(function: Callable[..., T], *arguments: Any, **more: Any) -> T:
-    """Returns what the function returns. An exception of what it waits for, such as the cancellation of the task, is raised
-    where it waits."""
+    """Returns what a function returns that makes calls with objects of `stiefel.aio`, and waits for their replies without
+    blocking the event loop: `await stiefel.aio.run(trajectory.error_at, times)`. An exception of what it waits for, such as
+    the cancellation of the task, is raised where it waits."""
     blocking = _Blocking(function)
     handed = blocking.switch(*arguments, **more)
     while not blocking.dead:
@@ -132,6 +133,8 @@ class _Method:
         self._made: tuple[Any, Any] = (None, None)
 
     def begin(self, *request: Any, timeout: Optional[float] = None, metadata: Any = ()) -> _Call:
+        if not isinstance(getcurrent(), _Blocking):
+            raise FailedPrecondition("what makes a call of stiefel.aio must be awaited: `await stiefel.aio.run(function, ...)`")
         opened = self._channel.opened
         if self._made[0] is not opened:
             self._made = opened, self._make(opened)
