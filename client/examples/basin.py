@@ -30,7 +30,7 @@ import stiefel
 MOMENTS = (1.0, 2.0, 3.0)
 LARGEST = 2.0  # rad/s, at the edge of the picture
 STEP, STEPS = 0.05, 2000  # 100 s
-SCENE = {"system": "rigid_body", "step": STEP, "method": {"name": "preprocessed_variational"},
+SCENE: stiefel.Scene = {"system": "rigid_body", "step": STEP, "method": {"name": "preprocessed_variational"},
          "body": {"moments": MOMENTS, "angular_velocity": [0.0, 1.0, 0.0]}}
 
 

@@ -30,7 +30,7 @@ DAYS = 39
 SAMPLE = 600  # seconds between the samples that are streamed
 HOUR = 3600  # seconds
 #: The methods that are compared, by their names in tables and pictures; None is the one that the server recommends.
-METHODS = {"recommended": None, "variational": "variational", "rk4": "rk4"}
+METHODS: dict[str, Optional[stiefel.MethodName]] = {"recommended": None, "variational": "variational", "rk4": "rk4"}
 
 
 class Comparison(NamedTuple):
@@ -73,14 +73,13 @@ def quaternion(euler: list[float]) -> list[float]:
             np.sin(second) * np.sin(first - third), np.cos(second) * np.sin(first + third)]
 
 
-def scene(data: dict[str, Any], method: Optional[str] = None, step: float = 1.0) -> dict[str, Any]:
+def scene(data: dict[str, Any], method: Optional[stiefel.MethodName] = None, step: float = 1.0) -> stiefel.Scene:
     """Returns the scene of the published state, in seconds and radians. The moments are relative to the smallest.
 
     A scene without a method gets the one that the server recommends.
     """
-    return {
+    made: stiefel.Scene = {
         "system": "rigid_body",
-        **({"method": {"name": method}} if method else {}),
         "body": {
             "moments": data["moments"],
             "attitude": quaternion(data["euler"]),
@@ -88,6 +87,9 @@ def scene(data: dict[str, Any], method: Optional[str] = None, step: float = 1.0)
         },
         "step": step,
     }
+    if method:
+        made["method"] = {"name": method}
+    return made
 
 
 def compare(session: stiefel.Session, data: dict[str, Any]) -> Iterator[Comparison]:
@@ -107,7 +109,7 @@ def drifts(run: stiefel.Trajectory, data: dict[str, Any]) -> tuple[NDArray[Any],
     return abs(energy / energy[0] - 1), abs(spatial - spatial[0]) / np.linalg.norm(spatial[0])
 
 
-def hourly(client: stiefel.Client, data: dict[str, Any], method: Optional[str]) -> Accuracy:
+def hourly(client: stiefel.Client, data: dict[str, Any], method: Optional[stiefel.MethodName]) -> Accuracy:
     """Runs a method in steps of one hour, at which methods differ, and looks at its energy and attitude once a day."""
     with client.create(scene(data, method, HOUR)) as session:
         chosen = session.scene["method"]

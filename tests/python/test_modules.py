@@ -10,7 +10,7 @@ import pytest
 import stiefel
 
 FOLDER = Path(stiefel.__file__).parent
-PUBLIC = {"client", "errors", "results", "scene", "server", "session", "simulation", "sweep"}
+PUBLIC = {"client", "errors", "results", "scene", "server", "session", "simulation", "solids", "sweep"}
 
 
 def sources(folder):
@@ -80,6 +80,6 @@ def test_what_completion_shows_of_an_object(client):
     assert list(shown.values()) == [
         "address any_build channel close closed connect convert create delete describe geodesic get list stub timeout tradeoff "
         "tradeoff_parts",
-        "choice created delete diagnose drive epoch events fork id message resolved scene step step_price stream stream_events summarize "
+        "choice created delete diagnose drive epoch error_at events fork id message resolved scene step step_price stream stream_events summarize "
         "trajectory",
         "close step"]

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import catalogue_page
+import scene_types
 import stiefel
 
 ROOT = Path(__file__).parents[2]
@@ -31,6 +32,11 @@ def test_the_program_prints_what_is_shown(tmp_path):
 def test_every_program_runs(program, tmp_path):
     result = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == 0 and result.stderr == "", result.stderr
+
+
+def test_the_types_of_scenes_are_those_of_the_protocol_and_the_catalogue(client):
+    held = ROOT / "client/python/stiefel/_given/typed.py"
+    assert scene_types.text(client.describe()) == held.read_text(encoding="utf-8"), "see tests/python/scene_types.py"
 
 
 def test_the_catalogue_page_is_what_the_server_says(client):

@@ -12,13 +12,17 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from stiefel import solids
+from stiefel._given.bodies import body, tumbling
 from stiefel._given.examples import examples
+from stiefel._given.typed import Body, FieldName, Method, MethodName, Scene, SystemName
 from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists, BuildChanged, Cancelled, Closed, CorruptReply, DeadlineExceeded, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, NotStarted, ResourceExhausted, SceneWarning, StiefelError,
                             Unauthenticated, Unavailable, Unimplemented, Violation)
-from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis, Domain, EstimatedError, Events, Geodesic,
-                             Invariant, Outcome, Point, Price, RunStatus, State, Summary, Tradeoff, Trajectory)
+from stiefel.results import (Batch, Choice, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Export,
+                             Geodesic, Invariant, Motion, Outcome, Point, Price, RunStatus, State, Summary, Tradeoff, Trajectory)
+from stiefel._results.load import load, rerun
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session
@@ -27,13 +31,13 @@ from stiefel.sweep import SweepFailed, SweepResult, sweep
 from stiefel.version import __version__
 
 __all__ = [
-    "AlreadyExists", "Batch", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation", "Conversion",
-    "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "EstimatedError", "Events", "FailedPrecondition",
-    "Geodesic", "Internal",
-    "Invariant", "InvalidArgument", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted",
-    "RunStatus", "SceneLike", "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed",
-    "SweepResult", "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation",
-    "__version__", "examples", "simulate", "sweep", "to_dict", "to_message",
+    "AlreadyExists", "Batch", "Body", "BuildChanged", "Cancelled", "Choice", "Client", "Closed", "Conservation",
+    "Conversion", "CorruptReply", "DeadlineExceeded", "Diagnosis", "Domain", "Drive", "Errors", "EstimatedError", "Events", "Export",
+    "FailedPrecondition", "FieldName", "Geodesic", "Internal", "InvalidArgument", "Invariant", "Method", "MethodName",
+    "Motion", "NotFound", "NotStarted", "Outcome", "Point", "Price", "ResourceExhausted", "RunStatus", "Scene", "SceneLike",
+    "SceneWarning", "Server", "Session", "State", "StiefelError", "Summary", "SweepFailed", "SweepResult", "SystemName",
+    "Tls", "Tradeoff", "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Violation", "__version__", "body",
+    "examples", "load", "rerun", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling",
 ]
 
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import enum
 import os
+from functools import cached_property
 from dataclasses import dataclass, field, replace
 from typing import Any, Iterator, Mapping, Optional, Sequence, TypeVar, overload
 
@@ -10,15 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._results import save
+from stiefel._exports import ccsds, mcap, spice
+from stiefel._exports.nodes import Export
+from stiefel._results import attitude, save, tables
 from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
+from stiefel._results.estimate import Errors, EstimatedError
 from stiefel._results.kinds import kind_of
+from stiefel._results.motion import Motion, motion_of
 from stiefel._results.origin import Origin
 from stiefel._results.tradeoff import Point, Tradeoff
 from stiefel.scene import to_dict
 
-__all__ = ["Batch", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "EstimatedError", "Events", "Geodesic",
-           "Invariant", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
+__all__ = ["Batch", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
+           "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
 
 
 B = TypeVar("B", bound="Batch")
@@ -40,6 +45,10 @@ class State(Ended, Fields):
     computed_steps: int = field(default=0, compare=False)  #: steps computed for this reply; earlier states came from a cache
     checkpoint: bytes = field(default=b"", compare=False)  #: on request, a checkpoint that `Client.create` accepts
     price: Optional[Price] = field(default=None, compare=False)  #: the predicted price of the computed steps
+
+    def as_rotation(self) -> Any:
+        """Returns the attitude as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
+        return attitude.rotation(self.fields)
 
     def __repr__(self) -> str:
         return f"<stiefel.State {self.outcome} at step {self.step}, time {self.time!r}: {self._shapes()}>"
@@ -119,6 +128,8 @@ class Trajectory(Ended, Batch):
     #: Steps computed for the trajectory, including those of streams that broke; other states came from a cache.
     computed_steps: int = field(default=0, compare=False)
     origin: Optional[Origin] = field(default=None, compare=False)  #: scene and build; None if they are not known
+    #: That of the last state; None unless `Session.trajectory` was asked for it.
+    estimated_error: Optional[EstimatedError] = field(default=None, compare=False)
 
     @property
     def scene(self) -> dict[str, Any]:
@@ -152,10 +163,63 @@ class Trajectory(Ended, Batch):
         return self.run_status if sample == len(self) - 1 else RunStatus(Outcome.REACHED)
 
     def _part(self, samples: slice) -> "Trajectory":
-        """A part without the last sample is the trajectory of a shorter run, which ended well."""
+        """A part that does not end at the last sample is the trajectory of a shorter run, which ended well."""
         indices = range(len(self))[samples]
-        with_last = len(self) - 1 in indices
-        return replace(super()._part(samples), run_status=self.run_status if with_last else RunStatus(Outcome.REACHED))
+        ends_alike = len(indices) > 0 and indices[-1] == len(self) - 1
+        return replace(super()._part(samples), run_status=self.run_status if ends_alike else RunStatus(Outcome.REACHED),
+                       estimated_error=self.estimated_error if ends_alike else None)
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Kind, periods, momentum and energy of a rigid body in three dimensions, by the closed form of the exact motion.
+        Raises ValueError for another system and for an ensemble."""
+        return motion_of(self.scene)
+
+    def as_rotation(self) -> Any:
+        """Returns the attitudes as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
+        return attitude.rotation(self.fields)
+
+    def euler_angles(self, sequence: str, degrees: bool = False) -> Array:
+        """Returns Euler angles (samples, 3) of the attitude, body to space. `sequence`: upper case, such as "ZXZ", for axes
+        that turn with the body, Q = Rz(a) Rx(b) Rz(c); lower case for fixed axes. Needs `quaternion` or Q."""
+        return attitude.euler_angles(self.fields, sequence, degrees)
+
+    def to_aem(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
+        """Writes an Attitude Ephemeris Message of CCSDS. Options: `epoch`, the instant of time 0 if the scene has
+        none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded and what interpolation loses."""
+        return ccsds.to_aem(self, file, **options)
+
+    def to_apm(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
+        """Writes an Attitude Parameter Message of CCSDS with the state of one sample: attitude, angular velocity
+        and inertia. Options: `at`, the index of the sample, by default the last, and those of `to_aem`."""
+        return ccsds.to_apm(self, file, **options)
+
+    def to_ck(self, file: "str | os.PathLike[str]", instrument: int, **options: Any) -> Export:
+        """Writes a C-kernel of SPICE and the kernel of its clock, with spiceypy. `instrument`: the code of the body's frame,
+        such as -999000. Options: `epoch`, `frame`, `segment`."""
+        return spice.to_ck(self, file, instrument=instrument, **options)
+
+    def to_mcap(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
+        """Writes an MCAP file with attitude and angular velocity for Foxglove, with the package mcap. Options: `epoch`,
+        `frame`, `body_frame`."""
+        return mcap.to_mcap(self, file, **options)
+
+    def to_xarray(self) -> Any:
+        """Returns an `xarray.Dataset` with the coordinates `time` and `step` and a variable for each field, which has its
+        unit; the dataset's attribute `stiefel` says what a file of `save` says."""
+        return tables.to_xarray(self)
+
+    def to_dataframe(self) -> Any:
+        """Returns a `pandas.DataFrame` with the index `time`, the column `step`, and a column for each number: q_w, omega_x,
+        Q[0,0], ...; `attrs` has units and what a file of `save` says."""
+        return tables.to_dataframe(self)
+
+    def error_at(self, times: Any = None, timeout: Optional[float] = None) -> Errors:
+        """Returns the estimated errors at times, as `Session.error_at` does; by default at the samples. It makes a session of
+        the scene at the server of the run, or at that of `stiefel.simulate` if the client of the run is closed."""
+        with self._known_origin().session(self.scene) as session:
+            found: Errors = session.error_at(self.time if times is None else times, timeout)
+        return found
 
     @property
     def panels(self) -> tuple[str, ...]:
@@ -220,11 +284,12 @@ class Trajectory(Ended, Batch):
         page.report(self, path, name, member, estimate_error, tradeoff)
 
     def save(self, file: "str | os.PathLike[str]") -> None:
-        """Writes the samples in a format of `stiefel run --output`, which the extension of the name chooses.
+        """Writes the samples in the format that the extension of the name chooses; `stiefel.load` reads them.
 
-        .npz: `step`, `time` and the fields by name, for `numpy.load`. .csv: one line per sample. .json: the samples
-        and the outcome. Raises ValueError for another extension. The file appears under its name only when it is
-        complete.
+        .npz: `step`, `time` and the fields by name, for `numpy.load`. .csv: one line per sample. .json: the samples by step.
+        .h5, .zarr, .parquet: the same with h5py, zarr and pyarrow. Every file has the resolved scene, the build, the outcome
+        and the estimated error, and `stiefel rerun FILE` computes its samples again. Raises ValueError for another
+        extension. The file appears under its name only when it is complete.
         """
         save.save(self, file)
 
@@ -284,32 +349,6 @@ class Geodesic(Ended, ByValue):
         frames = "" if self.trajectory is None else f", trajectory {self.trajectory.shape}"
         return (f"<stiefel.Geodesic {self.outcome}: energy {self.energy!r}, residual {self.residual:.1e}, shortest: "
                 f"{self.shortest}, {self.distinct} seen{frames}>")
-
-
-@dataclass(frozen=True)
-class EstimatedError:
-    """The estimated distance of a state from the exact motion. A drift says nothing about this error."""
-
-    #: max |Q - Q_exact|. None without a frame and where it is too small to tell, below 2 * `reference_error`.
-    attitude: Optional[float]
-    #: max |M - M_exact| / max |M_exact|. None where it is too small to tell, below 2 * `reference_error`.
-    momentum: Optional[float]
-    angle: Optional[float]  #: in three dimensions the angle between the attitudes, in radians
-    reference_error: float  #: the reference's own error, which attitude and momentum include
-    reference: str  #: what the state was compared with
-    work: float  #: instructions that the estimate took
-    run_work: float  #: instructions that the run from step 0 takes
-    missing: str  #: why both attitude and momentum are None, else ""
-    member: Optional[int]  #: in an ensemble: the member with the largest error, whose numbers these are
-
-    def __str__(self) -> str:
-        """Returns one line: "attitude 4.3e-14, momentum 4.1e-14 from Jacobi's closed form in extended precision"."""
-        of = "" if self.member is None else f", of member {self.member}"
-        if self.missing:
-            return f"none: {self.missing}{of}"
-        known = [f"{name} {value:.1e}" for name, value in (("attitude", self.attitude), ("momentum", self.momentum))
-                 if value is not None]
-        return f"{', '.join(known) or f'below {2 * self.reference_error:.1e}'} from {self.reference}{of}"
 
 
 class Conservation(str, enum.Enum):

@@ -16,18 +16,21 @@ from stiefel._given.examples import examples, near
 from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import parse
 from stiefel._given.numbers import number, refused
+from stiefel._given.typed import Scene
 from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, unit_of
+from stiefel._given.velocities import with_momenta
 from stiefel._wire.arrays import matrix, put_block
 
-SceneLike = Union[Mapping[str, Any], str, "os.PathLike[str]", pb.Scene]
+SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 
 
 def to_message(scene: SceneLike) -> pb.Scene:
-    """Returns the message of a scene.
+    """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
     angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix. In an ensemble,
-    blocks may be (members, n, N), and lists of which each member has its own (members, numbers). Raises InvalidArgument
+    blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`, Omega may
+    stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. Raises InvalidArgument
     that names the first wrong number, unit or shape, or the paths of all unknown keys and values of a wrong type.
 
     A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
@@ -40,9 +43,7 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     "1992-11-09T17:49:47 UTC"; None if it has none."""
     if isinstance(scene, pb.Scene):
         return scene, None
-    if not isinstance(scene, Mapping):
-        scene = _read(scene)
-    description = _by_name(scene, pb.Scene)
+    description = _by_name(scene if isinstance(scene, Mapping) else _read(scene), pb.Scene)
     epoch = description.pop("epoch", None)
     return _message(description), None if epoch is None else epoch_text(epoch)
 
@@ -50,9 +51,11 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
 def _message(description: dict[str, Any]) -> pb.Scene:
     ensemble, arrays = Ensemble.of(description.get("members")), {}
     if isinstance(description.get("initial"), Mapping):
-        blocks = {name: block if isinstance(block, Mapping) else block_of(f"scene.initial.{name}", block, ensemble)
-                  for name, block in description["initial"].items()}
+        blocks: Mapping[str, Any] = {
+            name: block if isinstance(block, Mapping) else block_of(f"scene.initial.{name}", block, ensemble)
+            for name, block in description["initial"].items()}
         ensemble = ensemble.with_blocks(blocks.values())
+        blocks = with_momenta(description.get("system"), blocks, description.get("inertia"))
         arrays = {name: block for name, block in blocks.items() if not isinstance(block, Mapping)}
         description["initial"] = {name: block for name, block in blocks.items() if name not in arrays}
     for name, kind in (("body", pb.Body), ("method", pb.Method)):
@@ -126,7 +129,7 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     if isinstance(file, str) and file in examples:
         if "system" not in (example := examples[file]):
             raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesic: {', '.join(example)}")
-        return example
+        return dict(example)
     try:
         scene = json.loads(Path(file).read_text(encoding="utf-8-sig"))  # with or without a byte order mark
     except FileNotFoundError as error:

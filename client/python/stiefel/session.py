@@ -5,16 +5,17 @@ import threading
 import uuid
 from dataclasses import replace
 import warnings
-from typing import Any, Iterator, Mapping, Optional, Sequence, Union
+from typing import Any, Iterator, Mapping, Optional, Sequence, Union, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.mappings import Names, names
 from stiefel._given.instants import instant, seconds_of
+from stiefel._given.mappings import Names, names
 from stiefel._given.numbers import SECONDS, optional, refused, step_index
 from stiefel._given.summaries import EventDescription, Quantities, to_events, to_quantities
+from stiefel._given.typed import Blocks, Body, Fields, Method, Scene
 from stiefel._given.when import every_of, in_steps, step_of, time_of
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
@@ -29,7 +30,7 @@ from stiefel._wire.streams import progress_bar
 from stiefel._wire.summarizing import Summarizing, in_given_order, states_at
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, SceneWarning, StiefelError,
                             Unavailable)
-from stiefel.results import (Batch, Choice, Diagnosis, Events, Outcome, Price, RunStatus, State, Summary, Trajectory)
+from stiefel.results import (Batch, Choice, Diagnosis, Errors, EstimatedError, Events, Outcome, Price, RunStatus, State, Summary, Trajectory)
 from stiefel.scene import to_dict, to_matrix, to_method, with_changes
 
 __all__ = ["Drive", "Session"]
@@ -71,14 +72,14 @@ class Session:
         return self.message.session_id
 
     @property
-    def scene(self) -> dict[str, Any]:
+    def scene(self) -> Scene:
         """The resolved scene, every default filled in.
 
         This makes a call only the first time, for sessions from `Client.list` and for arrays that are too large for a
         reply and that the client did not send itself.
         """
         scene = to_dict(with_blocks_as_matrices(self.resolved()))
-        return scene if self.epoch is None else {**scene, "epoch": self.epoch}
+        return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
 
     @property
     def choice(self) -> Optional[Choice]:
@@ -131,7 +132,7 @@ class Session:
         assert scene is not None
         return scene
 
-    def step(self, to: Optional[int] = None, fields: Optional[Names] = None, checkpoint: bool = False,
+    def step(self, to: Optional[int] = None, fields: Optional[Fields] = None, checkpoint: bool = False,
              timeout: Optional[float] = None, time: Any = None) -> State:
         """Returns the state at step `to` or at `time`, or the last good one if the run ends before; see `State.outcome`.
 
@@ -197,7 +198,7 @@ class Session:
         return State(int(run.step[0]), float(run.time[0]), {name: values[0] for name, values in run.fields.items()},
                      run.run_status, run.computed_steps, b"")
 
-    def drive(self, fields: Optional[Names] = None) -> Drive:
+    def drive(self, fields: Optional[Fields] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
         return Drive(self._recreation, self.id, fields, self._state, self._step_in_parts)
 
@@ -224,9 +225,22 @@ class Session:
         with self._recreation.explains(request.to):
             return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request)
 
-    def fork(self, at: Optional[int] = None, method: Optional[Mapping[str, Any]] = None, step: Optional[float] = None,
+    def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
+        """Returns the estimated errors at times, given as in `trajectory` and on the side of 0 to which the step leads. At a
+        time between two steps it is the error at the later one. An estimate takes at most about ten seconds; see
+        `Diagnosis.estimated_error`."""
+        given = np.atleast_1d(seconds_of("times", times, self.epoch))
+        steps = np.ceil(in_steps("times", given, self._known_scene().step)).astype(np.int64)
+        if given.ndim != 1 or (steps < 0).any():
+            raise refused("times", f"must be a list of times with the sign of the scene's step {self._known_scene().step!r}")
+        found: dict[int, Optional[EstimatedError]] = {}
+        for step in np.unique(steps).tolist():
+            found[step] = self.diagnose(to=step, timeout=timeout, estimate_error=True).estimated_error
+        return answers.errors(given, steps, [found[step] for step in steps.tolist()])
+
+    def fork(self, at: Optional[int] = None, method: Optional[Method] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None, timeout: Optional[float] = None, time: Any = None,
-             body: Optional[Mapping[str, Any]] = None, initial: Optional[Mapping[str, Any]] = None) -> Session:
+             body: Optional[Body] = None, initial: Optional[Blocks] = None) -> Session:
         """Creates a session that starts from this one's state at step `at`, or at a `time` that is a step's, with the given
         method, step, system, fields of `body` or blocks of `initial`.
 
@@ -274,7 +288,7 @@ class Session:
         self._recreation.end()
         self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id))
 
-    def stream(self, to: Optional[int] = None, start: int = 0, every: int = 1, fields: Optional[Names] = None,
+    def stream(self, to: Optional[int] = None, start: int = 0, every: int = 1, fields: Optional[Fields] = None,
                timeout: Optional[float] = None, time: Any = None) -> Iterator[Batch]:
         """Yields the samples at start, start + every, ... and at `to`, batch by batch.
 
@@ -285,8 +299,8 @@ class Session:
         yield from self._samples(*self._range(to, start, every, time), names("fields", fields), timeout)
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
-                   fields: Optional[Names] = None, progress: bool = False, timeout: Optional[float] = None,
-                   times: Any = None, time: Any = None) -> Trajectory:
+                   fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
+                   times: Any = None, time: Any = None, estimate_error: bool = False) -> Trajectory:
         """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
         `time`: instead of `to`, the last time in seconds; one between two steps is a sample too. Without `to`, `time` and
@@ -299,6 +313,7 @@ class Session:
         negative. A state between two steps is the state before it, advanced by the method with a shorter step; its `step` is
         the step from which it was advanced.
 
+        `estimate_error`: asks for `Trajectory.estimated_error`, by another call at the end, which takes `timeout` too.
         `timeout`: seconds for the whole call, including resumptions and pauses. When the call fails, the exception has
         the samples that had arrived in `partial`:
 
@@ -307,6 +322,14 @@ class Session:
             except stiefel.DeadlineExceeded as late:
                 run = late.partial
         """
+        run = self._trajectory(to, start, every, fields, progress, timeout, times, time)
+        if not (estimate_error and len(run)):
+            return run
+        end = self.diagnose(to=max(0, int(run.step.max())), timeout=timeout, estimate_error=True)
+        return replace(run, estimated_error=end.estimated_error)
+
+    def _trajectory(self, to: Optional[int], start: int, every: Optional[int], fields: Optional[Fields], progress: bool,
+                    timeout: Optional[float], times: Any, time: Any) -> Trajectory:
         if times is not None:
             for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, 1)):
                 if value != default and not (name == "every" and value is None):
@@ -359,7 +382,7 @@ class Session:
         return running.summary()
 
     def events(self, to: Optional[int] = None, events: Union[EventDescription, Sequence[EventDescription]] = (),
-               start: int = 0, fields: Optional[Names] = None, timeout: Optional[float] = None, time: Any = None) -> Events:
+               start: int = 0, fields: Optional[Fields] = None, timeout: Optional[float] = None, time: Any = None) -> Events:
         """Returns the zeros of g = sum(coefficients * field) - level after step `start`, up to step `to`.
 
             flips = session.events(10**5, {"field": "angular_velocity", "coefficients": [0, 1, 0],
@@ -380,7 +403,7 @@ class Session:
         return answers.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
 
     def stream_events(self, to: Optional[int] = None, events: Union[EventDescription, Sequence[EventDescription]] = (),
-                      start: int = 0, fields: Optional[Names] = None, timeout: Optional[float] = None,
+                      start: int = 0, fields: Optional[Fields] = None, timeout: Optional[float] = None,
                       time: Any = None) -> Iterator[Events]:
         """Yields what `events` returns in batches, as they are found. Leaving the iteration ends the search."""
         for part in self._summarizing(self._events_request(to, events, start, fields, time), timeout):
@@ -388,7 +411,7 @@ class Session:
                 yield part
 
     def _events_request(self, to: Optional[int], events: Union[EventDescription, Sequence[EventDescription]], start: int,
-                        fields: Optional[Names], time: Any) -> pb.SummarizeRequest:
+                        fields: Optional[Fields], time: Any) -> pb.SummarizeRequest:
         asked = to_events(events)
         if not asked:
             raise refused("events", "must be given, a mapping or several")
@@ -450,8 +473,11 @@ class Session:
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._connection, to, times,
-                      self.epoch)
+        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
+
+    def _again(self, scene: pb.Scene) -> Optional[Session]:
+        """Creates a session of the same scene; None after the client was closed."""
+        return None if self._connection.closed else created(self._connection, scene, epoch=self.epoch)
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:

@@ -1,12 +1,15 @@
 """A motion in one call, on a server that the process starts when it first needs one."""
 from __future__ import annotations
 
-from typing import Any, Optional
+from typing import Any, Mapping, Optional
 
-from stiefel._given.mappings import Names
+from stiefel._given.typed import Fields
+from stiefel._results.origin import Origin
 from stiefel._sweep.own_server import OwnServer, Share
+from stiefel.client import Client
 from stiefel.results import Trajectory
 from stiefel.scene import SceneLike
+from stiefel.session import Session
 
 __all__ = ["simulate"]
 
@@ -14,9 +17,14 @@ _own = OwnServer()
 _WHOLE_MACHINE = Share(0)
 
 
+def own_client() -> Client:
+    """Returns the client of this process's server, which the first call starts."""
+    return _own.hold(_WHOLE_MACHINE).client
+
+
 def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, times: Any = None,
-             every: Optional[int] = None, fields: Optional[Names] = None, normalize: bool = False, progress: bool = False,
-             timeout: Optional[float] = None) -> Trajectory:
+             every: Optional[int] = None, fields: Optional[Fields] = None, normalize: bool = False, progress: bool = False,
+             timeout: Optional[float] = None, estimate_error: bool = False) -> Trajectory:
     """Returns the motion of a scene: `stiefel.simulate("toutatis", time=86400)`.
 
     `scene`: a dict, the name of one of `stiefel.examples`, or the path of a scene file. Give its end as `to`, the last
@@ -27,7 +35,13 @@ def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, ti
     The first call starts a server with all processors of the machine, which ends with the process. A forked child starts
     its own. Thread-safe. Raises FileNotFoundError if there is no server program, and NotStarted if it does not start.
     """
-    client = _own.hold(_WHOLE_MACHINE).client
-    with client.create(scene, normalize=normalize) as session:
+    with own_client().create(scene, normalize=normalize) as session:
         return session.trajectory(to=to, time=time, times=times, every=every, fields=fields,
-                                  progress=progress, timeout=timeout)
+                                  progress=progress, timeout=timeout, estimate_error=estimate_error)
+
+
+def _elsewhere(scene: Mapping[str, Any]) -> Session:
+    return own_client().create(scene)
+
+
+Origin.elsewhere = staticmethod(_elsewhere)

@@ -18,11 +18,10 @@ class Examples(Mapping[str, Any]):
     the arguments of `Client.geodesic`.
     """
 
-    def __getitem__(self, name: str) -> dict[str, Any]:
+    def __getitem__(self, name: str) -> Any:
         if name not in self:
             raise KeyError(f"no example {name!r}{near(name)}")
-        scene: dict[str, Any] = json.loads((_FOLDER / f"{name}.json").read_text(encoding="utf-8"))
-        return scene
+        return json.loads((_FOLDER / f"{name}.json").read_text(encoding="utf-8"))
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and name.isidentifier() and (_FOLDER / f"{name}.json").is_file()

@@ -60,14 +60,15 @@ class Instant(NamedTuple):
 
     def after(self, seconds: float) -> Instant:
         """Returns the instant so many seconds later, in the same scale."""
+        then = self.in_tai() if self.scale == "UTC" else None
+        for first_day, offset in reversed(_LEAPS) if then is not None else ():
+            since = then + Fraction(seconds) - offset - first_day * 86400
+            if since >= 0:
+                return Instant(first_day + int(since // 86400), since % 86400, self.scale)
+            if since >= -1 and first_day != _LEAPS[0][0]:  # in the leap second before that day
+                return Instant(first_day - 1, 86401 + since, self.scale)
         day, rest = divmod(self.day * 86400 + self.seconds + Fraction(seconds), 86400)
-        found = Instant(int(day), rest, self.scale)
-        if self.scale == "UTC":  # leap seconds between the two instants
-            for _ in range(2):
-                late = Fraction(seconds) - Fraction(found.since(self) or 0.0)
-                day, rest = divmod(found.day * 86400 + found.seconds + round(late), 86400)
-                found = Instant(int(day), rest, self.scale)
-        return found
+        return Instant(int(day), rest, self.scale)
 
 
 def instant(path: str, given: Any, scale: str = "UTC") -> Instant:

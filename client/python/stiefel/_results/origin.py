@@ -1,7 +1,7 @@
 """Where a trajectory comes from: what can compute it again."""
 from __future__ import annotations
 
-from typing import Any, Callable, Optional, Union
+from typing import Any, Callable, ClassVar, Mapping, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,17 @@ from stiefel import v1 as pb
 class Origin:
     """The resolved scene, the build, and what the run was asked for. A copy in another process has no connection."""
 
-    def __init__(self, scene: Union[pb.Scene, Callable[[], pb.Scene]], build: str, connection: Any = None,
+    #: Creates a session of a scene where there is no connection.
+    elsewhere: ClassVar[Callable[[Mapping[str, Any]], Any]]
+
+    def __init__(self, scene: Union[pb.Scene, Callable[[], pb.Scene]], build: str, create: Any = None,
                  to: Optional[int] = None, times: Optional[NDArray[Any]] = None, epoch: Optional[str] = None):
-        """`scene`: a message, or a function that fetches it when it is first needed. `to`, `times`: what the caller asked
-        for, which a run that stopped did not reach."""
+        """`scene`: a message, or a function that fetches it when it is first needed. `create`: creates a session of a scene
+        at the server of the run, or returns None if its client is closed. `to`, `times`: what the caller asked for,
+        which a run that stopped did not reach."""
         self._scene = scene
         self.build = build  #: the numerics id of the server
-        self.connection = connection  #: the connection of the client that made the run, None if it is not known
+        self._create = create
         self.to, self.times = to, times
         self.epoch = epoch  #: the instant of time 0 in ISO 8601, None if the scene has none
 
@@ -28,6 +32,11 @@ class Origin:
         if not isinstance(self._scene, pb.Scene):
             self._scene = self._scene()
         return self._scene
+
+    def session(self, scene: Mapping[str, Any]) -> Any:
+        """Returns a new session of the scene, at the server of the run or, without its connection, at the process's own."""
+        found = None if self._create is None else self._create(self.scene)
+        return Origin.elsewhere(scene) if found is None else found
 
     def __reduce__(self) -> Any:
         return _restored, (self.scene.SerializeToString(), self.build, self.to, self.times, self.epoch)

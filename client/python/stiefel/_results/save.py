@@ -1,32 +1,38 @@
-"""Writes a trajectory to a file, in the formats of `stiefel run --output`."""
+"""Writes a trajectory to a file, in the formats of `stiefel run --output` and in those of other tools."""
 from __future__ import annotations
 
 import json
 import os
+import shutil
 from decimal import Decimal
-from typing import IO, Any, Callable, Iterable, Iterator
+from typing import Any, Callable, Iterator
 
 import numpy as np
 
+from stiefel._results import about
 from stiefel._results.base import Array
-from stiefel._results.kinds import as_matrix, kind_of
+from stiefel._results.extras import imported
+from stiefel._results.kinds import as_matrix
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
 
 def save(run: Trajectory, file: "str | os.PathLike[str]") -> None:
-    """Writes the format of the file's extension. Raises ValueError if that is none of .npz, .csv, .json."""
+    """Writes the format of the file's extension. Raises ValueError if that is none of `WRITERS`."""
     path = os.path.realpath(os.fspath(file))
-    write = _WRITERS.get(os.path.splitext(path)[1].lower())
+    write = WRITERS.get(os.path.splitext(path)[1].lower())
     if write is None:
-        raise ValueError(f"{os.fspath(file)}: must end in {', '.join(list(_WRITERS)[:-1])} or {list(_WRITERS)[-1]}")
+        raise ValueError(f"{os.fspath(file)}: must end in {', '.join(list(WRITERS)[:-1])} or {list(WRITERS)[-1]}")
     part = path + ".part"
     try:
-        with open(part, "wb") as out:
-            write(run, out)
+        write(run, part)
+        if os.path.isdir(path) and os.path.isdir(part):  # a folder cannot replace another one
+            shutil.rmtree(path)
         os.replace(part, path)
     except BaseException:
-        if os.path.exists(part):
+        if os.path.isdir(part):
+            shutil.rmtree(part)
+        elif os.path.exists(part):
             os.remove(part)
         raise
 
@@ -49,49 +55,65 @@ def number(value: float) -> str:
     return fixed if exponent < 0 else fixed + ".0"
 
 
-def _npz(run: Trajectory, out: IO[bytes]) -> None:
-    arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields}
-    np.savez_compressed(out, **arrays)
+def _npz(run: Trajectory, part: str) -> None:
+    described = about.compact({**about.beginning(run), **about.ending(run)})
+    with open(part, "wb") as out:
+        np.savez_compressed(out, step=run.step, time=run.time, **run.fields, **{about.KEY: np.array(described.encode())})
 
 
-def _csv(run: Trajectory, out: IO[bytes]) -> None:
-    """Writes CSV. The format has no place for the run status."""
-    names = [name for field, values in run.fields.items() for name in _columns(field, values)]
-    out.write((",".join(["step", "time", *names]) + "\n").encode())
-    for step, time, fields in _samples(run):
-        numbers = [number(value) for values in fields.values() for value in _flat(values)]
-        out.write((",".join([str(step), number(time), *numbers]) + "\n").encode())
+def _csv(run: Trajectory, part: str) -> None:
+    """Writes CSV: lines that begin with # tell scene, units and, at the end, how the run ended."""
+    columns = about.table(run)
+    units = [about.unit_of(run, field) for field, values in run.fields.items() for _ in about.columns(field, values)]
+    with open(part, "w", encoding="utf-8", newline="\n") as out:
+        out.write(f"# {about.compact(about.beginning(run))}\n")
+        out.write(f"# units: {','.join(['1', about.unit_of(run, 'time'), *units])}\n")
+        out.write(",".join(f'"{name}"' if "," in name else name for name in columns) + "\n")
+        for row in zip(*(values.tolist() for values in columns.values())):
+            out.write(",".join([str(row[0]), *map(number, row[1:])]) + "\n")
+        out.write(f"# {about.compact(about.ending(run))}\n")
 
 
-def _columns(field: str, values: Array) -> Iterator[str]:
-    """Yields the columns of a field: 'q_w', 'q[0]', 'epsilon' or '"Q[0,0]"', of a member 'q_w[2]', 'q[2][0]', 'epsilon[2]'
-    or '"Q[2][0,0]"'. A complex number has a column for its real and one for its imaginary part."""
-    kind = kind_of(field)
-    parts = ("Re ", "Im ") if np.iscomplexobj(values) else ("",)
-    is_ensemble = values.ndim == kind.axes + 2
-    for of_member in [f"[{member}]" for member in range(values.shape[1])] if is_ensemble else [""]:
-        for index in np.ndindex(values.shape[values.ndim - kind.axes:]):
-            at = f"[{','.join(map(str, index))}]" if index else ""
-            name = kind.columns[index[0]] + of_member if kind.columns else field + of_member + at
-            yield from (f'"{part}{name}"' if "," in name else part + name for part in parts)
+def _json(run: Trajectory, part: str) -> None:
+    """Writes {"samples": [...], "outcome": ..., "scene": ...}. NaN and the infinities, which JSON does not have, become
+    null."""
+    with open(part, "w", encoding="utf-8", newline="\n") as out:
+        out.write('{"samples": [')
+        separator = "\n"
+        for step, time, fields in _samples(run):
+            blocks = ", ".join(f"{json.dumps(name)}: {_block(name, values)}" for name, values in fields.items())
+            out.write(f'{separator}{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}')
+            separator = ",\n"
+        rest = {**about.ending(run), **about.beginning(run)}
+        out.write("],\n" + ",\n".join(f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in rest.items()) + "\n}\n")
 
 
-def _json(run: Trajectory, out: IO[bytes]) -> None:
-    """Writes {"samples": [...], "outcome": ...} and, for an outcome other than REACHED, its details. NaN and the
-    infinities, which JSON does not have, become null."""
-    out.write(b'{"samples": [')
-    separator = "\n"
-    for step, time, fields in _samples(run):
-        blocks = ", ".join(f"{json.dumps(name)}: {_block(name, values)}" for name, values in fields.items())
-        line = f'{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}'
-        out.write((separator + line).encode())
-        separator = ",\n"
-    report: dict[str, Any] = {"outcome": run.outcome.value}
-    if run.outcome != "REACHED":
-        known = {"largest_step": run.run_status.largest_step, "member": run.run_status.member}
-        report.update((name, value) for name, value in known.items() if value is not None and np.isfinite(value))
-        report["message"] = run.run_status.message
-    out.write(("],\n" + json.dumps(report, indent=2)[2:] + "\n").encode())
+def _hdf5(run: Trajectory, part: str) -> None:
+    """Writes a dataset for step, time and every field, with its unit, and the description as a dataset of one text."""
+    with imported("h5py", "hdf5").File(part, "w") as out:
+        for name, values in (("step", run.step), ("time", run.time), *run.fields.items()):
+            out[name] = values
+            out[name].attrs["units"] = about.unit_of(run, name)
+        out[about.KEY] = about.compact({**about.beginning(run), **about.ending(run)})
+
+
+def _zarr(run: Trajectory, part: str) -> None:
+    """Writes a group with an array for step, time and every field; the description is an attribute of the group."""
+    group = imported("zarr", "xarray").open_group(part, mode="w")
+    make = getattr(group, "create_array", None) or group.create_dataset  # zarr 3, else zarr 2
+    for name, values in (("step", run.step), ("time", run.time), *run.fields.items()):
+        array = make(name, shape=values.shape, dtype=values.dtype, chunks=(max(1, len(values)), *values.shape[1:]))
+        array[...] = values
+        array.attrs["units"] = about.unit_of(run, name)
+    group.attrs[about.KEY] = about.compact({**about.beginning(run), **about.ending(run)})  # zarr sorts a mapping
+
+
+def _parquet(run: Trajectory, part: str) -> None:
+    """Writes the columns of the CSV file; the description is in the schema's metadata."""
+    pyarrow, parquet = imported("pyarrow", "parquet"), imported("pyarrow.parquet", "parquet")
+    described = about.compact({**about.beginning(run), **about.ending(run)})
+    columns = {name: np.ascontiguousarray(values) for name, values in about.table(run).items()}
+    parquet.write_table(pyarrow.table(columns).replace_schema_metadata({about.KEY: described}), part)
 
 
 def _block(name: str, values: Array) -> str:
@@ -117,11 +139,5 @@ def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:
         yield step, time, {name: values[k] for name, values in run.fields.items()}
 
 
-def _flat(values: Array) -> Iterable[float]:
-    """Returns the numbers row by row; a complex number as its real and its imaginary part."""
-    flat = np.ascontiguousarray(values).ravel()
-    numbers: list[float] = (flat.view(np.float64) if np.iscomplexobj(flat) else flat).tolist()
-    return numbers
-
-
-_WRITERS: dict[str, Callable[[Trajectory, IO[bytes]], None]] = {".npz": _npz, ".csv": _csv, ".json": _json}
+WRITERS: dict[str, Callable[[Trajectory, str], None]] = {
+    ".npz": _npz, ".csv": _csv, ".json": _json, ".h5": _hdf5, ".hdf5": _hdf5, ".zarr": _zarr, ".parquet": _parquet}

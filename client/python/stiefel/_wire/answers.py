@@ -12,7 +12,7 @@ from stiefel._results.base import Array
 from stiefel._wire.arrays import Assembly, named
 from stiefel._wire.replies import complete, ends_at, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put, resolve
-from stiefel.results import (Choice, Conservation, Conversion, Diagnosis, Domain, EstimatedError, Events, Geodesic, Invariant,
+from stiefel.results import (Choice, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Geodesic, Invariant,
                              Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
 from stiefel.scene import to_dict
 
@@ -151,6 +151,16 @@ def _point(message: pb.TradeoffPoint) -> Point:
 def events(batch: pb.EventBatch, fields: dict[str, Array], ensemble: bool) -> Events:
     return Events(np.array(batch.events, np.uint32), np.array(batch.steps, np.int64), np.array(batch.fractions),
                   np.array(batch.times), np.array(batch.members, np.uint32) if ensemble else None, fields)
+
+
+def errors(times: Array, steps: Array, found: Sequence[Optional[EstimatedError]]) -> Errors:
+    def numbers(name: str) -> Array:
+        return np.array([getattr(one, name, None) for one in found], float)  # None becomes NaN
+
+    reference = next((one.reference for one in found if one and one.reference), "")
+    missing = next((one.missing for one in found if one and one.missing), "")
+    return Errors(times, steps, numbers("attitude"), numbers("momentum"), numbers("angle"), numbers("reference_error"),
+                  reference, missing)
 
 
 def no_events(fields: Mapping[str, Array], ensemble: bool) -> Events:

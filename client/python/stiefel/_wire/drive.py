@@ -7,8 +7,9 @@ from typing import Any, Callable, Optional, Sequence
 import grpc
 
 from stiefel import v1 as pb
-from stiefel._given.mappings import Names, names
+from stiefel._given.mappings import names
 from stiefel._given.numbers import step_index
+from stiefel._given.typed import Fields
 from stiefel._wire.failures import from_status
 from stiefel._wire.recreation import Attempts, Recreation
 from stiefel._wire.replies import complete
@@ -26,7 +27,7 @@ class Drive:
     thread, ends it.
     """
 
-    def __init__(self, handle: Recreation, id: str, fields: Optional[Names],
+    def __init__(self, handle: Recreation, id: str, fields: Optional[Fields],
                  read: Callable[[pb.StepResponse, pb.DriveRequest, Sequence[str], bool], State],
                  in_parts: Callable[[int, Sequence[str], bool], State]):
         """`read`: reads a reply, with the request, the fields in force and whether the caller wants the checkpoint.
@@ -36,7 +37,7 @@ class Drive:
         self._requests: Any = None
         self._replies: Any = None
 
-    def step(self, to: int, fields: Optional[Names] = None, checkpoint: bool = False) -> State:
+    def step(self, to: int, fields: Optional[Fields] = None, checkpoint: bool = False) -> State:
         """Returns the state at step `to`, or the last good one before it. `fields` stay in force until others are
         named. `checkpoint`: asks for `State.checkpoint`."""
         to, wanted = step_index("to", to), names("fields", fields) or self._fields

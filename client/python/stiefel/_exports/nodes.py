@@ -1,0 +1,96 @@
+"""The attitudes that an export writes, and what a reader loses by rounding and interpolation."""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel._given.instants import Instant, instant
+from stiefel._results.attitude import angle_between, between, quaternions
+
+Trajectory = Any  # a `stiefel.Trajectory`
+
+
+@dataclass(frozen=True, repr=False)
+class Export:
+    """What was written, and how far from it a reader may be."""
+
+    files: tuple[str, ...]
+    format: str
+    samples: int
+    time_rounding: float  #: the largest difference between the time of a sample and that in the file, in seconds
+    #: The largest angle in radians, by an estimate from above, between the motion and the shortest turn from one sample to
+    #: the next; NaN for fewer than three samples.
+    interpolation_error: float
+
+    def __repr__(self) -> str:
+        rounding = "exact" if self.time_rounding == 0 else f"rounded by at most {self.time_rounding:.1e} s"
+        between = "" if np.isnan(self.interpolation_error) else \
+            f"; between two samples at most {self.interpolation_error:.1e} rad from the motion"
+        return f"<stiefel.Export of {self.samples} samples as {self.format}: {', '.join(self.files)}\n  times {rounding}{between}>"
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Samples in the order of time."""
+
+    time: NDArray[np.float64]  #: seconds after the epoch
+    quaternion: NDArray[np.float64]  #: w, x, y, z, body to space, with a continuous sign
+    body_rate: Optional[NDArray[np.float64]]  #: in body axes, None if the trajectory has no such field
+    epoch: Instant
+
+    @property
+    def space_rate(self) -> Optional[NDArray[np.float64]]:
+        """The angular velocity in space axes."""
+        if self.body_rate is None:
+            return None
+        w, v = self.quaternion[:, :1], self.quaternion[:, 1:]
+        return np.asarray(self.body_rate + 2 * np.cross(v, np.cross(v, self.body_rate) + w * self.body_rate))
+
+    def instants(self) -> list[Instant]:
+        return [self.epoch.after(float(time)) for time in self.time]
+
+    def interpolation_error(self) -> float:
+        """Returns the largest distance of a sample from the shortest turn between its neighbours. The distance within an
+        interval of half that length is about a quarter of it."""
+        t, q = self.time, self.quaternion
+        if len(t) < 3:
+            return float("nan")
+        guessed = between(q[:-2], q[2:], (t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))
+        return float(angle_between(guessed, q[1:-1]).max())
+
+
+def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
+    """Returns the samples of a trajectory. `epoch`: the instant of time 0 if the scene has none. Raises ValueError if there
+    is no attitude, no epoch, or an ensemble."""
+    given = run.epoch if epoch is None else epoch
+    if given is None:
+        raise ValueError("epoch: absent: give the instant of time 0, here or as `epoch` of the scene")
+    order = np.argsort(run.time, kind="stable")
+    order = order[np.r_[True, np.diff(run.time[order]) > 0]] if len(order) else order
+    q = quaternions(run.fields)
+    if q.ndim != 2:
+        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: an export takes one motion")
+    q = q[order]
+    if not len(q):
+        raise ValueError("the trajectory has no samples")
+    flips = np.cumprod(np.where((q[1:] * q[:-1]).sum(axis=1) < 0, -1, 1))
+    q[1:] *= flips[:, None]
+    rate = run.fields.get("angular_velocity")
+    if rate is None and "Omega" in run.fields:
+        Omega = run.fields["Omega"]
+        rate = np.stack([Omega[:, 2, 1], Omega[:, 0, 2], Omega[:, 1, 0]], axis=1)
+    return Nodes(run.time[order], q, None if rate is None else np.asarray(rate, float)[order], instant("epoch", given))
+
+
+def written(path: "str | os.PathLike[str]", text: str) -> str:
+    """Writes a file, which appears under its name only when it is complete."""
+    path = os.fspath(path)
+    part = path + ".part"
+    with open(part, "w", encoding="ascii", newline="\n") as out:
+        out.write(text)
+    os.replace(part, path)
+    return path

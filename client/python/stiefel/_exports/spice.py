@@ -1,0 +1,88 @@
+"""C-kernels of SPICE, with the kernel of a clock that counts microseconds from the first sample.
+
+The C-matrix of SPICE takes space to the body's axes, so that its quaternion is the conjugate of that of this package.
+"""
+from __future__ import annotations
+
+import math
+import os
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from stiefel._exports.nodes import Export, nodes_of, written
+from stiefel._given.instants import Instant
+from stiefel._results.extras import imported
+
+Trajectory = Any  # a `stiefel.Trajectory`
+TICKS = 1e6  #: of the clock in a second
+_J2000 = Instant(730120, Fraction(43200), "TDB")  #: 2000-01-01T12:00:00
+
+
+def to_ck(run: Trajectory, file: "str | os.PathLike[str]", *, instrument: int, epoch: Any = None, frame: str = "J2000",
+          segment: str = "STIEFEL") -> Export:
+    """Writes a C-kernel with one segment of type 3, with angular velocities if the trajectory has the field
+    `angular_velocity`, and beside it FILE.tsc, the kernel of its clock.
+
+    `instrument`: the code of the body's frame, such as -999000; its clock is that of the spacecraft `instrument` // 1000,
+    -999. `frame`: the name of the space axes. `epoch`: the instant of time 0 if the scene has none. Needs spiceypy. Raises
+    ValueError for an epoch whose scale has no constant distance from TDB.
+    """
+    spice = imported("spiceypy", "spice")
+    nodes = nodes_of(run, epoch)
+    path, clock = os.fspath(file), os.path.splitext(os.fspath(file))[0] + ".tsc"
+    spacecraft = math.ceil(instrument / 1000)
+    begin = seconds_past_j2000(nodes.epoch.after(float(nodes.time[0])))
+    ticks = (nodes.time - nodes.time[0]) * TICKS
+    has_rate = nodes.space_rate is not None
+    rates = nodes.space_rate if has_rate else np.zeros((len(ticks), 3))
+    part = path + ".part"
+    if os.path.exists(part):
+        os.remove(part)
+    handle = spice.ckopn(part, segment, 0)
+    try:
+        spice.ckw03(handle, ticks[0], ticks[-1], instrument, frame, has_rate, segment, len(ticks), ticks,
+                    nodes.quaternion * [1, -1, -1, -1], rates, 1, [ticks[0]])
+    finally:
+        spice.ckcls(handle)
+    os.replace(part, path)
+    written(clock, _clock(spacecraft, begin))
+    rounding = float(max(abs(Fraction(tick) / Fraction(TICKS) - (Fraction(time) - Fraction(float(nodes.time[0]))))
+                         for tick, time in zip(ticks.tolist(), nodes.time.tolist())))
+    # A reader gets the time of a tick in seconds past J2000, whose rounding is larger.
+    rounding += math.ulp(begin) if begin else 0.0
+    return Export((path, clock), "SPICE CK, type 3", len(ticks), rounding, nodes.interpolation_error())
+
+
+def seconds_past_j2000(given: Instant) -> float:
+    """Returns an instant in seconds of TDB past J2000, as SPICE's leapseconds kernel does."""
+    if given.scale == "TDB":
+        elapsed = given.since(_J2000)
+        assert elapsed is not None
+        return elapsed
+    in_tai = given.in_tai()
+    if in_tai is None:
+        raise ValueError(f"epoch: {given}: give it in UTC, TAI, TT, GPS or TDB")
+    terrestrial = in_tai + Fraction(32184, 1000) - (_J2000.day * 86400 + _J2000.seconds)
+    M = 6.239996 + 1.99096871e-7 * float(terrestrial)
+    return float(terrestrial + Fraction(1.657e-3 * math.sin(M + 1.671e-2 * math.sin(M))))
+
+
+def _clock(spacecraft: int, begin: float) -> str:
+    """Returns the kernel of a clock of type 1: seconds and microseconds from the first sample, in TDB."""
+    n = -spacecraft
+    return f"""KPL/SCLK
+\\begindata
+SCLK_KERNEL_ID = ( @2000-01-01 )
+SCLK_DATA_TYPE_{n} = ( 1 )
+SCLK01_TIME_SYSTEM_{n} = ( 1 )
+SCLK01_N_FIELDS_{n} = ( 2 )
+SCLK01_MODULI_{n} = ( 10000000000 1000000 )
+SCLK01_OFFSETS_{n} = ( 0 0 )
+SCLK01_OUTPUT_DELIM_{n} = ( 1 )
+SCLK_PARTITION_START_{n} = ( 0.0 )
+SCLK_PARTITION_END_{n} = ( 1.0E+16 )
+SCLK01_COEFFICIENTS_{n} = ( 0.0 {begin!r} 1.0 )
+\\begintext
+"""

@@ -1,0 +1,192 @@
+"""Scenes of a body in three dimensions from what people have: tensors or solids, attitudes in any form, angular velocity or
+momentum in body or space axes, or the periods that an observer of light curves knows."""
+from __future__ import annotations
+
+import operator
+from functools import reduce
+from typing import Any, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel._given.attitudes import matrices, of_mrp, quaternions
+from stiefel._given.instants import epoch_text
+from stiefel._given.numbers import SECONDS, number, numbers, refused
+from stiefel._given.shapes import of_symmetric
+from stiefel._given.typed import Method, Scene
+from stiefel.solids import Solid
+
+FRAMES = ("body", "space")
+_PLACES = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  #: of the matrix entries in Ixx, Iyy, Izz, Ixy, Ixz, Iyz
+
+
+def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = None, order: str = "wxyz", mrp: Any = None,
+         angular_velocity: Any = None, angular_momentum: Any = None, frame: str = "body", normalize: bool = False,
+         step: Any = 1.0, epoch: Any = None, horizon: Any = None, method: Optional[Method] = None, tolerance: Any = None,
+         members: Optional[int] = None) -> Scene:
+    """Returns the scene of a rigid body in three dimensions, in SI units and with the attitude from body to space axes.
+
+    Inertia: `moments` about the body's axes, or `inertia_tensor`, a symmetric 3 x 3 matrix, the six numbers Ixx, Iyy, Izz,
+    Ixy, Ixz, Iyz of that matrix, a `Solid` or a list of solids. Attitude: `attitude`, a quaternion in the `order` "wxyz" or
+    "xyzw" (scipy, SPICE kernels of many tools and ROS write the scalar last), a rotation matrix whose columns are the body
+    axes in space, or a Rotation of scipy; or `mrp`, modified Rodrigues parameters; by default body and space axes agree.
+    Motion: `angular_velocity` in rad/s or `angular_momentum` in kg m^2/s, both in the axes `frame`, "body" or "space".
+    `normalize` takes attitudes that were rounded to a few digits. The other arguments are fields of the scene; lists may
+    have one row for each of the `members` of an ensemble.
+
+        scene = stiefel.body(inertia_tensor=I, attitude=[0, 0, 0.7071, 0.7071], order="xyzw", normalize=True,
+                             angular_velocity=np.radians([0.1, 2, 0.1]), frame="space", epoch="2026-03-01T00:00:00Z")
+    """
+    if frame not in FRAMES:
+        raise refused("frame", f"{frame!r}: must be one of {', '.join(FRAMES)}")
+    if mrp is not None and attitude is not None:
+        raise refused("mrp", "must be absent where attitude is given")
+    if (angular_velocity is None) == (angular_momentum is None):
+        raise refused("angular_velocity", "exactly one of angular_velocity and angular_momentum must be given")
+    inertia, tensor = _inertia(moments, inertia_tensor)
+    q = (of_mrp("mrp", mrp) if mrp is not None else np.array([1.0, 0, 0, 0]) if attitude is None
+         else quaternions("attitude", attitude, order, normalize))
+    name, unit = ("angular_velocity", "rad/s") if angular_momentum is None else ("angular_momentum", "kg*m**2/s")
+    vector = numbers(name, angular_velocity if angular_momentum is None else angular_momentum, unit)
+    if vector.shape[-1:] != (3,) or vector.ndim > 2:
+        raise refused(name, f"the shape {vector.shape}: must be (3) or (members, 3)")
+    if frame == "space":
+        vector = np.einsum("...ji,...j->...i", matrices("attitude", q), vector)
+    if angular_momentum is not None:
+        vector = np.linalg.solve(tensor, vector[..., np.newaxis])[..., 0]
+    scene: Scene = {"system": "rigid_body", "step": step,
+                    "body": {**inertia, "attitude": q.tolist(), "angular_velocity": vector.tolist()}}  # type: ignore[typeddict-item]
+    if epoch is not None:
+        scene["epoch"] = epoch_text(epoch)
+    return _with(scene, horizon=horizon, method=method, tolerance=tolerance, members=members)
+
+
+def tumbling(P_phi: Any, P_psi: Any, mode: str, *, moments: Any = None, axis_ratios: Any = None, pole: Any = (0.0, 0.0, 1.0),
+             phi: float = 0.0, psi: float = 0.0, step: Any = 60.0, epoch: Any = None, horizon: Any = None) -> Scene:
+    """Returns the scene of a body in the state that an observer of light curves knows, as Pravec et al. (Icarus 233, 2014,
+    48) describe it.
+
+    `P_phi`: the mean period of the precession phi of the axis z about the angular momentum; `P_psi`: the period of the
+    rotation psi about z, in seconds or with units. `mode`: "SAM", where z is the axis of the largest moment and psi turns
+    backwards, or "LAM", where z is the axis of the smallest moment. The body: `moments` along x, y, z up to a common factor,
+    or `axis_ratios`, the lengths of a homogeneous ellipsoid along x, y, z. At time 0: `pole`, the direction of the angular
+    momentum in space, a vector or its longitude and latitude in radians, and the angles `phi` and `psi` in radians, where
+    the attitude is Rz(longitude) Ry(pi/2 - latitude) Rz(phi) Rx(theta) Rz(psi) if x, y, z of these angles are the body's
+    axes in cyclic order, z the one of the mode. Raises InvalidArgument where no motion of this body has such periods.
+    """
+    periods = number("P_phi", P_phi, SECONDS), number("P_psi", P_psi, SECONDS)
+    for name, period in zip(("P_phi", "P_psi"), periods):
+        if not 0 < period < np.inf:
+            raise refused(name, f"{period!r}: must be above 0 and finite")
+    I = _moments_of(moments, axis_ratios)
+    if mode not in ("SAM", "LAM"):
+        raise refused("mode", f"{mode!r}: must be SAM or LAM")
+    axis = int(np.argmax(I) if mode == "SAM" else np.argmin(I))
+    places = [(axis + 1) % 3, (axis + 2) % 3, axis]  # of the angles' axes x, y, z among the body's
+    L, D = _momentum_and_energy(*periods, I[places])
+    sin2, cos2, w = np.sin(psi) ** 2, np.cos(psi) ** 2, 1 / I[places]
+    g = sin2 * w[0] + cos2 * w[1]
+    cosine = np.sqrt((D - g) / (w[2] - g))
+    sine = np.sqrt((w[2] - D) / (w[2] - g))
+    m = L * np.array([sine * np.sin(psi), sine * np.cos(psi), cosine])
+    Q = _pole(pole) @ _Rz(phi) @ _Rx(float(np.arctan2(sine, cosine))) @ _Rz(psi)
+    omega, columns = np.empty(3), np.empty((3, 3))
+    omega[places], columns[:, places] = m * w, Q
+    scene = body(moments=I, attitude=columns, angular_velocity=omega, step=step, epoch=epoch, horizon=horizon, normalize=True)
+    return scene
+
+
+def _momentum_and_energy(P_phi: float, P_psi: float, I: NDArray[Any]) -> tuple[float, float]:
+    """Returns L and D = 2 E / L^2 of the motion with these periods about the axis z of I.
+
+    With g = sin^2(psi) / I_x + cos^2(psi) / I_y: phi' = L g and |psi'| = L ((g - D) (g - 1/I_z))^(1/2), so that P_phi / P_psi
+    depends on D alone. It falls with the distance of D from 1 / I_z, to 0 at the separatrix, where D = 1 / I of the middle
+    axis. The integrands are periodic and smooth, so that equal weights converge faster than any power.
+    """
+    w = 1 / I
+    edge = w[np.argsort(I)[1]]
+
+    def turns(D: float, nodes: int = 64) -> tuple[float, float]:
+        """The integrals of 1 / |psi'| and phi' / |psi'| over a turn of psi where L = 1."""
+        before = (0.0, 0.0)
+        while True:
+            angles = 2 * np.pi * np.arange(nodes) / nodes
+            g = np.sin(angles) ** 2 * w[0] + np.cos(angles) ** 2 * w[1]
+            slow = 1 / np.sqrt((g - D) * (g - w[2]))
+            found = 2 * np.pi * float(slow.mean()), 2 * np.pi * float((g * slow).mean())
+            if abs(found[1] - before[1]) <= 1e-14 * found[1] or nodes >= 1 << 20:
+                return found
+            before, nodes = found, 2 * nodes
+
+    def ratio(D: float) -> float:
+        return 2 * np.pi / turns(D)[1]  # P_phi / P_psi = 2 pi / (the advance of phi in a turn of psi)
+
+    wanted, ends = P_phi / P_psi, (w[2] + 1e-12 * (edge - w[2]), edge - 1e-9 * (edge - w[2]))
+    values = ratio(ends[0]), ratio(ends[1])
+    if not min(values) <= wanted <= max(values):
+        raise refused("P_psi", f"{P_psi!r}: P_phi / P_psi is {wanted:.6g}, and must be between {min(values):.6g} and "
+                               f"{max(values):.6g} for this body and mode")
+    low, high = ends if values[0] < values[1] else ends[::-1]
+    for _ in range(200):
+        middle = (low + high) / 2
+        if middle in (low, high):
+            break
+        low, high = (middle, high) if ratio(middle) < wanted else (low, middle)
+    return turns(low)[0] / P_psi, low
+
+
+def _inertia(moments: Any, inertia_tensor: Any) -> tuple[dict[str, Any], NDArray[Any]]:
+    """Returns the fields of the scene, and the matrices (3, 3) or (members, 3, 3)."""
+    if (moments is None) == (inertia_tensor is None):
+        raise refused("moments", "exactly one of moments and inertia_tensor must be given")
+    if moments is not None:
+        I = numbers("moments", moments, "kg*m**2")
+        if I.shape[-1:] != (3,) or I.ndim > 2:
+            raise refused("moments", f"the shape {I.shape}: must be (3) or (members, 3)")
+        return {"moments": I.tolist()}, I[..., np.newaxis] * np.eye(3)
+    if isinstance(inertia_tensor, Solid):
+        inertia_tensor = inertia_tensor.inertia_tensor
+    elif isinstance(inertia_tensor, (list, tuple)) and inertia_tensor and all(isinstance(one, Solid) for one in inertia_tensor):
+        inertia_tensor = reduce(operator.add, inertia_tensor).inertia_tensor
+    array = numbers("inertia_tensor", inertia_tensor, "kg*m**2")
+    if array.shape[-2:] == (3, 3) and array.ndim <= 3:
+        array = of_symmetric("inertia_tensor", array)
+    elif array.shape[-1:] != (6,) or array.ndim > 2:
+        raise refused("inertia_tensor", f"the shape {array.shape}: must be (3, 3), (6), (members, 3, 3) or (members, 6)")
+    return {"inertia_tensor": array.tolist()}, array[..., _PLACES]
+
+
+def _moments_of(moments: Any, axis_ratios: Any) -> NDArray[Any]:
+    if (moments is None) == (axis_ratios is None):
+        raise refused("moments", "exactly one of moments and axis_ratios must be given")
+    given = numbers("moments", moments, "kg*m**2") if axis_ratios is None else numbers("axis_ratios", axis_ratios)
+    name = "moments" if axis_ratios is None else "axis_ratios"
+    if given.shape != (3,) or not (given > 0).all():
+        raise refused(name, f"{given.tolist()!r}: must be three numbers above 0")
+    return given if axis_ratios is None else (np.sum(given**2) - given**2) / 5
+
+
+def _pole(given: Any) -> NDArray[Any]:
+    """Returns Rz(longitude) Ry(pi/2 - latitude)."""
+    pole = numbers("pole", given)
+    if pole.shape == (3,) and np.linalg.norm(pole) > 0:
+        pole = np.array([np.arctan2(pole[1], pole[0]), np.arctan2(pole[2], np.hypot(pole[0], pole[1]))])
+    if pole.shape != (2,):
+        raise refused("pole", f"{given!r}: must be a vector, or longitude and latitude in radians")
+    tilt = np.pi / 2 - pole[1]
+    return np.asarray(_Rz(pole[0]) @ [[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+
+
+def _Rz(angle: float) -> NDArray[Any]:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def _Rx(angle: float) -> NDArray[Any]:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+
+def _with(scene: Scene, **fields: Any) -> Scene:
+    scene.update({name: value for name, value in fields.items() if value is not None})  # type: ignore[typeddict-item]
+    return scene

@@ -1,0 +1,131 @@
+"""Reads trajectories from files, and runs their scenes again."""
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Callable, Iterable, Mapping, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel._results import about
+from stiefel._results.extras import imported
+from stiefel._results.kinds import as_named
+from stiefel._results.origin import Origin
+from stiefel.client import Client
+from stiefel.results import Trajectory
+from stiefel.scene import to_message
+from stiefel.simulation import own_client
+
+Read = tuple[NDArray[Any], NDArray[Any], dict[str, NDArray[Any]], Mapping[str, Any]]  # step, time, fields, description
+
+
+def load(file: "str | os.PathLike[str]") -> Trajectory:
+    """Reads a file that `Trajectory.save` or `stiefel run --output` wrote: .npz, .csv, .json, .h5, .zarr or .parquet.
+
+    The arrays have the bits that were written; in .json NaN stands for the infinities too. Scene, build, outcome and
+    estimated error are those of the run. Raises ValueError for a file of something else.
+    """
+    path = os.fspath(file)
+    read = _READERS.get(os.path.splitext(path)[1].lower())
+    if read is None:
+        raise ValueError(f"{path}: must end in {', '.join(_READERS)}")
+    try:
+        step, time, fields, described = read(path)
+        if described.get("format") != about.FORMAT:
+            raise KeyError(f"its format is {described.get('format')!r}")
+        status, error = about.run_status(described), about.estimated_error(described)
+        return Trajectory(np.asarray(step, np.int64), np.asarray(time, float), fields, status, 0, _origin(described), error)
+    except (KeyError, TypeError, json.JSONDecodeError, UnicodeDecodeError) as fault:
+        raise ValueError(f"{path}: is not a file of a trajectory, or of an earlier version: {fault}") from fault
+
+
+def rerun(file: "str | os.PathLike[str]", client: Optional[Client] = None) -> Trajectory:
+    """Runs the scene of a file again and returns the same samples, with the same bits if the build is the same.
+
+    `client`: that of the server to use; by default the server of `stiefel.simulate`. The result's `build` tells which
+    build computed it, and `stiefel.load(file) == stiefel.rerun(file)` compares all samples. Raises ValueError for a file
+    that does not hold a scene.
+    """
+    saved = load(file)
+    if saved.origin is None:
+        raise ValueError(f"{os.fspath(file)}: does not hold the scene of the trajectory")
+    with (client or own_client()).create(saved.scene) as session:
+        again: Trajectory = session.trajectory(**about.asked(saved), estimate_error=saved.estimated_error is not None)
+    return again
+
+
+def _origin(described: Mapping[str, Any]) -> Optional[Origin]:
+    if "scene" not in described:
+        return None
+    scene, asked = dict(described["scene"]), described.get("run", {})
+    epoch = scene.pop("epoch", None)
+    times = np.asarray(asked["times"], float) if "times" in asked else None
+    return Origin(to_message(scene), described["numerics_id"], to=asked.get("to"), times=times, epoch=epoch)
+
+
+def _npz(path: str) -> Read:
+    with np.load(path) as arrays:
+        fields = {name: arrays[name] for name in arrays.files if name not in ("step", "time", about.KEY)}
+        return arrays["step"], arrays["time"], fields, json.loads(bytes(arrays[about.KEY].item()))
+
+
+def _csv(path: str) -> Read:
+    described: dict[str, Any] = {}
+    rows = []
+    with open(path, encoding="utf-8-sig") as lines:
+        for line in lines:
+            if line.startswith("# {"):
+                described.update(json.loads(line[2:]))
+            elif line[0] not in "#s":  # the line of names begins with "step"
+                rows.append(line)
+    table = np.loadtxt(rows, delimiter=",", ndmin=2) if rows else np.empty((0, 2))
+    return table[:, 0], table[:, 1], about.from_table(table[:, 2:], described), described
+
+
+def _json(path: str) -> Read:
+    described = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+    samples = described.pop("samples")
+    fields = {}
+    for name, first in (samples[0]["fields"] if samples else {}).items():
+        blocks = [sample["fields"][name] for sample in samples]
+        values = _numbers(block["values"] for block in blocks)
+        if "imaginary" in first:
+            values = values + 1j * _numbers(block["imaginary"] for block in blocks)
+        members = (first["members"],) if "members" in first else ()
+        values = as_named(name, values.reshape(len(samples), *members, first["rows"], first["cols"]))
+        fields[name] = values.astype(described.get("fields", {}).get(name, {}).get("dtype", values.dtype))
+    step, time = ([sample[name] for sample in samples] for name in ("step", "time"))
+    return np.array(step, np.int64), np.array(time, float), fields, described
+
+
+def _numbers(blocks: Iterable[Any]) -> NDArray[Any]:
+    return np.array(list(blocks), float)  # null becomes NaN
+
+
+def _hdf5(path: str) -> Read:
+    with imported("h5py", "hdf5").File(path, "r") as file:
+        described = json.loads(file[about.KEY][()])
+        # The description has the fields in their order; the file has them by name.
+        fields = {name: file[name][()] for name in described["fields"]}
+        return file["step"][()], file["time"][()], fields, described
+
+
+def _zarr(path: str) -> Read:
+    group = imported("zarr", "xarray").open_group(path, mode="r")
+    described = json.loads(group.attrs[about.KEY])
+    fields = {name: np.asarray(group[name][...]) for name in described["fields"]}
+    return np.asarray(group["step"][...]), np.asarray(group["time"][...]), fields, described
+
+
+def _parquet(path: str) -> Read:
+    table = imported("pyarrow.parquet", "parquet").read_table(path)
+    described = json.loads(table.schema.metadata[about.KEY.encode()])
+    columns = [table.column(name).to_numpy() for name in table.column_names]
+    numbers = np.stack(columns[2:], axis=1) if len(columns) > 2 else np.empty((len(columns[0]), 0))
+    return columns[0], columns[1], about.from_table(numbers, described), described
+
+
+_READERS: dict[str, Callable[[str], Read]] = {
+    ".npz": _npz, ".csv": _csv, ".json": _json, ".h5": _hdf5, ".hdf5": _hdf5, ".zarr": _zarr, ".parquet": _parquet}

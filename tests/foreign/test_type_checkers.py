@@ -1,0 +1,69 @@
+"""mypy --strict and pyright: they accept a scene of every kind, and find a misspelt key, method, system or field."""
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+import tools
+
+PACKAGE = Path(os.environ["PYTHONPATH"].split(os.pathsep)[0])
+RIGHT = """
+import datetime
+import numpy as np
+import stiefel
+
+Q = np.eye(4)
+scene: stiefel.Scene = {"system": "rigid_body", "inertia": [1, 2, 3, 4], "initial": {"Q": Q, "Omega": Q - Q.T}, "step": 0.1,
+                        "method": {"name": "variational", "order": 4}, "epoch": datetime.datetime(2026, 1, 1)}
+run = stiefel.simulate(scene, time=3.0, fields=["Q", "M"])
+asteroid = stiefel.examples["toutatis"]
+asteroid["step"] = 3
+stiefel.simulate(asteroid, to=3)
+with stiefel.Client() as client, client.create({**scene, "step": 0.2}) as session:
+    session.fork(at=2, initial={"M": Q - Q.T}, method={"name": "rk4"})
+    client.create(session.scene)
+    session.step(to=3, fields="Q")
+"""
+WRONG = {
+    "a key": 'stiefel.simulate({"system": "rigid_body", "bodi": {}, "step": 1.0}, to=3)',
+    "a key inside": 'stiefel.simulate({"system": "rigid_body", "body": {"moment": [1, 2, 3]}, "step": 1.0}, to=3)',
+    "a block": 'stiefel.simulate({"system": "rigid_body", "initial": {"R": [[1]]}, "step": 1.0}, to=3)',
+    "a method": 'stiefel.simulate({"system": "rigid_body", "method": {"name": "rk5"}, "step": 1.0}, to=3)',
+    "a system": 'stiefel.simulate({"system": "rigid_boddy", "step": 1.0}, to=3)',
+    "a field": 'stiefel.simulate("toutatis", to=3, fields=["quaternoin"])',
+}
+
+
+@pytest.fixture(scope="session")
+def programs() -> Path:
+    return tools.from_pypi("checkers")
+
+
+@pytest.fixture(params=["mypy", "pyright"])
+def check(request: pytest.FixtureRequest, programs: Path, tmp_path: Path):
+    """Returns the lines with errors of a program."""
+    # An installed package, whose own files are not checked.
+    place = next((programs.parent / "lib").glob("python3*/site-packages"))
+    (place / "stiefel.pth").write_text(f"{PACKAGE}\n")
+    command = {"mypy": [programs / "mypy", "--strict"], "pyright": [programs / "pyright", "--pythonpath", programs / "python"]}[request.param]
+
+    def lines(program: str) -> list[int]:
+        (tmp_path / "program.py").write_text(program)
+        done = subprocess.run([*command, "program.py"], cwd=tmp_path, capture_output=True, text=True,
+                              env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"})
+        assert "program.py" in done.stdout or done.returncode == 0, done.stdout + done.stderr
+        return [int(line.split("program.py:")[1].split(":")[0]) for line in done.stdout.splitlines()
+                if "program.py:" in line and "error:" in line]
+
+    return lines
+
+
+def test_right_scenes_are_accepted(check):
+    assert check(RIGHT) == []
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_misspelt_is_found(check, what):
+    assert check(f"import stiefel\n{WRONG[what]}\n") == [2]
