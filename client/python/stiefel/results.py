@@ -106,6 +106,24 @@ class Batch(Named):
     def _status_at(self, sample: int) -> RunStatus:
         return RunStatus(Outcome.REACHED)
 
+    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel", recording: Any = None) -> None:
+        """Logs the samples to the viewer of Rerun, on the timelines `step` and `time`, batch by batch of a stream:
+
+            rerun.init("tumbling", spawn=True)
+            for batch in session.stream(to=10_000):
+                batch.log_to_rerun(session.scene)
+
+        A body in three dimensions is a box that turns, with its axes, its spin axis and its momentum; a frame is arrows, its
+        first three coordinates; every field is curves, at most 16. The bodies of an ensemble stand on a grid, each below
+        its own entity. `scene`: the session's scene; a trajectory knows it. `recording`: a recording of Rerun; by default
+        the one of `rerun.init`. Needs rerun-sdk: stiefel[rerun].
+        """
+        from stiefel._report import rerun  # imported here because only the viewer needs it
+
+        if scene is None:
+            raise ValueError("scene: must be given for a batch, which does not know it: session.scene")
+        rerun.log(self, scene, entity, recording)
+
     def __repr__(self) -> str:
         return f"<stiefel.Batch {self._extent()}: {self._shapes()}>"
 
@@ -220,6 +238,10 @@ class Trajectory(Ended, Batch):
         with self._known_origin().session(self.scene) as session:
             found: Errors = session.error_at(self.time if times is None else times, timeout)
         return found
+
+    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel", recording: Any = None) -> None:
+        """Does what `Batch.log_to_rerun` does, by default with the trajectory's own scene."""
+        super().log_to_rerun(self.scene if scene is None else scene, entity=entity, recording=recording)
 
     @property
     def panels(self) -> tuple[str, ...]:
