@@ -3,6 +3,7 @@
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
+#include "client/cli/input/scene_source.h"
 #include "client/cli/message_file.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/status_line.h"
@@ -27,7 +28,7 @@ std::string answer(v1::Shortest shortest) {
 v1::ConnectRequest read_request(const std::string& file, bool& single_pair) {
   v1::ConnectRequest request;
   v1::FramePair pair;
-  read_messages(file, {&request, &pair});
+  parse_messages(file, read_source(file), {&request, &pair});
   single_pair = pair.has_q_0() || pair.has_q_t();
   if (single_pair && request.pairs_size() > 0)
     throw BadInput(file + ": pairs: must be absent when Q_0 or Q_T is given");
@@ -88,7 +89,9 @@ void add_connect(CLI::App& all, Command& chosen) {
   app->add_option(
          "FILE", command->file,
          "{inertia, Q_0, Q_T, time}, or {inertia, pairs: [{Q_0, Q_T}, ...], time}: the JSON "
-         "form of stiefel.v1.ConnectRequest, in which a frame may also be a list of its rows")
+         "form of stiefel.v1.ConnectRequest, in which a frame may also be a list of its rows; - "
+         "for "
+         "stdin; or the example frames")
       ->required()
       ->type_name("FILE.json");
   add_server(app, command->server);

@@ -12,7 +12,7 @@ namespace stiefel::cli {
 namespace {
 
 struct ConvertCommand {
-  std::string scene;
+  SceneSource scene;
   Remote server;
   std::string target;
   std::optional<double> epsilon;
@@ -68,7 +68,7 @@ ExitStatus convert(const ConvertCommand& command) {
 void add_convert(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<ConvertCommand>();
   auto* app = all.add_subcommand("convert", "Prints the same motion as a scene of another system");
-  app->add_option("SCENE", command->scene, "a scene file")->required()->type_name("FILE.json");
+  add_scene(app, command->scene);
   app->add_option("--to", command->target,
                   "the target: a system, or velocity, angular_velocity, interpolation")
       ->required()
@@ -85,7 +85,7 @@ void add_convert(CLI::App& all, Command& chosen) {
   add_server(app, command->server);
   app->callback([=, &chosen] {
     chosen.origin = {
-        .file = command->scene,
+        .file = command->scene.shown(),
         .options = {{"to", "--to"}, {"epsilon", "--epsilon"}, {"parameter", "--parameter"}}};
     chosen.run = [command](Origin&) { return convert(*command); };
   });

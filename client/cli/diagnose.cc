@@ -13,9 +13,8 @@ namespace stiefel::cli {
 namespace {
 
 struct DiagnoseCommand {
-  std::string scene;
+  SceneSource scene;
   Remote server;
-  std::int64_t to = 0;
   std::vector<std::string> invariants;
   /// A file with `forms` and `dirac_brackets`, as in stiefel.v1.DiagnoseRequest.
   std::string structure;
@@ -25,18 +24,19 @@ struct DiagnoseCommand {
 
 ExitStatus diagnose(const DiagnoseCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
+  const std::int64_t to = last_step(command.scene, scene);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
   v1::DiagnoseRequest request;
   if (!command.structure.empty()) read_message(command.structure, &request);
-  request.set_to(command.to);
+  request.set_to(to);
   request.mutable_invariants()->Add(command.invariants.begin(), command.invariants.end());
   if (command.symplectic) request.mutable_symplectic_test();
   request.set_estimate_error(error_estimation(command.estimate_error));
   v1::DiagnoseResponse diagnosis;
   {
-    const Progress progress(session, command.to);
+    const Progress progress(session, to);
     try {
       diagnosis = session.diagnose(request);
     } catch (const client::Error&) {
@@ -55,7 +55,7 @@ void add_diagnose(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<DiagnoseCommand>();
   auto* app = all.add_subcommand("diagnose",
                                  "Prints invariants, drift, estimated error and domain at a step");
-  add_scene(app, command->scene, command->to);
+  add_run_of_scene(app, command->scene);
   app->add_option("--invariants", command->invariants,
                   "families or single invariants, separated by commas; by default all families, "
                   "the Manakov coefficients only up to N = 16")
@@ -71,8 +71,8 @@ void add_diagnose(CLI::App& all, Command& chosen) {
   add_error(app, command->estimate_error);
   add_server(app, command->server);
   app->callback([=, &chosen] {
-    chosen.origin = {.file = command->scene,
-                     .options = {{"to", "--to"},
+    chosen.origin = {.file = command->scene.shown(),
+                     .options = {{"to", command->scene.time ? "--time" : "--to"},
                                  {"invariants", "--invariants"},
                                  {"symplectic_test", "--symplectic"},
                                  {"forms", "--structure: forms"},

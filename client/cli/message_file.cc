@@ -81,7 +81,16 @@ void sort_maps(const Descriptor& type, nlohmann::ordered_json& json) {
   }
 }
 
-std::string read(const std::string& path) {
+std::string with_matrices_as_objects(const std::string& name, const std::string& text,
+                                     const Types& types) {
+  auto json = nlohmann::json::parse(text);
+  write_out_matrices(types, name + ": ", json);
+  return json.dump();
+}
+
+}  // namespace
+
+std::string read_text(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string text;
   char block[1 << 16];
@@ -93,30 +102,14 @@ std::string read(const std::string& path) {
   return text;
 }
 
-/// Returns the text without a byte order mark of UTF-8. Throws BadInput for UTF-16, which begins
-/// with another.
 std::string without_mark(const std::string& name, const std::string& text) {
   if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
     throw BadInput(name + ": is UTF-16: must be UTF-8");
   return text.starts_with(byte_order_mark) ? text.substr(byte_order_mark.size()) : text;
 }
 
-std::string with_matrices_as_objects(const std::string& name, const std::string& text,
-                                     const Types& types) {
-  auto json = nlohmann::json::parse(text);
-  write_out_matrices(types, name + ": ", json);
-  return json.dump();
-}
-
-}  // namespace
-
 void read_message(const std::string& path, google::protobuf::Message* message) {
-  parse_message(path, read(path), message);
-}
-
-void read_messages(const std::string& path,
-                   const std::vector<google::protobuf::Message*>& messages) {
-  parse_messages(path, read(path), messages);
+  parse_message(path, read_text(path), message);
 }
 
 void parse_message(const std::string& name, const std::string& text,
@@ -125,9 +118,11 @@ void parse_message(const std::string& name, const std::string& text,
 }
 
 void parse_messages(const std::string& name, const std::string& given,
-                    const std::vector<google::protobuf::Message*>& messages) {
+                    const std::vector<google::protobuf::Message*>& messages,
+                    const google::protobuf::Descriptor* beside) {
   Types types;
   for (const auto* message : messages) types.push_back(message->GetDescriptor());
+  if (beside != nullptr) types.push_back(beside);
   const std::string plain = without_mark(name, given);
   const Syntax syntax = check_syntax(plain, types);
   if (!syntax.fault.empty()) throw BadInput(name + ": " + syntax.fault);
@@ -135,7 +130,7 @@ void parse_messages(const std::string& name, const std::string& given,
       syntax.nested_matrices ? with_matrices_as_objects(name, plain, types) : plain;
   google::protobuf::util::JsonParseOptions options;
   // Fields of the other messages are ignored here; `syntax` has checked that all names are known.
-  options.ignore_unknown_fields = messages.size() > 1;
+  options.ignore_unknown_fields = types.size() > 1;
   for (auto* message : messages) {
     const auto status = google::protobuf::util::JsonStringToMessage(text, message, options);
     if (status.ok()) continue;
@@ -143,12 +138,6 @@ void parse_messages(const std::string& name, const std::string& given,
     if (fault.starts_with(": ")) fault = fault.substr(2);  // protobuf's empty path: the root
     throw BadInput(name + ": " + fault);
   }
-}
-
-v1::Scene read_scene(const std::string& path) {
-  v1::Scene scene;
-  read_message(path, &scene);
-  return scene;
 }
 
 nlohmann::ordered_json to_json(const google::protobuf::Message& message) {

@@ -7,8 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include "stiefel/v1/scene.pb.h"
-
 namespace stiefel::cli {
 
 /// That of UTF-8, with which editors of other systems begin a file.
@@ -17,18 +15,20 @@ inline constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 /// Reads a message from a file in JSON form. Throws BadInput that names the file and the fault:
 /// syntax with line and column, unknown fields, fields given twice, wrong types.
 void read_message(const std::string& path, google::protobuf::Message* message);
-/// Reads one JSON object from a file into several messages, whose fields it may have. Throws
-/// BadInput as `read_message` does.
-void read_messages(const std::string& path,
-                   const std::vector<google::protobuf::Message*>& messages);
 /// Reads a message from a text in JSON form. Throws BadInput that calls the text `name`.
 void parse_message(const std::string& name, const std::string& text,
                    google::protobuf::Message* message);
-/// Reads one JSON object from a text into several messages, whose fields it may have. Throws
-/// BadInput that calls the text `name`.
+/// Reads one JSON object from a text into several messages, whose fields it may have. It may also
+/// have the fields of `beside`, which are checked and not read. Throws BadInput that calls the text
+/// `name`.
 void parse_messages(const std::string& name, const std::string& text,
-                    const std::vector<google::protobuf::Message*>& messages);
-v1::Scene read_scene(const std::string& path);
+                    const std::vector<google::protobuf::Message*>& messages,
+                    const google::protobuf::Descriptor* beside = nullptr);
+/// Reads the text of a file. Throws BadInput.
+std::string read_text(const std::string& path);
+/// Returns the text without a byte order mark of UTF-8. Throws BadInput for UTF-16, which begins
+/// with another.
+std::string without_mark(const std::string& name, const std::string& text);
 
 /// Returns the JSON form of a message with the proto's field names. Maps are sorted by key; doubles
 /// read back to the same bits.

@@ -49,14 +49,28 @@ void add_server(CLI::App* app, Remote& server) {
       ->type_name("FILE");
 }
 
-void add_scene(CLI::App* app, std::string& scene, std::int64_t& to) {
-  app->add_option("SCENE", scene, "a scene file: the JSON form of stiefel.v1.Scene")
+void add_scene(CLI::App* app, SceneSource& scene) {
+  app->add_option(
+         "SCENE", scene.name,
+         "a scene file: the JSON form of stiefel.v1.Scene, in which matrices may be lists of "
+         "rows; - for stdin; or the name of an example, such as toutatis")
       ->required()
       ->type_name("FILE.json");
-  app->add_option("--to", to, "the last step")
-      ->required()
-      ->transform(whole_number(between_steps))
-      ->type_name("STEP");
+  app->add_option("--set", scene.changes,
+                  "a field that replaces that of the scene; null removes it. Repeatable. Example: "
+                  "body.angular_velocity=0.1,1,0.2")
+      ->allow_extra_args(false)
+      ->type_name("FIELD=VALUE");
+}
+
+void add_run_of_scene(CLI::App* app, SceneSource& scene) {
+  add_scene(app, scene);
+  auto* to = app->add_option("--to", scene.to, "the last step; by default that of the horizon")
+                 ->transform(whole_number(between_steps))
+                 ->type_name("STEP");
+  app->add_option("--time", scene.time, "the last time in seconds, instead of --to")
+      ->type_name("SECONDS")
+      ->excludes(to);
 }
 
 void add_error(CLI::App* app, std::optional<bool>& estimate_error) {

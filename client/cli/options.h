@@ -6,17 +6,21 @@
 #include <string>
 
 #include "client/cli/endpoint.h"
+#include "client/cli/input/scene_source.h"
 
 // Options that several commands have.
 namespace stiefel::cli {
 
 /// What errors say of --from and --to besides, because they count steps.
 inline constexpr const char* between_steps =
-    ": it counts steps; stiefel run --times FILE gives samples between them";
+    ": it counts steps; stiefel run --times FILE gives samples between them, and --time takes "
+    "seconds";
 
 void add_server(CLI::App* app, Remote& server);
-/// Adds the scene file and --to.
-void add_scene(CLI::App* app, std::string& scene, std::int64_t& to);
+/// Adds the scene and --set.
+void add_scene(CLI::App* app, SceneSource& scene);
+/// Adds the scene, --set, --to and --time.
+void add_run_of_scene(CLI::App* app, SceneSource& scene);
 /// Adds --error and --no-error. Without them the error is estimated when that takes less work than
 /// the run or less than 10 ms.
 void add_error(CLI::App* app, std::optional<bool>& estimate_error);

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <iostream>
 
 #include "client/cli/command.h"
@@ -17,12 +18,25 @@ namespace {
 /// first and the last step.
 constexpr std::int64_t max_default_samples = 1000;
 
-std::int64_t every(const RunCommand& command) {
+std::int64_t every(const RunCommand& command, std::int64_t to) {
   if (command.every) return *command.every;
   // The server refuses a wrong range, whatever `every` is.
-  if (command.from < 0 || command.to <= command.from) return 1;
-  const std::int64_t steps = command.to - command.from;
+  if (command.from < 0 || to <= command.from) return 1;
+  const std::int64_t steps = to - command.from;
   return steps < max_default_samples ? 1 : steps;
+}
+
+/// Returns the times of the samples of a run whose last time is between two steps.
+std::vector<double> times_up_to(const RunCommand& command, const v1::Scene& scene) {
+  const auto last = static_cast<std::int64_t>(std::floor(end_in_steps(command.scene, scene)));
+  if (command.from < 0 || command.from > last)
+    throw BadInput("--from: " + std::to_string(command.from) +
+                   " must be from 0 to the step before --time");
+  std::vector<double> times;
+  for (std::int64_t k = command.from; k <= last; k += every(command, last))
+    times.push_back(static_cast<double>(k) * scene.step());
+  times.push_back(*command.scene.time);
+  return times;
 }
 
 /// Ends an interrupted run: throws Interrupted. An incomplete file does not appear; JSON on stdout
@@ -35,8 +49,8 @@ std::int64_t every(const RunCommand& command) {
 }
 
 /// Says on stderr how many samples a long run without --every has written, unless it wrote all.
-void show_count(const RunCommand& command, std::int64_t samples) {
-  if (command.every || every(command) == 1) return;
+void show_count(const RunCommand& command, std::int64_t to, std::int64_t samples) {
+  if (command.every || every(command, to) == 1) return;
   std::cerr << "stiefel: wrote " << samples << (samples == 1 ? " sample" : " samples")
             << " (first and last); --every 1 for all\n";
 }
@@ -45,17 +59,21 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
   if (command.every && *command.every <= 0) {
     throw BadInput("--every: " + std::to_string(*command.every) + " must be positive");
   }
-  if (!command.times.empty()) return run_at_times(command, origin);
   const v1::Scene scene = read_scene(command.scene);
+  if (!command.times.empty())
+    return run_at_times(command, scene, read_times(command.times), origin);
+  if (const double end = end_in_steps(command.scene, scene); end != std::floor(end))
+    return run_at_times(command, scene, times_up_to(command, scene), origin);
+  const std::int64_t to = last_step(command.scene, scene);
   const auto sink = make_sink(command.output);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
-  auto stream = session.stream({command.from, command.to, every(command), command.fields});
+  auto stream = session.stream({command.from, to, every(command, to), command.fields});
   std::int64_t last = 0, samples = 0;
   v1::DiagnoseResponse diagnosis;
   {
-    Progress progress(session, command.to);
+    Progress progress(session, to);
     try {
       while (const auto* batch = stream.next_batch()) {
         sink->write(*batch);
@@ -64,7 +82,7 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
         progress.at(last);
       }
       v1::DiagnoseRequest request;
-      request.set_to(command.to);
+      request.set_to(to);
       request.set_estimate_error(error_estimation(command.estimate_error));
       diagnosis = session.diagnose(request);
     } catch (const client::Error&) {
@@ -79,7 +97,7 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
   if (!command.output.empty() && !command.output.ends_with(".json")) {
     std::cout << result.dump(2) << '\n';
   }
-  show_count(command, samples);
+  show_count(command, to, samples);
   show_summary(diagnosis);
   return conclude(*stream.run_status(), diagnosis.step());
 }
@@ -89,15 +107,15 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
 void add_run(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<RunCommand>();
   auto* app = all.add_subcommand("run", "Runs a scene and writes samples");
-  add_scene(app, command->scene, command->to);
-  app->get_option("--to")->required(false);
+  add_run_of_scene(app, command->scene);
   app->add_option(
          "--times", command->times,
          "file of times, separated by white space, instead of --to: samples at these times, in "
          "the order of the motion. Between two steps the method makes one shorter step from the "
          "state before")
       ->type_name("FILE")
-      ->excludes("--to");
+      ->excludes("--to")
+      ->excludes("--time");
   app->add_option("--from", command->from, "the first sample; 0 by default")
       ->transform(whole_number(between_steps))
       ->type_name("STEP");
@@ -120,10 +138,9 @@ void add_run(CLI::App& all, Command& chosen) {
   add_error(app, command->estimate_error);
   add_server(app, command->server);
   app->callback([=, &chosen] {
-    if (app->count("--to") + app->count("--times") == 0) throw CLI::RequiredError("--to");
-    chosen.origin = {.file = command->scene,
+    chosen.origin = {.file = command->scene.shown(),
                      .options = {{"from", "--from"},
-                                 {"to", "--to"},
+                                 {"to", command->scene.time ? "--time" : "--to"},
                                  {"every", "--every"},
                                  {"fields", "--fields"},
                                  {"times", "--times"}}};

@@ -7,24 +7,28 @@
 
 #include "client/cli/endpoint.h"
 #include "client/cli/exit_status.h"
+#include "client/cli/input/scene_source.h"
 #include "client/cli/origin.h"
 
 namespace stiefel::cli {
 
 struct RunCommand {
-  std::string scene;
+  SceneSource scene;
   Remote server;
   std::int64_t from = 0;
-  std::int64_t to = 0;
   std::optional<std::int64_t> every;
-  std::string times;  ///< a file of times, instead of from, to and every
+  std::string times;  ///< a file of times, instead of from, every and the scene's end
   std::vector<std::string> fields;
   std::string output;
   std::optional<bool> estimate_error;
 };
 
-/// Runs with samples at the times that a file lists instead of at steps. The diagnosis is at the
-/// first step at or after the last of these times. Sets `origin.times`.
-ExitStatus run_at_times(const RunCommand& command, Origin& origin);
+/// Reads the times of `command.times`.
+std::vector<double> read_times(const std::string& path);
+
+/// Runs with samples at these times instead of at steps. The diagnosis is at the first step at or
+/// after the last of them. Sets `origin.times`.
+ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
+                        const std::vector<double>& times, Origin& origin);
 
 }  // namespace stiefel::cli

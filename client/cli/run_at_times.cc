@@ -20,30 +20,6 @@ BadInput refused(std::size_t index, const std::string& rule) {
   return BadInput("--times[" + std::to_string(index) + "]: " + rule);
 }
 
-std::vector<double> read_times(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw BadInput("--times: " + path + " cannot be read");
-  std::vector<double> times;
-  for (std::string word; file >> word;) {
-    if (times.empty() && word.starts_with(byte_order_mark)) word.erase(0, byte_order_mark.size());
-    if (word.empty()) continue;
-    char* end = nullptr;
-    const double time = std::strtod(word.c_str(), &end);
-    if (*end != '\0' || !std::isfinite(time))
-      throw refused(times.size(), word + " is not a finite number");
-    times.push_back(time);
-  }
-  if (times.empty()) throw BadInput("--times: " + path + " has no times");
-  return times;
-}
-
-/// Returns a time in steps; where it is a whole number to rounding, that number, as the engine
-/// takes it.
-double in_steps(double time, double step) {
-  const double steps = time / step, whole = std::nearbyint(steps);
-  return std::abs(steps - whole) <= 0x3p-53 * whole ? whole : steps;
-}
-
 /// Returns the indices of the times in the order of the motion. Throws BadInput that names the
 /// first wrong time by its index in the file.
 std::vector<std::size_t> in_order(const std::vector<double>& times, double step) {
@@ -63,8 +39,8 @@ std::vector<std::size_t> in_order(const std::vector<double>& times, double step)
 }
 
 /// Returns a request for the times, in the order of the motion, and the range of steps around them.
-v1::SummarizeRequest request_for(const RunCommand& command, double step, Origin& origin) {
-  const std::vector<double> times = read_times(command.times);
+v1::SummarizeRequest request_for(const RunCommand& command, const std::vector<double>& times,
+                                 double step, Origin& origin) {
   origin.times = in_order(times, step);
   v1::SummarizeRequest request;
   request.set_from(
@@ -78,12 +54,29 @@ v1::SummarizeRequest request_for(const RunCommand& command, double step, Origin&
 
 }  // namespace
 
-ExitStatus run_at_times(const RunCommand& command, Origin& origin) {
-  const v1::Scene scene = read_scene(command.scene);
+std::vector<double> read_times(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw BadInput("--times: " + path + " cannot be read");
+  std::vector<double> times;
+  for (std::string word; file >> word;) {
+    if (times.empty() && word.starts_with(byte_order_mark)) word.erase(0, byte_order_mark.size());
+    if (word.empty()) continue;
+    char* end = nullptr;
+    const double time = std::strtod(word.c_str(), &end);
+    if (*end != '\0' || !std::isfinite(time))
+      throw refused(times.size(), word + " is not a finite number");
+    times.push_back(time);
+  }
+  if (times.empty()) throw BadInput("--times: " + path + " has no times");
+  return times;
+}
+
+ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
+                        const std::vector<double>& times, Origin& origin) {
   if (!scene.has_step())
-    throw BadInput(command.scene + ": step: absent: must be given, finite and not 0");
+    throw BadInput(command.scene.shown() + ": step: absent: must be given, finite and not 0");
   const auto sink = make_sink(command.output);
-  const v1::SummarizeRequest request = request_for(command, scene.step(), origin);
+  const v1::SummarizeRequest request = request_for(command, times, scene.step(), origin);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());

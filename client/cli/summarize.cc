@@ -17,10 +17,9 @@ namespace stiefel::cli {
 namespace {
 
 struct SummarizeCommand {
-  std::string scene;
+  SceneSource scene;
   Remote server;
   std::int64_t from = 0;
-  std::int64_t to = 0;
   std::int64_t every = 1;
   /// "energy=drift", "M=min,max".
   std::vector<std::string> quantities;
@@ -71,7 +70,6 @@ v1::SummarizeRequest request_of(const SummarizeCommand& command) {
   v1::SummarizeRequest request;
   if (!command.request.empty()) request = read_request(command.request);
   request.set_from(command.from);
-  request.set_to(command.to);
   request.set_every(command.every);
   if (command.over_members)
     for (auto& quantity : *request.mutable_quantities()) quantity.set_over_members(true);
@@ -152,7 +150,8 @@ ExitStatus summarize(const SummarizeCommand& command) {
   if (command.every <= 0)
     throw BadInput("--every: " + std::to_string(command.every) + " must be positive");
   const v1::Scene scene = read_scene(command.scene);
-  const v1::SummarizeRequest request = request_of(command);
+  v1::SummarizeRequest request = request_of(command);
+  request.set_to(last_step(command.scene, scene));
   if (request.quantities().empty() && request.events().empty())
     throw BadInput("summarize: give --quantity, or --request with quantities or events");
   std::optional<Destination> destination;
@@ -164,7 +163,7 @@ ExitStatus summarize(const SummarizeCommand& command) {
   if (!request.events().empty()) events = nlohmann::ordered_json::array();
   v1::SummarizeResponse end;
   {
-    Progress progress(session, command.to);
+    Progress progress(session, request.to());
     try {
       end = session.summarize(request, [&](const v1::SummarizeResponse& message) {
         progress.at(message.step());
@@ -194,7 +193,7 @@ void add_summarize(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<SummarizeCommand>();
   auto* app = all.add_subcommand("summarize",
                                  "Prints statistics and events of a motion without its samples");
-  add_scene(app, command->scene, command->to);
+  add_run_of_scene(app, command->scene);
   app->add_option("--from", command->from, "the first sample; 0 by default")
       ->transform(whole_number(between_steps))
       ->type_name("STEP");
@@ -218,9 +217,9 @@ void add_summarize(CLI::App& all, Command& chosen) {
       ->type_name("FILE.json");
   add_server(app, command->server);
   app->callback([=, &chosen] {
-    chosen.origin = {.file = command->scene,
+    chosen.origin = {.file = command->scene.shown(),
                      .options = {{"from", "--from"},
-                                 {"to", "--to"},
+                                 {"to", command->scene.time ? "--time" : "--to"},
                                  {"every", "--every"},
                                  {"events", "--request: events"},
                                  {"fields", "--request: fields"}}};

@@ -16,7 +16,7 @@ namespace stiefel::cli {
 namespace {
 
 struct TradeoffCommand {
-  std::string scene;
+  SceneSource scene;
   Remote server;
   std::optional<double> horizon;
   std::optional<double> budget;
@@ -225,9 +225,8 @@ void add_tradeoff(CLI::App& all, Command& chosen) {
       "tradeoff",
       "Measures error against cost of every method and prints the Pareto front: the points that no "
       "other point beats in both work and error");
-  app->add_option("SCENE", command->scene, "a scene file; its method is ignored")
-      ->required()
-      ->type_name("FILE.json");
+  add_scene(app, command->scene);
+  app->get_option("SCENE")->description("a scene, as of `stiefel run`; its method is ignored");
   app->add_option(
          "--horizon", command->horizon,
          "the time at which errors are measured; by default the scene's horizon, else 100 steps")
@@ -247,7 +246,7 @@ void add_tradeoff(CLI::App& all, Command& chosen) {
   add_server(app, command->server);
   app->callback([=, &chosen] {
     chosen.origin = {
-        .file = command->scene,
+        .file = command->scene.shown(),
         .options = {{"horizon", "--horizon"}, {"budget", "--budget"}, {"repeats", "--repeats"}}};
     chosen.run = [command](Origin&) { return tradeoff(*command); };
   });

@@ -35,6 +35,13 @@ bool check_stiefel_frame(SceneDraft& draft, const char* frame) {
   if (!draft.set_inertia(2, Scene::max_elements)) return false;
   draft.check_inertia_positive();
   const Eigen::Index N = draft.scene().dimension();
+  if (found != draft.given().initial.end() && n == N && found->second.values.cols() < N) {
+    const Eigen::Index columns = found->second.values.cols();
+    draft.refuse("initial." + std::string(frame), shape_text(n, columns),
+                 "is the transpose of a frame, whose rows are orthonormal: must be " +
+                     shape_text(columns, N));
+    return false;
+  }
   if (n > N || n > Scene::max_dimension || n * N > Scene::max_elements) {
     draft.refuse("initial." + std::string(frame), shape_text(n, N),
                  "must have n ≤ N, n ≤ " + std::to_string(Scene::max_dimension) + " and n N ≤ " +

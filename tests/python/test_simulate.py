@@ -12,7 +12,7 @@ import pytest
 
 import stiefel
 
-EXAMPLES = Path(__file__).parents[2] / "client" / "examples"
+EXAMPLES = Path(__file__).parents[2] / "client" / "examples" / "scenes"
 TOP = {"system": "rigid_body", "step": 0.1, "epoch": "2016-12-31T23:59:50Z",
        "body": {"moments": [2, 2, 1], "angular_velocity": [0.3, 0, 1]}}  # precesses: omega_x = 0.3 cos(omega_z t / 2)
 

@@ -5,7 +5,7 @@ import enum
 import os
 from functools import cached_property
 from dataclasses import dataclass, field, replace
-from typing import Any, Iterator, Mapping, Optional, Sequence, TypeVar, overload
+from typing import Any, Iterator, Mapping, Optional, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from stiefel._exports import ccsds, mcap, spice
 from stiefel._exports.nodes import Export
 from stiefel._results import attitude, save, tables
 from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
+from stiefel._results.drawn import Drawn, Logged
 from stiefel._results.estimate import Errors, EstimatedError
 from stiefel._results.kinds import kind_of
 from stiefel._results.motion import Motion, motion_of
@@ -55,7 +56,7 @@ class State(Ended, Fields):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Batch(Named):
+class Batch(Logged, Named):
     """Consecutive samples, with `step` and `time` of each. `batch["Q"]` is a field at all samples.
 
     A matrix is (samples, rows, cols), a vector (samples, n), a number (samples,); in an ensemble (members,) stands
@@ -106,24 +107,6 @@ class Batch(Named):
     def _status_at(self, sample: int) -> RunStatus:
         return RunStatus(Outcome.REACHED)
 
-    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel", recording: Any = None) -> None:
-        """Logs the samples to the viewer of Rerun, on the timelines `step` and `time`, batch by batch of a stream:
-
-            rerun.init("tumbling", spawn=True)
-            for batch in session.stream(to=10_000):
-                batch.log_to_rerun(session.scene)
-
-        A body in three dimensions is a box that turns, with its axes, its spin axis and its momentum; a frame is arrows, its
-        first three coordinates; every field is curves, at most 16. The bodies of an ensemble stand on a grid, each below
-        its own entity. `scene`: the session's scene; a trajectory knows it. `recording`: a recording of Rerun; by default
-        the one of `rerun.init`. Needs rerun-sdk: stiefel[rerun].
-        """
-        from stiefel._report import rerun  # imported here because only the viewer needs it
-
-        if scene is None:
-            raise ValueError("scene: must be given for a batch, which does not know it: session.scene")
-        rerun.log(self, scene, entity, recording)
-
     def __repr__(self) -> str:
         return f"<stiefel.Batch {self._extent()}: {self._shapes()}>"
 
@@ -135,7 +118,7 @@ class Batch(Named):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Ended, Batch):
+class Trajectory(Drawn, Ended, Batch):
     """All samples of a run, whose arrays belong to the caller. `run["Q"]` is a field at all samples, `run[i]` the State
     of a sample, and `run[a:b:c]` the trajectory of the samples of a slice; see `Batch` for the shapes.
 
@@ -238,72 +221,6 @@ class Trajectory(Ended, Batch):
         with self._known_origin().session(self.scene) as session:
             found: Errors = session.error_at(self.time if times is None else times, timeout)
         return found
-
-    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel", recording: Any = None) -> None:
-        """Does what `Batch.log_to_rerun` does, by default with the trajectory's own scene."""
-        super().log_to_rerun(self.scene if scene is None else scene, entity=entity, recording=recording)
-
-    @property
-    def panels(self) -> tuple[str, ...]:
-        """The panels that `plot` can draw of these fields."""
-        from stiefel._results import plots  # imported here because only pictures need it
-
-        return plots.panels_of(self)
-
-    def plot(self, panels: Optional[Sequence[str]] = None, *, member: int = 0, to: Optional[int] = None,
-             figure: Any = None) -> Any:
-        """Returns a figure of matplotlib with panels, by default attitude, rates and accuracy:
-
-        "attitude": the quaternion, or the entries of the frame that vary most; "rates": the angular velocity in body axes,
-        or the entries of the other field that vary most; "spin_axis": the direction of the angular velocity in space;
-        "accuracy": the drift of each family of invariants beside the estimated error; "polhode": see `polhode`.
-
-        Drift and error are computed again from the scene, at the server of the run or at that of `stiefel.simulate` if the
-        client of the run is closed, up to the last sample or up to step `to`. `member`: the member of an ensemble to draw. `figure`: the figure or subfigure to draw
-        in; a new one by default. Needs matplotlib: stiefel[plot].
-        """
-        from stiefel._results import plots  # imported here because only pictures need it
-
-        return plots.plot(self, panels, member, to, figure)
-
-    def polhode(self, axes: Any = None, *, member: int = 0) -> Any:
-        """Returns a figure of matplotlib with the polhode of a body in three dimensions: its momentum in the body, divided
-        by its norm, on the sphere, with the separatrix, the principal axes and the polhodes of other energies.
-
-        `axes`: the matplotlib axes to draw in; new ones by default. `member`: the member of an ensemble to draw. Needs
-        matplotlib: stiefel[plot].
-        """
-        from stiefel._results import plots  # imported here because only pictures need it
-
-        return plots.polhode(self, axes, member)
-
-    def plot3d(self, axes: Any = None, *, coordinates: Sequence[int] = (0, 1, 2), member: int = 0) -> Any:
-        """Returns a figure of matplotlib with the paths of the vectors of the frame, projected on three coordinates, and
-        the vectors at the last sample. The vectors are the rows of Q for n < N, else its columns, at most six.
-
-        `axes`: the 3-D axes of matplotlib to draw in; new ones by default. `member`: the member of an ensemble to draw.
-        Needs matplotlib: stiefel[plot].
-        """
-        from stiefel._results import plots  # imported here because only pictures need it
-
-        return plots.plot3d(self, axes, coordinates, member)
-
-    def report(self, path: "str | os.PathLike[str]", *, name: Optional[str] = None, member: int = 0,
-               estimate_error: bool = True, tradeoff: Optional[bool] = None) -> None:
-        """Writes an HTML page about the run from step 0 to the last sample, which needs no network.
-
-        It has the body turning in space, polhode, rates, drift beside the estimated error, error against cost of the
-        methods, the scene, and how to run it again: the page of `stiefel report`. The run is computed again from the
-        scene, at the server of the run or at that of `stiefel.simulate` if the client of the run is closed, with samples
-        dense enough to be drawn.
-
-        `name`: the title, by default the system. `member`: the member of an ensemble to draw. `estimate_error`: whether
-        the error is estimated, which takes at most about ten seconds. `tradeoff`: whether error against cost is measured,
-        for about ten seconds; by default for about a second, and not for ensembles.
-        """
-        from stiefel._report import page  # imported here because only pages need it
-
-        page.report(self, path, name, member, estimate_error, tradeoff)
 
     def save(self, file: "str | os.PathLike[str]") -> None:
         """Writes the samples in the format that the extension of the name chooses; `stiefel.load` reads them.

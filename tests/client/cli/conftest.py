@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-EXAMPLES = pathlib.Path(__file__).parents[3] / "client/examples"
+EXAMPLES = pathlib.Path(__file__).parents[3] / "client/examples/scenes"
 SCENES = ["tumbling_spacecraft", "envisat", "rigid_body_8", "moser_veselov"]
 
 

@@ -10,7 +10,7 @@ import pytest
 import stiefel
 from pages import Page
 
-EXAMPLES = Path(__file__).parents[3] / "client" / "examples"
+EXAMPLES = Path(__file__).parents[3] / "client" / "examples" / "scenes"
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,7 @@ import numpy as np
 
 from stiefel._results import body
 from stiefel._results.base import Array
+from stiefel._results.extras import imported
 
 Batch = Any  # a `stiefel.Batch`
 
@@ -17,11 +18,7 @@ SPACING = 2.5  #: between the bodies of an ensemble, whose boxes have a diagonal
 
 def log(batch: Batch, scene: Mapping[str, Any], entity: str, recording: Any) -> None:
     """Does what `Batch.log_to_rerun` says."""
-    try:
-        import rerun  # imported here because only this function needs it
-    except ImportError as missing:
-        raise ImportError("log_to_rerun needs the package rerun-sdk: pip install 'stiefel[rerun]'") from missing
-
+    rerun = imported("rerun", "rerun")
     indexes = [rerun.TimeColumn("step", sequence=batch.step), rerun.TimeColumn("time", duration=batch.time)]
     members = scene.get("members")
     for member in range(members) if members else [None]:

@@ -89,7 +89,8 @@ def _families(diagnosis: Any) -> list[Family]:
 
 def described(session: Session) -> pb.DescribeResponse:
     """Returns the catalogue of the session's server."""
-    return session._connection.call("Describe", pb.DescribeRequest())
+    found: pb.DescribeResponse = session._connection.call("Describe", pb.DescribeRequest())
+    return found
 
 
 def drawn_fields(session: Session) -> list[str]:
@@ -124,5 +125,5 @@ def samples(session: Session, run: Accuracy, fields: Optional[Sequence[str]] = N
 
 
 def _drawn_numbers(values: Array) -> int:
-    rows, cols = values.shape[-2:] if values.ndim > 1 else (1, values.shape[-1])
-    return min(rows, LARGEST) * min(cols, LARGEST) * (2 if np.iscomplexobj(values) else 1)
+    rows, cols = values.shape[-2:] if values.ndim > 1 else (1, values.size)
+    return int(min(rows, LARGEST) * min(cols, LARGEST) * (2 if np.iscomplexobj(values) else 1))

@@ -7,6 +7,7 @@ import numpy as np
 
 from stiefel._results import body, diagram, sphere
 from stiefel._results.base import Array
+from stiefel._results.extras import imported
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
@@ -29,7 +30,7 @@ def panels_of(trajectory: Trajectory) -> tuple[str, ...]:
 
 def plot(trajectory: Trajectory, panels: Optional[Sequence[str]], member: int, to: Optional[int], figure: Any) -> Any:
     """Does what `Trajectory.plot` says."""
-    import matplotlib.pyplot as plt  # imported here because only pictures need it
+    plt = imported("matplotlib.pyplot", "plot")
 
     scene, of, possible = scene_of(trajectory), member_of(trajectory, member), panels_of(trajectory)
     if panels is None:
@@ -120,7 +121,9 @@ def _rates(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[in
 
 def _spin_axis(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
     velocity = body.principal(scene, member).velocity(body.momenta(scene, trajectory, member))
-    axis = np.einsum("sij,sj->si", body.attitudes(scene, trajectory, member), velocity)
+    rotations = body.attitudes(scene, trajectory, member)
+    assert rotations is not None  # or there is no such panel
+    axis = np.einsum("sij,sj->si", rotations, velocity)
     axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), np.finfo(float).tiny)
     return "spin axis in space, a unit vector", [(name, axis[:, k]) for k, name in enumerate("XYZ")]
 
@@ -164,7 +167,7 @@ def _accuracy(axes: Any, trajectory: Trajectory, to: Optional[int]) -> float:
 
 def polhode(trajectory: Trajectory, axes: Any, member: int) -> Any:
     """Does what `Trajectory.polhode` says."""
-    import matplotlib.pyplot as plt  # imported here because only pictures need it
+    plt = imported("matplotlib.pyplot", "plot")
 
     scene, of = scene_of(trajectory), member_of(trajectory, member)
     if not body.is_body(scene, trajectory):
@@ -177,7 +180,7 @@ def polhode(trajectory: Trajectory, axes: Any, member: int) -> Any:
 
 def plot3d(trajectory: Trajectory, axes: Any, coordinates: Sequence[int], member: int) -> Any:
     """Does what `Trajectory.plot3d` says."""
-    import matplotlib.pyplot as plt  # imported here because only pictures need it
+    plt = imported("matplotlib.pyplot", "plot")
 
     of = member_of(trajectory, member)
     name = next((name for name in ("Q", "q") if name in trajectory.fields), None)
