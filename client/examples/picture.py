@@ -54,8 +54,8 @@ def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> 
 
 def scene(file: Any, title: str, turns: Any, last_step: int) -> None:
     """Draws the samples `turns` of the first turns, above drift and error up to the last step."""
-    wanted = ("rates", "spin_axis", "accuracy", "polhode") if "polhode" in turns.panels else ("attitude", "rates", "accuracy")
-    figure = turns.plot([name for name in wanted if name in turns.panels], to=last_step)
+    in_space = [name for name in ("rates", "spin_axis", "accuracy", "polhode") if name in turns.panels]
+    figure = turns.plot(in_space if "polhode" in in_space else None, to=last_step)
     figure.suptitle(title, x=0.01, ha="left")
     save(figure, file)
 

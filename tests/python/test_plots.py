@@ -9,7 +9,13 @@ import pytest
 import stiefel
 from stiefel._results import body, sphere
 
-SPACECRAFT = {"system": "rigid_body", "step": 1, "body": {"moments": [1200, 900, 500], "angular_velocity": [0.002, 0.06, 0.001]}}
+
+
+def tumbling(moments, angular_velocity, **more):
+    return {"system": "rigid_body", "step": 1, "body": {"moments": moments, "angular_velocity": angular_velocity}, **more}
+
+
+SPACECRAFT = tumbling([1200, 900, 500], [0.002, 0.06, 0.001])
 TENSOR = [17023.3, 124825.7, 129112.2, 397.1, -2171.4, 344.2]
 
 
@@ -36,7 +42,7 @@ def test_the_default_is_attitude_rates_and_accuracy(run, client):
         assert np.array_equal(curves(attitude)[name], run["quaternion"][:, k])
     for k, name in enumerate("xyz"):
         assert np.allclose(curves(rates)[rf"$\omega_{name}$"], run["angular_velocity"][:, k], atol=1e-16)
-    assert {"drift of energy", "drift of orthogonality", "error of the attitude", "error of the momentum"} <= set(curves(accuracy))
+    assert {"drift of energy", "drift of orthogonality", "error of the attitude"} <= set(curves(accuracy))
     assert accuracy.get_yscale() == "log" and accuracy.get_xlabel() == "time (s)"
     with client.create(SPACECRAFT) as session:
         last = session.diagnose(to=700, invariants="energy")
@@ -69,8 +75,7 @@ def test_a_panel_that_the_fields_do_not_have_is_refused(run, client):
 
 
 def test_days_where_seconds_are_too_many(client):
-    slow = {"moments": [1200, 900, 500], "angular_velocity": [2e-5, 2e-4, 1e-5]}
-    with client.create({**SPACECRAFT, "body": slow, "step": 3600}) as session:
+    with client.create(tumbling([1200, 900, 500], [2e-5, 2e-4, 1e-5], step=3600)) as session:
         run = session.trajectory(to=240)
     figure = run.plot(["rates"])
     figure.canvas.draw()
@@ -90,7 +95,8 @@ def test_momenta_and_principal_axes(client, scene):
     assert np.allclose(inertia.axes @ inertia.axes.T, np.eye(3)) and (np.diff(inertia.moments) > 0).all()
     momenta = body.momenta(run.scene, run, None)
     for attitudes in (body.attitudes(run.scene, run, None), run["Q"]):
-        assert np.allclose(np.einsum("sij,sj->si", attitudes, momenta), run["momentum_space"], rtol=1e-9, atol=1e-9 * abs(momenta).max())
+        in_space = np.einsum("sij,sj->si", attitudes, momenta)
+        assert np.allclose(in_space, run["momentum_space"], rtol=0, atol=1e-9 * abs(momenta).max())
     assert np.allclose(inertia.velocity(momenta), run["angular_velocity"], rtol=1e-9, atol=1e-12)
 
 
@@ -136,14 +142,14 @@ def test_separatrix_and_other_polhodes_have_one_energy_each():
 
 
 def test_a_body_at_rest_has_no_polhode(client):
-    with client.create({"system": "rigid_body", "step": 1, "body": {"moments": [1, 2, 3], "angular_velocity": [0, 0, 0]}}) as session:
+    with client.create(tumbling([1, 2, 3], [0, 0, 0])) as session:
         with pytest.raises(ValueError, match="at rest"):
             session.trajectory(to=3).polhode()
 
 
 @pytest.mark.parametrize("moments", [[1, 1, 2], [2, 2, 2]])
 def test_equal_moments_have_no_separatrix(client, moments):
-    with client.create({"system": "rigid_body", "step": 1, "body": {"moments": moments, "angular_velocity": [0.1, 0.2, 0.3]}}) as session:
+    with client.create(tumbling(moments, [0.1, 0.2, 0.3])) as session:
         figure = session.trajectory(to=30).polhode()
     assert not any(line.get_color() == "black" for line in figure.axes[0].lines)
     figure.canvas.draw()
@@ -151,7 +157,7 @@ def test_equal_moments_have_no_separatrix(client, moments):
 
 def test_a_member_of_an_ensemble(client):
     velocities = np.array([[0.3, 1, 0.2], [0.1, 1, 0.1]])
-    with client.create({"system": "rigid_body", "members": 2, "step": 0.1, "body": {"moments": [1, 2, 3], "angular_velocity": velocities}}) as session:
+    with client.create(tumbling([1, 2, 3], velocities, members=2, step=0.1)) as session:
         run = session.trajectory(to=20)
     for member in (0, 1):
         rates = run.plot(["rates"], member=member).axes[0]

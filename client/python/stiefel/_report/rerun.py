@@ -54,8 +54,9 @@ def _log_body(rerun: Any, scene: Mapping[str, Any], batch: Batch, member: Option
     turned = np.einsum("sij,kj->sik", rotations, axes)
     send("body", rerun.Transform3D.columns(translation=np.tile(centre, (len(batch), 1)), mat3x3=turned))
     rerun.log(f"{place}/body/box", rerun.Boxes3D(half_sizes=[half], fill_mode="solid"), static=True, recording=recording)
-    rerun.log(f"{place}/body/axes", rerun.Arrows3D(vectors=np.diag(half + 0.3), labels=inertia.names,
-                                                   colors=[[0, 114, 178], [213, 94, 0], [0, 158, 115]]), static=True, recording=recording)
+    arrows = rerun.Arrows3D(vectors=np.diag(half + 0.3), labels=inertia.names,
+                            colors=[[0, 114, 178], [213, 94, 0], [0, 158, 115]])
+    rerun.log(f"{place}/body/axes", arrows, static=True, recording=recording)
     momenta = body.momenta(scene, batch, member)
     for name, vectors in (("spin_axis", inertia.velocity(momenta)), ("momentum", momenta)):
         in_space = np.einsum("sij,sj->si", rotations, vectors)

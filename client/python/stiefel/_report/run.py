@@ -3,7 +3,7 @@ drawn."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Optional, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -103,24 +103,22 @@ def drawn_fields(session: Session) -> list[str]:
     return frame + [name for name in ("Qdot", "M", "P") if name in names][:1]
 
 
-def samples(session: Session, run: Accuracy, fields: Optional[Sequence[str]] = None, turns: Optional[float] = None) -> Trajectory:
-    """Returns samples dense enough to be drawn, from step 0 to the end of the run or as far as their number allows.
-
-    `turns`: ends after so many turns by 360 degrees. States between steps are computed where the steps are too long; a
-    discrete system has none.
-    """
-    scene, fields = session.scene, list(fields or drawn_fields(session))
+def samples(session: Session, run: Accuracy) -> Trajectory:
+    """Returns samples dense enough to be drawn, from step 0 to the end of the run or as far as their number allows. States
+    between steps are computed where the steps are too long; a discrete system has none."""
+    scene, fields = session.scene, drawn_fields(session)
     step, end = scene["step"], abs(run.horizon)
     if run.step == 0:
         return session.trajectory(to=0, fields=fields)
     numbers = sum(_drawn_numbers(values[0]) for values in session.trajectory(to=0, fields=fields).fields.values())
     most = min(MOST, BYTES // (4 * numbers))
     finest = FINEST / run.speed if run.speed else 0.0
-    shown = min(end, most * finest or end, 2 * np.pi * turns / run.speed if turns and run.speed else end)
+    shown = min(end, most * finest or end)
     count = int(np.clip(np.ceil(shown / finest) if finest else FEWEST, min(FEWEST, most), most))
     every = shown / count / abs(step)
     if every >= 1 or "method" not in scene:
-        return session.trajectory(to=min(run.step, int(np.ceil(shown / abs(step)))), every=int(np.ceil(every)), fields=fields)
+        to = min(run.step, int(np.ceil(shown / abs(step))))
+        return session.trajectory(to=to, every=int(np.ceil(every)), fields=fields)
     return session.trajectory(times=np.linspace(0, np.copysign(shown, step), count + 1), fields=fields)
 
 

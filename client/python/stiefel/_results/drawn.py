@@ -8,7 +8,8 @@ from typing import Any, Mapping, Optional, Sequence
 class Logged:
     """Samples that go to a viewer."""
 
-    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel", recording: Any = None) -> None:
+    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel",
+                     recording: Any = None) -> None:
         """Logs the samples to the viewer of Rerun, on the timelines `step` and `time`, batch by batch of a stream:
 
             rerun.init("tumbling", spawn=True)
@@ -35,7 +36,8 @@ class Drawn(Logged):
         """The resolved scene."""
         raise NotImplementedError
 
-    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel", recording: Any = None) -> None:
+    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel",
+                     recording: Any = None) -> None:
         """Does what `Batch.log_to_rerun` does, by default with the trajectory's own scene."""
         super().log_to_rerun(self.scene if scene is None else scene, entity=entity, recording=recording)
 
@@ -55,8 +57,8 @@ class Drawn(Logged):
         "accuracy": the drift of each family of invariants beside the estimated error; "polhode": see `polhode`.
 
         Drift and error are computed again from the scene, at the server of the run or at that of `stiefel.simulate` if the
-        client of the run is closed, up to the last sample or up to step `to`. `member`: the member of an ensemble to draw. `figure`: the figure or subfigure to draw
-        in; a new one by default. Needs matplotlib: stiefel[plot].
+        client of the run is closed, up to the last sample or up to step `to`. `member`: the member of an ensemble to draw.
+        `figure`: the figure or subfigure to draw in; a new one by default. Needs matplotlib: stiefel[plot].
         """
         from stiefel._results import plots  # imported here because only pictures need it
 

@@ -42,8 +42,10 @@ def plot(trajectory: Trajectory, panels: Optional[Sequence[str]], member: int, t
         square = "polhode" in panels
         if figure is None:
             height = max(2.0 * len(rows) + 0.5, 4.2 if square else 0)
-            figure = plt.figure(figsize=(11.5 if square and rows else 5 if square else 8.5, height), layout="constrained")
-        grid = figure.add_gridspec(max(len(rows), 1), 2 if square and rows else 1, width_ratios=[1.75, 1] if square and rows else None)
+            width = (11.5 if rows else 5) if square else 8.5
+            figure = plt.figure(figsize=(width, height), layout="constrained")
+        ratios = [1.75, 1] if square and rows else [1]
+        grid = figure.add_gridspec(max(len(rows), 1), len(ratios), width_ratios=ratios)
         first = None
         for k, name in enumerate(rows):
             alone = name == "accuracy" and to is not None  # it is about another span of time
@@ -81,15 +83,13 @@ def unit(scene: Mapping[str, Any], name: str) -> str:
 
 def _label_time(axes: Any, scene: Mapping[str, Any], seconds: float) -> None:
     """Names the axis of times and, where these are seconds, labels it in the unit that suits the span."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
+    from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-    factor, name = next((found for found in ((86400, "days"), (3600, "hours"), (1, "s")) if seconds >= 2 * found[0]), (1, "s"))
+    factor, name = next((found for found in ((86400, "days"), (3600, "hours")) if seconds >= 2 * found[0]), (1, "s"))
     if "body" in scene and factor > 1:
-        class Nice(MaxNLocator):
-            def tick_values(self, low: float, high: float) -> Any:
-                return factor * np.asarray(super().tick_values(low / factor, high / factor))
-
-        axes.xaxis.set_major_locator(Nice(nbins="auto", steps=[1, 2, 2.5, 5, 10]))
+        most = seconds / factor / 5  # units between two ticks
+        power = 10.0 ** np.floor(np.log10(most))
+        axes.xaxis.set_major_locator(MultipleLocator(factor * power * max(one for one in (1, 2, 5) if one * power <= most)))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / factor:g}"))
     axes.set_xlabel("time" + unit(scene, f" ({name})"))
 
@@ -101,7 +101,10 @@ def _curves(axes: Any, time: Array, title: str, curves: Iterable[tuple[str, Arra
     axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
 
 
-def _attitude(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
+Curves = tuple[str, list[tuple[str, Array]]]  # the title of a panel, and its curves by name
+
+
+def _attitude(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Curves:
     if "quaternion" in trajectory.fields:
         values = body.vectors(trajectory.fields["quaternion"], member)
         return "attitude: quaternion, body to space", list(zip("wxyz", values.T))
@@ -109,17 +112,18 @@ def _attitude(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional
     return f"{name}: the entries that vary most", _entries(name, trajectory.fields[name], member)
 
 
-def _rates(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
+def _rates(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Curves:
     if body.is_body(scene, trajectory):
         momenta = body.momenta(scene, trajectory, member)
         values = body.principal(scene, member).velocity(momenta)
-        return "angular velocity in body axes" + unit(scene, ", rad/s"), [(rf"$\omega_{axis}$", values[:, k]) for k, axis in enumerate("xyz")]
+        curves = [(rf"$\omega_{axis}$", values[:, k]) for k, axis in enumerate("xyz")]
+        return "angular velocity in body axes" + unit(scene, ", rad/s"), curves
     rest = [name for name in trajectory.fields if name not in ("Q", "q", "Q_prev")] or list(trajectory.fields)
     name = next((name for name in ("Qdot", "qdot", "M") if name in rest), rest[0])
     return f"{name}: the entries that vary most", _entries(name, trajectory.fields[name], member)
 
 
-def _spin_axis(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
+def _spin_axis(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Curves:
     velocity = body.principal(scene, member).velocity(body.momenta(scene, trajectory, member))
     rotations = body.attitudes(scene, trajectory, member)
     assert rotations is not None  # or there is no such panel

@@ -40,11 +40,12 @@ def polhode(axes: Any, scene: Mapping[str, Any], trajectory: Trajectory, member:
             x, y, depth = view @ axis * sign
             alpha = 1 if depth >= 0 else 0.35
             axes.plot(x, y, "k.", ms=5, alpha=alpha, zorder=4)
-            axes.annotate(("+" if sign > 0 else "\N{MINUS SIGN}") + name, (1.1 * x, 1.1 * y), alpha=alpha, ha="center", va="center", zorder=6)
+            axes.annotate(("+" if sign > 0 else "\N{MINUS SIGN}") + name, (1.1 * x, 1.1 * y), alpha=alpha, ha="center",
+                          va="center", zorder=6)
     axes.set_title("polhode on the momentum sphere")
     moments = ", ".join(f"{name} {moment:.6g}" for name, moment in zip(inertia.names, inertia.moments))
-    axes.text(0, -1.24, f"moments {moments}\ndot: start" + ("; dashed: separatrix" if inertia.distinct else ""), ha="center", va="top",
-              fontsize="small", color="0.25")
+    key = "dot: start; dashed: separatrix" if inertia.distinct else "dot: start"
+    axes.text(0, -1.24, f"moments {moments}\n{key}", ha="center", va="top", fontsize="small", color="0.25")
 
 
 def _view(angles: tuple[float, float]) -> Array:
@@ -59,7 +60,8 @@ def _draw(axes: Any, view: Array, points: Array, **look: Any) -> None:
     for front in (True, False):
         here = (depth >= 0) == front
         shown = here | np.append(here[1:], False)  # a segment that crosses the edge belongs to both sides
-        axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), alpha=1 if front else 0.25, zorder=3 if front else 1, **look)
+        axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), alpha=1 if front else 0.25,
+                  zorder=3 if front else 1, **look)
 
 
 def _other_polhodes(moments: Array) -> Iterator[Array]:
