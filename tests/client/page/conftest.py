@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 
 import stiefel
-from pages import Page
-
-EXAMPLES = Path(__file__).parents[3] / "client" / "examples" / "scenes"
+from pages import EXAMPLES, Page
 
 
 @pytest.fixture(scope="session")

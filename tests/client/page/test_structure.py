@@ -2,14 +2,15 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conftest import EXAMPLES
-from pages import Elements, Page
+from pages import EXAMPLES, Elements, Page
 from stiefel._report import page, run
 
 TEMPLATE = Path(page.__file__).with_name("page.html").read_text(encoding="utf-8")
@@ -162,3 +163,21 @@ def test_colours_can_be_told_from_white():
         assert 1.05 / (luminance + 0.05) >= 3, colour
     dashes = re.findall(r"\[([\d., ]*)\]", re.search(r"DASHES = \[(.*)\];", TEMPLATE)[1])
     assert len(set(dashes)) == len(dashes) == 6
+
+
+def test_an_example_ends_at_its_horizon(tmp_path):
+    """`stiefel report toutatis`, and the words by which the page says how to run it again."""
+    def run(*arguments, **more):
+        done = subprocess.run([os.environ["STIEFEL_CLI"], "report", *arguments, "--no-tradeoff"], cwd=tmp_path,
+                              capture_output=True, text=True, timeout=300, **more)
+        return done, Page(tmp_path / "report.html") if done.returncode == 0 else None
+    _, page = run("toutatis")
+    assert page.data["horizon"] == 2592000 and page.data["file"] == page.data["name"] == "toutatis"
+    assert page.data["epoch"] == page.data["scene"]["epoch"] == "1992-11-09T17:49:47 UTC"
+    _, page = run("tumbling_spacecraft", "--time", "10.2", "--set", "method.name=rk4")
+    assert page.data["to"] == 21 and page.data["file"] == "scene.json" and page.data["scene"]["method"]["name"] == "rk4"
+    text = (EXAMPLES / "envisat.json").read_text()
+    _, page = run("-", "--to", "5", input=text)
+    assert page.data["name"] == "stdin" and page.data["file"] == "scene.json"
+    done, _ = run("envisat", "--to", "5", "--member", "1")
+    assert done.returncode == 2 and "--member: 1 is not a member of the scene" in done.stderr
