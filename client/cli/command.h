@@ -17,6 +17,7 @@ struct Command {
 // Each adds a subcommand to `all`, whose callback sets `chosen`.
 void add_describe(CLI::App& all, Command& chosen);
 void add_run(CLI::App& all, Command& chosen);
+void add_rerun(CLI::App& all, Command& chosen);
 void add_summarize(CLI::App& all, Command& chosen);
 void add_diagnose(CLI::App& all, Command& chosen);
 void add_convert(CLI::App& all, Command& chosen);

@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <iostream>
 
 #include "client/cli/command.h"
@@ -19,6 +21,7 @@ struct DiagnoseCommand {
   /// A file with `forms` and `dirac_brackets`, as in stiefel.v1.DiagnoseRequest.
   std::string structure;
   bool symplectic = false;
+  bool json = false;
   std::optional<bool> estimate_error;
 };
 
@@ -44,8 +47,12 @@ ExitStatus diagnose(const DiagnoseCommand& command) {
       throw;
     }
   }
-  std::cout << report(diagnosis.run_status(), diagnosis, session.choice()).dump(2) << '\n';
-  show_summary(diagnosis);
+  if (command.json || !isatty(STDOUT_FILENO)) {
+    std::cout << report(diagnosis.run_status(), diagnosis, session.choice()).dump(2) << '\n';
+    show_summary(diagnosis);
+  } else {
+    print_diagnosis(diagnosis);
+  }
   return conclude(diagnosis.run_status(), diagnosis.step());
 }
 
@@ -68,6 +75,8 @@ void add_diagnose(CLI::App& all, Command& chosen) {
          "file of two-forms and Dirac brackets to evaluate: `forms` and `dirac_brackets` of "
          "stiefel.v1.DiagnoseRequest")
       ->type_name("FILE.json");
+  app->add_flag("--json", command->json,
+                "prints everything as JSON, also on a terminal, where a table is the default");
   add_error(app, command->estimate_error);
   add_server(app, command->server);
   app->callback([=, &chosen] {

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   cli::Command command;
   cli::add_describe(app, command);
   cli::add_run(app, command);
+  cli::add_rerun(app, command);
   cli::add_summarize(app, command);
   cli::add_diagnose(app, command);
   cli::add_convert(app, command);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "client/cli/message_file.h"
+#include "engine/numbers/to_text.h"
 
 namespace stiefel::cli {
 namespace {
@@ -48,6 +49,39 @@ std::string to_string(v1::Conservation conservation) {
   std::string name = without("CONSERVATION_", v1::Conservation_Name(conservation));
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
   return name;
+}
+
+nlohmann::ordered_json ending(const v1::RunStatus& run_status,
+                              const v1::DiagnoseResponse& diagnosis) {
+  nlohmann::ordered_json end = {{"outcome", to_string(run_status.outcome())}};
+  if (run_status.outcome() != v1::OUTCOME_REACHED) {
+    if (run_status.has_largest_step()) end["largest_step"] = run_status.largest_step();
+    if (run_status.has_member()) end["member"] = run_status.member();
+    end["message"] = run_status.message();
+  }
+  if (diagnosis.has_estimated_error())
+    end["estimated_error"] = cli::to_json(static_cast<const google::protobuf::Message&>(
+        diagnosis.estimated_error()));
+  return end;
+}
+
+void print_diagnosis(const v1::DiagnoseResponse& diagnosis) {
+  std::cout << to_string(diagnosis.run_status().outcome()) << " at step " << diagnosis.step()
+            << ", time " << stiefel::to_text(diagnosis.time()) << '\n';
+  Rows rows = {{"invariant", "value", "drift", "kept"}};
+  for (const auto& invariant : diagnosis.invariants()) {
+    std::string name = invariant.name();
+    if (invariant.has_member()) name += " of member " + std::to_string(invariant.member());
+    rows.push_back({name, stiefel::to_text(invariant.value()),
+                    scientific_text(invariant.drift(), 2), to_string(invariant.conservation())});
+  }
+  if (diagnosis.has_orthogonality())
+    rows.push_back({"orthogonality", "", scientific_text(diagnosis.orthogonality(), 2), ""});
+  print_table(rows, "  ");
+  for (const auto& family : diagnosis.shortened())
+    std::cout << "  of " << family.name() << " only those with the largest drift of "
+              << family.count() << '\n';
+  std::cout << summary(diagnosis) << '\n';
 }
 
 nlohmann::ordered_json report(const v1::RunStatus& run_status,

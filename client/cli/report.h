@@ -17,6 +17,14 @@ namespace stiefel::cli {
 nlohmann::ordered_json report(const v1::RunStatus& run_status,
                               const v1::DiagnoseResponse& diagnosis, const v1::Choice* choice);
 
+/// Returns what a file says of how the run ended: {"outcome"}, after a numerical stop with
+/// "message" and, where there is one, "largest_step" and "member", and "estimated_error" if it was
+/// estimated, in the names of stiefel.v1.EstimatedError.
+nlohmann::ordered_json ending(const v1::RunStatus& run_status,
+                              const v1::DiagnoseResponse& diagnosis);
+/// Prints to stdout the outcome, a line for each invariant, and the estimated error.
+void print_diagnosis(const v1::DiagnoseResponse& diagnosis);
+
 /// Returns one sentence with the worst drift and the estimated error, two measures that do not
 /// bound each other: "invariants kept to 2.1e-16; estimated error at t = 6000: attitude 1.6e-02
 /// (1.2°), momentum 3.2e-03". In an ensemble it names the member of each: "invariants kept to

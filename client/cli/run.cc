@@ -43,7 +43,7 @@ std::vector<double> times_up_to(const RunCommand& command, const v1::Scene& scen
 /// is completed, without a diagnosis.
 [[noreturn]] void give_up(const RunCommand& command, const Progress& progress, Sink& sink) {
   const bool to_stdout = command.output.empty();
-  if (to_stdout) sink.finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}});
+  if (to_stdout) sink.finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}}, {});
   throw Interrupted(progress.how_far() + (to_stdout ? "; the samples up to there are on stdout"
                                                     : "; nothing was written"));
 }
@@ -55,11 +55,12 @@ void show_count(const RunCommand& command, std::int64_t to, std::int64_t samples
             << " (first and last); --every 1 for all\n";
 }
 
-ExitStatus run(const RunCommand& command, Origin& origin) {
+}  // namespace
+
+ExitStatus run(const RunCommand& command, const v1::Scene& scene, Origin& origin) {
   if (command.every && *command.every <= 0) {
     throw BadInput("--every: " + std::to_string(*command.every) + " must be positive");
   }
-  const v1::Scene scene = read_scene(command.scene);
   if (!command.times.empty())
     return run_at_times(command, scene, read_times(command.times), origin);
   if (const double end = end_in_steps(command.scene, scene); end != std::floor(end))
@@ -69,6 +70,8 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
+  sink->describe({session,
+                  {{"to", to}, {"start", command.from}, {"every", every(command, to)}}});
   auto stream = session.stream({command.from, to, every(command, to), command.fields});
   std::int64_t last = 0, samples = 0;
   v1::DiagnoseResponse diagnosis;
@@ -92,8 +95,9 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
   }
   if (!stream.run_status()) throw std::runtime_error("the stream ended without a run status");
   const auto result = report(*stream.run_status(), diagnosis, session.choice());
-  sink->finish(result);
+  sink->finish(result, ending(*stream.run_status(), diagnosis));
   // Only JSON files hold outcome and diagnosis; for the other formats they go to stdout.
+  if (command.quiet) return conclude(*stream.run_status(), diagnosis.step());
   if (!command.output.empty() && !command.output.ends_with(".json")) {
     std::cout << result.dump(2) << '\n';
   }
@@ -101,8 +105,6 @@ ExitStatus run(const RunCommand& command, Origin& origin) {
   show_summary(diagnosis);
   return conclude(*stream.run_status(), diagnosis.step());
 }
-
-}  // namespace
 
 void add_run(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<RunCommand>();
@@ -144,7 +146,9 @@ void add_run(CLI::App& all, Command& chosen) {
                                  {"every", "--every"},
                                  {"fields", "--fields"},
                                  {"times", "--times"}}};
-    chosen.run = [command](Origin& origin) { return run(*command, origin); };
+    chosen.run = [command](Origin& origin) { 
+      return run(*command, read_scene(command->scene), origin);
+    };
   });
 }
 

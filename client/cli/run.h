@@ -21,10 +21,14 @@ struct RunCommand {
   std::vector<std::string> fields;
   std::string output;
   std::optional<bool> estimate_error;
+  bool quiet = false;  ///< prints no report on stdout and no summary
 };
 
 /// Reads the times of `command.times`.
 std::vector<double> read_times(const std::string& path);
+
+/// Runs a scene, which is that of `command.scene`.
+ExitStatus run(const RunCommand& command, const v1::Scene& scene, Origin& origin);
 
 /// Runs with samples at these times instead of at steps. The diagnosis is at the first step at or
 /// after the last of them. Sets `origin.times`.

@@ -80,6 +80,7 @@ ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
+  sink->describe({session, {{"times", request.times()}}});
   v1::SummarizeResponse end;
   v1::DiagnoseResponse diagnosis;
   {
@@ -102,13 +103,14 @@ ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
     } catch (const client::Error&) {
       if (!interrupted()) throw;
       const bool to_stdout = command.output.empty();
-      if (to_stdout) sink->finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}});
+      if (to_stdout) sink->finish({{"outcome", "CANCELLED"}, {"message", "interrupted"}}, {});
       throw Interrupted(progress.how_far() + (to_stdout ? "; the samples up to there are on stdout"
                                                         : "; nothing was written"));
     }
   }
   const auto result = report(end.run_status(), diagnosis, session.choice());
-  sink->finish(result);
+  sink->finish(result, ending(end.run_status(), diagnosis));
+  if (command.quiet) return conclude(end.run_status(), diagnosis.step());
   if (!command.output.empty() && !command.output.ends_with(".json"))
     std::cout << result.dump(2) << '\n';
   show_summary(diagnosis);

@@ -48,7 +48,18 @@ void append_header(std::string& text, const SampleView& sample) {
   text += '\n';
 }
 
-/// Writes one line per sample. The format has no place for outcome and diagnosis.
+/// Appends the line of the units of all columns, as the line of their names has them.
+void append_units(std::string& text, const SampleView& sample, const Description& description) {
+  text += "# units: 1," + description.unit_of("time");
+  for (int i = 0; i < sample.field_count(); ++i) {
+    const auto field = sample.field(i);
+    for (std::size_t k = 0; k < field.size(); ++k) text += ',' + description.unit_of(field.name);
+  }
+  text += '\n';
+}
+
+/// Writes one line per sample. Lines that begin with # tell the scene and the units and, at the end,
+/// how the run ended.
 class CsvSink : public Sink {
  public:
   explicit CsvSink(const std::string& path)
@@ -56,9 +67,14 @@ class CsvSink : public Sink {
 
   void write(const v1::StreamResponse& batch) override {
     text_.clear();
+    description_.take(batch);
     for (int i = 0; i < batch.steps_size(); ++i) {
       const SampleView sample(batch, i);
-      if (!started_) append_header(text_, sample);
+      if (!started_) {
+        text_ += "# " + description_.json().dump() + '\n';
+        append_units(text_, sample, description_);
+        append_header(text_, sample);
+      }
       started_ = true;
       text_ += std::to_string(sample.step()) + ',';
       append_number(text_, sample.time());
@@ -74,8 +90,10 @@ class CsvSink : public Sink {
     cli::write(file_.get(), text_);
   }
 
-  void finish(const nlohmann::ordered_json&) override {
-    if (!started_) cli::write(file_.get(), "step,time\n");
+  void finish(const nlohmann::ordered_json&, const nlohmann::ordered_json& ending) override {
+    if (!started_)
+      cli::write(file_.get(), "# " + description_.json().dump() + "\n# units: 1,s\nstep,time\n");
+    cli::write(file_.get(), "# " + ending.dump() + '\n');
     flush(file_.get());
     destination_.commit();
   }

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "client/cli/message_file.h"
 #include "client/cli/sinks/destination.h"
 #include "client/cli/sinks/sink.h"
 #include "stiefel/client/samples.h"
@@ -42,8 +43,8 @@ void append_sample(std::string& text, const SampleView& sample) {
   text += "}}";
 }
 
-/// Writes {"samples": [...], "outcome": ..., "diagnosis": {...}}, in the order in which these parts
-/// become known. A number of a member that has stopped is null.
+/// Writes {"samples": [...], "outcome": ..., "diagnosis": {...}, "scene": ...}, in the order in which
+/// these parts become known. A number of a member that has stopped is null.
 class JsonSink : public Sink {
  public:
   explicit JsonSink(const std::string& path) {
@@ -54,6 +55,7 @@ class JsonSink : public Sink {
 
   void write(const v1::StreamResponse& batch) override {
     text_.clear();
+    description_.take(batch);
     for (int i = 0; i < batch.steps_size(); ++i) {
       text_ += started_ ? ",\n" : "{\"samples\": [\n";
       started_ = true;
@@ -62,9 +64,13 @@ class JsonSink : public Sink {
     cli::write(out(), text_);
   }
 
-  void finish(const nlohmann::ordered_json& report) override {
+  void finish(const nlohmann::ordered_json& report,
+              const nlohmann::ordered_json& ending) override {
+    nlohmann::ordered_json last = report;
+    if (ending.is_object()) last.update(ending);  // none of a run that was interrupted
+    last.update(description_.json());
     // Without its opening brace, the report continues the object that was begun.
-    const std::string rest = report.dump(2).substr(2);
+    const std::string rest = to_text(last).substr(2);
     cli::write(out(), (started_ ? "],\n" : "{\"samples\": [],\n") + rest + "\n");
     flush(out());
     if (destination_) destination_->commit();

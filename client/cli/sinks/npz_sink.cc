@@ -13,6 +13,41 @@
 namespace stiefel::cli {
 namespace {
 
+void check(int result) {
+  if (result != ZIP_OK) throw std::runtime_error("cannot write the archive");
+}
+
+void open_entry(zipFile archive, const std::string& name) {
+  zip_fileinfo no_date = {};
+  no_date.dosDate = (1u << 21) | (1u << 16);  // 1980-01-01, so that equal runs give equal files
+  check(zipOpenNewFileInZip64(archive, (name + ".npy").c_str(), &no_date, nullptr, 0, nullptr, 0,
+                              nullptr, 0, 0, 1));
+}
+
+void write_entry(zipFile archive, std::string_view bytes) {
+  check(zipWriteInFileInZip(archive, bytes.data(), static_cast<unsigned>(bytes.size())));
+}
+
+/// Returns the header of the .npy format, version 1.0: magic, version, length, and a Python dict,
+/// padded to a multiple of 64 bytes. `shape`: "3, 4," or nothing for a single value.
+std::string npy_header(const std::string& type, const std::string& shape) {
+  std::string dict =
+      "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
+  dict.append(63 - (10 + dict.size()) % 64, ' ').append("\n");
+  std::string text("\x93NUMPY\x01\x00", 8);
+  text += static_cast<char>(dict.size() & 0xff);
+  text += static_cast<char>(dict.size() >> 8);
+  return text + dict;
+}
+
+/// Writes an array that holds one text.
+void write_text(zipFile archive, const std::string& name, const std::string& text) {
+  open_entry(archive, name);
+  write_entry(archive, npy_header("|S" + std::to_string(text.size()), ""));
+  write_entry(archive, text);
+  check(zipCloseFileInZip(archive));
+}
+
 /// Collects one array in an unnamed file until the archive is written. An archive holds its arrays
 /// one after the other, while each sample brings a piece of every array.
 class Spool {
@@ -31,41 +66,20 @@ class Spool {
   void append(std::string_view bytes) { write(file_.get(), bytes); }
 
   void copy_to(zipFile archive, std::uint64_t samples) {
-    const std::string entry = name_ + ".npy";
-    zip_fileinfo no_date = {};
-    no_date.dosDate = (1u << 21) | (1u << 16);  // 1980-01-01, so that equal runs give equal files
-    check(zipOpenNewFileInZip64(archive, entry.c_str(), &no_date, nullptr, 0, nullptr, 0, nullptr,
-                                0, 0, 1));
-    const std::string start = header(samples);
-    check(zipWriteInFileInZip(archive, start.data(), static_cast<unsigned>(start.size())));
+    std::string shape = std::to_string(samples) + ",";
+    for (const auto extent : shape_) shape.append(" ").append(std::to_string(extent)).append(",");
+    open_entry(archive, name_);
+    write_entry(archive, npy_header(type_, shape));
     std::rewind(file_.get());
     char block[1 << 16];
     while (const std::size_t size = std::fread(block, 1, sizeof block, file_.get())) {
-      check(zipWriteInFileInZip(archive, block, static_cast<unsigned>(size)));
+      write_entry(archive, {block, size});
     }
     if (std::ferror(file_.get())) throw std::runtime_error("cannot read the samples back");
     check(zipCloseFileInZip(archive));
   }
 
-  static void check(int result) {
-    if (result != ZIP_OK) throw std::runtime_error("cannot write the archive");
-  }
-
  private:
-  /// Returns the header of the .npy format, version 1.0: magic, version, length, and a Python dict,
-  /// padded to a multiple of 64 bytes.
-  std::string header(std::uint64_t samples) const {
-    std::string shape = std::to_string(samples) + ",";
-    for (const auto extent : shape_) shape.append(" ").append(std::to_string(extent)).append(",");
-    std::string dict =
-        "{'descr': '" + type_ + "', 'fortran_order': False, 'shape': (" + shape + "), }";
-    dict.append(63 - (10 + dict.size()) % 64, ' ').append("\n");
-    std::string text("\x93NUMPY\x01\x00", 8);
-    text += static_cast<char>(dict.size() & 0xff);
-    text += static_cast<char>(dict.size() >> 8);
-    return text + dict;
-  }
-
   std::string name_;
   std::string type_;
   std::vector<std::uint64_t> shape_;
@@ -77,13 +91,8 @@ std::string_view bytes(const google::protobuf::RepeatedField<Number>& numbers) {
   return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)};
 }
 
-std::string numpy_type(v1::DataType type) {
-  if (type == v1::DATA_TYPE_COMPLEX128) return "<c16";
-  return type == v1::DATA_TYPE_FLOAT32 ? "<f4" : "<f8";
-}
-
-/// Writes an archive for numpy.load: the arrays `step`, `time`, and one for every field, for a
-/// matrix (samples, rows, cols), for a vector (samples, n).
+/// Writes an archive for numpy.load: the arrays `step`, `time`, one for every field, for a matrix
+/// (samples, rows, cols), for a vector (samples, n), and `stiefel`, the description as JSON.
 class NpzSink : public Sink {
  public:
   explicit NpzSink(const std::string& path)
@@ -94,15 +103,11 @@ class NpzSink : public Sink {
   }
 
   void write(const v1::StreamResponse& batch) override {
+    description_.take(batch);
     if (fields_.empty()) {
       for (const auto& field : batch.fields()) {
-        const auto& shape = field.value().shape();
-        // The axes of length 1 of a vector or a number are those behind the samples and members.
-        std::vector<std::uint64_t> sample(shape.begin() + 1, shape.end());
-        const auto axes = static_cast<std::ptrdiff_t>(kind_of(field.name()).axes);
-        if (axes < 2) sample.erase(sample.end() - 2, sample.end() - axes);
-        fields_.emplace_back(field.name(), numpy_type(field.value().data_type()), sample,
-                             destination_.working_path());
+        fields_.emplace_back(field.name(), numpy_type(field.value().data_type()),
+                             sample_shape(field), destination_.working_path());
       }
     }
     samples_ += static_cast<std::uint64_t>(batch.steps_size());
@@ -113,13 +118,16 @@ class NpzSink : public Sink {
     }
   }
 
-  void finish(const nlohmann::ordered_json&) override {
+  void finish(const nlohmann::ordered_json&, const nlohmann::ordered_json& ending) override {
     const zipFile archive = zipOpen64(destination_.working_path().c_str(), APPEND_STATUS_CREATE);
     if (!archive) throw std::runtime_error("cannot write " + destination_.working_path());
     step_.copy_to(archive, samples_);
     time_.copy_to(archive, samples_);
     for (auto& field : fields_) field.copy_to(archive, samples_);
-    Spool::check(zipClose(archive, nullptr));
+    nlohmann::ordered_json description = description_.json();
+    description.update(ending);
+    write_text(archive, "stiefel", description.dump());
+    check(zipClose(archive, nullptr));
     destination_.commit();
   }
 

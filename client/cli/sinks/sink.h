@@ -3,9 +3,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
-#include <vector>
 
+#include "client/cli/sinks/description.h"
 #include "stiefel/v1/simulation.pb.h"
 
 namespace stiefel::cli {
@@ -15,24 +14,21 @@ namespace stiefel::cli {
 class Sink {
  public:
   virtual ~Sink() = default;
+  /// Tells, before the first message, what the file says of the run beside the samples.
+  void describe(Description description) { description_ = std::move(description); }
   virtual void write(const v1::StreamResponse& batch) = 0;
   /// Completes the file after the last message; without this call no file appears. `report` is what
-  /// cli::report (report.h) returns.
-  virtual void finish(const nlohmann::ordered_json& report) = 0;
+  /// cli::report (report.h) returns, `ending` what cli::ending does.
+  virtual void finish(const nlohmann::ordered_json& report,
+                      const nlohmann::ordered_json& ending) = 0;
+
+ protected:
+  Description description_;
 };
 
 std::unique_ptr<Sink> make_json_sink(const std::string& path);  ///< stdout if the path is empty
 std::unique_ptr<Sink> make_csv_sink(const std::string& path);
 std::unique_ptr<Sink> make_npz_sink(const std::string& path);
-
-/// What a field is, by its name: how many axes a value has (2 for a matrix, 1 for a vector, 0 for a
-/// number), the names of a vector's numbers in a table, and the unit in a scene with `body`.
-struct FieldKind {
-  int axes = 2;
-  std::vector<std::string_view> columns;
-  std::string_view unit;
-};
-const FieldKind& kind_of(std::string_view field);
 
 /// Returns the sink for the path's extension; JSON on stdout if the path is empty. Throws BadInput
 /// for an unknown extension.

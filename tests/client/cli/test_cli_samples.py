@@ -42,8 +42,9 @@ def test_and_says_so_where_no_data_are(stiefel, write, scene, tmp_path, suffix):
 
 def test_the_json_is_the_documented_one(stiefel, write, scene):
     result = stiefel("run", write(scene), "--to", 2, "--fields", "Q,quaternion").json
-    assert set(result) == {"outcome", "samples", "diagnosis"}
-    assert result["outcome"] == "REACHED"
+    assert list(result) == ["samples", "outcome", "diagnosis", "estimated_error", "format", "numerics_id", "scene", "run",
+                            "fields", "units"]
+    assert result["outcome"] == "REACHED" and result["run"] == {"to": 2, "start": 0, "every": 1, "fields": ["Q", "quaternion"]}
     sample = result["samples"][2]
     assert set(sample) == {"step", "time", "fields"}
     assert type(sample["step"]) is int and sample["time"] == 0.02
