@@ -1,4 +1,4 @@
-"""Runs any scene and shows its trajectory, a picture, how well its invariants are kept, and the estimated error.
+"""Runs any scene, prints drift and estimated error, and draws rates, spin axis and polhode over the first turns.
 
     run_scene.py SCENE.json --steps N [--output FOLDER] [--server ADDRESS]
 """
@@ -16,25 +16,18 @@ import picture
 import stiefel
 
 SAMPLES = 2000
-DIAGNOSES = 100
+TURNS = 10  # that are drawn
 
 
-def families(session: stiefel.Session, steps: int) -> tuple[list[float], dict[str, list[float]]]:
-    """Returns times, and at each time the largest drift of every family of invariants."""
-    times: list[float] = []
-    drifts: dict[str, list[float]] = {}
-    for step in np.unique(np.linspace(0, steps, DIAGNOSES + 1).astype(int)):
-        diagnosis = session.diagnose(to=step)
-        largest: dict[str, float] = {}
-        for invariant in diagnosis.invariants:
-            family = invariant.name.split("[")[0]
-            largest[family] = max(largest.get(family, 0.0), invariant.drift)
-        if diagnosis.orthogonality is not None:
-            largest["orthogonality"] = diagnosis.orthogonality
-        times.append(diagnosis.time)
-        for family, drift in largest.items():
-            drifts.setdefault(family, []).append(drift)
-    return times, drifts
+def first_turns(session: stiefel.Session, last_step: int) -> stiefel.Trajectory:
+    """Returns samples of the first turns, between the steps too where the system has states there."""
+    scene = session.scene
+    step = scene["step"]
+    speed = session.diagnose(to=0).domain.h_omega * scene.get("method", {}).get("substeps", 1) / abs(step)
+    end = min(last_step * abs(step), 2 * np.pi * TURNS / speed if speed else np.inf)
+    if last_step == 0 or "method" not in scene:  # a discrete system
+        return session.trajectory(to=min(last_step, int(np.ceil(end / abs(step)))))
+    return session.trajectory(times=np.linspace(0, np.copysign(end, step), SAMPLES + 1))
 
 
 def main() -> int:
@@ -53,23 +46,24 @@ def main() -> int:
         run = session.trajectory(to=arguments.steps, every=max(arguments.steps // SAMPLES, 1), progress=True)
         seconds = time.perf_counter() - start
         reached = int(run.step[-1])
-        times, drifts = families(session, reached)
+        print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {run.samples} samples, "
+              f"{run.computed_steps / seconds:.2e} steps/s")
+        if session.choice:
+            print(f"{session.scene['method']['name']} was chosen: {session.choice.reason}")
+        if run.run_status.message:
+            print(run.run_status.message)
         last = session.diagnose(to=reached, estimate_error=True)
-        scene, choice = session.scene, session.choice
-
-    print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {run.samples} samples, "
-          f"{run.computed_steps / seconds:.2e} steps/s")
-    if choice:
-        print(f"{scene['method']['name']} was chosen: {choice.reason}")
-    if run.run_status.message:
-        print(run.run_status.message)
-    print("\nlargest drift over the run")
-    for family, values in drifts.items():
-        print(f"  {family:<20}{max(values):.1e}")
-    print(f"estimated error at step {reached}: {last.estimated_error}")
-    run.save(arguments.output / "trajectory.npz")
-    title = f"{arguments.scene.name}: {scene['system']} {scene.get('method', {}).get('name', '')}"
-    picture.scene(arguments.output / "scene.png", title.rstrip(), run, next(iter(run.fields)), times, drifts)
+        largest: dict[str, float] = {}
+        for invariant in last.invariants:
+            family = invariant.name.split("[")[0]
+            largest[family] = max(largest.get(family, 0.0), invariant.drift)
+        print(f"\nlargest drift at step {reached}")
+        for family, drift in largest.items():
+            print(f"  {family:<20}{drift:.1e}")
+        print(f"estimated error at step {reached}: {last.estimated_error}")
+        run.save(arguments.output / "trajectory.npz")
+        title = f"{arguments.scene.name}: {run.scene['system']} {run.scene.get('method', {}).get('name', '')}"
+        picture.scene(arguments.output / "scene.png", title.rstrip(), first_turns(session, reached), reached)
     print(f"\nwrote {arguments.output}/trajectory.npz and {arguments.output}/scene.png")
     return 0 if run.outcome is stiefel.Outcome.REACHED else 3
 

@@ -15,6 +15,6 @@ struct EmbeddedFile {
 std::span<const EmbeddedFile> examples();
 
 /// The page of `stiefel report`, in which "@DATA@" stands for its data as JSON.
-std::span<const EmbeddedFile> templates();
+std::span<const EmbeddedFile> pages();
 
 }  // namespace stiefel::cli

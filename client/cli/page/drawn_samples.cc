@@ -9,10 +9,10 @@
 namespace stiefel::cli {
 namespace {
 
-constexpr double finest = 0.1;                   ///< radians between two samples
-constexpr double fewest = 500, most = 12'000;    ///< samples
-constexpr double most_bytes = 1.1e6;             ///< of all samples in single precision
-constexpr std::size_t largest = 8;               ///< rows and columns that are shown of a matrix
+constexpr double finest = 0.1;                 ///< radians between two samples
+constexpr double fewest = 500, most = 12'000;  ///< samples
+constexpr double most_bytes = 1.1e6;           ///< of all samples in single precision
+constexpr std::size_t largest = 8;             ///< rows and columns that are shown of a matrix
 
 std::string base64(std::span<const std::byte> bytes) {
   constexpr std::string_view digits =
@@ -22,7 +22,8 @@ std::string base64(std::span<const std::byte> bytes) {
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     std::uint32_t three = 0;
     for (std::size_t k = 0; k < 3; ++k)
-      three = three << 8 | (i + k < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
+      three =
+          three << 8 | (i + k < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
     for (std::size_t k = 0; k < 4; ++k)
       text += i + k > bytes.size() ? '=' : digits[three >> (18 - 6 * k) & 63];
   }
@@ -101,7 +102,8 @@ void take_at_times(const client::Session& session, const std::vector<std::string
   v1::SummarizeRequest request;
   for (std::int64_t k = 0; k <= count; ++k)
     request.add_times(end * static_cast<double>(k) / static_cast<double>(count));
-  request.set_to(static_cast<std::int64_t>(std::ceil(end / session.scene().step() * (1 - 0x1p-50))));
+  request.set_to(
+      static_cast<std::int64_t>(std::ceil(end / session.scene().step() * (1 - 0x1p-50))));
   request.set_every(std::max<std::int64_t>(1, request.to()));
   request.mutable_fields()->Add(fields.begin(), fields.end());
   session.summarize(request, [&](const v1::SummarizeResponse& message) {
@@ -132,11 +134,12 @@ nlohmann::ordered_json draw_samples(const client::Session& session, const v1::Sy
   if (to == 0) return first.json();
 
   const double step = std::abs(scene.step()), end = std::abs(run.last.time());
-  const double limit = std::min(most, std::floor(most_bytes / (4.0 * static_cast<double>(numbers))));
+  const double limit =
+      std::min(most, std::floor(most_bytes / (4.0 * static_cast<double>(numbers))));
   const double between = run.speed > 0 ? finest / run.speed : 0;
   const double shown = between > 0 ? std::min(end, limit * between) : end;
-  const double count = std::clamp(between > 0 ? std::ceil(shown / between) : fewest,
-                                  std::min(fewest, limit), limit);
+  const double count =
+      std::clamp(between > 0 ? std::ceil(shown / between) : fewest, std::min(fewest, limit), limit);
   const double every = shown / count / step;
   if (every >= 1 || !scene.has_method()) {
     take(samples, std::min(to, static_cast<std::int64_t>(std::ceil(shown / step))),

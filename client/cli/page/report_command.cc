@@ -5,10 +5,10 @@
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
-#include "client/cli/interrupt.h"
-#include "client/cli/message_file.h"
 #include "client/cli/input/embedded.h"
 #include "client/cli/input/scene_source.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/message_file.h"
 #include "client/cli/options.h"
 #include "client/cli/page/run_data.h"
 #include "client/cli/progress/progress.h"
@@ -74,6 +74,20 @@ nlohmann::ordered_json tradeoff(const client::Client& client, const client::Sess
           {"points", std::move(points)}};
 }
 
+/// Returns the scene's `epoch`, which only clients read, or null.
+nlohmann::ordered_json epoch(const SceneSource& source) {
+  if (source.name == "-") return nullptr;  // which was read
+  const auto json = nlohmann::ordered_json::parse(read_source(source.name), nullptr, false);
+  return json.is_object() ? json.value("epoch", nlohmann::ordered_json()) : nullptr;
+}
+
+/// Returns the name by which the commands on the page call the scene: that of the file or the
+/// example, or a name for what the page saves.
+std::string called(const SceneSource& source) {
+  if (source.name == "-" || !source.changes.empty()) return "scene.json";
+  return std::filesystem::path(source.name).filename().string();
+}
+
 /// Returns what the page shows, as its script reads it.
 nlohmann::ordered_json data(const client::Client& client, const client::Session& session,
                             const ReportCommand& command, const RunData& run) {
@@ -88,11 +102,12 @@ nlohmann::ordered_json data(const client::Client& client, const client::Session&
     shown_scene.erase("initial");
     shown_scene.erase("initial_tensors");
   }
-  const std::filesystem::path file(command.scene.shown());
+  const auto epoch = cli::epoch(command.scene);
+  if (!epoch.is_null()) shown_scene["epoch"] = epoch;
   const auto status = report(run.last.run_status(), run.last, session.choice());
   nlohmann::ordered_json out = {
-      {"name", file.stem().string()},
-      {"file", file.filename().string()},
+      {"name", std::filesystem::path(command.scene.shown()).stem().string()},
+      {"file", called(command.scene)},
       {"to", run.last.step()},
       {"member", nullptr},
       {"horizon", run.last.time()},
@@ -100,7 +115,7 @@ nlohmann::ordered_json data(const client::Client& client, const client::Session&
       {"outcome", to_string(run.last.run_status().outcome())},
       {"message", run.last.run_status().message()},
       {"choice", nullptr},
-      {"epoch", nullptr},
+      {"epoch", epoch},
       {"version", catalogue.version()},
       {"numerics_id", session.description().numerics_id()},
       {"scene", std::move(shown_scene)},
@@ -120,14 +135,14 @@ nlohmann::ordered_json data(const client::Client& client, const client::Session&
 std::string page(const nlohmann::ordered_json& data) {
   std::string block;
   for (const char c : data.dump()) c == '<' ? block += "\\u003c" : block += c;
-  std::string page(templates().front().text);
+  std::string page(pages().front().text);
   constexpr std::string_view place = "@DATA@";
   return page.replace(page.find(place), place.size(), block);
 }
 
 ExitStatus report_page(const ReportCommand& command) {
   const v1::Scene scene = read_scene(command.scene);
-  const std::int64_t to = last_step(command.scene, scene);
+  const auto to = static_cast<std::int64_t>(std::ceil(end_in_steps(command.scene, scene)));
   if (command.member >= std::max(scene.members(), 1u))
     throw BadInput("--member: " + std::to_string(command.member) + " is not a member of the scene");
   const Endpoint endpoint(command.server);
@@ -180,7 +195,8 @@ void add_report(CLI::App& all, Command& chosen) {
       "do not estimate the error, which takes at most about ten seconds");
   add_server(app, command->server);
   app->callback([=, &chosen] {
-    chosen.origin = {.file = command->scene.shown(), .options = {{"to", command->scene.time ? "--time" : "--to"}}};
+    chosen.origin = {.file = command->scene.shown(),
+                     .options = {{"to", command->scene.time ? "--time" : "--to"}}};
     chosen.run = [command](Origin&) { return report_page(*command); };
   });
 }

@@ -16,6 +16,7 @@ from stiefel._exports.nodes import Export
 from stiefel._given.typed import Scene
 from stiefel._results import attitude, save, tables
 from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
+from stiefel._results.drawn import Drawn, Logged
 from stiefel._results.estimate import Errors, EstimatedError
 from stiefel._results.html import Shown
 from stiefel._results.kinds import kind_of
@@ -57,7 +58,7 @@ class State(Ended, Fields):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Batch(Named):
+class Batch(Logged, Named):
     """Consecutive samples, with `step` and `time` of each. `batch["Q"]` is a field at all samples.
 
     A matrix is (samples, rows, cols), a vector (samples, n), a number (samples,); in an ensemble (members,) stands
@@ -119,7 +120,7 @@ class Batch(Named):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Ended, Batch):
+class Trajectory(Drawn, Ended, Batch):
     """All samples of a run, whose arrays belong to the caller. `run["Q"]` is a field at all samples, `run[i]` the State
     of a sample, and `run[a:b:c]` the trajectory of the samples of a slice; see `Batch` for the shapes.
 

@@ -33,8 +33,8 @@ class Browser:
         self._in, from_browser = os.pipe()
         # Chromium reads commands from descriptor 3 and writes answers to descriptor 4.
         script = f'exec "$@" 3<&{to_browser} 4>&{from_browser}'
-        self._process = subprocess.Popen(["/bin/bash", "-c", script, "bash", PROGRAM, *OPTIONS, f"--user-data-dir={self._folder.name}"],
-                                         pass_fds=(to_browser, from_browser), stdin=subprocess.DEVNULL,
+        command = ["/bin/bash", "-c", script, "bash", PROGRAM, *OPTIONS, f"--user-data-dir={self._folder.name}"]
+        self._process = subprocess.Popen(command, pass_fds=(to_browser, from_browser), stdin=subprocess.DEVNULL,
                                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(to_browser)
         os.close(from_browser)

@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 
 import stiefel
-from pages import Page
-
-EXAMPLES = Path(__file__).parents[3] / "client" / "examples"
+from pages import EXAMPLES, Page
 
 
 @pytest.fixture(scope="session")
@@ -24,8 +22,8 @@ def report(tmp_path):
     """Runs `stiefel report` on a scene file, by default an example's, and returns the page."""
     def report(scene, to, *options, status=0):
         path = scene if isinstance(scene, Path) else EXAMPLES / f"{scene}.json"
-        done = subprocess.run([os.environ["STIEFEL_CLI"], "report", path, "--to", str(to), *options, "--output", "page.html"],
-                              cwd=tmp_path, capture_output=True, text=True, timeout=300)
+        command = [os.environ["STIEFEL_CLI"], "report", path, "--to", str(to), *options, "--output", "page.html"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
         assert done.returncode == status, done.stderr
         assert done.stdout == "wrote page.html\n" and not list(tmp_path.glob("*.part"))
         return Page(tmp_path / "page.html")

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+EXAMPLES = Path(__file__).parents[3] / "client" / "examples" / "scenes"
 EMPTY = {"meta", "input", "br", "link", "img"}
 LARGEST = 3_000_000  # bytes of a page
 

@@ -2,14 +2,15 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conftest import EXAMPLES
-from pages import Elements, Page
+from pages import EXAMPLES, Elements, Page
 from stiefel._report import page, run
 
 TEMPLATE = Path(page.__file__).with_name("page.html").read_text(encoding="utf-8")
@@ -28,7 +29,7 @@ def test_an_open_element_is_found():
 def test_command_and_client_write_the_same_page(report, client, tmp_path):
     by_command = report("envisat", 3000, "--no-tradeoff")
     with client.create(EXAMPLES / "envisat.json") as session:
-        page.write(tmp_path / "other.html", session, 3000, name="envisat")
+        page.write(tmp_path / "other.html", session, 3000, name="envisat", tradeoff=False)
     by_client = Page(tmp_path / "other.html")
     assert by_command.template == by_client.template == TEMPLATE
     last = by_command.data["error"].pop("last"), by_client.data["error"].pop("last")
@@ -45,7 +46,7 @@ def test_the_page_loads_nothing():
 
 def test_the_script_asks_for_elements_that_there_are():
     elements = Elements(TEMPLATE)
-    asked = set(re.findall(r'\$\("(\w+)"\)', elements.scripts[1])) | set(re.findall(r'querySelector\("#(\w+)', elements.scripts[1]))
+    asked = set(re.findall(r'(?:\$\("|querySelector\("#)(\w+)', elements.scripts[1]))
     assert len(asked) > 15 and asked <= set(elements.ids)
 
 
@@ -134,9 +135,8 @@ def test_a_large_frame_is_cut(report, tmp_path):
     n = 120
     rng = np.random.default_rng(1)
     M = rng.normal(size=(n, n))
-    scene = {"system": "rigid_body", "inertia": (1 + np.arange(n) / n).tolist(), "step": 0.05, "method": {"name": "rk4"}, "initial": {
-        "Q": {"rows": n, "cols": n, "values": np.eye(n).ravel().tolist()},
-        "M": {"rows": n, "cols": n, "values": ((M - M.T) / n).ravel().tolist()}}}
+    scene = {"system": "rigid_body", "inertia": (1 + np.arange(n) / n).tolist(), "step": 0.05, "method": {"name": "rk4"},
+             "initial": {"Q": np.eye(n).tolist(), "M": ((M - M.T) / n).tolist()}}
     (tmp_path / "large.json").write_text(json.dumps(scene))
     shown = report(tmp_path / "large.json", 10, "--no-error", "--no-tradeoff")
     assert shown.array("fields", "Q").shape[1:] == (8, 8)
@@ -163,3 +163,21 @@ def test_colours_can_be_told_from_white():
         assert 1.05 / (luminance + 0.05) >= 3, colour
     dashes = re.findall(r"\[([\d., ]*)\]", re.search(r"DASHES = \[(.*)\];", TEMPLATE)[1])
     assert len(set(dashes)) == len(dashes) == 6
+
+
+def test_an_example_ends_at_its_horizon(tmp_path):
+    """`stiefel report toutatis`, and the words by which the page says how to run it again."""
+    def run(*arguments, **more):
+        done = subprocess.run([os.environ["STIEFEL_CLI"], "report", *arguments, "--no-tradeoff"], cwd=tmp_path,
+                              capture_output=True, text=True, timeout=300, **more)
+        return done, Page(tmp_path / "report.html") if done.returncode == 0 else None
+    _, page = run("toutatis")
+    assert page.data["horizon"] == 2592000 and page.data["file"] == page.data["name"] == "toutatis"
+    assert page.data["epoch"] == page.data["scene"]["epoch"] == "1992-11-09T17:49:47 UTC"
+    _, page = run("tumbling_spacecraft", "--time", "10.2", "--set", "method.name=rk4")
+    assert page.data["to"] == 21 and page.data["file"] == "scene.json" and page.data["scene"]["method"]["name"] == "rk4"
+    text = (EXAMPLES / "envisat.json").read_text()
+    _, page = run("-", "--to", "5", input=text)
+    assert page.data["name"] == "stdin" and page.data["file"] == "scene.json"
+    done, _ = run("envisat", "--to", "5", "--member", "1")
+    assert done.returncode == 2 and "--member: 1 is not a member of the scene" in done.stderr

@@ -10,18 +10,30 @@ from typing import Any, Optional
 
 import numpy as np
 
+from stiefel import v1 as pb
 from stiefel._report import run as runs
 from stiefel._results.base import Array
+from stiefel._results.body import matrices
+from stiefel.errors import StiefelError
 
 Session = Any  # a `stiefel.Session`
+Trajectory = Any  # a `stiefel.Trajectory`
 
+CHEAP = 5e9  #: instructions of a measurement that nobody asked for: about a second
 LARGEST_SCENE = 600_000  #: characters; the page of a larger scene has not the arrays of its initial state
 TEMPLATE = Path(__file__).with_name("page.html")
 
 
-def write(path: "str | os.PathLike[str]", session: Session, to: int, *, name: Optional[str] = None, member: int = 0,
-          estimate_error: bool = True, tradeoff: Any = None) -> None:
-    """Writes the page of the run of a session up to step `to`."""
+def report(trajectory: Trajectory, path: "str | os.PathLike[str]", name: Optional[str], member: int,
+           estimate_error: bool, tradeoff: Optional[bool]) -> None:
+    """Does what `Trajectory.report` says."""
+    with trajectory.origin.session(trajectory.scene) as session:
+        write(path, session, max(0, int(trajectory.step.max())), name, member, estimate_error, tradeoff)
+
+
+def write(path: "str | os.PathLike[str]", session: Session, to: int, name: Optional[str] = None, member: int = 0,
+          estimate_error: bool = True, tradeoff: Optional[bool] = None) -> None:
+    """Writes the page of the run of a session up to step `to`. The file appears under its name when it is complete."""
     text = html(data(session, to, name, member, estimate_error, tradeoff))
     part = Path(os.fspath(path) + ".part")
     part.write_text(text, encoding="utf-8")
@@ -35,7 +47,7 @@ def html(content: dict[str, Any]) -> str:
 
 
 def data(session: Session, to: int, name: Optional[str] = None, member: int = 0, estimate_error: bool = True,
-         tradeoff: Any = None) -> dict[str, Any]:
+         tradeoff: Optional[bool] = None) -> dict[str, Any]:
     """Returns what the page shows, as its script reads it."""
     run = runs.accuracy(session, to, estimate_error)
     drawn = runs.samples(session, run)
@@ -51,10 +63,10 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
         "scene": scene if whole else {key: value for key, value in scene.items() if not key.startswith("initial")},
         "whole_scene": whole,
         "samples": {"time": _packed(drawn.time, np.float64),
-                    "fields": {field: _field(runs.of_member(values, of)) for field, values in drawn.items()}},
+                    "fields": {field: _field(matrices(values, of)) for field, values in drawn.fields.items()}},
         "drift": {"time": run.time, "families": [vars(family) for family in run.families]},
         "error": {"time": run.error_time, **run.errors, "last": vars(run.error) if run.error else None},
-        "tradeoff": _tradeoff(tradeoff) if tradeoff else None,
+        "tradeoff": _tradeoff(session, tradeoff),
     }
 
 
@@ -70,10 +82,27 @@ def _packed(values: Array, dtype: Any) -> dict[str, str]:
     return {"dtype": np.dtype(dtype).name, "data": base64.b64encode(numbers.tobytes()).decode()}
 
 
-def _tradeoff(found: Any) -> dict[str, Any]:
-    return {"horizon": found.setup.horizon, "reference_error": found.setup.reference_error, "points": [
-        {"method": point.method, "order": point.order, "work": point.work, "error": point.error, "front": point in found.front}
-        for point in found.points]}
+def _tradeoff(session: Session, asked: Optional[bool]) -> Optional[dict[str, Any]]:
+    """Measures error against cost, by default if that is cheap. Returns None where the scene has no trade-off, such as that
+    of a discrete system, and where a measurement that was not asked for fails."""
+    scene = session.resolved()
+    if asked is False or (asked is None and (scene.HasField("members") or not scene.HasField("method"))):
+        return None
+    try:
+        request = pb.MeasureTradeoffRequest(scene=scene, budget=None if asked else CHEAP)
+        parts = session._connection.call_all("MeasureTradeoff", request)
+    except StiefelError:
+        if asked:
+            raise
+        return None
+    setup = next(part.setup for part in parts if part.HasField("setup"))
+    front = {index for part in parts for index in part.front.points}
+    points = [part.point for part in parts if part.HasField("point")]
+    reached = [point.run_status.outcome == pb.OUTCOME_REACHED for point in points]
+    return {"horizon": setup.horizon, "reference_error": setup.reference_error, "points": [
+        {"method": point.method.name, "order": point.method.order, "work": point.work,
+         "error": max(point.attitude_error, point.momentum_error) if ended else None, "front": index in front}
+        for index, (point, ended) in enumerate(zip(points, reached))]} if points else None
 
 
 def _finite(value: Any) -> Any:

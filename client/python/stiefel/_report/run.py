@@ -2,15 +2,13 @@
 drawn."""
 from __future__ import annotations
 
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any, Iterator, Optional, Sequence
+from typing import Any
 
 import numpy as np
 
 from stiefel import v1 as pb
 from stiefel._results.base import Array, RunStatus
-from stiefel._wire import answers
 
 Session = Any  # a `stiefel.Session`
 Trajectory = Any  # a `stiefel.Trajectory`
@@ -52,8 +50,7 @@ class Accuracy:
 
 def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy:
     """Diagnoses the run up to step `to`. The error is estimated where that takes at most about ten seconds."""
-    estimation = pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None
-    last = _diagnose(session, to, estimation)
+    last = session.diagnose(to=to, estimate_error=estimate_error)
     estimate = last.estimated_error
     dear = estimate is None or not estimate.reference or ERRORS * estimate.work > DEAREST
     steps = np.unique(np.linspace(0, last.step, DRIFTS + 1).astype(int)).tolist()
@@ -62,7 +59,7 @@ def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy
                    estimate)
     families: dict[str, Family] = {}
     for step in steps:
-        diagnosis = last if step == last.step else _diagnose(session, step, estimation if step in estimated else None)
+        diagnosis = last if step == last.step else session.diagnose(to=step, estimate_error=step in estimated)
         out.time.append(diagnosis.time)
         out.speed = max(out.speed, diagnosis.domain.h_omega)
         for family in _families(diagnosis):
@@ -76,11 +73,6 @@ def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy
     scene = session.scene
     out.speed *= scene.get("method", {}).get("substeps", 1) / abs(scene["step"])
     return out
-
-
-def _diagnose(session: Session, step: int, estimation: Any) -> Any:
-    request = pb.DiagnoseRequest(session_id=session.id, to=step, estimate_error=estimation)
-    return answers.diagnosis(session._recreation.call("Diagnose", request), request)
 
 
 def _families(diagnosis: Any) -> list[Family]:
@@ -97,7 +89,8 @@ def _families(diagnosis: Any) -> list[Family]:
 
 def described(session: Session) -> pb.DescribeResponse:
     """Returns the catalogue of the session's server."""
-    return session._connection.call("Describe", pb.DescribeRequest())
+    found: pb.DescribeResponse = session._connection.call("Describe", pb.DescribeRequest())
+    return found
 
 
 def drawn_fields(session: Session) -> list[str]:
@@ -110,45 +103,25 @@ def drawn_fields(session: Session) -> list[str]:
     return frame + [name for name in ("Qdot", "M", "P") if name in names][:1]
 
 
-def samples(session: Session, run: Accuracy, fields: Optional[Sequence[str]] = None, turns: Optional[float] = None) -> Trajectory:
-    """Returns samples dense enough to be drawn, from step 0 to the end of the run or as far as their number allows.
-
-    `turns`: ends after so many turns by 360 degrees. States between steps are computed where the steps are too long; a
-    discrete system has none.
-    """
-    scene, fields = session.scene, list(fields or drawn_fields(session))
+def samples(session: Session, run: Accuracy) -> Trajectory:
+    """Returns samples dense enough to be drawn, from step 0 to the end of the run or as far as their number allows. States
+    between steps are computed where the steps are too long; a discrete system has none."""
+    scene, fields = session.scene, drawn_fields(session)
     step, end = scene["step"], abs(run.horizon)
     if run.step == 0:
         return session.trajectory(to=0, fields=fields)
-    numbers = sum(_drawn_numbers(values[0]) for values in session.trajectory(to=0, fields=fields).values())
+    numbers = sum(_drawn_numbers(values[0]) for values in session.trajectory(to=0, fields=fields).fields.values())
     most = min(MOST, BYTES // (4 * numbers))
     finest = FINEST / run.speed if run.speed else 0.0
-    shown = min(end, most * finest or end, 2 * np.pi * turns / run.speed if turns and run.speed else end)
+    shown = min(end, most * finest or end)
     count = int(np.clip(np.ceil(shown / finest) if finest else FEWEST, min(FEWEST, most), most))
     every = shown / count / abs(step)
     if every >= 1 or "method" not in scene:
-        return session.trajectory(to=min(run.step, int(np.ceil(shown / abs(step)))), every=int(np.ceil(every)), fields=fields)
+        to = min(run.step, int(np.ceil(shown / abs(step))))
+        return session.trajectory(to=to, every=int(np.ceil(every)), fields=fields)
     return session.trajectory(times=np.linspace(0, np.copysign(shown, step), count + 1), fields=fields)
 
 
-def of_member(values: Array, member: Optional[int]) -> Array:
-    """Returns the samples of one field as (samples, rows, cols), of one member of an ensemble."""
-    values = values if member is None else values[:, member]
-    return values if values.ndim == 3 else values.reshape(len(values), 1, -1)
-
-
 def _drawn_numbers(values: Array) -> int:
-    rows, cols = values.shape[-2:] if values.ndim > 1 else (1, values.shape[-1])
-    return min(rows, LARGEST) * min(cols, LARGEST) * (2 if np.iscomplexobj(values) else 1)
-
-
-@contextmanager
-def session_of(trajectory: Trajectory, session: Optional[Session]) -> Iterator[Session]:
-    """Yields `session`, or without one a session of the trajectory's scene on the server of this process."""
-    if session is not None:
-        yield session
-        return
-    from stiefel import simulation
-
-    with simulation.own_client().create(trajectory.scene) as created:
-        yield created
+    rows, cols = values.shape[-2:] if values.ndim > 1 else (1, values.size)
+    return int(min(rows, LARGEST) * min(cols, LARGEST) * (2 if np.iscomplexobj(values) else 1))

@@ -37,7 +37,8 @@ def principal(scene: Mapping[str, Any], member: Optional[int]) -> Principal:
     """Returns the principal axes of a scene with `body`, or with `inertia` of three numbers."""
     def numbers(values: Any, count: int) -> Array:
         flat = np.asarray(values, dtype=float).reshape(-1, count)
-        return flat[member if member is not None and len(flat) > 1 else 0]
+        one: Array = flat[member if member is not None and len(flat) > 1 else 0]
+        return one
 
     body = scene.get("body", {})
     if "inertia_tensor" in body:
@@ -46,7 +47,10 @@ def principal(scene: Mapping[str, Any], member: Optional[int]) -> Principal:
         axes = columns.T * np.copysign(1, columns[np.argmax(abs(columns), axis=0), range(3)])[:, None]
         axes[1] *= np.copysign(1, np.linalg.det(axes))
         return Principal(moments, axes, ("a", "b", "c"))
-    moments = numbers(body["moments"], 3) if "moments" in body else np.sum(numbers(scene["inertia"], 3)) - numbers(scene["inertia"], 3)
+    if "moments" in body:
+        moments = numbers(body["moments"], 3)
+    else:
+        moments = np.sum(numbers(scene["inertia"], 3)) - numbers(scene["inertia"], 3)
     order = np.argsort(moments, kind="stable")
     return Principal(moments[order], np.eye(3)[order], tuple("xyz"[k] for k in order))
 
@@ -55,7 +59,8 @@ def is_body(scene: Mapping[str, Any], trajectory: Trajectory) -> bool:
     """Returns whether the trajectory has the momentum or the angular velocity of a body in three dimensions."""
     if scene["system"].startswith("parametric"):
         return False
-    return "angular_velocity" in trajectory.fields or ("M" in trajectory.fields and trajectory.fields["M"].shape[-2:] == (3, 3))
+    there = trajectory.fields
+    return "angular_velocity" in there or ("M" in there and there["M"].shape[-2:] == (3, 3))
 
 
 def momenta(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Array:

@@ -7,11 +7,10 @@ import numpy as np
 
 from stiefel._results import body, diagram, sphere
 from stiefel._results.base import Array
+from stiefel._results.extras import imported
 
 Trajectory = Any  # a `stiefel.Trajectory`
-Session = Any  # a `stiefel.Session`
 
-PANELS = ("attitude", "rates", "spin_axis", "accuracy", "polhode")
 FLOOR = 2.0**-53  #: the rounding unit; smaller drifts are drawn as this value
 MOST = 6  #: curves of a matrix
 STYLE = {"axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e2e8f0",
@@ -19,34 +18,47 @@ STYLE = {"axes.spines.top": False, "axes.spines.right": False, "axes.grid": True
          "legend.fontsize": "small", "lines.linewidth": 1.3}
 
 
-def plot(trajectory: Trajectory, panels: Sequence[str], member: int, session: Optional[Session], to: Optional[int]) -> Any:
-    """Does what `Trajectory.plot` says."""
-    import matplotlib.pyplot as plt  # imported here because only pictures need it
+def panels_of(trajectory: Trajectory) -> tuple[str, ...]:
+    """Returns the panels that `plot` can draw of the trajectory's fields."""
+    scene, there = scene_of(trajectory), trajectory.fields
+    in_space = body.is_body(scene, trajectory)
+    turns = in_space and body.attitudes(scene, trajectory, member_of(trajectory, 0)) is not None
+    known = {"attitude": bool(there.keys() & {"quaternion", "Q", "q"}), "rates": bool(there), "spin_axis": turns,
+             "polhode": in_space, "accuracy": True}
+    return tuple(name for name, drawn in known.items() if drawn)
 
-    unknown = [name for name in panels if name not in PANELS]
-    if unknown or not panels:
-        raise ValueError(f"panels: {unknown or 'none'}: must be among {', '.join(PANELS)}")
-    scene, of = scene_of(trajectory), member_of(trajectory, member)
-    if "polhode" in panels and not body.is_body(scene, trajectory):
-        raise ValueError("panels: polhode: the trajectory has no momentum or angular velocity of a body in three dimensions")
+
+def plot(trajectory: Trajectory, panels: Optional[Sequence[str]], member: int, to: Optional[int], figure: Any) -> Any:
+    """Does what `Trajectory.plot` says."""
+    plt = imported("matplotlib.pyplot", "plot")
+
+    scene, of, possible = scene_of(trajectory), member_of(trajectory, member), panels_of(trajectory)
+    if panels is None:
+        panels = [name for name in possible if name in ("attitude", "rates", "accuracy")]
+    if not panels or not set(panels) <= set(possible):
+        raise ValueError(f"panels: {list(panels)}: must be among {', '.join(possible)}, the panels of these fields")
     rows = [name for name in panels if name != "polhode"]
     with plt.rc_context(STYLE):
         square = "polhode" in panels
-        height = max(2.0 * len(rows) + 0.5, 4.2 if square else 0)
-        figure = plt.figure(figsize=(11.5 if square and rows else 5 if square else 8.5, height), layout="constrained")
-        grid = figure.add_gridspec(max(len(rows), 1), 2 if square and rows else 1, width_ratios=[1.75, 1] if square and rows else None)
+        if figure is None:
+            height = max(2.0 * len(rows) + 0.5, 4.2 if square else 0)
+            width = (11.5 if rows else 5) if square else 8.5
+            figure = plt.figure(figsize=(width, height), layout="constrained")
+        ratios = [1.75, 1] if square and rows else [1]
+        grid = figure.add_gridspec(max(len(rows), 1), len(ratios), width_ratios=ratios)
         first = None
         for k, name in enumerate(rows):
             alone = name == "accuracy" and to is not None  # it is about another span of time
             axes = figure.add_subplot(grid[k, 0], sharex=None if alone else first)
             if name == "accuracy":
-                _accuracy(axes, scene, trajectory, session, to)
+                seconds = _accuracy(axes, trajectory, to)
             else:
                 _curves(axes, trajectory.time, *_CURVES[name](scene, trajectory, of))
-                first = first or axes
+                first, seconds = first or axes, float(np.ptp(trajectory.time))
             axes.margins(x=0)
+            axes.ticklabel_format(axis="x", style="plain", useOffset=False)
             if k == len(rows) - 1 or (rows[k + 1] == "accuracy" and to is not None):
-                axes.set_xlabel("time" + unit(scene, " (s)"))
+                _label_time(axes, scene, seconds)
             else:
                 axes.tick_params(labelbottom=False)
         if square:
@@ -69,6 +81,19 @@ def unit(scene: Mapping[str, Any], name: str) -> str:
     return name if "body" in scene else ""
 
 
+def _label_time(axes: Any, scene: Mapping[str, Any], seconds: float) -> None:
+    """Names the axis of times and, where these are seconds, labels it in the unit that suits the span."""
+    from matplotlib.ticker import FuncFormatter, MultipleLocator
+
+    factor, name = next((found for found in ((86400, "days"), (3600, "hours")) if seconds >= 2 * found[0]), (1, "s"))
+    if "body" in scene and factor > 1:
+        most = seconds / factor / 5  # units between two ticks
+        power = 10.0 ** np.floor(np.log10(most))
+        axes.xaxis.set_major_locator(MultipleLocator(factor * power * max(one for one in (1, 2, 5) if one * power <= most)))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / factor:g}"))
+    axes.set_xlabel("time" + unit(scene, f" ({name})"))
+
+
 def _curves(axes: Any, time: Array, title: str, curves: Iterable[tuple[str, Array]]) -> None:
     for k, (name, values) in enumerate(curves):
         axes.plot(time, values, label=name, **diagram.line(k))
@@ -76,31 +101,32 @@ def _curves(axes: Any, time: Array, title: str, curves: Iterable[tuple[str, Arra
     axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
 
 
-def _attitude(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
+Curves = tuple[str, list[tuple[str, Array]]]  # the title of a panel, and its curves by name
+
+
+def _attitude(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Curves:
     if "quaternion" in trajectory.fields:
         values = body.vectors(trajectory.fields["quaternion"], member)
         return "attitude: quaternion, body to space", list(zip("wxyz", values.T))
-    name = next((name for name in ("Q", "q") if name in trajectory.fields), None)
-    if name is None:
-        raise ValueError("panels: attitude: the trajectory has no frame; ask for the field Q or quaternion")
+    name = "Q" if "Q" in trajectory.fields else "q"
     return f"{name}: the entries that vary most", _entries(name, trajectory.fields[name], member)
 
 
-def _rates(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
+def _rates(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Curves:
     if body.is_body(scene, trajectory):
         momenta = body.momenta(scene, trajectory, member)
         values = body.principal(scene, member).velocity(momenta)
-        return "angular velocity in body axes" + unit(scene, ", rad/s"), [(rf"$\omega_{axis}$", values[:, k]) for k, axis in enumerate("xyz")]
+        curves = [(rf"$\omega_{axis}$", values[:, k]) for k, axis in enumerate("xyz")]
+        return "angular velocity in body axes" + unit(scene, ", rad/s"), curves
     rest = [name for name in trajectory.fields if name not in ("Q", "q", "Q_prev")] or list(trajectory.fields)
     name = next((name for name in ("Qdot", "qdot", "M") if name in rest), rest[0])
     return f"{name}: the entries that vary most", _entries(name, trajectory.fields[name], member)
 
 
-def _spin_axis(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> tuple[str, list[tuple[str, Array]]]:
-    rotations = body.attitudes(scene, trajectory, member) if body.is_body(scene, trajectory) else None
-    if rotations is None:
-        raise ValueError("panels: spin_axis: needs quaternion and angular_velocity, or Q and M, of a body in three dimensions")
+def _spin_axis(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Curves:
     velocity = body.principal(scene, member).velocity(body.momenta(scene, trajectory, member))
+    rotations = body.attitudes(scene, trajectory, member)
+    assert rotations is not None  # or there is no such panel
     axis = np.einsum("sij,sj->si", rotations, velocity)
     axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), np.finfo(float).tiny)
     return "spin axis in space, a unit vector", [(name, axis[:, k]) for k, name in enumerate("XYZ")]
@@ -124,25 +150,28 @@ def _entries(name: str, values: Array, member: Optional[int]) -> list[tuple[str,
     return sorted(found, key=lambda one: -np.ptp(one[1]))[:MOST]
 
 
-def _accuracy(axes: Any, scene: Mapping[str, Any], trajectory: Trajectory, session: Optional[Session], to: Optional[int]) -> None:
+def _accuracy(axes: Any, trajectory: Trajectory, to: Optional[int]) -> float:
+    """Draws drift and error, and returns the time up to which they go."""
     from stiefel._report import run as runs
 
-    with runs.session_of(trajectory, session) as running:
-        run = runs.accuracy(running, int(trajectory.step[-1]) if to is None else to)
+    with trajectory.origin.session(trajectory.scene) as session:
+        run = runs.accuracy(session, max(0, int(trajectory.step.max())) if to is None else to)
     for k, family in enumerate(run.families):
         axes.semilogy(run.time, np.maximum(family.drift, FLOOR), label=f"drift of {family.name}", **diagram.line(k))
     for name, look in (("attitude", {"color": "black", "marker": "o"}), ("momentum", {"color": "0.45", "marker": "s"})):
         if run.error_time:
-            axes.semilogy(run.error_time, np.maximum(run.errors[name], FLOOR), lw=1, ms=3.5, label=f"error of the {name}", **look)
+            axes.semilogy(run.error_time, np.maximum(run.errors[name], FLOOR), lw=1, ls="-", ms=3.5, clip_on=False, zorder=5,
+                          label=f"error of the {name}", **look)
     axes.set_title("relative drift of the invariants, and estimated error" if run.error_time else
                    "relative drift of the invariants; the error is not estimated")
     axes.set_ylim(bottom=FLOOR / 2)
     axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
+    return abs(run.horizon)
 
 
 def polhode(trajectory: Trajectory, axes: Any, member: int) -> Any:
     """Does what `Trajectory.polhode` says."""
-    import matplotlib.pyplot as plt  # imported here because only pictures need it
+    plt = imported("matplotlib.pyplot", "plot")
 
     scene, of = scene_of(trajectory), member_of(trajectory, member)
     if not body.is_body(scene, trajectory):
@@ -155,7 +184,7 @@ def polhode(trajectory: Trajectory, axes: Any, member: int) -> Any:
 
 def plot3d(trajectory: Trajectory, axes: Any, coordinates: Sequence[int], member: int) -> Any:
     """Does what `Trajectory.plot3d` says."""
-    import matplotlib.pyplot as plt  # imported here because only pictures need it
+    plt = imported("matplotlib.pyplot", "plot")
 
     of = member_of(trajectory, member)
     name = next((name for name in ("Q", "q") if name in trajectory.fields), None)

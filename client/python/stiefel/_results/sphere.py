@@ -26,13 +26,13 @@ def polhode(axes: Any, scene: Mapping[str, Any], trajectory: Trajectory, member:
     axes.axis("off")
     circle = np.linspace(0, 2 * np.pi, 200)
     axes.fill(np.cos(circle), np.sin(circle), color="#f3f6f9", zorder=0)
-    axes.plot(np.cos(circle), np.sin(circle), color="0.6", lw=0.8, zorder=0)
+    axes.plot(np.cos(circle), np.sin(circle), color="0.6", lw=0.8, ls="-", zorder=0)
     if inertia.distinct:
         for curve in _other_polhodes(inertia.moments):
-            _draw(axes, view, curve, color="0.68", lw=0.6)
+            _draw(axes, view, curve, color="0.68", lw=0.6, ls="-")
         for curve in _separatrix(inertia.moments):
             _draw(axes, view, curve, color="black", lw=1, ls=(0, (5, 3)))
-    _draw(axes, view, path, color=diagram.COLOURS[0], lw=1.8)
+    _draw(axes, view, path, color=diagram.COLOURS[0], lw=1.8, ls="-")
     start = view @ path[0]
     axes.plot(*start[:2], "o", ms=6, color=diagram.COLOURS[1], mec="white", zorder=5, alpha=1 if start[2] >= 0 else 0.4)
     for sign in (1, -1):
@@ -40,11 +40,12 @@ def polhode(axes: Any, scene: Mapping[str, Any], trajectory: Trajectory, member:
             x, y, depth = view @ axis * sign
             alpha = 1 if depth >= 0 else 0.35
             axes.plot(x, y, "k.", ms=5, alpha=alpha, zorder=4)
-            axes.annotate(("+" if sign > 0 else "\N{MINUS SIGN}") + name, (1.1 * x, 1.1 * y), alpha=alpha, ha="center", va="center", zorder=6)
+            axes.annotate(("+" if sign > 0 else "\N{MINUS SIGN}") + name, (1.1 * x, 1.1 * y), alpha=alpha, ha="center",
+                          va="center", zorder=6)
     axes.set_title("polhode on the momentum sphere")
     moments = ", ".join(f"{name} {moment:.6g}" for name, moment in zip(inertia.names, inertia.moments))
-    axes.text(0, -1.24, f"moments {moments}\ndot: start" + ("; dashed: separatrix" if inertia.distinct else ""), ha="center", va="top",
-              fontsize="small", color="0.25")
+    key = "dot: start; dashed: separatrix" if inertia.distinct else "dot: start"
+    axes.text(0, -1.24, f"moments {moments}\n{key}", ha="center", va="top", fontsize="small", color="0.25")
 
 
 def _view(angles: tuple[float, float]) -> Array:
@@ -59,7 +60,8 @@ def _draw(axes: Any, view: Array, points: Array, **look: Any) -> None:
     for front in (True, False):
         here = (depth >= 0) == front
         shown = here | np.append(here[1:], False)  # a segment that crosses the edge belongs to both sides
-        axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), alpha=1 if front else 0.25, zorder=3 if front else 1, **look)
+        axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), alpha=1 if front else 0.25,
+                  zorder=3 if front else 1, **look)
 
 
 def _other_polhodes(moments: Array) -> Iterator[Array]:
@@ -101,7 +103,7 @@ def frames(axes: Any, values: Array, coordinates: tuple[int, int, int], vectors:
         look = diagram.line(k)
         axes.plot(*shown[:, k].T, lw=1, alpha=0.75, **look)
         name = "q" if values.shape[1] == 1 else f"{'row' if by_rows else 'column'} {k}"
-        axes.plot(*zip((0, 0, 0), shown[-1, k]), lw=2.2, color=look["color"])
+        axes.plot(*zip((0, 0, 0), shown[-1, k]), lw=2.2, ls="-", color=look["color"])
         axes.plot(*([one] for one in shown[-1, k]), ls="", marker=diagram.MARKS[k], color=look["color"], ms=6)
         axes.plot([], [], [], marker=diagram.MARKS[k], ms=5, label=name, **look)
     for pane in (axes.xaxis, axes.yaxis, axes.zaxis):
