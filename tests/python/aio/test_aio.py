@@ -5,6 +5,8 @@ import contextvars
 import gc
 import inspect
 import pickle
+import subprocess
+import sys
 import warnings
 
 import grpc
@@ -246,6 +248,20 @@ def test_a_call_has_the_context_of_its_task(server):
         held.set("of the task")
         return await stiefel.aio.run(Text("").lower)
     assert asyncio.run(main()) == "of the task"
+
+
+def test_greenlet_is_needed_where_aio_is_imported_only():
+    program = """
+import sys
+sys.modules["greenlet"] = None
+import stiefel
+try:
+    import stiefel.aio
+except ImportError as missing:
+    print(missing)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("stiefel.aio needs the package greenlet: pip install 'stiefel[aio]'\n", "")
 
 
 def test_what_a_result_asks_for_is_awaited(server):

@@ -73,8 +73,8 @@ class Channel:
         self._open = open
         self._loop: Optional[asyncio.AbstractEventLoop] = None
         self._opened: Any = None
+        self._closed: Any = None
         self.calls: weakref.WeakSet[_Call] = weakref.WeakSet()  #: grpc.aio finds those alone on which a task waits
-        self._closed = asyncio.Event()
 
     @property
     def opened(self) -> grpc.aio.Channel:
