@@ -21,9 +21,9 @@ Service::Unary Service::Diagnose(Context& context, CallLog& log, const v1::Diagn
   MemoryLease memory(log.account().memory(),
                      memory_price({held_by(request), diagnosis_workspace(**session)}));
   const std::uint64_t held = memory.bytes();
-  const auto call = [&](const UnaryCall::MoreWork& more, UnaryCall::Search search) {
+  const auto call = [&](const UnaryCall::MoreWork& more, UnaryCall::Answer answer) {
     return new UnaryCall(host_, std::move(log), *std::move(session), request.to(), more,
-                         std::move(search), std::move(memory));
+                         std::move(answer), std::move(memory));
   };
   // A request with many matrices is read by a worker, where a stop can end the reading.
   if (request.ByteSizeLong() > short_request)

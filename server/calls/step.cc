@@ -77,8 +77,9 @@ Service::Unary Service::Step(Context& context, CallLog& log, const v1::StepReque
   }
   MemoryLease memory(log.account().memory(), step_memory(**session, task));
   return new UnaryCall(
-      host_, std::move(log), *std::move(session), request.to(),
-      [task = std::move(task), response](const Session& at, const Cursor& cursor) {
+      host_, std::move(log), *std::move(session), request.to(), {},
+      [task = std::move(task), response](const Session& at, const Cursor& cursor,
+                                         const std::stop_token&) {
         answer_step(at, cursor, task, response);
         return grpc::Status::OK;
       },

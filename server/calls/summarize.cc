@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <chrono>
-#include <stop_token>
+#include <optional>
 #include <utility>
 
 #include "server/calls/requests.h"
@@ -29,100 +29,98 @@ bool has_many(const Session& session) { return session.scene().members().size() 
 
 /// Advances a summary slice by slice. At least every 256 slices a message is sent, which has the
 /// progress alone if there are no results.
-class SummarizeWork final : public StreamWork<v1::SummarizeResponse> {
+class SummarizeCall final : public SlicedStream<v1::SummarizeResponse> {
  public:
-  /// The request and the account must outlive this object.
-  SummarizeWork(const Lifecycle& lifecycle, Account& account, SessionLease session,
-                const v1::SummarizeRequest& request, const ReadingWork& reading)
-      : lifecycle_(lifecycle),
-        account_(account),
+  SummarizeCall(Host& host, CallLog log, JobKind kind, SessionLease session,
+                const v1::SummarizeRequest& request, const ReadingWork& reading, double price,
+                double expected)
+      : SlicedStream(host, std::move(log), kind),
         step_cost_(session->step_cost() +
                    reading.each / instructions_a_nanosecond /
                        static_cast<double>(std::max<std::int64_t>(request.every(), 1))),
-        answer_(std::move(session), request, reading.total) {}
-
-  bool makes_next() const override { return answer_.was_read() && !answer_.made(); }
-  grpc::Status make(const std::stop_token& stop) override {
-    return until_stopped(stop, [this] { return answer_.make(); });
+        answer_(std::in_place, std::move(session), request, reading.total) {
+    begin(kind, Permit::Kind::stream, price, expected);
   }
-  std::expected<Progress, grpc::Status> slice(const std::stop_token& stop,
-                                              v1::SummarizeResponse& message) override;
-  std::int64_t computed_steps() const override { return answer_.computed_steps(); }
 
  private:
+  bool makes_next() const override { return answer_->was_read() && !answer_->made(); }
+  grpc::Status make() override {
+    return until_stopped([this] { return answer_->make(); });
+  }
+  std::expected<Progress, grpc::Status> slice(v1::SummarizeResponse& message) override;
+  void free() noexcept override { answer_.reset(); }
+  std::int64_t computed_steps() const override { return answer_ ? answer_->computed_steps() : 0; }
+
   /// Whether the next message needs more slices.
-  bool needs_more_slices() const { return !answer_.has_results() && !answer_.done(); }
+  bool needs_more_slices() const { return !answer_->has_results() && !answer_->done(); }
   /// Returns what `part` of the preparation returns, or the status of a stopped call.
   template <class Part>
-  grpc::Status until_stopped(const std::stop_token& stop, Part part) const {
-    return stoppable(stop, part).value_or(stopped(lifecycle_));
+  grpc::Status until_stopped(Part part) const {
+    return stoppable(stop(), part).value_or(stopped(host_.lifecycle));
   }
-  grpc::Status work(const std::stop_token& stop);
-  grpc::Status start(const std::stop_token& stop);
-  void advance(const std::stop_token& stop);
+  grpc::Status work();
+  grpc::Status start();
+  void advance();
 
-  const Lifecycle& lifecycle_;
-  Account& account_;
   const double step_cost_;  // nanoseconds, with the reading
-  SummarizeAnswer answer_;
+  std::optional<SummarizeAnswer> answer_;
   int longer_ = 1;          // the factor by which slices are longer than those of a single motion
   std::int64_t steps_ = 1;  // of a slice
   int slices_ = 0;
 };
 
-std::expected<Progress, grpc::Status> SummarizeWork::slice(const std::stop_token& stop,
-                                                           v1::SummarizeResponse& message) {
+std::expected<Progress, grpc::Status> SummarizeCall::slice(v1::SummarizeResponse& message) {
   if (needs_more_slices())
-    if (const auto status = work(stop); !status.ok()) return std::unexpected(status);
+    if (const auto status = work(); !status.ok()) return std::unexpected(status);
   if (needs_more_slices() && slices_ < slices_between_messages / longer_)
     return Progress::no_message;
   failpoint("call.summary_message");
   slices_ = 0;
-  return answer_.next(message) ? Progress::last_message : Progress::message;
+  return answer_->next(message) ? Progress::last_message : Progress::message;
 }
 
 /// Runs one slice; an error ends the call.
-grpc::Status SummarizeWork::work(const std::stop_token& stop) {
-  if (!answer_.was_read())
-    return until_stopped(stop, [this] { return answer_.read(account_.memory()); });
-  if (!answer_.started()) return start(stop);
-  if (answer_.price_reached()) return errors::price_reached(*answer_.price_reached());
+grpc::Status SummarizeCall::work() {
+  if (!answer_->was_read())
+    return until_stopped([this] { return answer_->read(log_.account().memory()); });
+  if (!answer_->started()) return start();
+  if (answer_->price_reached()) return errors::price_reached(*answer_->price_reached());
   ++slices_;
-  if (lifecycle_.stopping()) {
+  if (host_.lifecycle.stopping()) {
     // A checkpoint can be made only when all members are at one step.
-    if (!answer_.aligned()) return errors::shutting_down();
-    answer_.cut_short();
+    if (!answer_->aligned()) return errors::shutting_down();
+    answer_->cut_short();
   } else {
-    advance(stop);
+    advance();
   }
   // A reading that the server's stop interrupted may be incomplete.
-  return answer_.interrupted() ? errors::shutting_down() : grpc::Status::OK;
+  return answer_->interrupted() ? errors::shutting_down() : grpc::Status::OK;
 }
 
-grpc::Status SummarizeWork::start(const std::stop_token& stop) {
-  if (const auto status = until_stopped(stop, [this] { return answer_.start(); }); !status.ok())
+grpc::Status SummarizeCall::start() {
+  if (const auto status = until_stopped([this] { return answer_->start(); }); !status.ok())
     return status;
   longer_ =
-      static_cast<int>(std::clamp<std::size_t>(answer_.width() / groups_in_a_slice, 1, longest));
+      static_cast<int>(std::clamp<std::size_t>(answer_->width() / groups_in_a_slice, 1, longest));
   steps_ = slice_steps(step_cost_);
   return grpc::Status::OK;
 }
 
 /// Adapts the length of slices to the clock, because stepping and reading may cost more than
 /// predicted. The results do not depend on that length.
-void SummarizeWork::advance(const std::stop_token& stop) {
+void SummarizeCall::advance() {
   using Clock = std::chrono::steady_clock;
-  const auto begin = Clock::now();
+  const auto before = Clock::now();
   // A slice on the worker kept for short calls is shorter.
   const std::int64_t most = longer_ * slice_steps(step_cost_);
   steps_ = std::min(steps_, most);
-  answer_.advance(steps_, stop);
-  const std::chrono::duration<double, std::nano> taken = Clock::now() - begin;
+  answer_->advance(steps_, stop());
+  const std::chrono::duration<double, std::nano> taken = Clock::now() - before;
   if (taken.count() > 2 * longer_ * slice_nanoseconds)
     steps_ = std::max<std::int64_t>(1, steps_ / 2);
   else if (taken.count() < longer_ * slice_nanoseconds / 2)
     steps_ = std::min(2 * steps_, most);
-  if (!answer_.interrupted()) answer_.collect();
+  if (!answer_->interrupted()) answer_->collect();
 }
 
 }  // namespace
@@ -140,11 +138,8 @@ Service::Writing<v1::SummarizeResponse> Service::Summarize(Context& context, Cal
       (request.to() - request.from()) / (request.events().empty() ? every : 1) + 1;
   const double price = (*session)->most_work(start, request.to(), stops) + reading.total;
   const double expected = (*session)->work(start, request.to(), stops) + reading.total;
-  Account& account = log.account();
-  return new SlicedStream<v1::SummarizeResponse>(
-      host_, std::move(log), kind, Permit::Kind::stream, price, expected,
-      std::make_unique<SummarizeWork>(host_.lifecycle, account, *std::move(session), request,
-                                      reading));
+  return new SummarizeCall(host_, std::move(log), kind, *std::move(session), request, reading,
+                           price, expected);
 }
 
 }  // namespace stiefel::server

@@ -31,28 +31,23 @@ void when_written(const Answered& answered, const std::function<void(const grpc:
 
 }  // namespace
 
-UnaryCall::UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer,
-                     MemoryLease memory)
-    : Call(host, std::move(log), std::move(memory)),
-      session_(std::move(session)),
-      to_(to),
-      answer_([this, answer = std::move(answer)] { return answer(**session_, *cursor_); }) {
-  begin_steps({});
-}
-
 UnaryCall::UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t to,
-                     const MoreWork& more, Search search, MemoryLease memory)
+                     const MoreWork& more, Answer answer, MemoryLease memory)
     : Call(host, std::move(log), std::move(memory)),
       session_(std::move(session)),
       to_(to),
-      answer_([this, search = std::move(search)]() -> Answered {
+      answer_([this, copies = more.price == 0, answer = std::move(answer)]() -> Answered {
+        if (copies) return answer(**session_, *cursor_, stop());
         const auto answered =
-            stoppable(stop(), [&] { return search(**session_, *cursor_, stop()); });
+            stoppable(stop(), [&] { return answer(**session_, *cursor_, stop()); });
         // An answer computed during a stop may be incomplete.
         return answered && !stop().stop_requested() ? *answered : stopped(host_.lifecycle);
       }),
-      more_(more.kind) {
-  begin_steps(more);
+      more_(more.kind),
+      steps_done_(false) {
+  const std::int64_t start = (*session_)->start_for(to);
+  begin((*session_)->step_kind().kind, Permit::Kind::call,
+        (*session_)->most_work(start, to) + more.price, (*session_)->work(start, to) + more.price);
 }
 
 UnaryCall::UnaryCall(Host& host, CallLog log, JobKind kind, double price, Work work,
@@ -69,14 +64,6 @@ UnaryCall::UnaryCall(Host& host, CallLog log, const Answered& answered, MemoryLe
     : Call(host, std::move(log), std::move(memory)) {
   run();
   finish(answered);
-}
-
-void UnaryCall::begin_steps(const MoreWork& more) {
-  steps_done_ = false;
-  const Session& session = **session_;
-  const std::int64_t start = session.start_for(to_);
-  begin(session.step_kind().kind, Permit::Kind::call, session.most_work(start, to_) + more.price,
-        session.work(start, to_) + more.price);
 }
 
 grpc::Status UnaryCall::make() {

@@ -25,13 +25,11 @@ struct Answered {
 class UnaryCall final : public Call<grpc::ServerUnaryReactor> {
  public:
   /// Writes the reply at the step where the cursor ended.
-  using Answer = std::function<Answered(const Session&, const Cursor&)>;
-  /// Writes the reply after more work.
-  using Search = std::function<Answered(const Session&, const Cursor&, const std::stop_token&)>;
+  using Answer = std::function<Answered(const Session&, const Cursor&, const std::stop_token&)>;
   /// Writes the reply of a call without steps.
   using Work = std::function<Answered(const std::stop_token&)>;
-  /// The work of a Search: its price in instructions, and the kind of job that does it; nothing if
-  /// the slice does it that computed the last step.
+  /// The work of an Answer: its price in instructions, 0 for one that only copies, and the kind of
+  /// job that does it; nothing if the slice does it that computed the last step.
   struct MoreWork {
     double price = 0;
     std::optional<JobKind> kind = std::nullopt;
@@ -43,10 +41,8 @@ class UnaryCall final : public Call<grpc::ServerUnaryReactor> {
   };
 
   /// `memory` is held until the reply is delivered.
-  UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t to, Answer answer,
-            MemoryLease memory);
   UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t to, const MoreWork& more,
-            Search search, MemoryLease memory);
+            Answer answer, MemoryLease memory);
   /// `price`: the most instructions that the work takes; at least the kind's `price_cap` is billed.
   UnaryCall(Host& host, CallLog log, JobKind kind, double price, Work work,
             MemoryLease memory = {});
@@ -60,7 +56,6 @@ class UnaryCall final : public Call<grpc::ServerUnaryReactor> {
   std::int64_t computed_steps() const override {
     return cursor_ ? cursor_->computed_steps() : steps_;
   }
-  void begin_steps(const MoreWork& more);
   void finish(const Answered& answered);
 
   std::optional<SessionLease> session_;
