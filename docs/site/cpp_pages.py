@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import Iterator, NamedTuple
 
-from text import escaped, fenced
+from text import escaped, fenced, paragraphs
 
 # A line that begins nothing of its own: a declaration without a definition, or the definition of a member.
 _SKIPPED = re.compile(r"^(#|namespace |}  // namespace|class \w+;|struct \w+;|enum class \w+( : [\w:]+)?;|extern template|static_assert|using \w+::"
@@ -78,8 +78,7 @@ def page(path: Path, name: str) -> str:
             if one.name and one.name != seen:
                 parts.append(f"## {escaped(one.name)}\n")
             if one.comment:
-                paragraphs = re.split(r"\n\s*\n", one.comment)
-                parts += [(fenced(text) if text.startswith("    ") else escaped(text) + "\n") for text in paragraphs]
+                parts.append(paragraphs(one.comment))
             seen = one.name
         parts.append(fenced(public(one.code), "cpp"))
     return "\n".join(parts)

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import stiefel
 
-from text import escaped
+from text import paragraphs
 
 _HEAD = """# Python
 
@@ -34,21 +34,30 @@ def names(module: ModuleType) -> list[str]:
     return [name for name in own if name in listed] + from_private
 
 
-def page(module: ModuleType) -> str:
-    lines = [f"# {module.__name__}\n", escaped(inspect.getdoc(module) or "") + "\n", "```{eval-rst}"]
-    for name in names(module):
-        there = "stiefel" if hasattr(stiefel, name) else module.__name__
-        kind = "class" if inspect.isclass(getattr(module, name)) else "function"
-        kind = "exception" if kind == "class" and issubclass(getattr(module, name), BaseException) else kind
-        lines.append(f".. auto{kind}:: {there}.{name}")
-    return "\n".join([*lines, "```", ""])
+def entry(module: ModuleType, name: str) -> str:
+    """The directive that documents one name, as a name of `stiefel` where it is one."""
+    value = getattr(module, name)
+    kind = "function" if inspect.isfunction(value) else "class" if inspect.isclass(value) else "data"
+    if inspect.isclass(value) and issubclass(value, BaseException):
+        kind = "exception"
+    return f".. auto{kind}:: {'stiefel' if hasattr(stiefel, name) else module.__name__}.{name}"
+
+
+def page(module: ModuleType, shown: list[str]) -> str:
+    lines = [f"# {module.__name__}\n", paragraphs(inspect.getdoc(module) or ""), "```{eval-rst}"]
+    return "\n".join([*lines, *(entry(module, name) for name in shown), "```", ""])
 
 
 def write(folder: Path) -> None:
+    shown = {module: names(module) for module in modules()}
+    elsewhere = {name for some in shown.values() for name in some}
+    # What the package takes from private modules.
+    own = [name for name in dir(stiefel) if name not in elsewhere and not name.startswith("_")
+           and not inspect.ismodule(getattr(stiefel, name))]
     toc = []
-    for module in modules():
-        if names(module):
+    for module, some in {stiefel: own, **shown}.items():
+        if some:
             target = module.__name__.replace(".", "_")
-            (folder / f"{target}.md").write_text(page(module), encoding="utf-8")
+            (folder / f"{target}.md").write_text(page(module, some), encoding="utf-8")
             toc.append(target)
     (folder / "index.md").write_text(_HEAD + "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(toc) + "\n```\n", encoding="utf-8")

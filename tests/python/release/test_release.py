@@ -4,6 +4,7 @@ import os
 import re
 import runpy
 import subprocess
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,17 @@ def test_the_sums_are_those_of_sha256sum(tmp_path):
     assert text.splitlines()[0] == f"{hashlib.sha256(b'a').hexdigest()}  a"
     (tmp_path / "SHA256SUMS").write_text(text)
     assert subprocess.run(["sha256sum", "--check", "--quiet", "SHA256SUMS"], cwd=tmp_path).returncode == 0
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="this is no clone but a source archive")
+def test_the_source_archive_of_a_commit_has_the_same_bytes(tmp_path):
+    for name in ("one.tar.gz", "other.tar.gz"):
+        DIST["archive"]("1.2.3", tmp_path / name)
+    assert (tmp_path / "one.tar.gz").read_bytes() == (tmp_path / "other.tar.gz").read_bytes()
+    with tarfile.open(tmp_path / "one.tar.gz") as archive:
+        names = archive.getnames()
+    tracked = subprocess.run(["git", "ls-tree", "-r", "--name-only", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert {f"stiefel-1.2.3/{name}" for name in tracked.stdout.splitlines()} <= set(names)
 
 
 def test_the_citation_is_complete():
