@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/methods/support/method.h"
 #include "engine/methods/support/concepts.h"
+#include "engine/methods/support/method.h"
 
 namespace stiefel {
 
@@ -22,6 +22,7 @@ struct CrouchGrossman3 {
       .orders = {3},
       .default_order = 3,
       .reversible = false,
+      .momentum_alone = true,
   };
   static constexpr bool applies_to(const SystemTraits& system) { return system.lie_group; }
   static constexpr Conservation conservation(const SystemTraits& system,
@@ -40,10 +41,7 @@ struct CrouchGrossman3 {
           k1_(system_.zero()),
           k2_(k1_),
           k3_(k1_),
-          theta_(k1_) {
-      // So3 leaves q alone where the scene has no frame.
-      if constexpr (Point::SizeAtCompileTime != Eigen::Dynamic) turned_.setZero();
-    }
+          theta_(k1_) {}
 
     void displacement(const Point& x, Point& dx) {
       const auto fraction = [](int p, int q) { return Scalar(p) / Scalar(q); };

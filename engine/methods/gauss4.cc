@@ -2,6 +2,7 @@
 
 namespace stiefel {
 
+template class ImplicitMap<Gauss4::Stages<MatrixSystem<double>>, MatrixSystem<double>>;
 template class Gauss4::Stages<MatrixSystem<double>>;
 
 }  // namespace stiefel

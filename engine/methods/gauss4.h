@@ -112,6 +112,8 @@ struct Gauss4 {
   };
 };
 
+// Compiled once, in gauss4.cc.
+extern template class ImplicitMap<Gauss4::Stages<MatrixSystem<double>>, MatrixSystem<double>>;
 extern template class Gauss4::Stages<MatrixSystem<double>>;
 
 }  // namespace stiefel

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/methods/support/method.h"
 #include "engine/methods/support/concepts.h"
+#include "engine/methods/support/method.h"
 
 namespace stiefel {
 
@@ -24,6 +24,7 @@ struct MuntheKaas4 {
       .orders = {4},
       .default_order = 4,
       .reversible = false,
+      .momentum_alone = true,
   };
   static constexpr bool applies_to(const SystemTraits& system) { return system.lie_group; }
   static constexpr Conservation conservation(const SystemTraits& system,

@@ -8,8 +8,8 @@
 
 namespace stiefel {
 
-/// The map of `splitting` (methods/splitting.h): m and the quaternion are turned about the principal
-/// axes one after the other.
+/// The map of `splitting` (methods/splitting.h): m and the quaternion are turned about the
+/// principal axes one after the other.
 template <class Scalar_, bool frame>
 class SplitBody3 {
  public:
@@ -28,28 +28,35 @@ class SplitBody3 {
   State start(const Point& x) const { return State{Accumulator<Point>(x, arithmetic_)}; }
 
   RunStatus step(State& state) const {
-    const auto now = [&](Eigen::Index i) { return state.x.extended(i); };
-    if (!state.x.compensated) {
-      Turned<Scalar> x = state.x.value;
-      turn(x, coarse_);
-      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
-      if constexpr (frame) x.template head<4>() *= (3 - x.template head<4>().squaredNorm()) / 2;
-      state.x.value = x;
-      return {};
-    }
-    Turned<Extended<Scalar>> x;
-    for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = now(i);
-    turn(x, fine_);
-    if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
-    for (Eigen::Index i = 0; i < x.size(); ++i) state.x.add(i, 0, x(i) - now(i));
-    return {};
+    return moves_frame_ ? step_of<frame>(state.x) : step_of<false>(state.x);
   }
 
   std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
 
  private:
-  template <class Working>
-  using Turned = Eigen::Matrix<Working, Point::RowsAtCompileTime, 1>;
+  /// (q; m), or m alone.
+  template <class Working, bool with_q>
+  using Turned = Eigen::Matrix<Working, with_q ? 7 : 3, 1>;
+
+  template <bool with_q>
+  RunStatus step_of(Accumulator<Point>& sum) const {
+    constexpr Eigen::Index size = with_q ? 7 : 3, first = Point::RowsAtCompileTime - size;
+    if (!sum.compensated) {
+      Turned<Scalar, with_q> x = sum.value.template tail<size>();
+      strang<with_q>(x, coarse_);
+      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
+      if constexpr (with_q) x.template head<4>() *= (3 - x.template head<4>().squaredNorm()) / 2;
+      sum.value.template tail<size>() = x;
+      return {};
+    }
+    Turned<Extended<Scalar>, with_q> x;
+    for (Eigen::Index i = 0; i < size; ++i) x(i) = sum.with_carry(first + i, 0);
+    strang<with_q>(x, fine_);
+    if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
+    for (Eigen::Index i = 0; i < size; ++i)
+      sum.add_with_carry(first + i, 0, x(i) - sum.with_carry(first + i, 0));
+    return {};
+  }
 
   /// Returns (h/2)/I.
   template <class Working>
@@ -58,13 +65,8 @@ class SplitBody3 {
     return Working(h) / 2 * I.moments.cwiseInverse();
   }
 
-  template <class Working>
-  void turn(Turned<Working>& x, const Vector3<Working>& half_step_over_I) const {
-    moves_frame_ ? strang<frame>(x, half_step_over_I) : strang<false>(x, half_step_over_I);
-  }
-
   template <bool with_q, class Working>
-  static void strang(Turned<Working>& x, const Vector3<Working>& half_step_over_I) {
+  static void strang(Turned<Working, with_q>& x, const Vector3<Working>& half_step_over_I) {
     const Vector3<Working>& rate = half_step_over_I;
     flow<0, with_q>(x, rate, Working(1) / 2);
     flow<1, with_q>(x, rate, Working(1) / 2);
@@ -75,9 +77,10 @@ class SplitBody3 {
 
   /// Applies the flow of m_a²/(2I_a) over `part` of h: q ← q∘exp(½θ e_a), m ← exp(−θ ê_a) m.
   template <int a, bool with_q, class Working>
-  static void flow(Turned<Working>& x, const Vector3<Working>& half_step_over_I, Working part) {
+  static void flow(Turned<Working, with_q>& x, const Vector3<Working>& half_step_over_I,
+                   Working part) {
     using std::cos, std::sin;
-    constexpr int b = (a + 1) % 3, c = (a + 2) % 3, first = frame ? 4 : 0;
+    constexpr int b = (a + 1) % 3, c = (a + 2) % 3, first = with_q ? 4 : 0;
     const Working half = part * half_step_over_I(a) * x(first + a), sine = sin(half),
                   cosine = cos(half);
     if constexpr (with_q) {

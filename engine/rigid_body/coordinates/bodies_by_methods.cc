@@ -2,6 +2,7 @@
 
 #include "engine/methods/variational.h"
 #include "engine/rigid_body/coordinates/body_by_method.h"
+#include "engine/rigid_body/coordinates/body_in_space.h"
 
 namespace stiefel {
 
@@ -22,6 +23,15 @@ const std::vector<BodyByMethod>& bodies_by_methods() {
   }();
   return all;
 }
+
+template <class Scalar>
+std::unique_ptr<Simulation> body_in_matrices(const MethodEntry& method, const Scene& scene) {
+  return make_matrix_simulation(method, scene,
+                                RigidBody<SoN<Scalar>>(rounded_to<Scalar>(scene.inertia())),
+                                rigid_body_observables(scene), rigid_body_cost(scene.dimension()));
+}
+template std::unique_ptr<Simulation> body_in_matrices<float>(const MethodEntry&, const Scene&);
+template std::unique_ptr<Simulation> body_in_matrices<double>(const MethodEntry&, const Scene&);
 
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene) {
   const auto& all = bodies_by_methods();

@@ -1,29 +1,35 @@
 #pragma once
 
+#include "engine/rigid_body/body/rigid_body.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_body_observables.h"
 #include "engine/stepping/make_simulation.h"
-#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
+
+/// Returns the simulation of a rigid body, with matrices as states, by a general method.
+template <class Scalar>
+std::unique_ptr<Simulation> body_in_matrices(const MethodEntry& method, const Scene& scene);
+// Compiled once, in bodies_by_methods.cc.
+extern template std::unique_ptr<Simulation> body_in_matrices<float>(const MethodEntry&,
+                                                                    const Scene&);
+extern template std::unique_ptr<Simulation> body_in_matrices<double>(const MethodEntry&,
+                                                                     const Scene&);
 
 /// Returns the simulation by Method of the rigid body of a scene, with states in Space; null if the
 /// method does not apply there.
 template <class Method, class Space>
 std::unique_ptr<Simulation> body_in_space(const Scene& scene) {
   using Body = RigidBody<Space>;
-  const double cost = rigid_body_cost(scene.dimension());
-  const auto body = [&] {
-    return Body(rounded_to<typename Space::Scalar>(scene.inertia()), scene.has_frame());
-  };
-  const auto observables = rigid_body_observables(scene);
+  using Scalar = typename Space::Scalar;
   if constexpr (!applies<Method, Body>)
     return nullptr;
   else if constexpr (has_map_for<Method, Body> || !HasMatrixStates<Body>)
-    return make_simulation_by<Method>(scene, body(), observables, cost);
+    return make_simulation_by<Method>(
+        scene, Body(rounded_to<Scalar>(scene.inertia()), scene.has_frame()),
+        rigid_body_observables(scene), rigid_body_cost(scene.dimension()));
   else
-    return make_matrix_simulation(*method_entry(Method::traits.name), scene, body(), observables,
-                                  cost);
+    return body_in_matrices<Scalar>(*method_entry(Method::traits.name), scene);
 }
 
 /// Returns the simulation by Method with states in Space<Scalar, frame>, which hold Q, or zeros

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/numbers/lanes.h"
 #include "engine/linalg/lie/so_4.h"
+#include "engine/numbers/lanes.h"
 
 namespace stiefel {
 
@@ -24,7 +24,7 @@ class CayleyEquation4 {
 
   /// Makes two sweeps of the fixed point, then uses Newton's method with G′⁻¹ = (I − E)⁻¹ ≈ I + E +
   /// E². Returns the lanes that have a solution.
-  Mask<Scalar> solve(const Vec& n, const Vec& kappa) {
+  [[gnu::noinline]] Mask<Scalar> solve(const Vec& n, const Vec& kappa) {
     c = n;
     c -= residual(n, kappa);
     c -= residual(n, kappa);
@@ -46,7 +46,7 @@ class CayleyEquation4 {
 
   Scalar pfaffian() const { return (c(0) * c(3) + c(1) * c(4)) + c(2) * c(5); }
 
-  Vec residual(const Vec& n, const Vec& kappa) const {
+  [[gnu::noinline]] Vec residual(const Vec& n, const Vec& kappa) const {
     const Scalar p = pfaffian(), tau = Scalar(1) + (dot(c, c) + p * p);
     const Vec dual_c = dual(c), square_c = square(c);
     Vec G;
