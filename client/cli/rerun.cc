@@ -52,6 +52,7 @@ RunCommand command_of(const RerunCommand& rerun, const nlohmann::ordered_json& g
 ExitStatus rerun(RerunCommand command, Origin& origin) {
   const SavedRun saved = read_saved_run(command.file);
   nlohmann::ordered_json given = saved.description["scene"];
+  const auto epoch = given.value("epoch", std::string());
   given.erase("epoch");
   v1::Scene scene;
   parse_message(command.file + ": scene", given.dump(), &scene);
@@ -62,9 +63,10 @@ ExitStatus rerun(RerunCommand command, Origin& origin) {
   std::vector<double> times;
   RunCommand again = command_of(command, saved.description["run"], times);
   again.estimate_error = saved.description.contains("estimated_error");
+  again.epoch = epoch;
   again.quiet = true;
-  const ExitStatus status = times.empty() ? run(again, scene, origin)
-                                          : run_at_times(again, scene, times, origin);
+  const ExitStatus status =
+      times.empty() ? run(again, scene, origin) : run_at_times(again, scene, times, origin);
   const SavedRun now = read_saved_run(command.output);
   if (now.samples == saved.samples) {
     std::cout << command.file << ": the same samples, to the last bit\n";

@@ -71,7 +71,8 @@ ExitStatus run(const RunCommand& command, const v1::Scene& scene, Origin& origin
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
   sink->describe({session,
-                  {{"to", to}, {"start", command.from}, {"every", every(command, to)}}});
+                  {{"to", to}, {"start", command.from}, {"every", every(command, to)}},
+                  command.epoch});
   auto stream = session.stream({command.from, to, every(command, to), command.fields});
   std::int64_t last = 0, samples = 0;
   v1::DiagnoseResponse diagnosis;
@@ -146,8 +147,8 @@ void add_run(CLI::App& all, Command& chosen) {
                                  {"every", "--every"},
                                  {"fields", "--fields"},
                                  {"times", "--times"}}};
-    chosen.run = [command](Origin& origin) { 
-      return run(*command, read_scene(command->scene), origin);
+    chosen.run = [command](Origin& origin) {
+      return run(*command, read_scene(command->scene, &command->epoch), origin);
     };
   });
 }

@@ -21,6 +21,7 @@ struct RunCommand {
   std::vector<std::string> fields;
   std::string output;
   std::optional<bool> estimate_error;
+  std::string epoch;   ///< that of the scene; empty if it has none
   bool quiet = false;  ///< prints no report on stdout and no summary
 };
 

@@ -118,7 +118,7 @@ ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
   std::vector<double> in_order_of_time;
   for (const std::size_t k : behind | std::views::reverse) in_order_of_time.push_back(times[k]);
   for (const std::size_t k : ahead) in_order_of_time.push_back(times[k]);
-  sink->describe({session, {{"times", in_order_of_time}}});
+  sink->describe({session, {{"times", in_order_of_time}}, command.epoch});
   v1::DiagnoseResponse diagnosis;  // of the side that runs last
   const auto run = [&](const client::Session& on, double h, const std::vector<std::size_t>& order,
                        const std::function<void(v1::StreamResponse)>& take) {

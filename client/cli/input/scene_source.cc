@@ -89,14 +89,17 @@ std::string read_source(const std::string& given) {
   return read_text(given);
 }
 
-v1::Scene read_scene(const SceneSource& source) {
+v1::Scene read_scene(const SceneSource& source, std::string* epoch) {
   v1::Scene scene;
   const std::string name = source.shown(), text = read_source(source.name);
   parse_messages(name, text, {&scene}, beside_the_scene());
-  if (source.changes.empty()) return scene;
+  if (source.changes.empty() && text.find("\"epoch\"") == std::string::npos) return scene;
   auto json = nlohmann::json::parse(without_mark(name, text));
   for (const std::string& one : source.changes) change(json, one);
-  parse_messages(name + " with --set", json.dump(), {&scene}, beside_the_scene());
+  if (!source.changes.empty())
+    parse_messages(name + " with --set", json.dump(), {&scene}, beside_the_scene());
+  if (epoch != nullptr && json.value("epoch", nlohmann::json()).is_string())
+    *epoch = json["epoch"].get<std::string>();
   return scene;
 }
 

@@ -23,9 +23,10 @@ struct SceneSource {
 /// Reads the example of this name, stdin for "-", or a file. Throws BadInput.
 std::string read_source(const std::string& name);
 
-/// Reads a scene and changes it. A file may also have an `epoch`, a text, which only the Python
-/// client reads. Throws BadInput that names the source and the fault.
-v1::Scene read_scene(const SceneSource& source);
+/// Reads a scene and changes it. A scene may also have an `epoch`, the instant of its time 0, a
+/// text that goes into files as it is; `epoch` gets it. Throws BadInput that names the source and
+/// the fault.
+v1::Scene read_scene(const SceneSource& source, std::string* epoch = nullptr);
 
 /// Returns the end of a run in steps, which is a whole number where the time is one to rounding.
 /// Without `to` and `time` it is the scene's horizon. Throws BadInput where there is none, and for

@@ -39,11 +39,14 @@ std::string numpy_type(v1::DataType type) {
   return type == v1::DATA_TYPE_FLOAT32 ? "<f4" : "<f8";
 }
 
-Description::Description(const client::Session& session, nlohmann::ordered_json run)
+Description::Description(const client::Session& session, nlohmann::ordered_json run,
+                         const std::string& epoch)
     : scene_(to_json(session.scene())),
       run_(std::move(run)),
       numerics_id_(session.description().numerics_id()),
-      in_si_(session.scene().has_body()) {}
+      in_si_(session.scene().has_body()) {
+  if (!epoch.empty()) scene_["epoch"] = epoch;
+}
 
 void Description::take(const v1::StreamResponse& batch) {
   if (!fields_.empty()) return;

@@ -30,8 +30,9 @@ std::string numpy_type(v1::DataType type);
 class Description {
  public:
   Description() = default;
-  /// `run`: what the samples are of, {"to", "start", "every"} or {"times"}.
-  Description(const client::Session& session, nlohmann::ordered_json run);
+  /// `run`: what the samples are of, {"to", "start", "every"} or {"times"}. `epoch`: that of the
+  /// scene; empty if it has none.
+  Description(const client::Session& session, nlohmann::ordered_json run, const std::string& epoch);
 
   /// Takes names, shapes and types of the fields from the first samples.
   void take(const v1::StreamResponse& batch);

@@ -110,9 +110,13 @@ def test_a_name_that_is_neither_file_nor_example_is_told_the_near_one(stiefel):
     assert "the examples are discrete_stiefel, " in stiefel("run", "xxxxxxxx", "--to", 1).err
 
 
-def test_an_epoch_changes_nothing(stiefel, write):
+def test_an_epoch_goes_with_the_scene_and_changes_nothing(stiefel, write):
     epoch = write({**TOP, "epoch": "2026-01-01T00:00:00 UTC"}, "epoch.json")
-    assert stiefel("run", epoch, "--to", 2).out == stiefel("run", write(TOP), "--to", 2).out
+    with_epoch, without = (stiefel("run", scene, "--to", 2).json for scene in (epoch, write(TOP)))
+    assert with_epoch["samples"] == without["samples"] and with_epoch["diagnosis"] == without["diagnosis"]
+    assert with_epoch["scene"] == {**without["scene"], "epoch": "2026-01-01T00:00:00 UTC"}
+    changed = stiefel("run", epoch, "--time", 0.25, "--set", "epoch=2027-01-01").json
+    assert changed["scene"]["epoch"] == "2027-01-01"
     result = stiefel("run", write({**TOP, "epoch": 3}), "--to", 2)
     assert result.status == 2 and "epoch: 3: must be a text" in result.err
     result = stiefel("run", write({**TOP, "epoc": "2026"}), "--to", 2)
