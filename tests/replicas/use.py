@@ -87,7 +87,7 @@ class Use:
         return self.first + self._random.randrange(self.count)
 
     def _same(self, step: int, fields: Any, index: Optional[int] = None) -> None:
-        numbers = [values if index is None else values[index] for values in fields.values()]
+        numbers = [values if index is None else values[index] for values in fields.fields.values()]
         if not np.array_equal(np.concatenate([n.ravel() for n in numbers]), self.states[step - self.first]):
             self.differing += 1
 
