@@ -21,8 +21,12 @@ cmake_build = $(PYTHON) docker/build.py $(1) $(JOBS) $(2)
 configure = mkdir -p build/$(1) && cmake --preset $(1) > build/$(1)/configure.log 2>&1 \
             || { cat build/$(1)/configure.log; rm -f build/$(1)/build.ninja; exit 1; }
 
+# A build folder knows the path at which it was configured. In a tree that was moved or copied it is configured again.
+moved = [ "$$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' $(1))" -ef . ] || rm -rf $(1) $(dir $(1))build.ninja $(dir $(1))CMakeFiles
+$(foreach cache,$(wildcard build/*/CMakeCache.txt),$(shell $(call moved,$(cache))))
+
 .PHONY: help packages packages-build packages-run packages-fuzz build build-run build-programs build-python with-tests \
-        build-tests build-bench run test test-long fuzz bench bench-peers bench-build image wheel sanitize format install bare clean
+        build-tests build-bench run test test-long fuzz bench bench-peers bench-build image wheel dist sanitize format install bare clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -114,6 +118,9 @@ image: packages ## build the container image and test a running container
 wheel: build-programs ## make the Python wheels: one with server and command for this platform, one for every platform
 	@docker/packages.sh wheel
 	@$(PYTHON) client/python/wheel/make_wheels.py build/release build/wheel
+
+dist: wheel ## make what a release needs in build/dist: wheels, sources, image, notes, checksums
+	@$(PYTHON) docker/dist.py build/wheel build/dist
 
 bare: ## run and test a fresh clone in a bare Debian 12, or SUITE=trixie for 13, as root
 	@docker/packages.sh image

@@ -3,13 +3,15 @@
 # build/daemons instead: Debian starts an installed daemon at once and whenever the machine starts.
 # Usage: docker/packages.sh KIND...
 set -eu
-top=$(dirname "$0")/..
+here=$(dirname "$0")
+top=$here/..
+[ -r "$here/packages.txt" ] || { echo "$0: cannot read $here/packages.txt" >&2; exit 1; }
 release=$(. /etc/os-release; echo "${VERSION_CODENAME:-}")
 
 missing= packed=
 for kind in "$@"; do
   for package in $(awk -v kind="$kind" -v release="$release" \
-                       '$1 == kind && ($3 == "" || $3 == release) { print $2 }' "$top/docker/packages.txt"); do
+                       '$1 == kind && ($3 == "" || $3 == release) { print $2 }' "$here/packages.txt"); do
     status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
     if [ "$status" = installed ]; then
       continue

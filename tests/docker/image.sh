@@ -3,6 +3,7 @@
 # buildah and podman from Debian, as root, on a base made from Debian's packages. On Debian 12 the
 # image takes the programs of build/release; elsewhere it compiles them.
 # Usage: tests/docker/image.sh [pytest arguments]
+#        tests/docker/image.sh --save FILE.tar.gz: writes the image for `docker load` in place of testing it
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 export STIEFEL_IMAGE=${STIEFEL_IMAGE:-stiefel} STIEFEL_IMAGE_BASE=debian:bookworm-slim
@@ -69,5 +70,9 @@ else
   docker/packages.sh image
   local_engine
   buildah bud --force-rm --isolation chroot --pull-never --layers --format docker "${arguments[@]}"
+fi
+if [ "${1:-}" = --save ]; then
+  "$CONTAINER_ENGINE" save "$STIEFEL_IMAGE" | gzip -n > "$2"
+  exit
 fi
 exec /usr/bin/python3 -m pytest -q -rA --no-header -p no:cacheprovider tests/docker "$@"

@@ -37,7 +37,7 @@ def test_labels() -> None:
     labels = inspect("image", IMAGE)["Config"]["Labels"]
     assert labels["org.opencontainers.image.title"] == "stiefel"
     assert labels["org.opencontainers.image.licenses"] == "Apache-2.0"
-    assert labels["org.opencontainers.image.version"] != "unknown"
+    assert f"project(stiefel VERSION {labels['org.opencontainers.image.version']} " in (ROOT / "CMakeLists.txt").read_text()
     assert labels["org.opencontainers.image.revision"] != "unknown"
 
 

@@ -60,6 +60,20 @@ def test_what_runs_needs_no_package_of_the_tests(packages):
     assert not {line[1] for line in LINES if line[0] in ("test", "daemon")} & set(install)
 
 
+def test_the_script_reads_the_list_beside_it(packages, tmp_path):
+    """In the image both are in another folder than here."""
+    (tmp_path / "docker").rename(tmp_path / "share")
+    (tmp_path / "docker").symlink_to("nowhere")
+    run = [tmp_path / "share/packages.sh", "runtime"]
+    environment = {**os.environ, "PATH": f"{tmp_path}/bin:{os.environ['PATH']}"}
+    (tmp_path / "installed").touch()
+    assert subprocess.run(run, capture_output=True, env=environment).returncode == 0
+    assert "libprotobuf" in (tmp_path / "calls").read_text()
+    (tmp_path / "share/packages.txt").unlink()
+    done = subprocess.run(run, capture_output=True, text=True, env=environment)
+    assert done.returncode == 1 and "packages.txt" in done.stderr
+
+
 def test_every_line_names_a_kind_a_package_and_at_most_a_release():
     assert all(len(line) == 2 or (len(line) == 3 and line[2] in ("bookworm", "trixie")) for line in LINES)
     assert len({tuple(line) for line in LINES}) == len(LINES)

@@ -82,6 +82,13 @@ def test_every_form_of_an_attitude_is_the_same_rotation(angle):
             assert min(abs(found - q).max(), abs(found + q).max()) < 1e-15, form
 
 
+@pytest.mark.parametrize("omega, step", [([0, 0, 2 * np.pi], 0.01), ([3, 0, 4], 0.01), ([0, 1e-3, 0], 60.0), ([0, 0, 0], 1.0),
+                                         ([[1, 0, 0], [0, 100, 0]], 6e-4)])
+def test_a_step_is_a_hundredth_of_a_turn(omega, step):
+    assert stiefel.body(moments=[1, 2, 3], angular_velocity=omega)["step"] == step
+    assert stiefel.body(moments=[1, 2, 3], angular_velocity=omega, step=7.5)["step"] == 7.5
+
+
 def test_scipy_s_rotation_is_taken():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     R = Rotation.from_euler("zyx", [0.3, -1, 2])

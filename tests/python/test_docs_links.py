@@ -4,7 +4,6 @@ import runpy
 from pathlib import Path
 
 import pytest
-import yaml
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("client", "docker", "docs", "engine", "proto", "server", "tests")
@@ -111,11 +110,3 @@ def test_the_bibliography_and_the_page_of_references_agree():
         words = " ".join(item.split())
         assert entry["year"] in words and entry["pages"].replace("--", "–") in words
         assert f"doi:[{entry['doi']}](https://doi.org/{entry['doi']})" in words if "doi" in entry else "doi:" not in words
-
-
-def test_the_citation_has_the_required_keys_and_the_version():
-    citation = yaml.safe_load(text(ROOT / "CITATION.cff"))
-    assert {"cff-version", "message", "title", "authors"} <= citation.keys()
-    assert citation["cff-version"] == "1.2.0" and citation["authors"] == [{"name": "The stiefel developers"}]
-    version = re.search(r"^project\(stiefel VERSION (\S+)", text(ROOT / "CMakeLists.txt"), re.MULTILINE)[1]
-    assert citation["version"] == version

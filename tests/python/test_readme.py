@@ -1,5 +1,4 @@
 """What the README says is what happens."""
-import os
 import re
 import subprocess
 import sys
@@ -45,9 +44,3 @@ def test_the_catalogue_page_is_what_the_server_says(client):
 
 def test_the_readme_is_short():
     assert len(README.splitlines()) <= 150
-
-
-def test_the_version_is_one():
-    project = (Path(stiefel.__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8")
-    version = re.search(r'^version = "(.*)"$', project, re.MULTILINE)[1]
-    assert f"[{version}]" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")

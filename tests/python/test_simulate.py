@@ -30,6 +30,16 @@ def test_every_call_says_where_it_ends_in_its_own_way():
         assert np.allclose(run["angular_velocity"][:, 0], omega_x(times), rtol=0, atol=1e-14), given
 
 
+def test_a_sweep_ends_at_a_time_too(client):
+    scene = {name: value for name, value in TOP.items() if name != "epoch"}
+    spins, asked = [0.1, 0.3], {"angular_velocity": "last"}
+    found = stiefel.sweep(scene, {"body.angular_velocity[0]": spins}, time=0.3, summarize=asked, servers=[client])
+    last = np.asarray(found["angular_velocity.last"]).reshape(2, 3)
+    assert np.allclose(last[:, 0], np.array(spins) * np.cos(0.15), rtol=0, atol=1e-15)
+    with pytest.raises(stiefel.InvalidArgument, match="time: 0.3: must be absent where `step` is an axis"):
+        stiefel.sweep(scene, {"step": [0.1, 0.05]}, time=0.3, summarize=asked, servers=[client])
+
+
 def test_without_an_end_it_is_the_horizon_and_about_1000_samples_are_enough():
     run = stiefel.simulate({**TOP, "horizon": 500})
     assert run.time[-1] == pytest.approx(500) and run.samples == 1001 and run.step[1] == 5

@@ -73,6 +73,13 @@ def test_the_proxies_know_the_servers_of_compose() -> None:
         assert "ports" not in compose["services"][name] and compose["networks"]["servers"] == {"internal": True}
 
 
+@pytest.mark.parametrize("file", ["compose.yaml", "replicas.yaml"])
+def test_the_logs_of_every_container_are_rotated(file: str) -> None:
+    for name, service in yaml.safe_load((DOCKER / file).read_text())["services"].items():
+        logging = service["logging"]
+        assert logging["driver"] == "json-file" and logging["options"] == {"max-size": "10m", "max-file": "5"}, name
+
+
 def test_the_proxy_of_compose_reaches_its_server_alone(tmp_path: Path) -> None:
     """By the socket in their common volume, as the same user; the server has no network."""
     services = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]

@@ -9,9 +9,10 @@ from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 from stiefel.client import Client
 from stiefel.errors import SceneWarning, StiefelError
-from stiefel._given.numbers import step_index
+from stiefel._given.numbers import refused, step_index
 from stiefel.scene import SceneLike
 from stiefel._given.summaries import Quantities
+from stiefel._given.when import step_of
 from stiefel._sweep.axes import base_of, read_axes
 from stiefel._sweep.executors import Workers, workers_for
 from stiefel._sweep.failures import Failures, LostServer, OtherNumerics, SweepFailed
@@ -28,8 +29,8 @@ from stiefel._sweep.worker import here
 __all__ = ["LostServer", "OtherNumerics", "SweepFailed", "SweepResult", "sweep"]
 
 
-def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantities, *,
-          start: int = 0, every: int = 1, zipped: bool = False,
+def sweep(scene: SceneLike, axes: Mapping[str, Any], to: Optional[int] = None, summarize: Optional[Quantities] = None, *,
+          time: Any = None, start: int = 0, every: int = 1, zipped: bool = False,
           executor: Optional[Union[Executor, Callable[[], Executor]]] = None, servers: Optional[Sequence[Union[str, Client]]] = None,
           store: Optional[Any] = None, progress: bool = False, threads: Optional[int] = None) -> Any:
     """Runs `scene` for every value of `axes` and reduces each motion to statistics on the server that runs it.
@@ -46,6 +47,7 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
         (last, min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`. With
         "over_members" all motions together have one value, which is combined here in the order of the points; this is
         not possible for last and quantiles.
+    time: instead of `to`, the time of a step, where `step` is no axis.
     executor: an executor of concurrent.futures, Dask, mpi4py or loky, a `stiefel.ray.Executor`, or a function that
         returns one and is called again when the executor breaks. None: one server on all cores of this machine.
     servers: running servers to use instead, as addresses or, where an address does not suffice, as clients.
@@ -69,7 +71,11 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: int, summarize: Quantit
     """
     given = read_axes(axes, zipped)
     base = base_of(scene, given)
-    request = request_of(step_index("to", to), step_index("start", start), step_index("every", every, 1), summarize)
+    if summarize is None:
+        raise refused("summarize", "must be given")
+    if time is not None and "step" in axes:
+        raise refused("time", f"{time!r}: must be absent where `step` is an axis: give `to`")
+    request = request_of(step_of("to", to, time, base.step, None), step_index("start", start), step_index("every", every, 1), summarize)
     workers, failures = workers_for(executor, servers, threads), Failures()
     try:
         plan = make_plan(base, given, request,

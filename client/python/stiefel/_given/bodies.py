@@ -22,7 +22,7 @@ _PLACES = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  #: of the matrix entries in Ixx, Iy
 
 def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = None, order: str = "wxyz", mrp: Any = None,
          angular_velocity: Any = None, angular_momentum: Any = None, frame: str = "body", normalize: bool = False,
-         step: Any = 1.0, epoch: Any = None, horizon: Any = None, method: Optional[Method] = None, tolerance: Any = None,
+         step: Any = None, epoch: Any = None, horizon: Any = None, method: Optional[Method] = None, tolerance: Any = None,
          members: Optional[int] = None) -> Scene:
     """Returns the scene of a rigid body in three dimensions, in SI units and with the attitude from body to space axes.
 
@@ -32,7 +32,8 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
     axes in space, or a Rotation of scipy; or `mrp`, modified Rodrigues parameters; by default body and space axes agree.
     Motion: `angular_velocity` in rad/s or `angular_momentum` in kg m^2/s, both in the axes `frame`, "body" or "space".
     `normalize` takes attitudes that were rounded to a few digits. The other arguments are fields of the scene; lists may
-    have one row for each of the `members` of an ensemble.
+    have one row for each of the `members` of an ensemble. `step`: seconds; by default a hundredth of a turn, rounded to one
+    digit.
 
         scene = stiefel.body(inertia_tensor=I, attitude=[0, 0, 0.7071, 0.7071], order="xyzw", normalize=True,
                              angular_velocity=np.radians([0.1, 2, 0.1]), frame="space", epoch="2026-03-01T00:00:00Z")
@@ -54,7 +55,7 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
         vector = np.einsum("...ji,...j->...i", matrices("attitude", q), vector)
     if angular_momentum is not None:
         vector = np.linalg.solve(tensor, vector[..., np.newaxis])[..., 0]
-    scene: Scene = {"system": "rigid_body", "step": step,
+    scene: Scene = {"system": "rigid_body", "step": _step(vector) if step is None else step,
                     "body": {**inertia, "attitude": q.tolist(), "angular_velocity": vector.tolist()}}  # type: ignore[typeddict-item]
     if epoch is not None:
         scene["epoch"] = epoch_text(epoch)
@@ -62,12 +63,12 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
 
 
 def tumbling(P_phi: Any, P_psi: Any, mode: str, *, moments: Any = None, axis_ratios: Any = None, pole: Any = (0.0, 0.0, 1.0),
-             phi: float = 0.0, psi: float = 0.0, step: Any = 60.0, epoch: Any = None, horizon: Any = None) -> Scene:
+             phi: float = 0.0, psi: float = 0.0, step: Any = None, epoch: Any = None, horizon: Any = None) -> Scene:
     """Returns the scene of a body in the state that an observer of light curves knows, as Pravec et al. (Icarus 233, 2014,
     48) describe it.
 
     `P_phi`: the mean period of the precession phi of the axis z about the angular momentum; `P_psi`: the period of the
-    rotation psi about z, in seconds or with units. `mode`: "SAM", where z is the axis of the largest moment and psi turns
+    rotation psi about z, in seconds or with units. `step` and `epoch` are those of `body`. `mode`: "SAM", where z is the axis of the largest moment and psi turns
     backwards, or "LAM", where z is the axis of the smallest moment. The body: `moments` along x, y, z up to a common factor,
     or `axis_ratios`, the lengths of a homogeneous ellipsoid along x, y, z. At time 0: `pole`, the direction of the angular
     momentum in space, a vector or its longitude and latitude in radians, and the angles `phi` and `psi` in radians, where
@@ -154,6 +155,12 @@ def _inertia(moments: Any, inertia_tensor: Any) -> tuple[dict[str, Any], NDArray
     elif array.shape[-1:] != (6,) or array.ndim > 2:
         raise refused("inertia_tensor", f"the shape {array.shape}: must be (3, 3), (6), (members, 3, 3) or (members, 6)")
     return {"inertia_tensor": array.tolist()}, array[..., _PLACES]
+
+
+def _step(velocities: NDArray[Any]) -> float:
+    """Returns about a hundredth of a turn at the largest angular velocity, with one digit; 1 s at rest."""
+    fastest = float(np.max(np.linalg.norm(velocities, axis=-1)))
+    return float(f"{2 * np.pi / fastest / 100:.0e}") if 0 < fastest < np.inf else 1.0
 
 
 def _moments_of(moments: Any, axis_ratios: Any) -> NDArray[Any]:
