@@ -138,6 +138,7 @@ def every_answer(client, scene, frames):
         yield from (client, session, state, state.run_status, state.price, session.trajectory(to=3), next(session.stream(to=3)))
         yield from (diagnosis, diagnosis.estimated_error, diagnosis.invariants[0], diagnosis.domain, chosen.choice)
         yield session.summarize(3, {"energy": ["drift", "mean"], "M": "last"})
+        yield from (client.describe(), session.error_at([0.01]))
         yield session.events(3, {"field": "M", "coefficients": np.ones(state["M"].size if "M" in state else 9)})
         yield from (client.convert(scene, "symmetric_rigid_body"), client.convert(scene, "velocity"))
         tradeoff = client.tradeoff(scene, horizon=0.1, budget=2e9, repeats=1)
@@ -145,7 +146,7 @@ def every_answer(client, scene, frames):
         yield stiefel.sweep(scene, {"step": [0.01, 0.02]}, to=2, summarize={"energy": "last"}, servers=[client])
 
 
-def test_no_answer_prints_more_than_five_lines(client):
+def test_no_answer_prints_more_than_three_lines(client):
     M = np.triu(np.ones((20, 20)), 1)
     large = {"system": "rigid_body", "step": 0.01, "method": {"name": "rk4"}, "inertia": np.arange(1.0, 21),
              "initial": {"Q": np.eye(20), "M": M - M.T}}
@@ -154,7 +155,9 @@ def test_no_answer_prints_more_than_five_lines(client):
         for answer in every_answer(client, scene, frames):
             if type(answer).__module__.startswith("stiefel"):
                 for text in (repr(answer), str(answer)):
-                    assert len(text.splitlines()) <= 5 and len(text) < 1000, type(answer)
+                    assert len(text.splitlines()) <= 3 and len(text) < 1000, type(answer)
+                shown = answer._repr_html_() if not isinstance(answer, (stiefel.Client, stiefel.Session)) else "<table></table>"
+                assert shown.startswith("<table>") and shown.endswith("</table>") and len(shown) < 20_000, type(answer)
 
 
 def test_a_diagnosis_has_a_table_with_every_invariant(client):
@@ -349,3 +352,14 @@ def test_the_executor_of_ray_needs_no_import_of_its_own(tmp_path):
 
 def test_errors_are_python_s_too():
     assert issubclass(stiefel.DeadlineExceeded, TimeoutError) and issubclass(stiefel.InvalidArgument, ValueError)
+
+
+def test_a_table_escapes_and_ends(client):
+    from stiefel._results import html
+
+    assert html.table("a < b", ("x",), [("<&>",)] * 30).count("&lt;&amp;&gt;") == html.ROWS
+    assert "and 10 more" in html.table("", (), [(1,)] * 30) and html.brief("x" * 500).endswith("…")
+    assert "quaternion" in client.describe()._repr_html_() and client.describe() == client.describe()
+    with client.create({**SCENE, "members": 3}) as session:
+        diagnosis = session.diagnose(to=5, estimate_error=True)
+    assert "of member" in str(diagnosis) and "of member" in diagnosis._repr_html_()

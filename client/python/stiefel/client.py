@@ -19,7 +19,7 @@ from stiefel._wire.replies import complete, described, require
 from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, SceneWarning, StiefelError
-from stiefel.results import Conversion, Geodesic, Tradeoff
+from stiefel.results import Catalogue, Conversion, Geodesic, Tradeoff
 from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
 from stiefel.session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
@@ -85,10 +85,10 @@ class Client:
         """The gRPC stub of the service, for calls by hand. Raises `Closed` after `close`."""
         return self._connection.stub
 
-    def describe(self) -> pb.DescribeResponse:
+    def describe(self) -> Catalogue:
         """Returns the server's systems, methods, limits and versions."""
         reply: pb.DescribeResponse = self._connection.call("Describe", pb.DescribeRequest())
-        return complete(reply, "version", "numerics_id", "build", "limits", "systems", "methods")
+        return Catalogue(complete(reply, "version", "numerics_id", "build", "limits", "systems", "methods"))
 
     def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"", normalize: bool = False) -> Session:
         """Creates a session of `scene`, or returns the existing one with this `id` and scene.

@@ -16,13 +16,14 @@ from stiefel._exports.nodes import Export
 from stiefel._results import attitude, save, tables
 from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
 from stiefel._results.estimate import Errors, EstimatedError
+from stiefel._results.html import Shown
 from stiefel._results.kinds import kind_of
 from stiefel._results.motion import Motion, motion_of
 from stiefel._results.origin import Origin
 from stiefel._results.tradeoff import Point, Tradeoff
 from stiefel.scene import to_dict
 
-__all__ = ["Batch", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
+__all__ = ["Batch", "Catalogue", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
            "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
 
 
@@ -235,8 +236,34 @@ class Trajectory(Ended, Batch):
         return f"<stiefel.Trajectory {self.outcome} {self._extent()}: {self._shapes()}>"
 
 
+class Catalogue(Shown):
+    """The systems and methods of a server, with its limits and versions: the fields of stiefel.v1.DescribeResponse, such as
+    `systems`, `methods`, `limits`, `version`, `numerics_id` and `build`."""
+
+    def __init__(self, message: pb.DescribeResponse):
+        self.message = message  #: the server's reply
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "message" or name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.message, name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Catalogue) and bool(self.message == other.message)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _as_table(self) -> Any:
+        return (f"stiefel-server {self.version}, numerics id {self.numerics_id}", ("system", "fields", "summary"),
+                [(one.name, ", ".join(field.name for field in one.fields), one.summary) for one in self.systems])
+
+    def __repr__(self) -> str:
+        systems, methods = (", ".join(one.name for one in those) for those in (self.systems, self.methods))
+        return f"<stiefel.Catalogue of version {self.version}\n  systems {systems}\n  methods {methods}>"
+
+
 @dataclass(frozen=True, repr=False)
-class Choice:
+class Choice(Shown):
     """A method that the server chose for a scene's tolerance."""
 
     method: dict[str, Any]  #: the value of "method" in a scene
@@ -308,7 +335,7 @@ class Conservation(str, enum.Enum):
 
 
 @dataclass(frozen=True)
-class Invariant:
+class Invariant(Shown):
     """One number that the exact motion keeps."""
 
     name: str  #: "energy", "spatial_momentum[0,1]", "manakov[3,1]"
@@ -328,7 +355,7 @@ class Invariant:
 
 
 @dataclass(frozen=True)
-class Domain:
+class Domain(Shown):
     """How near the state is to the edge of the map's domain."""
 
     h_omega: float  #: |h| times the operator norm of Omega
@@ -357,16 +384,24 @@ class Diagnosis(Ended):
     price: Optional[Price] = field(default=None, compare=False, repr=False)  #: the predicted price of the call
 
     def __repr__(self) -> str:
-        """Returns at most five lines; `table` has every invariant."""
+        """Returns three lines; `table` has every invariant."""
         lines = [f"<stiefel.Diagnosis {self.outcome} at step {self.step}, time {self.time!r}: {len(self.invariants)} invariants"]
+        kept = []
         if self.invariants:
             worst = max(self.invariants, key=lambda invariant: invariant.drift)
-            lines.append(f"  largest drift {worst.drift:.1e} of {worst.name}{worst.of_member} ({worst.conservation})")
+            kept.append(f"largest drift {worst.drift:.1e} of {worst.name}{worst.of_member} ({worst.conservation})")
         if self.orthogonality is not None:
-            lines.append(f"  orthogonality {self.orthogonality:.1e}")
+            kept.append(f"orthogonality {self.orthogonality:.1e}")
+        if kept:
+            lines.append(f"  {', '.join(kept)}")
         if self.estimated_error is not None:
             lines.append(f"  estimated error: {self.estimated_error}")
         return "\n".join(lines) + ">"
+
+    def _as_table(self) -> Any:
+        return (f"{self.outcome} at step {self.step}, time {self.time:g}; estimated error: {self.estimated_error or 'not asked for'}",
+                ("invariant", "value", "drift", "kept"),
+                [(i.name + i.of_member, i.value, i.drift, i.conservation.value) for i in self.invariants])
 
     def table(self) -> str:
         """Returns a table with one line for each invariant, and the estimated error if it was asked for. A drift says
@@ -468,6 +503,10 @@ class Summary(Ended, ByValue, Mapping[str, "dict[str, Array]"]):
 
     def __len__(self) -> int:
         return len(self.quantities)
+
+    def _as_table(self) -> Any:
+        return (f"{self.outcome}", ("quantity", "statistic", "value"),
+                [(name, statistic, values) for name, found in self.quantities.items() for statistic, values in found.items()])
 
     def __repr__(self) -> str:
         what = ", ".join(f"{name} {'/'.join(statistics)}" for name, statistics in self.quantities.items())

@@ -125,3 +125,8 @@ def test_other_scenes_have_no_closed_form(client):
                   {"system": "rigid_body", "step": 0.1, "members": 2, "body": {"moments": [1, 2, 3], "angular_velocity": [1, 2, 3]}}):
         with client.create(scene) as session, pytest.raises(ValueError, match="closed form"):
             session.trajectory(to=1).motion
+
+
+def test_a_notebook_shows_a_motion_as_a_table():
+    shown = closed_form(np.array([1.0, 2, 3]), np.array([0.3, 1, 0.3]), np.array([1.0, 0, 0]))._repr_html_()
+    assert "<td>kind</td>" in shown and "<td>precession_period</td>" in shown and shown.count("<tr>") == 9

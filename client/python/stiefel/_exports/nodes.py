@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from stiefel._given.instants import Instant, instant
 from stiefel._results.attitude import angle_between, between, quaternions
+from stiefel._results.html import Shown
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
 
 @dataclass(frozen=True, repr=False)
-class Export:
+class Export(Shown):
     """What was written, and how far from it a reader may be."""
 
     files: tuple[str, ...]

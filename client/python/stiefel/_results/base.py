@@ -9,6 +9,8 @@ from typing import Any, Iterator, Mapping, Optional
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel._results.html import Shown, of_fields
+
 Array = NDArray[Any]  # float64, complex128, or float32 in a scene whose scalar is "float"
 
 
@@ -24,7 +26,7 @@ def same(first: Any, second: Any) -> bool:
     return bool(first == second)
 
 
-class ByValue:
+class ByValue(Shown):
     """Base of dataclasses that are compared field by field, without the fields that have `compare=False`.
 
     The dataclass must have eq=False. It cannot be hashed, because it may hold arrays.
@@ -53,7 +55,7 @@ class Outcome(str, enum.Enum):
 
 
 @dataclass(frozen=True)
-class RunStatus:
+class RunStatus(Shown):
     """How a run ended, with the reason."""
 
     outcome: Outcome
@@ -64,7 +66,7 @@ class RunStatus:
     member: Optional[int] = None
 
 
-class Ended:
+class Ended(Shown):
     """What has a run status."""
 
     run_status: RunStatus
@@ -76,7 +78,7 @@ class Ended:
 
 
 @dataclass(frozen=True)
-class Price:
+class Price(Shown):
     """The cost of a call, predicted before it runs."""
 
     work: float  #: instructions
@@ -104,6 +106,14 @@ class Named(ByValue):
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.fields)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of the fields, where they are known."""
+        return {}
+
+    def _as_table(self) -> Any:
+        return of_fields(repr(self).strip("<>").partition(": ")[0], self.fields, self.units)
 
     def _shapes(self) -> str:
         return ", ".join(f"{name} {values.shape}" for name, values in self.fields.items()) or "no fields"

@@ -2,16 +2,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Optional
+from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._results.base import Array, ByValue
+from stiefel._results.html import Shown
 
 
 @dataclass(frozen=True)
-class EstimatedError:
+class EstimatedError(Shown):
     """The estimated distance of a state from the exact motion. A drift says nothing about this error."""
 
     #: max |Q - Q_exact|. None without a frame and where it is too small to tell, below 2 * `reference_error`.
@@ -49,6 +50,11 @@ class Errors(ByValue):
     reference_error: Array  #: the reference's own error, which attitude and momentum include
     reference: str  #: what the states were compared with; empty where nothing was estimated
     missing: str  #: why there is no estimate at some of the times, else ""
+
+    def _as_table(self) -> Any:
+        columns = ("time", "step", "attitude", "momentum", "angle")
+        return (f"estimated errors, from {self.reference or 'no reference'}", columns,
+                list(zip(*(getattr(self, name).tolist() for name in columns))))
 
     def __repr__(self) -> str:
         largest = [f"{name} {np.nanmax(values):.1e}" for name in ("attitude", "momentum", "angle")

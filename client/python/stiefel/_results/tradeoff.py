@@ -8,6 +8,7 @@ from typing import Any, Optional
 from stiefel import v1 as pb
 from stiefel._results import diagram
 from stiefel._results.base import Ended, RunStatus
+from stiefel._results.html import Shown
 
 
 @dataclass(frozen=True)
@@ -52,15 +53,19 @@ class Point(Ended):
 
 
 @dataclass(frozen=True, repr=False)
-class Tradeoff:
+class Tradeoff(Shown):
     """Error against cost on one scene."""
 
     setup: pb.TradeoffSetup  #: machine, numerics id, reference and its error, horizon, budget, repeats, warnings
     points: tuple[Point, ...]
     front: tuple[Point, ...]  #: the points that no other one beats in both work and error, the cheapest first
 
+    def _as_table(self) -> Any:
+        return ("Pareto front, the cheapest first", ("method", "arithmetic", "substeps", "error", "work", "drift"),
+                [(p.entry, p.arithmetic, p.substeps, p.error, p.work, p.drift) for p in self.front])
+
     def __repr__(self) -> str:
-        """Returns at most five lines, with the ends of the Pareto front."""
+        """Returns three lines, with the ends of the Pareto front."""
         lines = [f"<stiefel.Tradeoff of {len(self.points)} points, {len(self.front)} of them on the Pareto front, horizon "
                  f"{self.setup.horizon:g}, reference error {self.setup.reference_error:.0e}"]
         for what, ends in (("cheapest", self.front[:1]), ("most accurate", self.front[-1:])):

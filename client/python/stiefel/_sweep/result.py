@@ -48,6 +48,10 @@ class SweepResult(ByValue, Mapping[str, NDArray[Any]]):
 
         return xarray.Dataset(dict(self.variables), dict(self.coords), self.attrs)
 
+    def _as_table(self) -> Any:
+        return (f"sweep over {', '.join(self.coords)}", ("variable", "dimensions", "shape"),
+                [(name, ", ".join(dims), str(values.shape)) for name, (dims, values) in self.variables.items()])
+
     def __repr__(self) -> str:
         shapes = ", ".join(f"{name} {values.shape}" for name, (_, values) in self.variables.items())
         return f"<stiefel.SweepResult: {shapes}>"

@@ -1,0 +1,60 @@
+"""Results as tables of HTML, for the last value of a notebook's cell."""
+from __future__ import annotations
+
+import dataclasses
+import html
+import reprlib
+from typing import Any, Iterable, Mapping, Sequence
+
+import numpy as np
+
+ROWS = 20  #: the most rows of a table
+_LONGEST = 120  #: characters of a cell
+
+
+class Shown:
+    """Base of results that a notebook shows as a table."""
+
+    def _repr_html_(self) -> str:
+        caption, head, rows = self._as_table()
+        return table(caption, head, rows)
+
+    def _as_table(self) -> "tuple[str, Sequence[str], list[Sequence[Any]]]":
+        """Returns a caption, the names of the columns, and the rows; by default the fields of the dataclass."""
+        fields = [field.name for field in dataclasses.fields(self) if field.repr]  # type: ignore[arg-type]
+        return f"stiefel.{type(self).__name__}", (), [(name, getattr(self, name)) for name in fields]
+
+
+def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    lines = [_row(row) for row in rows[:ROWS]]
+    if len(rows) > ROWS:
+        lines.append(f"<tr><td colspan='{len(rows[0])}'>and {len(rows) - ROWS} more</td></tr>")
+    first = f"<thead><tr>{''.join(f'<th>{html.escape(name)}</th>' for name in head)}</tr></thead>" if head else ""
+    return f"<table><caption>{html.escape(caption)}</caption>{first}<tbody>{''.join(lines)}</tbody></table>"
+
+
+def of_fields(caption: str, fields: Mapping[str, Any], units: Mapping[str, str]) -> "tuple[str, Sequence[str], list[Sequence[Any]]]":
+    """Returns the table of fields by name: shape, unit and the range of the numbers."""
+    return caption, ("field", "shape", "unit", "least", "largest"), [
+        (name, str(values.shape), units.get(name, ""), *_range(values)) for name, values in fields.items()]
+
+
+def _range(values: Any) -> Iterable[Any]:
+    known = values[np.isfinite(values)] if values.dtype.kind == "f" else np.empty(0)
+    return (known.min(), known.max()) if known.size else ("", "")
+
+
+def _row(cells: Sequence[Any]) -> str:
+    return f"<tr>{''.join(f'<td>{html.escape(brief(cell))}</td>' for cell in cells)}</tr>"
+
+
+def brief(value: Any) -> str:
+    """Returns a short text of a value: of a number six digits, of a large array its shape."""
+    if isinstance(value, np.ndarray) and value.size > 4:
+        return f"{value.dtype} {value.shape}"
+    if isinstance(value, (float, np.floating)):
+        return f"{value:.6g}"
+    if isinstance(value, str):
+        return value if len(value) <= _LONGEST else value[:_LONGEST - 1] + "…"
+    text = str(value) if type(value).__module__.startswith("stiefel") else reprlib.repr(value)
+    return text if len(text) <= _LONGEST else text[:_LONGEST - 1] + "…"
