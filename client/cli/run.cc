@@ -114,7 +114,7 @@ void add_run(CLI::App& all, Command& chosen) {
          "--times", command->times,
          "file of times, separated by white space, instead of --to: samples at these times, in "
          "the order of the motion. Between two steps the method makes one shorter step from the "
-         "state before")
+         "state before. A time before 0 is one of the scene with a step of the other sign")
       ->type_name("FILE")
       ->excludes("--to")
       ->excludes("--time");

@@ -56,8 +56,9 @@ def compare(size: int, start: Start) -> Callable[[list[Call], list[Answer]], Non
             with stiefel.Client(other.address) as client, client.create(scene_of_arrays(size)) as session:
                 run = session.trajectory(to=STEPS[size], every=2)
                 assert list(streamed["samples"]) == run.step.tolist()
-                for name in ("Q", "M"):
-                    assert streamed[f"fields.{name}"] == np.ascontiguousarray(run[name]).tobytes()
+                assert {name for name in streamed if name.startswith("fields.")} == {f"fields.{name}" for name in run.fields}
+                for name, values in run.fields.items():
+                    assert streamed[f"fields.{name}"] == np.ascontiguousarray(values).tobytes()
     return compare
 
 

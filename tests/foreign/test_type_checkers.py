@@ -26,6 +26,23 @@ with stiefel.Client() as client, client.create({**scene, "step": 0.2}) as sessio
     client.create(session.scene)
     session.step(to=3, fields="Q")
 """
+# What is returned and yielded has the types of the blocking client.
+ASYNCHRONOUS = """
+import asyncio
+import stiefel.aio
+
+async def main() -> None:
+    async with stiefel.aio.Client() as client, client.create("toutatis") as session, session.drive("Q") as drive:
+        states: list[stiefel.State] = [await session.step(to=3, fields="Q"), await drive.step(4)]
+        async for batch in session.stream(to=9, every=3):
+            samples: stiefel.Batch = batch
+        run: stiefel.Trajectory = await session.trajectory(time=9.0, fields=["quaternion"])
+        fork: stiefel.aio.Session = await session.fork(at=2)
+        scene: stiefel.Scene = await fork.scene
+        ids: list[str] = [one.id async for one in client.list()]
+
+asyncio.run(main())
+"""
 WRONG = {
     "a key": 'stiefel.simulate({"system": "rigid_body", "bodi": {}, "step": 1.0}, to=3)',
     "a key inside": 'stiefel.simulate({"system": "rigid_body", "body": {"moment": [1, 2, 3]}, "step": 1.0}, to=3)',
@@ -62,6 +79,19 @@ def check(request: pytest.FixtureRequest, programs: Path, tmp_path: Path):
 
 def test_right_scenes_are_accepted(check):
     assert check(RIGHT) == []
+
+
+def test_programs_with_asyncio_are_accepted_where_they_are_right(check):
+    assert check(ASYNCHRONOUS) == []
+    for right, wrong in (("session.step(to=3", "session.step(too=3"), ('fields="Q"', 'fields="quaternoin"'),
+                         ("samples: stiefel.Batch", "samples: stiefel.State"), ("await session.fork", "session.fork"),
+                         ('create("toutatis")', "create(3)")):
+        assert check(ASYNCHRONOUS.replace(right, wrong)) != [], wrong
+
+
+@pytest.mark.parametrize("example", ["aio/example.py", "browser/gateway.py"])
+def test_the_examples_with_asyncio_are_accepted(check, example):
+    assert check((Path(__file__).parents[2] / "client/examples" / example).read_text()) == []
 
 
 @pytest.mark.parametrize("what", WRONG)

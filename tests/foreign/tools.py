@@ -12,6 +12,8 @@ import pytest
 
 GO = {
     "grpcurl": "github.com/fullstorydev/grpcurl/cmd/grpcurl@v1.9.4",
+    "protoc-gen-go": "google.golang.org/protobuf/cmd/protoc-gen-go@v1.36.12",
+    "protoc-gen-go-grpc": "google.golang.org/grpc/cmd/protoc-gen-go-grpc@v1.6.2",
     "ghz": "github.com/bojand/ghz/cmd/ghz@v0.93.0",
     "toxiproxy": "github.com/Shopify/toxiproxy/v2/cmd/server@v2.5.0",
 }
@@ -34,7 +36,7 @@ def from_go(name: str) -> Path:
     place = folder() / f"{name}-{GO[name].rsplit('@v', 1)[1]}"
     built = place / "server" if name == "toxiproxy" else place / name
     if not built.exists():
-        _run([_program("go"), "install", GO[name]], {"GOBIN": str(place)})
+        _run([program("go"), "install", GO[name]], {"GOBIN": str(place)})
     return built
 
 
@@ -44,11 +46,18 @@ def from_npm() -> Path:
     held = place / "versions"
     if not held.exists() or held.read_text().split() != NPM:
         place.mkdir(parents=True, exist_ok=True)
-        _run([_program("npm"), "install", "--prefix", str(place), "--ignore-scripts", "--no-audit", "--no-fund",
+        _run([program("npm"), "install", "--prefix", str(place), "--ignore-scripts", "--no-audit", "--no-fund",
               "--no-package-lock", *NPM])
         held.write_text("\n".join(NPM))
-    _program("node")
+    program("node")
     return place
+
+
+def from_cargo(crate: Path) -> Path:
+    """The folder in which cargo has fetched and compiled what the crate needs."""
+    target = folder() / "cargo"
+    _run([program("cargo"), "fetch", "--quiet", "--manifest-path", str(crate / "Cargo.toml")])
+    return target
 
 
 def from_pypi(name: str) -> Path:
@@ -62,7 +71,7 @@ def from_pypi(name: str) -> Path:
     return place / "bin"
 
 
-def _program(name: str) -> str:
+def program(name: str) -> str:
     found = shutil.which(name)
     if not found:
         _missing(f"there is no program {name}")

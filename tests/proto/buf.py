@@ -35,7 +35,8 @@ def fetched(folder: Path) -> Path:
 
 def main() -> int:
     program = fetched(Path(sys.argv[1]))
-    calls = [["lint", PROTO], ["breaking", PROTO, "--against", COMMITTED]]
+    # Imports are protobuf's own files, of which buf has another version than protoc.
+    calls = [["lint", PROTO], ["breaking", PROTO, "--against", COMMITTED, "--exclude-imports"]]
     return max(subprocess.run([program, *call]).returncode for call in calls)
 
 

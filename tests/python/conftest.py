@@ -1,7 +1,34 @@
+import sys
+from pathlib import Path
+
 import pytest
 
 import stiefel
 from stiefel._wire.connection import Connection
+
+
+# Tests that make calls of a blocking stub or channel, or look at the caller's place.
+BLOCKING = ("test_times_are_the_server_s", "test_no_answer_prints_more_than_five_lines", "test_a_wrong_request_names_its_field",
+            "test_a_checkpoint_goes_on_with_the_same_bytes", "test_a_cancelled_call_ends_soon", "test_a_channel_of_the_callers",
+            "test_no_thread_of_grpc_s_is_left_that_watches_a_closed_channel", "test_a_closed_connection_rests_no_more",
+            "test_an_unknown_variable_is_warned_of_once", "test_tls_and_token_by_the_environment")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--aio", action="store_true", help="run the tests through stiefel.aio")
+
+
+def pytest_configure(config):
+    if config.getoption("--aio"):
+        sys.path.insert(0, str(Path(__file__).parent / "aio"))
+        import facade  # which needs greenlet
+
+        stiefel.Client, stiefel.Session = facade.client, facade.session
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--aio"):
+        items[:] = [item for item in items if not item.name.startswith(BLOCKING)]
 
 
 @pytest.fixture(scope="session")

@@ -83,7 +83,7 @@ def test_a_trajectory_can_be_saved(session, tmp_path):
     run = session.trajectory(to=100)
     run.save(tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as saved:
-        assert set(saved) == {"step", "time", "quaternion", "angular_velocity"}
+        assert set(saved) == {"step", "time", "quaternion", "angular_velocity", "stiefel"}
         assert (saved["quaternion"] == run["quaternion"]).all()
 
 

@@ -10,7 +10,7 @@ import pytest
 import stiefel
 
 FOLDER = Path(stiefel.__file__).parent
-PUBLIC = {"client", "errors", "results", "scene", "server", "session", "simulation", "solids", "sweep"}
+PUBLIC = {"aio", "client", "errors", "results", "scene", "server", "session", "simulation", "solids", "sweep"}
 
 
 def sources(folder):

@@ -6,7 +6,7 @@ import random
 import threading
 import time
 from pathlib import Path
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Mapping, Optional
 
 import numpy as np
 
@@ -86,7 +86,7 @@ class Use:
     def _any(self) -> int:
         return self.first + self._random.randrange(self.count)
 
-    def _same(self, step: int, fields: Any, index: Optional[int] = None) -> None:
+    def _same(self, step: int, fields: Mapping[str, Any], index: Optional[int] = None) -> None:
         numbers = [values if index is None else values[index] for values in fields.values()]
         if not np.array_equal(np.concatenate([n.ravel() for n in numbers]), self.states[step - self.first]):
             self.differing += 1
@@ -99,14 +99,14 @@ class Use:
         while not self._over():
             state = self._call("step", lambda: session.step(self._any()))
             if state is not None:
-                self._same(state.step, state)
+                self._same(state.step, state.fields)
 
     def _drives(self, client: stiefel.Client) -> None:
         with self._create(client).drive() as drive:
             while not self._over():
                 state = self._call("drive", lambda: drive.step(self._any()))
                 if state is not None:
-                    self._same(state.step, state)
+                    self._same(state.step, state.fields)
 
     def _streams(self, client: stiefel.Client) -> None:
         session, last = self._create(client), self.first + self.count - 1
@@ -118,7 +118,7 @@ class Use:
                 for index, step in enumerate(batch.step.tolist()):
                     if step != following:
                         self.differing += 1
-                    self._same(step, batch, index)
+                    self._same(step, batch.fields, index)
                     following = step + 1
             if following != last + 1:
                 self.differing += 1

@@ -54,6 +54,8 @@ class Client:
     beyond this machine. `channel`: a gRPC channel to use instead; address, tls and token must then be absent.
     """
 
+    _open_channel = staticmethod(open_channel)
+
     def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, tls: TlsLike = None,
                  token: Optional[str] = None, channel: Optional[grpc.Channel] = None, any_build: bool = False):
         if channel is not None and not (address is None and tls is None and token is None):
@@ -63,7 +65,7 @@ class Client:
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         seconds, knows_tls = checked(timeout), None
         if channel is None:
-            channel = open_channel(self.address, tls, token_from_environment() if token is None else token, _OPTIONS)
+            channel = self._open_channel(self.address, tls, token_from_environment() if token is None else token, _OPTIONS)
             knows_tls = has_tls(tls, self.address)
         else:
             self.address = "a channel of the caller's"

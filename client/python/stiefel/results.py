@@ -5,7 +5,7 @@ import enum
 import os
 from functools import cached_property
 from dataclasses import dataclass, field, replace
-from typing import Any, Iterator, Mapping, Optional, TypeVar, overload
+from typing import Any, Iterator, Mapping, Optional, TypeVar, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._exports import ccsds, mcap, spice
 from stiefel._exports.nodes import Export
+from stiefel._given.typed import Scene
 from stiefel._results import attitude, save, tables
 from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
 from stiefel._results.estimate import Errors, EstimatedError
@@ -133,10 +134,10 @@ class Trajectory(Ended, Batch):
     estimated_error: Optional[EstimatedError] = field(default=None, compare=False)
 
     @property
-    def scene(self) -> dict[str, Any]:
+    def scene(self) -> Scene:
         """The resolved scene, which gives this trajectory on any server of the same build."""
         scene = to_dict(self._known_origin().scene)
-        return scene if self.epoch is None else {**scene, "epoch": self.epoch}
+        return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
 
     @property
     def build(self) -> Optional[str]:

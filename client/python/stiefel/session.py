@@ -1,11 +1,10 @@
 """A session: a pure function from step index to state, so every call names an absolute step."""
 from __future__ import annotations
 
-import threading
 import uuid
-from dataclasses import replace
 import warnings
-from typing import Any, Iterator, Mapping, Optional, Sequence, Union, cast
+from dataclasses import replace
+from typing import Any, Iterator, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,123 +13,37 @@ from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of
 from stiefel._given.mappings import Names, names
 from stiefel._given.numbers import SECONDS, optional, refused, step_index
-from stiefel._given.summaries import EventDescription, Quantities, to_events, to_quantities
-from stiefel._given.typed import Blocks, Body, Fields, Method, Scene
-from stiefel._given.when import every_of, in_steps, step_of, time_of
+from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
+                                      to_quantities)
+from stiefel._given.typed import Blocks, Body, Fields, Method
+from stiefel._given.when import every_of, in_steps, time_of
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.drive import TOO_LARGE, Drive
+from stiefel._wire.held import Held
 from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, pauses, route
-from stiefel._wire.replies import Layout, complete, described, ends_at, price, require, run_status
-from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
-from stiefel._wire.samples import Collector, Samples
+from stiefel._wire.replies import Layout, complete, described, ends_at, run_status
+from stiefel._wire.samples import Collector
 from stiefel._wire.streams import progress_bar
-from stiefel._wire.summarizing import Summarizing, in_given_order, states_at
+from stiefel._wire.summarizing import in_given_order, states_at
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, SceneWarning, StiefelError,
                             Unavailable)
-from stiefel.results import (Batch, Choice, Diagnosis, Errors, EstimatedError, Events, Outcome, Price, RunStatus, State, Summary, Trajectory)
-from stiefel.scene import to_dict, to_matrix, to_method, with_changes
+from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, Outcome, RunStatus, State, Summary,
+                             Trajectory)
+from stiefel.scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
 
-TangentVector = Mapping[str, Any]
-Form = tuple[str, TangentVector, TangentVector]
-Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 
-
-class Session:
+class Session(Held):
     """A simulation held by a server, made by `Client.create` or `Client.get`.
 
     As a context manager it deletes the session at the end, unless its server is gone then. A session from
     `Client.create` or `fork` survives the loss of its server: the next call creates it again, from the checkpoints that
     have arrived, and goes on. A deleted session is not created again, whoever deleted it.
     """
-
-    def __init__(self, connection: Connection, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
-                 owner: bool = False, checkpoint: bytes = b"", epoch: Optional[str] = None):
-        """`base`: the scene that the scene of `message` completes; None for a session from `Client.list`. `owner`:
-        whether this handle created the session, with `checkpoint`."""
-        self._connection = connection
-        self.message = message  #: the server's reply; its scene may have only the fields that the server filled in
-        self.created = created  #: False if the session existed already
-        #: The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
-        #: `Client.get` and `Client.list`, because the server does not know it.
-        self.epoch = epoch
-        self._lock = threading.Lock()
-        self._scene: Optional[pb.Scene] = None
-        self._whole = False
-        self._sent = base  # the scene as sent, kept until all arrays of the resolved scene have arrived
-        self._recreation = Recreation(connection, message, self._known_or_sent if owner else None, checkpoint)
-        if base is not None:
-            self._resolve(base)
-
-    @property
-    def id(self) -> str:
-        """The id by which every client finds the session."""
-        return self.message.session_id
-
-    @property
-    def scene(self) -> Scene:
-        """The resolved scene, every default filled in.
-
-        This makes a call only the first time, for sessions from `Client.list` and for arrays that are too large for a
-        reply and that the client did not send itself.
-        """
-        scene = to_dict(with_blocks_as_matrices(self.resolved()))
-        return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
-
-    @property
-    def choice(self) -> Optional[Choice]:
-        """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
-        self._known_scene()
-        return answers.choice(self.message)
-
-    @property
-    def step_price(self) -> Price:
-        """The predicted price of one step."""
-        self._known_scene()
-        return price(self.message.step_price)
-
-    def resolved(self) -> pb.Scene:
-        """Returns the resolved scene as a message. Do not change it: the session keeps it."""
-        return self._resolved_by(self._recreation)
-
-    def _resolved_by(self, handle: Recreation) -> pb.Scene:
-        """Does what `resolved` does. `handle` says whether a lost session is created again for it."""
-        scene = self._known_scene()
-        with self._lock:
-            if not self._whole:
-                arrays = scene_arrays(handle, self.id)
-                require(arrays.keys() >= set(self.message.left_out), f"arrays of the scene are missing: {self.message.left_out}")
-                put({path: arrays[path] for path in self.message.left_out}, scene)
-                self._whole, self._sent = True, None
-        return scene
-
-    def _known_scene(self) -> pb.Scene:
-        """Returns the resolved scene, possibly without the arrays that are too large for a reply."""
-        with self._lock:
-            if self._scene is None:
-                view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
-                reply = self._recreation.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
-                self.message = described(reply.session, self.id)
-                self._resolve(pb.Scene())
-            assert self._scene is not None
-            return self._scene
-
-    def _resolve(self, base: pb.Scene) -> None:
-        scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
-        require(scene.system == self.message.system or not scene.system, f"the scene is of {scene.system}")
-        self._scene = scene
-        self._whole = not self.message.left_out
-        self._sent = None if self._whole else base
-
-    def _known_or_sent(self) -> pb.Scene:
-        """Returns the scene that creates the session again: the resolved one if it is whole, else the one sent."""
-        scene = self._scene if self._whole else self._sent
-        assert scene is not None
-        return scene
 
     def step(self, to: Optional[int] = None, fields: Optional[Fields] = None, checkpoint: bool = False,
              timeout: Optional[float] = None, time: Any = None) -> State:
@@ -182,14 +95,6 @@ class Session:
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
                      samples.checkpoint if checkpoint else b"", samples.price)
 
-    def _is_step(self, time: Any) -> bool:
-        steps = time_of(time, self._known_scene().step, self.epoch)[1]
-        return steps >= 0 and steps == round(steps)
-
-    def _step_of(self, name: str, given: Any, time: Any) -> int:
-        """Returns the step that the caller gives under `name` or as a time."""
-        return step_of(name, given, time, self._known_scene().step, self.epoch)
-
     def _between_steps(self, time: Any, fields: Sequence[str], timeout: Optional[float]) -> State:
         seconds = time_of(time, self._known_scene().step, self.epoch)[0]
         run = self._at_times([seconds], fields, False, timeout)
@@ -216,12 +121,7 @@ class Session:
         request = pb.DiagnoseRequest(session_id=self.id, to=self._step_of("to", to, time), invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
-        for i, (name, first, second) in enumerate(forms):
-            request.forms.add(form=name, first=_blocks(first, f"forms[{i}].first"),
-                              second=_blocks(second, f"forms[{i}].second"))
-        for i, (one, other) in enumerate(dirac_brackets):
-            request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
-                                       second=_factors(other, f"dirac_brackets[{i}].second"))
+        put_structure(request, forms, dirac_brackets)
         with self._recreation.explains(request.to):
             return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request)
 
@@ -417,19 +317,6 @@ class Session:
             raise refused("events", "must be given, a mapping or several")
         return self._summarize_request(*self._range(to, start, 1, time), events=asked, fields=names("fields", fields))
 
-    def _range(self, to: Any, start: Any, every: Any, time: Any) -> tuple[int, int, int]:
-        """Returns the steps of a run as whole numbers. `every` 0 means 1."""
-        to, start = self._step_of("to", to, time), step_index("start", start)
-        return to, start, step_index("every", every) or 1
-
-    def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
-        message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, **request)
-        setattr(message, "from", start)
-        return message
-
-    def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
-        return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout)
-
     def _up_to(self, time: Any, start: int, every: Optional[int], fields: Sequence[str], progress: bool,
                timeout: Optional[float]) -> Trajectory:
         """Returns the samples from `start` up to a time between two steps, which is the last sample."""
@@ -479,13 +366,6 @@ class Session:
         """Creates a session of the same scene; None after the client was closed."""
         return None if self._connection.closed else created(self._connection, scene, epoch=self.epoch)
 
-    def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
-                 checkpoint: bool = False) -> Samples:
-        request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
-                                   checkpoint_every=self._recreation.checkpoint_every())
-        setattr(request, "from", start)
-        return Samples(self._recreation, request, self._known_scene().step, timeout)
-
     def __reduce__(self) -> Any:
         raise TypeError("a session cannot be pickled, because only one handle may create it again: send its `id`, and use "
                         "`Client.get(id)` in the other process")
@@ -518,12 +398,3 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
     for text in session.warnings:
         warnings.warn(text, SceneWarning, stacklevel=3)
     return Session(connection, session, reply.created, scene, owner=True, checkpoint=checkpoint, epoch=epoch)
-
-
-def _blocks(vector: TangentVector, path: str) -> dict[str, pb.Matrix]:
-    return {name: to_matrix(block, f"{path}.{name}") for name, block in vector.items()}
-
-
-def _factors(factors: Sequence[tuple[Any, Any]], path: str) -> list[pb.LinearFunction]:
-    return [pb.LinearFunction(a=to_matrix(A, f"{path}[{i}].A"), b=to_matrix(B, f"{path}[{i}].B"))
-            for i, (A, B) in enumerate(factors)]

@@ -1,7 +1,7 @@
 """A motion in one call, on a server that the process starts when it first needs one."""
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional
+from typing import Any, Optional
 
 from stiefel._given.typed import Fields
 from stiefel._results.origin import Origin
@@ -40,7 +40,7 @@ def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, ti
                                   progress=progress, timeout=timeout, estimate_error=estimate_error)
 
 
-def _elsewhere(scene: Mapping[str, Any]) -> Session:
+def _elsewhere(scene: Any) -> Session:
     return own_client().create(scene)
 
 

@@ -45,6 +45,22 @@ def test_a_time_is_an_end_of_its_own(stiefel, write, options, times):
         assert values[0] == pytest.approx(0.3 * math.cos(time / 2), abs=1e-15)
 
 
+@pytest.mark.parametrize("step", [0.1, -0.1])
+def test_times_may_be_on_both_sides_of_0(stiefel, write, tmp_path, step):
+    times = [0.7, -0.35, 0, -0.2, 0.05, -1.0]
+    (tmp_path / "times.txt").write_text(" ".join(map(str, times)))
+    result = stiefel("run", write({**TOP, "step": step}), "--times", "times.txt")
+    found = omega(result)
+    assert list(found) == sorted(times, reverse=step < 0), result.err
+    assert [sample["step"] for sample in result.json["samples"]] == [math.trunc(round(abs(time) / 0.1, 9)) * (1 if time * step >= 0 else -1)
+                                                                     for time in found]
+    for time, values in found.items():
+        assert values[0] == pytest.approx(0.3 * math.cos(time / 2), abs=1e-15)
+    pair = json.loads((EXAMPLES / "moser_veselov_pair.json").read_text())
+    result = stiefel("run", write(pair, "pair.json"), "--times", "times.txt")
+    assert result.status == 2 and "--times[3]: -0.2: must have the sign of the scene's step, because the state 0" in result.err
+
+
 def test_times_of_other_commands_are_those_of_steps(stiefel, write):
     path = write(TOP)
     assert stiefel("diagnose", path, "--time", 0.3).out == stiefel("diagnose", path, "--to", 3).out

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel._wire import failures, recreation
+from stiefel._wire import failures, held, recreation
 
 BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]},
         "method": {"name": "preprocessed_variational"}}
@@ -95,13 +95,13 @@ def wide(N=370):
 
 def test_a_fork_that_is_lost_before_its_scene_has_arrived_is_made_again(place, client, monkeypatch):
     session = client.create(wide())
-    expected, fetch, lost = session.fork(1).step(2), stiefel.session.scene_arrays, []
+    expected, fetch, lost = session.fork(1).step(2), held.scene_arrays, []
 
     def fetch_late(*arguments):
         if not lost:
             lost.append(place.replace())
         return fetch(*arguments)
-    monkeypatch.setattr(stiefel.session, "scene_arrays", fetch_late)
+    monkeypatch.setattr(held, "scene_arrays", fetch_late)
     fork = session.fork(1)
     assert lost and same(fork.step(2), expected)
     place.replace()

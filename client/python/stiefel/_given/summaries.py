@@ -1,4 +1,4 @@
-"""Statistics and events that a caller asks for, as messages."""
+"""Statistics, events, two-forms and brackets that a caller asks for, as messages."""
 from __future__ import annotations
 
 import reprlib
@@ -8,12 +8,16 @@ import numpy as np
 
 from stiefel import v1 as pb
 from stiefel._given.numbers import number, numbers, refused, whole
+from stiefel.scene import to_matrix
 
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
 Quantities = Mapping[str, Statistics]
 #: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal.
 EventDescription = Mapping[str, Any]
+TangentVector = Mapping[str, Any]  #: blocks by name
+Form = tuple[str, TangentVector, TangentVector]
+Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 
 _STATISTICS: dict[str, int] = {name[len("STATISTIC_"):].lower(): number for name, number in pb.Statistic.items()}
 _DIRECTIONS: dict[str, int] = {"both": pb.DIRECTION_UNSPECIFIED, "rising": pb.DIRECTION_RISING,
@@ -107,3 +111,21 @@ def _truth(path: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise refused(path, f"{reprlib.repr(value)}: must be True or False")
     return bool(value)
+
+
+def put_structure(request: pb.DiagnoseRequest, forms: Sequence[Form], brackets: Sequence[Bracket]) -> None:
+    """Adds two-forms, each a name and two tangent vectors, and Dirac brackets, each two functions."""
+    for i, (name, first, second) in enumerate(forms):
+        request.forms.add(form=name, first=_blocks(first, f"forms[{i}].first"), second=_blocks(second, f"forms[{i}].second"))
+    for i, (one, other) in enumerate(brackets):
+        request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
+                                   second=_factors(other, f"dirac_brackets[{i}].second"))
+
+
+def _blocks(vector: TangentVector, path: str) -> dict[str, pb.Matrix]:
+    return {name: to_matrix(block, f"{path}.{name}") for name, block in vector.items()}
+
+
+def _factors(factors: Sequence[tuple[Any, Any]], path: str) -> list[pb.LinearFunction]:
+    return [pb.LinearFunction(a=to_matrix(A, f"{path}[{i}].A"), b=to_matrix(B, f"{path}[{i}].B"))
+            for i, (A, B) in enumerate(factors)]

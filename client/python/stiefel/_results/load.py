@@ -59,7 +59,8 @@ def rerun(file: "str | os.PathLike[str]", client: Optional[Client] = None) -> Tr
 def _origin(described: Mapping[str, Any]) -> Optional[Origin]:
     if "scene" not in described:
         return None
-    scene, asked = dict(described["scene"]), described.get("run", {})
+    scene: Any = dict(described["scene"])
+    asked = described.get("run", {})
     epoch = scene.pop("epoch", None)
     times = np.asarray(asked["times"], float) if "times" in asked else None
     return Origin(to_message(scene), described["numerics_id"], to=asked.get("to"), times=times, epoch=epoch)

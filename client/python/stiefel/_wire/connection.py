@@ -43,6 +43,7 @@ class Connection:
         self._stub = SimulationServiceStub(channel)  # type: ignore[no-untyped-call]
         # Only this private attribute of gRPC tells whether the thread runs; without it there is no such thread.
         self._state = getattr(channel, "_connectivity_state", None)
+        self._rest = getattr(channel, "rest", None)  # that of a channel of `stiefel.aio`, whose event loop goes on
         self._changed = threading.Condition()
         self._resting: set[threading.Event] = set()
         self.closed = False
@@ -125,6 +126,9 @@ class Connection:
                 over.set()
             seen.append(state)
 
+        if self._rest is not None:
+            self._rest(seconds)
+            return
         with self._changed:
             if self.closed:
                 return
@@ -137,6 +141,10 @@ class Connection:
         with self._changed:
             self._resting.discard(over)
             self._changed.notify_all()
+
+    def sleep(self, seconds: float) -> None:
+        """Waits for `seconds`."""
+        (self._rest or threading.Event().wait)(seconds)
 
     def close(self) -> None:
         """Ends every `rest` and every call, and closes the channel when gRPC's thread that watches it has ended. On a

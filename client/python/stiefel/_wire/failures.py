@@ -118,7 +118,7 @@ def in_plain_words(message: str, tls: Optional[bool] = None) -> str:
 
 def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None) -> StiefelError:
     """Returns this package's exception. `tls`: whether the channel has TLS, if that is known."""
-    trailing = dict(error.trailing_metadata() or ())
+    trailing = dict(iter(error.trailing_metadata() or ()))  # the Metadata of grpc.aio has no keys that `dict` could ask
     details = trailing.get("grpc-status-details-bin", b"")
     message, code = error.details() or "", error.code()
     if details:

@@ -99,7 +99,7 @@ class Recreation:
             raise
 
     def _standing(self) -> str:
-        threading.Event().wait(STOP)
+        self.connection.sleep(STOP)
         try:
             request = pb.GetSessionRequest(session_id=self._id, view=pb.SessionView(scene=pb.SCENE_VIEW_NONE))
             session = self.connection.stub.GetSession(request, timeout=ANSWER, metadata=self.metadata).session

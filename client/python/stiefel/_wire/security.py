@@ -4,7 +4,7 @@ from __future__ import annotations
 import ipaddress
 import os
 from dataclasses import dataclass
-from typing import Any, Optional, Sequence, Union
+from typing import Any, Callable, Optional, Sequence, Union
 
 import grpc
 
@@ -49,20 +49,28 @@ def has_tls(tls: TlsLike, address: str) -> bool:
 
 
 def open_channel(address: str, tls: TlsLike, token: Optional[str], options: Options) -> grpc.Channel:
-    """Opens a channel to `address`. Raises InvalidArgument for a token that would travel in plaintext beyond this
-    machine, for TLS on a Unix socket, and for files that cannot be read."""
-    security = _tls(tls, address)
+    """Opens a channel to `address`. Raises what `opener` raises."""
+    return opener(address, tls, token)(grpc, options)
+
+
+def opener(address: str, tls: TlsLike, token: Optional[str]) -> Callable[[Any, Options], Any]:
+    """Returns a function that opens a channel of `grpc` or `grpc.aio` to `address`. Raises InvalidArgument for a token that
+    would travel in plaintext beyond this machine, for TLS on a Unix socket, and for files that cannot be read."""
+    security, more = _tls(tls, address), []
     token = _checked(token)
     if security is not None:
-        return _with_token(_open_tls(address, security, options), token)
-    if token is None:
-        return grpc.insecure_channel(address, options=options)
-    if not is_local(address):
+        credentials = _credentials(security)
+        if security.name is not None:
+            more = [("grpc.ssl_target_name_override", security.name)]
+    elif token is None:
+        return lambda kind, options: kind.insecure_channel(address, options=options)
+    elif not is_local(address):
         raise InvalidArgument(f"a token is sent over TLS, to this machine or over a Unix socket only, and {address} is "
                               "none of these: give tls")
-    # These credentials check the connection, too: a name that resolves to another machine gets no token.
-    kind = grpc.LocalConnectionType.UDS if address.startswith("unix:") else grpc.LocalConnectionType.LOCAL_TCP
-    return _with_token(grpc.secure_channel(address, grpc.local_channel_credentials(kind), options=options), token)
+    else:  # These credentials check the connection, too: a name that resolves to another machine gets no token.
+        credentials = grpc.local_channel_credentials(grpc.LocalConnectionType.UDS if address.startswith("unix:") else
+                                                     grpc.LocalConnectionType.LOCAL_TCP)
+    return lambda kind, options: _with_token(kind.secure_channel(address, credentials, options=[*options, *more]), token)
 
 
 def token_from_environment() -> Optional[str]:
@@ -84,14 +92,10 @@ def _tls(given: TlsLike, address: str) -> Optional[Tls]:
     return given if isinstance(given, Tls) else Tls(ca=os.fspath(given))
 
 
-def _open_tls(address: str, tls: Tls, options: Options) -> grpc.Channel:
+def _credentials(tls: Tls) -> grpc.ChannelCredentials:
     if (tls.certificate is None) != (tls.key is None):
         raise InvalidArgument("tls: certificate and key: one needs the other")
-    credentials = grpc.ssl_channel_credentials(_read("ca", tls.ca), _read("key", tls.key),
-                                               _read("certificate", tls.certificate))
-    if tls.name is not None:
-        options = [*options, ("grpc.ssl_target_name_override", tls.name)]
-    return grpc.secure_channel(address, credentials, options=options)
+    return grpc.ssl_channel_credentials(_read("ca", tls.ca), _read("key", tls.key), _read("certificate", tls.certificate))
 
 
 def _read(what: str, path: Optional[str]) -> Optional[bytes]:
@@ -141,7 +145,7 @@ class _AuthorizedCall:
         self._metadata = metadata
 
     def __call__(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
-        return self._call(request, timeout, (*(metadata or ()), self._metadata), **more)
+        return self._call(request, timeout=timeout, metadata=(*(metadata or ()), self._metadata), **more)
 
     def with_call(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
         return self._call.with_call(request, timeout, (*(metadata or ()), self._metadata), **more)

@@ -1,0 +1,135 @@
+"""What the handle of a session knows of it: its scene, and how far its steps and times reach."""
+from __future__ import annotations
+
+import threading
+from typing import Any, Optional, Sequence, cast
+
+from stiefel import v1 as pb
+from stiefel._given.numbers import step_index
+from stiefel._given.typed import Scene
+from stiefel._given.when import step_of, time_of
+from stiefel._wire import answers
+from stiefel._wire.connection import Connection
+from stiefel._wire.recreation import Recreation
+from stiefel._wire.replies import described, price, require
+from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
+from stiefel._wire.samples import Samples
+from stiefel._wire.summarizing import Summarizing
+from stiefel.results import Choice, Price
+from stiefel.scene import to_dict
+
+
+class Held:
+    """The handle of a session of a server."""
+
+    def __init__(self, connection: Connection, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
+                 owner: bool = False, checkpoint: bytes = b"", epoch: Optional[str] = None):
+        """`base`: the scene that the scene of `message` completes; None for a session from `Client.list`. `owner`:
+        whether this handle created the session, with `checkpoint`."""
+        self._connection = connection
+        self.message = message  #: the server's reply; its scene may have only the fields that the server filled in
+        self.created = created  #: False if the session existed already
+        #: The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
+        #: `Client.get` and `Client.list`, because the server does not know it.
+        self.epoch = epoch
+        self._lock = threading.Lock()
+        self._scene: Optional[pb.Scene] = None
+        self._whole = False
+        self._sent = base  # the scene as sent, kept until all arrays of the resolved scene have arrived
+        self._recreation = Recreation(connection, message, self._known_or_sent if owner else None, checkpoint)
+        if base is not None:
+            self._resolve(base)
+
+    @property
+    def id(self) -> str:
+        """The id by which every client finds the session."""
+        return self.message.session_id
+
+    @property
+    def scene(self) -> Scene:
+        """The resolved scene, every default filled in.
+
+        This makes a call only the first time, for sessions from `Client.list` and for arrays that are too large for a
+        reply and that the client did not send itself.
+        """
+        scene = to_dict(with_blocks_as_matrices(self.resolved()))
+        return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
+
+    @property
+    def choice(self) -> Optional[Choice]:
+        """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
+        self._known_scene()
+        return answers.choice(self.message)
+
+    @property
+    def step_price(self) -> Price:
+        """The predicted price of one step."""
+        self._known_scene()
+        return price(self.message.step_price)
+
+    def resolved(self) -> pb.Scene:
+        """Returns the resolved scene as a message. Do not change it: the session keeps it."""
+        return self._resolved_by(self._recreation)
+
+    def _resolved_by(self, handle: Recreation) -> pb.Scene:
+        """Does what `resolved` does. `handle` says whether a lost session is created again for it."""
+        scene = self._known_scene()
+        with self._lock:
+            if not self._whole:
+                arrays = scene_arrays(handle, self.id)
+                require(arrays.keys() >= set(self.message.left_out), f"arrays of the scene are missing: {self.message.left_out}")
+                put({path: arrays[path] for path in self.message.left_out}, scene)
+                self._whole, self._sent = True, None
+        return scene
+
+    def _known_scene(self) -> pb.Scene:
+        """Returns the resolved scene, possibly without the arrays that are too large for a reply."""
+        with self._lock:
+            if self._scene is None:
+                view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
+                reply = self._recreation.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
+                self.message = described(reply.session, self.id)
+                self._resolve(pb.Scene())
+            assert self._scene is not None
+            return self._scene
+
+    def _resolve(self, base: pb.Scene) -> None:
+        scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
+        require(scene.system == self.message.system or not scene.system, f"the scene is of {scene.system}")
+        self._scene = scene
+        self._whole = not self.message.left_out
+        self._sent = None if self._whole else base
+
+    def _known_or_sent(self) -> pb.Scene:
+        """Returns the scene that creates the session again: the resolved one if it is whole, else the one sent."""
+        scene = self._scene if self._whole else self._sent
+        assert scene is not None
+        return scene
+
+    def _is_step(self, time: Any) -> bool:
+        steps = time_of(time, self._known_scene().step, self.epoch)[1]
+        return steps >= 0 and steps == round(steps)
+
+    def _step_of(self, name: str, given: Any, time: Any) -> int:
+        """Returns the step that the caller gives under `name` or as a time."""
+        return step_of(name, given, time, self._known_scene().step, self.epoch)
+
+    def _range(self, to: Any, start: Any, every: Any, time: Any) -> tuple[int, int, int]:
+        """Returns the steps of a run as whole numbers. `every` 0 means 1."""
+        to, start = self._step_of("to", to, time), step_index("start", start)
+        return to, start, step_index("every", every) or 1
+
+    def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
+        message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, **request)
+        setattr(message, "from", start)
+        return message
+
+    def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
+        return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout)
+
+    def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
+                 checkpoint: bool = False) -> Samples:
+        request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
+                                   checkpoint_every=self._recreation.checkpoint_every())
+        setattr(request, "from", start)
+        return Samples(self._recreation, request, self._known_scene().step, timeout)

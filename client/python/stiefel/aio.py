@@ -1,0 +1,267 @@
+"""The client for asyncio, on grpc.aio: the names, arguments, results and exceptions of `stiefel.Client`.
+
+    async with stiefel.aio.Client("host:50551") as client, client.create("scene.json") as session:
+        state = await session.step(to=100)
+        async for batch in session.stream(to=10_000, every=10):
+            print(batch.step, batch["quaternion"])
+
+What the blocking client returns is awaited here, what it iterates over is iterated with `async for`, and its context
+managers are entered with `async with`, also `client.create(...)`, `client.get(...)` and `session.fork(...)` themselves. Calls
+are repeated, streams resumed and lost sessions created again as there. Cancelling a task cancels its call. A method of a result
+that makes a call is awaited with `run`: `await stiefel.aio.run(trajectory.error_at)`. The package greenlet must be installed:
+pip install 'stiefel[aio]'.
+"""
+from __future__ import annotations
+
+import functools
+import sys
+from typing import Any, AsyncGenerator, Callable, Coroutine, Generator, Iterator, Optional, TypeVar
+
+import grpc
+import grpc.aio
+
+from stiefel import client as blocking, session as blocking_session, v1 as pb
+from stiefel._given.typed import Fields, Scene
+from stiefel._programs.variables import warn_of_unknown
+from stiefel._wire.security import Options, Tls, TlsLike, opener
+from stiefel._wire.waiting import Channel, Lock, run
+from stiefel.errors import InvalidArgument
+from stiefel.results import Choice, Price
+from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
+
+if sys.version_info >= (3, 10):
+    from typing import Concatenate, ParamSpec
+
+    P = ParamSpec("P")
+
+__all__ = ["Client", "Drive", "Opening", "Session", "Tls", "run"]
+
+T = TypeVar("T")
+_END: Any = object()
+
+
+def _awaited(method: Callable[Concatenate[Any, P], T]) -> Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]:
+    async def call(self: Any, /, *arguments: P.args, **more: P.kwargs) -> T:
+        return await run(method, self._blocking, *arguments, **more)
+    functools.update_wrapper(call, method)
+    return call
+
+
+def _iterated(method: Callable[Concatenate[Any, P], Iterator[T]]) -> Callable[Concatenate[Any, P], AsyncGenerator[T, None]]:
+    async def iterate(self: Any, /, *arguments: P.args, **more: P.kwargs) -> AsyncGenerator[T, None]:
+        parts: Any = method(self._blocking, *arguments, **more)
+        try:
+            while (part := await run(next, parts, _END)) is not _END:
+                yield part
+        finally:
+            await run(parts.close)
+    functools.update_wrapper(iterate, method)
+    return iterate
+
+
+def _opened(method: Callable[Concatenate[Any, P], blocking_session.Session]) -> Callable[Concatenate[Any, P], Opening]:
+    def begin(self: Any, /, *arguments: P.args, **more: P.kwargs) -> Opening:
+        return Opening(run(method, self._blocking, *arguments, **more))
+    functools.update_wrapper(begin, method)
+    return begin
+
+
+class _Client(blocking.Client):
+    """The blocking client over a channel of grpc.aio, for use inside `run`."""
+
+    @staticmethod
+    def _open_channel(address: str, tls: TlsLike, token: Optional[str], options: Options) -> Any:
+        open = opener(address, tls, token)
+        return Channel(lambda: open(grpc.aio, options))
+
+
+class Client:
+    """A connection to the server at `address`, as that of `stiefel.Client` with the same arguments.
+
+    A client serves one event loop at a time: each loop gets a connection of its own, which is opened by the first call.
+    `channel`: a channel of grpc.aio to use instead. Tasks of one loop may share a client.
+    """
+
+    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, tls: TlsLike = None,
+                 token: Optional[str] = None, channel: Optional[grpc.aio.Channel] = None, any_build: bool = False):
+        warn_of_unknown()
+        if isinstance(channel, grpc.Channel):
+            raise InvalidArgument("channel: must be a channel of grpc.aio")
+        given: Any = None if channel is None else Channel(lambda: channel)
+        self._blocking = _Client(address, timeout, tls, token, given, any_build)
+        self._channel: Channel = self._blocking.channel
+        self.address = self._blocking.address
+
+    @property
+    def channel(self) -> grpc.aio.Channel:
+        """The channel of grpc.aio of the running event loop."""
+        return self._channel.opened
+
+    @property
+    def stub(self) -> SimulationServiceStub:
+        """The gRPC stub of the service, for calls by hand. Raises `Closed` after `close`."""
+        self._blocking.stub
+        return SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
+
+    @property
+    def timeout(self) -> Optional[float]:
+        """The seconds of every call that does not get its own; None for no end."""
+        return self._blocking.timeout
+
+    @property
+    def any_build(self) -> bool:
+        """Whether sessions may go on at a server of another build."""
+        return self._blocking.any_build
+
+    @property
+    def closed(self) -> bool:
+        """Whether `close` was called."""
+        return self._blocking.closed
+
+    describe = _awaited(blocking.Client.describe)
+    create = _opened(blocking.Client.create)
+    get = _opened(blocking.Client.get)
+    delete = _awaited(blocking.Client.delete)
+    convert = _awaited(blocking.Client.convert)
+    geodesic = _awaited(blocking.Client.geodesic)
+    connect = _awaited(blocking.Client.connect)
+    tradeoff = _awaited(blocking.Client.tradeoff)
+    tradeoff_parts = _iterated(blocking.Client.tradeoff_parts)
+    close = _awaited(blocking.Client.close)
+    _sessions = _iterated(blocking.Client.list)
+
+    async def list(self) -> AsyncGenerator[Session, None]:
+        """Iterates over all sessions of the server, ordered by id."""
+        async for session in self._sessions():
+            yield Session(session)
+
+    def __reduce__(self) -> Any:
+        made, arguments = self._blocking.__reduce__()
+        return functools.partial(Client, **made.keywords), arguments
+
+    async def __aenter__(self) -> Client:
+        return self
+
+    async def __aexit__(self, *exception: object) -> None:
+        await self.close()
+
+    def __repr__(self) -> str:
+        return repr(self._blocking).replace("stiefel.", "stiefel.aio.", 1)
+
+
+class Session:
+    """A simulation held by a server, as `stiefel.Session`, made by `Client.create` or `Client.get`.
+
+    As an asynchronous context manager it deletes the session at the end, unless its server is gone then.
+    """
+
+    def __init__(self, session: blocking_session.Session):
+        self._blocking = session
+        session._lock = Lock()  # type: ignore[assignment]  # because it is held during a call
+
+    @property
+    def id(self) -> str:
+        """The id by which every client finds the session."""
+        return self._blocking.id
+
+    @property
+    def message(self) -> pb.Session:
+        """The server's reply; its scene may have only the fields that the server filled in."""
+        return self._blocking.message
+
+    @property
+    def created(self) -> bool:
+        """False if the session existed already."""
+        return self._blocking.created
+
+    @property
+    def epoch(self) -> Optional[str]:
+        """The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
+        `Client.get` and `Client.list`, because the server does not know it."""
+        return self._blocking.epoch
+
+    @property
+    async def scene(self) -> Scene:
+        """The resolved scene, every default filled in: `await session.scene`. It makes a call only the first time."""
+        return await run(lambda: self._blocking.scene)
+
+    @property
+    async def choice(self) -> Optional[Choice]:
+        """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
+        return await run(lambda: self._blocking.choice)
+
+    @property
+    async def step_price(self) -> Price:
+        """The predicted price of one step."""
+        return await run(lambda: self._blocking.step_price)
+
+    resolved = _awaited(blocking_session.Session.resolved)
+    step = _awaited(blocking_session.Session.step)
+    diagnose = _awaited(blocking_session.Session.diagnose)
+    error_at = _awaited(blocking_session.Session.error_at)
+    fork = _opened(blocking_session.Session.fork)
+    delete = _awaited(blocking_session.Session.delete)
+    stream = _iterated(blocking_session.Session.stream)
+    trajectory = _awaited(blocking_session.Session.trajectory)
+    summarize = _awaited(blocking_session.Session.summarize)
+    events = _awaited(blocking_session.Session.events)
+    stream_events = _iterated(blocking_session.Session.stream_events)
+    _exit = _awaited(blocking_session.Session.__exit__)
+
+    def drive(self, fields: Optional[Fields] = None) -> Drive:
+        """Opens a stream for many steps in a tight loop: `async with session.drive("Q") as drive: await drive.step(k)`."""
+        return Drive(self._blocking.drive(fields))
+
+    def __reduce__(self) -> Any:
+        return self._blocking.__reduce__()
+
+    async def __aenter__(self) -> Session:
+        return self
+
+    async def __aexit__(self, *exception: Any) -> None:
+        await self._exit(*exception)
+
+    def __repr__(self) -> str:
+        return repr(self._blocking).replace("stiefel.", "stiefel.aio.", 1)
+
+
+class Opening:
+    """A session that is being created or fetched: `await` returns it; `async with` enters it and deletes it at the end."""
+
+    def __init__(self, session: Coroutine[Any, Any, blocking_session.Session]):
+        self._session = session
+
+    def __await__(self) -> Generator[Any, None, Session]:
+        return Session((yield from self._session.__await__()))
+
+    async def __aenter__(self) -> Session:
+        self._entered = await self
+        return self._entered
+
+    async def __aexit__(self, *exception: Any) -> None:
+        await self._entered.__aexit__(*exception)
+
+
+class Drive:
+    """An open stream for many steps of a session, as `stiefel.Drive`, made by `Session.drive`.
+
+    Steps that tasks ask for at the same time are done one after the other.
+    """
+
+    def __init__(self, drive: blocking_session.Drive):
+        self._blocking = drive
+
+    step = _awaited(blocking_session.Drive.step)
+    close = _awaited(blocking_session.Drive.close)
+
+    def __reduce__(self) -> Any:
+        return self._blocking.__reduce__()
+
+    async def __aenter__(self) -> Drive:
+        return self
+
+    async def __aexit__(self, *exception: object) -> None:
+        await self.close()
+
+    def __repr__(self) -> str:
+        return repr(self._blocking).replace("stiefel.", "stiefel.aio.", 1)
