@@ -45,6 +45,7 @@ reference/python/index
 reference/commands/index
 reference/cpp/index
 reference/protocol/index
+{rest}
 ```
 
 ```{{toctree}}
@@ -88,7 +89,9 @@ def stage(source: Path) -> None:
     for page in known:
         text = (ROOT / page).read_text(encoding="utf-8")
         if str(page) == "docs/README.md":
-            text = INDEX.format(text=text.partition("\n")[2].strip())
+            rest = [name for name in (str(one.with_suffix("")) for one in sorted(known) if one.parent == Path("docs"))
+                    if f"\n{name}\n" not in INDEX and name != "docs/README"]
+            text = INDEX.format(text=text.partition("\n")[2].strip(), rest="\n".join(rest))
             page, text = Path("index.md"), re.sub(r"\]\((?!https?:|#)", "](docs/", text)
         if str(page) in MORE:
             text += f"\n```{{toctree}}\n:hidden:\n:glob:\n\n{MORE[str(page)]}\n```\n"
@@ -111,7 +114,7 @@ def _relinked(text: str, page: Path, known: set[Path], source: Path) -> str:
         target = MOVED.get(target, target.with_suffix(".md") if target.suffix == ".ipynb" else target)
         if target in made:
             return f"[{words}]({os.path.relpath(target, page.parent)})"
-        if (ROOT / target).is_dir():
+        if (ROOT / target).is_dir() or (target.suffix == ".md" and target not in known):
             return words
         if target not in known and (ROOT / target).is_file():
             copy = source / target

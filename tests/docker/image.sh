@@ -72,7 +72,10 @@ else
   buildah bud --force-rm --isolation chroot --pull-never --layers --format docker "${arguments[@]}"
 fi
 if [ "${1:-}" = --save ]; then
-  "$CONTAINER_ENGINE" save "$STIEFEL_IMAGE" | gzip -n > "$2"
+  # What has this name in podman is called "$STIEFEL_IMAGE" after `docker load`; its own name begins with localhost/.
+  name=$STIEFEL_IMAGE
+  [ "$CONTAINER_ENGINE" = docker ] || { name=docker.io/library/$name:latest; podman tag "$STIEFEL_IMAGE" "$name"; }
+  "$CONTAINER_ENGINE" save "$name" | gzip -n > "$2"
   exit
 fi
 exec /usr/bin/python3 -m pytest -q -rA --no-header -p no:cacheprovider tests/docker "$@"

@@ -20,6 +20,7 @@ from stiefel._given.bodies import body, tumbling
 from stiefel._given.examples import examples
 from stiefel._given.typed import Body as Body, FieldName as FieldName, Method as Method, MethodName as MethodName
 from stiefel._given.typed import Scene as Scene, SystemName as SystemName
+from stiefel._results.load import load, rerun
 from stiefel.client import Client, Tls
 from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as BuildChanged, Cancelled as Cancelled,
                             Closed as Closed, CorruptReply as CorruptReply, DeadlineExceeded as DeadlineExceeded,
@@ -30,11 +31,10 @@ from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as Buil
                             Unavailable as Unavailable, Unimplemented as Unimplemented, Violation as Violation)
 from stiefel.results import (Batch as Batch, Catalogue as Catalogue, Choice as Choice, Conservation as Conservation,
                              Conversion as Conversion, Diagnosis as Diagnosis, Domain as Domain, Errors as Errors,
-                             EstimatedError as EstimatedError, Events as Events, Export as Export, Geodesic as Geodesic,
-                             Invariant as Invariant, Motion as Motion, Outcome as Outcome, Point as Point,
-                             Price as Price, RunStatus as RunStatus, State as State, Summary as Summary,
-                             Tradeoff as Tradeoff, Trajectory as Trajectory)
-from stiefel._results.load import load, rerun
+                             EstimatedError as EstimatedError, Events as Events, Export as Export,
+                             Geodesic as Geodesic, Invariant as Invariant, Motion as Motion, Origin as Origin,
+                             Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
+                             State as State, Summary as Summary, Tradeoff as Tradeoff, Trajectory as Trajectory)
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session
@@ -46,8 +46,6 @@ from stiefel.version import __version__
 __all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "Tls", "__version__", "body", "examples", "load",
            "rerun", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling"]
 _MORE = ("Body", "FieldName", "Method", "MethodName", "Scene", "SweepFailed", "SweepResult", "SystemName")
-
-
 _LATER = {"aio": "stiefel.aio", "manifold": "stiefel.manifold", "ray": "stiefel._sweep.ray"}
 
 
