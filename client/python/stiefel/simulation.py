@@ -1,7 +1,7 @@
 """A motion in one call, on a server that the process starts when it first needs one."""
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional
+from typing import Any, Mapping, Optional, cast
 
 from stiefel._given.typed import Fields
 from stiefel._results.origin import Origin
@@ -41,7 +41,7 @@ def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, ti
 
 
 def _elsewhere(scene: Mapping[str, Any]) -> Session:
-    return own_client().create(scene)
+    return own_client().create(cast(Any, scene))
 
 
 Origin.elsewhere = staticmethod(_elsewhere)
