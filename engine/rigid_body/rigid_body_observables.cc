@@ -1,5 +1,8 @@
 #include "engine/rigid_body/rigid_body_observables.h"
 
+#include <cmath>
+#include <limits>
+
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
@@ -158,7 +161,9 @@ Eigen::MatrixXd RigidBodyObservables3::to_blocks(const Point& x) const {
 }
 
 Eigen::Vector3d RigidBodyObservables3::to_space(const Point& x, const Eigen::Vector3d& v) const {
-  return rotation_matrix<double>(Eigen::Vector4d(x.topRows<4>())) * v;
+  const Eigen::Vector3d product = rotation_matrix<double>(Eigen::Vector4d(x.topRows<4>())) * v;
+  constexpr double most = std::numeric_limits<double>::max();
+  return product.unaryExpr([](double y) { return std::isfinite(y) ? y : std::copysign(most, y); });
 }
 
 Eigen::MatrixXd RigidBodyObservables3::Q(const Point& x) const {

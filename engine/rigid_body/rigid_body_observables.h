@@ -57,7 +57,8 @@ class RigidBodyObservables3 final : public Observables {
   Eigen::MatrixXd to_blocks(const Point& x) const override;
 
  private:
-  /// The vector of Q A Qᵀ in space axes for A = hat(v) in principal axes.
+  /// The vector of Q A Qᵀ in space axes for A = hat(v) in principal axes. A number that overflows is
+  /// the largest one, so that a state counts as finite as long as q and v are.
   Eigen::Vector3d to_space(const Point& x, const Eigen::Vector3d& v) const;
   /// Q of a point; empty where the scene has none.
   Eigen::MatrixXd Q(const Point& x) const;

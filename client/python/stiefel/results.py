@@ -1,21 +1,21 @@
 """The results of calls. Their numpy arrays are views of the bytes received."""
 from __future__ import annotations
 
-import enum
 import os
-from functools import cached_property
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Iterator, Mapping, Optional, TypeVar, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel import v1 as pb
 from stiefel._exports import ccsds, mcap, spice
 from stiefel._exports.nodes import Export
 from stiefel._given.typed import Scene
 from stiefel._results import attitude, save, tables
 from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
+from stiefel._results.catalogue import Catalogue, Choice
+from stiefel._results.diagnosis import Conservation, Diagnosis, Domain, Invariant
 from stiefel._results.drawn import Drawn, Logged
 from stiefel._results.estimate import Errors, EstimatedError
 from stiefel._results.html import Shown
@@ -238,49 +238,6 @@ class Trajectory(Drawn, Ended, Batch):
         return f"<stiefel.Trajectory {self.outcome} {self._extent()}: {self._shapes()}>"
 
 
-class Catalogue(Shown):
-    """The systems and methods of a server, with its limits and versions: the fields of stiefel.v1.DescribeResponse, such as
-    `systems`, `methods`, `limits`, `version`, `numerics_id` and `build`."""
-
-    def __init__(self, message: pb.DescribeResponse):
-        self.message = message  #: the server's reply
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "message" or name.startswith("__"):
-            raise AttributeError(name)
-        return getattr(self.message, name)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Catalogue) and bool(self.message == other.message)
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def _as_table(self) -> Any:
-        return (f"stiefel-server {self.version}, numerics id {self.numerics_id}", ("system", "fields", "summary"),
-                [(one.name, ", ".join(field.name for field in one.fields), one.summary) for one in self.systems])
-
-    def __repr__(self) -> str:
-        systems, methods = (", ".join(one.name for one in those) for those in (self.systems, self.methods))
-        return f"<stiefel.Catalogue of version {self.version}\n  systems {systems}\n  methods {methods}>"
-
-
-@dataclass(frozen=True, repr=False)
-class Choice(Shown):
-    """A method that the server chose for a scene's tolerance."""
-
-    method: dict[str, Any]  #: the value of "method" in a scene
-    tolerance: float
-    horizon: float
-    reason: str  #: one sentence with error, work, what was measured and which reference it was compared with
-    error: float  #: largest error of attitude and momentum up to the horizon; an estimate unless `verified`
-    #: Whether the method ran over the whole horizon. False only with "verification": "optional" in the scene.
-    verified: bool
-
-    def __repr__(self) -> str:
-        method = ", ".join(f"{name} {value}" if name != "name" else str(value) for name, value in self.method.items())
-        return f"<stiefel.Choice of {method} for the tolerance {self.tolerance:g} up to time {self.horizon:g}: {self.reason}>"
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Conversion(ByValue):
     """A motion in the variables of another system, as a scene or as blocks."""
@@ -316,109 +273,6 @@ class Geodesic(Ended, ByValue):
         frames = "" if self.trajectory is None else f", trajectory {self.trajectory.shape}"
         return (f"<stiefel.Geodesic {self.outcome}: energy {self.energy!r}, residual {self.residual:.1e}, shortest: "
                 f"{self.shortest}, {self.distinct} seen{frames}>")
-
-
-class Conservation(str, enum.Enum):
-    """How a method keeps an invariant of the exact motion. Each value equals its name in lower case."""
-
-    EXACT = "exact"  #: kept to rounding, whatever the step
-    BOUNDED = "bounded"  #: the error oscillates and does not grow
-    DRIFTS = "drifts"  #: the error grows with time
-    UNSPECIFIED = "unspecified"  #: the server does not say
-
-    def __str__(self) -> str:
-        return self.value
-
-    @classmethod
-    def _missing_(cls, value: object) -> Conservation:
-        """A number of the enum on the wire, such as `Client.describe` returns."""
-        known = isinstance(value, int) and value in pb.Conservation.values()
-        return cls(pb.Conservation.Name(value)[len("CONSERVATION_"):].lower()) if known else cls.UNSPECIFIED
-
-
-@dataclass(frozen=True)
-class Invariant(Shown):
-    """One number that the exact motion keeps."""
-
-    name: str  #: "energy", "spatial_momentum[0,1]", "manakov[3,1]"
-    initial: float
-    value: float
-    #: |value - initial| / scale, computed before the numbers are rounded to doubles or overflow; |value - initial|
-    #: where the scale is 0.
-    drift: float
-    scale: float  #: the size to which the drift is relative
-    conservation: Conservation  #: what the method declares that it does to this invariant
-    member: Optional[int] = None  #: in an ensemble: the member with the largest drift, whose numbers these are
-
-    @property
-    def of_member(self) -> str:
-        """" of member 3" in an ensemble, else ""."""
-        return "" if self.member is None else f" of member {self.member}"
-
-
-@dataclass(frozen=True)
-class Domain(Shown):
-    """How near the state is to the edge of the map's domain."""
-
-    h_omega: float  #: |h| times the operator norm of Omega
-    #: The largest |h| for which a step from this state exists; only for implicit maps and N <= 32.
-    largest_step: Optional[float] = None
-
-
-@dataclass(frozen=True, repr=False)
-class Diagnosis(Ended):
-    """The properties of the state at `step`. What was not asked for or does not exist is None or empty."""
-
-    step: int
-    time: float
-    invariants: tuple[Invariant, ...]
-    orthogonality: Optional[float]  #: max |Q^T Q - I|; None in momentum-only scenes
-    domain: Domain
-    forms: tuple[float, ...]  #: the values of the requested two-forms, in their order
-    dirac_brackets: tuple[float, ...]  #: the values of the requested brackets, in their order
-    #: The largest |omega(T phi u, T phi v) - omega(u, v)| / |u||v| over random pairs, where phi is one step.
-    symplectic_defect: Optional[float]
-    estimated_error: Optional[EstimatedError]
-    run_status: RunStatus
-    computed_steps: int = field(compare=False, repr=False)
-    #: The families of which `invariants` has only those with the largest drifts, and how many invariants each has.
-    shortened: dict[str, int] = field(default_factory=dict)
-    price: Optional[Price] = field(default=None, compare=False, repr=False)  #: the predicted price of the call
-
-    def __repr__(self) -> str:
-        """Returns three lines; `table` has every invariant."""
-        lines = [f"<stiefel.Diagnosis {self.outcome} at step {self.step}, time {self.time!r}: {len(self.invariants)} invariants"]
-        kept = []
-        if self.invariants:
-            worst = max(self.invariants, key=lambda invariant: invariant.drift)
-            kept.append(f"largest drift {worst.drift:.1e} of {worst.name}{worst.of_member} ({worst.conservation})")
-        if self.orthogonality is not None:
-            kept.append(f"orthogonality {self.orthogonality:.1e}")
-        if kept:
-            lines.append(f"  {', '.join(kept)}")
-        if self.estimated_error is not None:
-            lines.append(f"  estimated error: {self.estimated_error}")
-        return "\n".join(lines) + ">"
-
-    def _as_table(self) -> Any:
-        return (f"{self.outcome} at step {self.step}, time {self.time:g}; estimated error: {self.estimated_error or 'not asked for'}",
-                ("invariant", "value", "drift", "kept"),
-                [(i.name + i.of_member, i.value, i.drift, i.conservation.value) for i in self.invariants])
-
-    def table(self) -> str:
-        """Returns a table with one line for each invariant, and the estimated error if it was asked for. A drift says
-        nothing about that error. In an ensemble a line names the member whose drift of that invariant is the largest."""
-        names = [invariant.name + invariant.of_member for invariant in self.invariants]
-        width = max(map(len, names), default=0)
-        lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
-        lines += [f"  {name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}"
-                  for name, i in zip(names, self.invariants)]
-        if self.orthogonality is not None:
-            of_all = any(i.member is not None for i in self.invariants)
-            lines.append(f"  orthogonality {self.orthogonality:.1e}" + ("  the largest of all members" if of_all else ""))
-        if self.estimated_error is not None:
-            lines.append(f"  estimated error: {self.estimated_error}")
-        return "\n".join(lines)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

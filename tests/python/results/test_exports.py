@@ -45,13 +45,14 @@ def test_an_aem_has_the_attitudes(run, tmp_path):
     export = run.to_aem(tmp_path / "run.aem", object_name="CUBE", object_id="2026-001A", center="EARTH", created=MADE)
     text = (tmp_path / "run.aem").read_text()
     head = keywords(text)
-    assert text.startswith("CCSDS_AEM_VERS = 1.0\n") and head["CREATION_DATE"] == "2026-03-02T00:00:00"
-    assert head["ATTITUDE_DIR"] == "A2B" and head["REF_FRAME_A"] == "EME2000" and head["TIME_SYSTEM"] == "UTC"
+    assert text.startswith("CCSDS_AEM_VERS = 2.0\n") and head["CREATION_DATE"] == "2026-03-02T00:00:00"
+    assert head["ATTITUDE_TYPE"] == "QUATERNION/ANGVEL" and head["ANGVEL_FRAME"] == "SC_BODY_1" and head["REF_FRAME_A"] == "EME2000" and head["TIME_SYSTEM"] == "UTC"
     assert head["START_TIME"] == "2026-03-01T23:59:58.25" and head["OBJECT_NAME"] == "CUBE" and head["CENTER_NAME"] == "EARTH"
     rows = [line.split() for line in text.split("DATA_START\n")[1].split("\nDATA_STOP")[0].splitlines()]
     assert len(rows) == 31 and rows[-1][0] == head["STOP_TIME"] == "2026-03-02T00:00:04.25"
     for row, Q in zip(rows, run["Q"]):
-        np.testing.assert_allclose(ccsds_matrix(*map(float, row[1:])), Q.T, atol=1e-15)
+        np.testing.assert_allclose(ccsds_matrix(*map(float, row[1:5])), Q.T, atol=1e-15)
+    np.testing.assert_allclose(np.radians([[float(x) for x in row[5:]] for row in rows]), run["angular_velocity"], rtol=1e-15)
     assert export.samples == 31 and export.time_rounding < 1e-12 and f"{export.interpolation_error:.1e} rad" in text
     assert len(repr(export).splitlines()) == 2
 

@@ -24,17 +24,23 @@ _DIGITS = 12  #: of the seconds: picoseconds
 def to_aem(run: Trajectory, file: "str | os.PathLike[str]", *, epoch: Any = None, object_name: str = "BODY",
            object_id: str = "UNKNOWN", center: Optional[str] = None, frame: str = "EME2000", body_frame: str = "SC_BODY_1",
            originator: str = "STIEFEL", created: Optional[datetime.datetime] = None) -> Export:
-    """Writes an AEM of version 1.0. `epoch`: the instant of time 0 if the scene has none. `frame`: the name of the space axes.
-    `center`: the name of the central body. `created`: the date of the message; by default now."""
+    """Writes an AEM of version 2.0 with quaternions and, if the trajectory has the field `angular_velocity`, angular
+    velocities (deg/s, in body axes), with which readers interpolate much better. `epoch`: the instant of time 0 if the
+    scene has none. `frame`: the name of the space axes. `center`: the name of the central body. `created`: the date of the
+    message; by default now."""
     nodes = nodes_of(run, epoch)
     stamps = [_stamp(one) for one in nodes.instants()]
-    export = Export((os.fspath(file),), "CCSDS AEM 1.0", len(stamps), _rounding(nodes), nodes.interpolation_error())
-    lines = [*_header("AEM", "1.0", originator, created), "", "META_START", *_comments(export),
+    export = Export((os.fspath(file),), "CCSDS AEM 2.0", len(stamps), _rounding(nodes), nodes.interpolation_error())
+    kind, rates = ["ATTITUDE_TYPE = QUATERNION"], [[]] * len(stamps)
+    if nodes.body_rate is not None:
+        kind = ["ATTITUDE_TYPE = QUATERNION/ANGVEL", f"ANGVEL_FRAME = {body_frame}"]
+        rates = np.degrees(nodes.body_rate).tolist()
+    lines = [*_header("AEM", "2.0", originator, created), "", "META_START", *_comments(export),
              *_object(object_name, object_id, center), f"REF_FRAME_A = {frame}", f"REF_FRAME_B = {body_frame}",
-             "ATTITUDE_DIR = A2B", f"TIME_SYSTEM = {_system(nodes.epoch)}", f"START_TIME = {stamps[0]}",
-             f"STOP_TIME = {stamps[-1]}", "ATTITUDE_TYPE = QUATERNION", "QUATERNION_TYPE = LAST",
+             f"TIME_SYSTEM = {_system(nodes.epoch)}", f"START_TIME = {stamps[0]}", f"STOP_TIME = {stamps[-1]}", *kind,
              "INTERPOLATION_METHOD = LINEAR", "INTERPOLATION_DEGREE = 1", "META_STOP", "", "DATA_START"]
-    lines += [" ".join([stamp, *map(repr, (x, y, z, w))]) for stamp, (w, x, y, z) in zip(stamps, nodes.quaternion.tolist())]
+    lines += [" ".join([stamp, *map(repr, (x, y, z, w, *rate))])
+              for stamp, (w, x, y, z), rate in zip(stamps, nodes.quaternion.tolist(), rates)]
     written(file, "\n".join([*lines, "DATA_STOP", ""]))
     return export
 
@@ -49,8 +55,8 @@ def to_apm(run: Trajectory, file: "str | os.PathLike[str]", *, at: int = -1, epo
     export = Export((os.fspath(file),), "CCSDS APM 2.0", 1, _rounding(nodes), float("nan"))
     w, x, y, z = nodes.quaternion[0].tolist()
     frames = [f"REF_FRAME_A = {frame}", f"REF_FRAME_B = {body_frame}"]
-    lines = [*_header("APM", "2.0", originator, created), "", "META_START", *_object(object_name, object_id, center),
-             f"TIME_SYSTEM = {_system(nodes.epoch)}", "META_STOP", "", *_comments(export), f"EPOCH = {_stamp(nodes.instants()[0])}",
+    lines = [*_header("APM", "2.0", originator, created), "", *_object(object_name, object_id, center),
+             f"TIME_SYSTEM = {_system(nodes.epoch)}", "", *_comments(export), f"EPOCH = {_stamp(nodes.instants()[0])}",
              "QUAT_START", *frames, f"Q1 = {x!r}", f"Q2 = {y!r}", f"Q3 = {z!r}", f"QC = {w!r}", "QUAT_STOP"]
     if nodes.body_rate is not None:
         rates = zip("XYZ", np.degrees(nodes.body_rate[0]).tolist())

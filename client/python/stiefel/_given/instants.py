@@ -61,8 +61,10 @@ class Instant(NamedTuple):
     def after(self, seconds: float) -> Instant:
         """Returns the instant so many seconds later, in the same scale."""
         then = self.in_tai() if self.scale == "UTC" else None
-        for first_day, offset in () if then is None else reversed(_LEAPS):
-            since = (then or 0) + Fraction(seconds) - offset - first_day * 86400
+        for first_day, offset in reversed(_LEAPS):
+            if then is None:
+                break
+            since = then + Fraction(seconds) - offset - first_day * 86400
             if since >= 0:
                 return Instant(first_day + int(since // 86400), since % 86400, self.scale)
             if since >= -1 and first_day != _LEAPS[0][0]:  # in the leap second before that day

@@ -117,7 +117,8 @@ def from_table(read: Any, described: Mapping[str, Any]) -> dict[str, Any]:
     for name, field in described["fields"].items():
         dtype, shape = np.dtype(field["dtype"]), tuple(field["shape"])
         count = math.prod(shape) * (2 if dtype.kind == "c" else 1)
-        part = np.ascontiguousarray(read[:, begin:begin + count], np.dtype(f"<f{dtype.itemsize // (2 if dtype.kind == 'c' else 1)}"))
+        real = np.dtype(f"<f{dtype.itemsize // (2 if dtype.kind == 'c' else 1)}")
+        part = np.ascontiguousarray(read[:, begin:begin + count], real)
         fields[name] = part.view(dtype).reshape(len(read), *shape)
         begin += count
     return fields

@@ -19,7 +19,8 @@ def quaternions(fields: Mapping[str, Array]) -> NDArray[np.float64]:
         return np.asarray(fields["quaternion"], float)
     Q = fields.get("Q")
     if Q is None or Q.shape[-2:] != (3, 3) or np.iscomplexobj(Q):
-        raise ValueError(f"an attitude needs the field quaternion, or Q in three dimensions; the fields are {', '.join(fields)}")
+        there = ", ".join(fields)
+        raise ValueError(f"an attitude needs the field quaternion, or Q in three dimensions; the fields are {there}")
     return _of_matrices(np.asarray(Q, float))
 
 
@@ -60,7 +61,7 @@ def euler_angles(fields: Mapping[str, Array], sequence: str, degrees: bool = Fal
     """
     if len(sequence) != 3 or sequence not in (sequence.upper(), sequence.lower()) or set(sequence.lower()) - set("xyz") \
             or sequence[0] == sequence[1] or sequence[1] == sequence[2]:
-        raise ValueError(f"sequence: {sequence!r}: must be three of x, y, z, or of X, Y, Z, with no two equal beside each other")
+        raise ValueError(f"sequence: {sequence!r}: must be three of x, y, z, or of X, Y, Z, with no two equal in a row")
     turning = sequence.isupper()
     i, j, k = (_AXES[axis] for axis in (sequence[::-1] if turning else sequence).lower())
     proper = i == k

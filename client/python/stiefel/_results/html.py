@@ -33,7 +33,8 @@ def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[Any]]) -> s
     return f"<table><caption>{html.escape(caption)}</caption>{first}<tbody>{''.join(lines)}</tbody></table>"
 
 
-def of_fields(caption: str, fields: Mapping[str, Any], units: Mapping[str, str]) -> "tuple[str, Sequence[str], list[Sequence[Any]]]":
+def of_fields(caption: str, fields: Mapping[str, Any],
+              units: Mapping[str, str]) -> "tuple[str, Sequence[str], list[Sequence[Any]]]":
     """Returns the table of fields by name: shape, unit and the range of the numbers."""
     return caption, ("field", "shape", "unit", "least", "largest"), [
         (name, str(values.shape), units.get(name, ""), *_range(values)) for name, values in fields.items()]

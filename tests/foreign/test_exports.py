@@ -1,0 +1,46 @@
+"""Files of trajectories read by others: attitude messages by Orekit, every other format by the packages that PyPI has now."""
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import stiefel
+from stiefel._results.attitude import angle_between
+from tools import from_pypi
+
+SCENE = {"system": "rigid_body", "step": 0.1, "epoch": "2026-03-01T23:59:58.25 UTC", "body": {
+    "inertia_tensor": [2.0, 3, 4, 0.1, 0.05, -0.2], "angular_velocity": [0.3, 1, 0.2], "attitude": [0.5, -0.5, 0.5, 0.5]}}
+LEAPS = " 1972 JAN  1 =JD 2441317.5  TAI-UTC=  10.0       S + (MJD - 41317.) X 0.0      S\n" \
+        " 2017 JAN  1 =JD 2457754.5  TAI-UTC=  37.0       S + (MJD - 41317.) X 0.0      S\n"
+
+
+def test_orekit_reads_attitude_messages(server: stiefel.Server, tmp_path: Path) -> None:
+    programs = from_pypi("orekit")
+    (tmp_path / "tai-utc.dat").write_text(LEAPS)
+    with stiefel.Client(server.address) as client, client.create(SCENE) as session:
+        run = session.trajectory(to=60, fields=["quaternion", "angular_velocity"])
+        true = session.trajectory(times=run.time[:-1] + 0.05, fields="quaternion")["quaternion"]
+    export = run.to_aem(tmp_path / "run.aem", object_id="2026-001A")
+    run.to_apm(tmp_path / "run.apm", at=3, object_id="2026-001A")
+    reads = Path(__file__).with_name("orekit_reads.py")
+    done = subprocess.run([programs / "python", reads, tmp_path], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stdout)
+    assert found["start"] == "2026-03-01T23:59:58.250Z" and np.allclose(found["times"], run.time, rtol=0, atol=1e-12)
+    assert angle_between(np.array(found["nodes"]), run["quaternion"]).max() < 1e-12
+    assert 0 < angle_between(np.array(found["between"]), true).max() <= export.interpolation_error
+    assert angle_between(np.array(found["state"]), run["quaternion"][3]) < 1e-12
+    np.testing.assert_allclose(found["rate"], run["angular_velocity"][3], rtol=1e-15)
+    np.testing.assert_array_equal(found["inertia"], [[2.0, 0.1, 0.05], [0.1, 3, -0.2], [0.05, -0.2, 4]])
+
+
+def test_every_format_with_the_packages_of_today(start: Any) -> None:
+    """The client's own tests of files, none of which may be skipped."""
+    programs, tests = from_pypi("files"), Path(__file__).resolve().parents[1] / "python/results"
+    done = subprocess.run([programs / "python", "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "--deselect",
+                           tests / "test_save.py", tests], capture_output=True, text=True, timeout=1200)
+    assert done.returncode == 0 and "skipped" not in done.stdout, done.stdout[-4000:]
