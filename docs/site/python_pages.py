@@ -28,7 +28,7 @@ def names(module: ModuleType) -> list[str]:
     """The public classes and functions that a module defines, in their order, and those that it takes from private modules
     and lists."""
     tree = ast.parse(inspect.getsource(module))
-    own = [node.name for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and not node.name.startswith("_")]
+    own = [node.name for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and not node.name.startswith("_")]
     listed = getattr(module, "__all__", own)
     from_private = [name for name in listed if name not in own and "._" in getattr(getattr(module, name), "__module__", "")]
     return [name for name in own if name in listed] + from_private
@@ -40,7 +40,8 @@ def entry(module: ModuleType, name: str) -> str:
     kind = "function" if inspect.isfunction(value) else "class" if inspect.isclass(value) else "data"
     if inspect.isclass(value) and issubclass(value, BaseException):
         kind = "exception"
-    return f".. auto{kind}:: {'stiefel' if hasattr(stiefel, name) else module.__name__}.{name}"
+    there = "stiefel" if getattr(stiefel, name, None) is value else module.__name__
+    return f".. auto{kind}:: {there}.{name}"
 
 
 def page(module: ModuleType, shown: list[str]) -> str:
@@ -49,10 +50,13 @@ def page(module: ModuleType, shown: list[str]) -> str:
 
 
 def write(folder: Path) -> None:
-    shown = {module: names(module) for module in modules()}
-    elsewhere = {name for some in shown.values() for name in some}
+    shown: dict[ModuleType, list[str]] = {}
+    told: list[int] = []  # what has its entry, by identity: a name may be that of two modules
+    for module in sorted(modules(), key=lambda one: one.__name__ == "stiefel.aio"):
+        shown[module] = [name for name in names(module) if id(getattr(module, name)) not in told]
+        told += [id(getattr(module, name)) for name in shown[module]]
     # What the package takes from private modules.
-    own = [name for name in dir(stiefel) if name not in elsewhere and not name.startswith("_")
+    own = [name for name in dir(stiefel) if id(getattr(stiefel, name)) not in told and not name.startswith("_")
            and not inspect.ismodule(getattr(stiefel, name))]
     toc = []
     for module, some in {stiefel: own, **shown}.items():
