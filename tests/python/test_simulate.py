@@ -1,6 +1,5 @@
 """A motion in one call: on a server of the process, from an example, up to a step or a time, on both sides of time 0."""
 import json
-import os
 import subprocess
 import sys
 import time
@@ -113,18 +112,6 @@ def test_a_process_has_one_server_and_a_child_its_own(tmp_path):
     while any(runs(pid) for pid in servers) and time.monotonic() < end:
         time.sleep(0.05)
     assert not any(runs(pid) for pid in servers), "they end with their processes"
-
-
-@pytest.mark.skipif(bool(os.environ.get("STIEFEL_SANITIZED")), reason="a sanitized server starts slowly")
-def test_the_first_result_takes_at_most_three_times_the_imports():
-    """The least of five alternate runs, in CPU time and pauses alike."""
-    programs = ("import grpc, numpy, numpy.typing, google.protobuf.json_format", "import stiefel; stiefel.simulate('toutatis', time=86400)")
-    best = [float("inf")] * 2
-    for _ in range(5):
-        for k, program in enumerate(programs):
-            code = f"import time; begin = time.perf_counter()\n{program}\nprint(time.perf_counter() - begin)"
-            best[k] = min(best[k], float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout))
-    assert best[1] < 3 * best[0], best
 
 
 def test_a_fork_may_change_the_state_and_keeps_the_clock(client):
