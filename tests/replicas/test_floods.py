@@ -58,22 +58,27 @@ def test_a_flood_is_no_matter_of_others(proxy: str, make_cluster: Any) -> None:
     children = [replica.child for replica in cluster.replicas]
     with stiefel.Client(cluster.address) as client:
         steps = Steps(client)
-        quiet = steps.p99_in(SECONDS)
         before = [resident(child.pid) for child in children]
         for name in NAMES:
-            # With a lower priority: it stands for another machine, which has processors of its own.
-            with subprocess.Popen(["nice", "-n", "5", sys.executable, FLOODS, name, cluster.address, str(SECONDS),
-                                   str(CONNECTIONS)], stdout=subprocess.PIPE, text=True) as flood:
-                p99 = steps.p99(lambda: flood.poll() is None)
-                opened, sent = map(int, flood.communicate()[0].split())
-            more = max(resident(child.pid) - old for child, old in zip(children, before))
-            print(f"{proxy}, {name}: p99 {1e3 * p99:.1f} ms (quiet {1e3 * quiet:.1f}), {more / MIB:+.0f} MiB; "
-                  f"{opened} connections, {sent / 1e6:.0f} MB")
-            assert sent > 10_000, "the flood was one"
-            # SETTINGS and PINGs take processor time of the proxy, for which HAProxy 2.6 has no limit.
-            assert name == "settings" or p99 < max(0.1, 10 * quiet), name
-            assert more < 32 * MIB, name
-            assert [child.poll() for child in children] == [None] * len(children), name
+            # A busy machine may be slow in one of three floods; a flood that reaches the servers makes it so in all of them.
+            for attempt in range(3):
+                quiet = steps.p99_in(SECONDS)
+                # With a lower priority: it stands for another machine, which has processors of its own.
+                with subprocess.Popen(["nice", "-n", "5", sys.executable, FLOODS, name, cluster.address, str(SECONDS),
+                                       str(CONNECTIONS)], stdout=subprocess.PIPE, text=True) as flood:
+                    p99 = steps.p99(lambda: flood.poll() is None)
+                    opened, sent = map(int, flood.communicate()[0].split())
+                more = max(resident(child.pid) - old for child, old in zip(children, before))
+                print(f"{proxy}, {name}: p99 {1e3 * p99:.1f} ms (quiet {1e3 * quiet:.1f}), {more / MIB:+.0f} MiB; "
+                      f"{opened} connections, {sent / 1e6:.0f} MB")
+                assert sent > 10_000, "the flood was one"
+                assert more < 32 * MIB, name
+                assert [child.poll() for child in children] == [None] * len(children), name
+                # SETTINGS and PINGs take processor time of the proxy, for which HAProxy 2.6 has no limit.
+                if name == "settings" or p99 < max(0.1, 10 * quiet):
+                    break
+            else:
+                pytest.fail(f"{name}: p99 {p99:.3f} s, without a flood {quiet:.3f} s")
     assert cluster.proxy.poll() is None
 
 
