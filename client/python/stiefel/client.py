@@ -46,7 +46,8 @@ class Client:
     it goes on as long as samples arrive within `timeout` seconds. When the server of a session is lost, the client
     creates the session again if it came from `create` or `fork`; it raises `BuildChanged` if a server of another build
     answers for the session, unless `any_build` is set. As a context manager the client closes itself at the end; a
-    later call raises `Closed`. Thread-safe. A pickled client connects anew to the same address.
+    later call raises `Closed`. Thread-safe. A pickled client connects anew to the same address. With Debian 13's own
+    grpcio 1.51 `os.fork` does not return while a client of the process is open.
 
     `tls`: the path of a file of authorities in PEM, True for the authorities that gRPC comes with, or a `Tls`; by
     default the file that the environment variable STIEFEL_TLS_CA names, or no TLS. `token` tells the server who calls;
