@@ -59,7 +59,7 @@ def main() -> None:
         axes.loglog(price[above], error[above], style, color="black", markersize=5, markerfacecolor="white",
                     label=f"order {order}")
         # The order seen is that between the two smallest errors which rounding leaves alone.
-        last = np.flatnonzero(error > 100 * FLOOR)[-2:]
+        last = np.flatnonzero(error > 200 * FLOOR)[-2:]
         seen.append(np.log(error[last[0]] / error[last[1]]) / np.log(STEPS[last[1]] / STEPS[last[0]]))
     axes.set(xlabel="instructions of all steps to t = 1", ylabel="error of the quaternion at t = 1",
              title="Discrete Moser–Veselov with modified moments")
