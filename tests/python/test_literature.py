@@ -106,7 +106,7 @@ def test_the_integrals_of_moser_and_veselov(printed):
 
 def test_the_orders_of_hairer_and_vilmart(printed):
     """The errors at h = 1/40 were computed by another program with 60 digits."""
-    values = numbers(printed("hairer_vilmart")[0], r"seen as (.*); .* errors are (.*), and a step of order 10 costs (\S+) times")
+    values = numbers(printed("hairer_vilmart")[0], r"seen as (.*); .* errors are (.*), and a step of order 10 takes (\S+) times")
     assert values[:5] == pytest.approx([2, 4, 6, 8, 10], abs=0.3)
     assert values[5:9] == pytest.approx([7.8e-3, 7.2e-6, 3.2e-9, 8.6e-13], rel=0.02)
     assert values[9] < 2e-15 and 0.8 < values[10] < 1.25

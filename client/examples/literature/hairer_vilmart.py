@@ -68,8 +68,8 @@ def main() -> None:
 
     at = STEPS.index(40)
     print(f"Hairer-Vilmart: the orders {', '.join(map(str, ORDERS))} are seen as {', '.join(f'{one:.2f}' for one in seen)}; "
-          f"at h = 1/40 the errors are {', '.join(f'{one:.1e}' for one in errors[:, at])}, and a step of order 10 costs "
-          f"{work[-1, at] / work[1, at]:.2f} times one of order 4.")
+          f"at h = 1/40 the errors are {', '.join(f'{one:.1e}' for one in errors[:, at])}, and a step of order 10 takes "
+          f"{work[-1, at] / work[1, at]:.2f} times the instructions of one of order 4.")
 
 
 if __name__ == "__main__":
