@@ -21,6 +21,7 @@ INDEX = """# stiefel
 docs/start
 docs/tutorials/README
 docs/gallery
+docs/literature
 README <README>
 ```
 

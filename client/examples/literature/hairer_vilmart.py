@@ -59,7 +59,7 @@ def main() -> None:
         axes.loglog(price[above], error[above], style, color="black", markersize=5, markerfacecolor="white",
                     label=f"order {order}")
         # The order seen is that between the two smallest errors which rounding leaves alone.
-        last = np.flatnonzero(error > 100 * FLOOR)[-2:]
+        last = np.flatnonzero(error > 200 * FLOOR)[-2:]
         seen.append(np.log(error[last[0]] / error[last[1]]) / np.log(STEPS[last[1]] / STEPS[last[0]]))
     axes.set(xlabel="instructions of all steps to t = 1", ylabel="error of the quaternion at t = 1",
              title="Discrete Moser–Veselov with modified moments")
@@ -68,8 +68,8 @@ def main() -> None:
 
     at = STEPS.index(40)
     print(f"Hairer-Vilmart: the orders {', '.join(map(str, ORDERS))} are seen as {', '.join(f'{one:.2f}' for one in seen)}; "
-          f"at h = 1/40 the errors are {', '.join(f'{one:.1e}' for one in errors[:, at])}, and a step of order 10 costs "
-          f"{work[-1, at] / work[1, at]:.2f} times one of order 4.")
+          f"at h = 1/40 the errors are {', '.join(f'{one:.1e}' for one in errors[:, at])}, and a step of order 10 takes "
+          f"{work[-1, at] / work[1, at]:.2f} times the instructions of one of order 4.")
 
 
 if __name__ == "__main__":

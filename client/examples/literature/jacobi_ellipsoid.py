@@ -30,7 +30,8 @@ Array = NDArray[Any]
 a, b, c = SQUARES = np.array([1.0, 4.0, 9.0])
 START, VELOCITY = np.array([0.1, 0.2, 1.0]), np.array([0.9, 0.45, 0.0])
 TIME = 400.0  # at unit speed
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
+ROWS = np.arange(1, 24)
+NODES, VECTORS = np.linalg.eigh(np.diag(ROWS / np.sqrt(4.0 * ROWS**2 - 1), 1), "U")  # of Gauss and Legendre
 
 
 def ellipsoidal(x: Array, velocity: Array) -> tuple[Array, Array, Array]:
@@ -46,10 +47,10 @@ def integral(angle: Array, low: float, high: float, rest: Callable[[Array], Arra
     """Returns the integral of sqrt(w / ((w - low)(high - w) rest(w))) dw over w = low + (high - low) sin^2(angle), from 0."""
     def up_to(end: Array) -> Array:
         w = low + (high - low) * np.sin(np.multiply.outer(end, (NODES + 1) / 2)) ** 2
-        return end * (np.sqrt(w / rest(w)) @ WEIGHTS)  # dw = 2 (w - low)^(1/2) (high - w)^(1/2) d(angle)
+        return np.asarray(end * (np.sqrt(w / rest(w)) @ (2 * VECTORS[0] ** 2)))  # dw = 2 (w - low)^(1/2) (high - w)^(1/2) d(angle)
 
     turns = np.round(angle / np.pi)
-    return 2 * turns * up_to(np.array(np.pi / 2)) + up_to(angle - turns * np.pi)
+    return np.asarray(2 * turns * up_to(np.array(np.pi / 2)) + up_to(angle - turns * np.pi))
 
 
 def main() -> None:

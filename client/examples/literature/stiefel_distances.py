@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 import stiefel.manifold
 
-ROWS, COLUMNS, PAIRS = 2, 5, 20
+ROWS, COLUMNS, PAIRS = 2, 5, 10
 LENGTHS = np.pi * np.array([0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.01, 1.05, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7])
 SAME = 1e-9  #: of two velocities
 KINDS = ("any V", "V that turns one vector")

@@ -29,7 +29,8 @@ class Motion(ByValue):
     #: rotation of a body whose motion nearby has no period.
     period: float
     nutation_period: float  #: the period of the angle between the momentum and the axis of the mode: period / 2
-    #: P_phi of observers: 2 pi over the mean rate at which the long axis turns about the momentum.
+    #: 2 pi over the mean rate at which the long axis turns about the momentum: P_phi of observers in long-axis mode; in
+    #: short-axis mode, where their P_phi is that of the short axis, 1 / (1 / P_phi - 1 / P_psi).
     precession_period: float
     nutation: tuple[float, float]  #: the least and the largest angle between momentum and the axis of the mode, in radians
     momentum: NDArray[np.float64]  #: the vector L in space axes
