@@ -92,9 +92,12 @@ std::uint64_t geodesic_memory(double n, double N, std::optional<std::uint32_t> r
                               std::uint32_t steps, std::uint32_t samples) {
   const double searches = restarts ? *restarts : TwoPointProblem().restarts;
   const double points = steps > 0 ? steps : 128;
-  const double d = n * N - n * (n + 1) / 2;
-  const double numbers =
-      (5 * d * d + n * N * d + n * N * (searches + 3)) * points + n * N * (samples + 16.0);
+  const double d = n * N - n * (n + 1) / 2, multipliers = std::min(7.5 * n * (n + 1), 1500.0);
+  double numbers = n * N * (samples + 200.0);
+  if (steps > 0 || d <= 128) numbers += (5 * d * d + n * N * d + n * N * (searches + 3)) * points;
+  if (steps == 0)
+    numbers +=
+        4 * multipliers * multipliers + 1800 * n * n + n * N * (17 * (searches + 5 + n / 2) + 180);
   return static_cast<std::uint64_t>(
       std::clamp(8 * numbers, 0.0, static_cast<double>(TwoPointProblem::most_bytes)));
 }
