@@ -151,7 +151,7 @@ struct Trial {
 };
 
 constexpr double coarse = 1e-3, fine = 1e-5;
-constexpr int most_nodes = 128, most_refined = 40;
+constexpr int most_nodes = 128, most_direct = 100, most_refined = 40;
 
 double spread(const VectorXd& lambda) { return lambda.maxCoeff() / lambda.minCoeff(); }
 int least_nodes(const VectorXd& lambda) { return spread(lambda) > 30 ? 16 : 8; }
@@ -202,7 +202,7 @@ double work(const Posed& p) {
 /// Searches from K + 1 nodes on. Without restarts it takes further starts only where a direct path
 /// led over a saddle, or where Λ is wide.
 Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
-  constexpr double margin = 1.1, same = 1e-2, most_of_doubtful = 5e7;
+  constexpr double margin = 1.1, same = 1e-2, most_of_doubtful = 2e6;
   constexpr int further = 4;
   const Posed& p = spans.reduced();
   const Nodes nodes = lobatto(K);
@@ -214,7 +214,7 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
       auto relaxation = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, nodes);
       relaxation->set_path(paths[static_cast<std::size_t>(start)]);
       if (start == 0) prepare(p.lambda, *relaxation);
-      const bool settled = relaxation->relax(coarse);
+      const bool settled = relaxation->relax(coarse, start == 0 ? most_direct : most_refined);
       complete = complete && settled;
       doubtful = doubtful || !settled || relaxation->shifted();
       Trial trial{nullptr, start, relaxation->path(), relaxation->action()};
