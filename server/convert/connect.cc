@@ -12,7 +12,6 @@
 namespace stiefel::server {
 namespace {
 
-constexpr Eigen::Index max_degrees_of_freedom = 128;
 constexpr std::uint32_t max_steps = 4096, max_restarts = 1000;
 constexpr std::uint32_t max_samples = 100'000;
 constexpr int max_pairs = 1024;
@@ -98,14 +97,10 @@ class ConnectReader {
     const Path pairs("pairs"), pair(pairs, index);
     out.Q_0 = frame(Path(pair, "Q_0"), given.has_q_0(), given.q_0());
     out.Q_T = frame(Path(pair, "Q_T"), given.has_q_t(), given.q_t());
-    const Eigen::Index n = out.Q_0.rows(), N = out.Q_0.cols();
     out.inertia = request_.metric() == v1::METRIC_EUCLIDEAN
-                      ? Eigen::VectorXd::Ones(N)
+                      ? Eigen::VectorXd::Ones(out.Q_0.cols())
                       : Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(request_.inertia().data(),
                                                                           request_.inertia_size()));
-    if (n <= N && n * N - n * (n + 1) / 2 > max_degrees_of_freedom)
-      faults_.add(Path(pair, "Q_0"), std::to_string(n) + " x " + std::to_string(N),
-                  "frames must have at most 128 degrees of freedom, n N - n (n+1)/2");
     return out;
   }
 

@@ -53,9 +53,13 @@ std::uint64_t references(const v1::Scene& scene, int members, bool dense) {
 std::uint64_t geodesic(double n, double N, const v1::ConnectRequest& request) {
   const double searches = request.has_restarts() ? request.restarts() : TwoPointProblem().restarts;
   const double points = request.steps() > 0 ? request.steps() : 128;
-  const double d = n * N - n * (n + 1) / 2;
-  const double numbers = (5 * d * d + n * N * d + n * N * (searches + 3)) * points +
-                         n * N * (request.samples() + 16.0);
+  const double d = n * N - n * (n + 1) / 2, multipliers = std::min(7.5 * n * (n + 1), 1500.0);
+  double numbers = n * N * (request.samples() + 200.0);
+  if (request.steps() > 0 || d <= 128)
+    numbers += (5 * d * d + n * N * d + n * N * (searches + 3)) * points;
+  if (request.steps() == 0)
+    numbers +=
+        4 * multipliers * multipliers + 1800 * n * n + n * N * (17 * (searches + 5 + n / 2) + 180);
   return static_cast<std::uint64_t>(
       std::clamp(8 * numbers, 0.0, static_cast<double>(TwoPointProblem::most_bytes)));
 }

@@ -28,10 +28,10 @@ from peers import contest, environment, picture
 from server import Process, bare_echo, stiefel_server, what_closes
 
 COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
-              unread=100, idle=1000, instructions=2000, bodies=100_000, sweeps=2)
+              unread=100, idle=1000, instructions=2000, bodies=100_000, sweeps=2, geodesics=7)
 # Small counts that only show that everything runs.
 SMOKE = dict(repeats=1, calls=20, shorts=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20,
-             instructions=0, bodies=0, sweeps=0)
+             instructions=0, bodies=0, sweeps=0, geodesics=0)
 THREADS = 2
 
 
@@ -77,6 +77,8 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
             run("crowd", server.address, server.pid, "unread", counts["unread"], N, sessions)
     with serve() as server:
         run("crowd", server.address, server.pid, "idle", counts["idle"])
+    if counts["geodesics"]:
+        found += geodesics(build, counts["geodesics"])
     found += callgrind.measure(programs / "bench_instructions", counts["instructions"])
     if counts["instructions"]:
         found += weights.measure(programs / "bench_weights")
@@ -85,6 +87,19 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
         print(f"  sweeps.py {counts['bodies']} {counts['sweeps']}", file=sys.stderr)
         found += sweeps.measure(build, counts["bodies"], counts["sweeps"])
     return found
+
+
+def geodesics(build: Path, repeats: int) -> list[dict]:
+    """The rows of geodesics.py, whose rivals need SciPy: that of the peers' environment, or Debian's."""
+    peers = environment.python_of(build.parent / "peers")
+    python = peers if peers.exists() else sys.executable
+    if subprocess.run([python, "-c", "import scipy"], stderr=subprocess.DEVNULL).returncode:
+        print("  geodesics.py is left out: no SciPy", file=sys.stderr)
+        return []
+    done = subprocess.run([python, Path(__file__).parent / "peers/geodesics.py", build / "tests/bench/bench_geodesics", str(repeats)],
+                          check=True, stdout=subprocess.PIPE, text=True,
+                          env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
+    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def main() -> None:

@@ -18,7 +18,7 @@ from typing import Any, Iterator, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stiefel._manifold.beta import BetaMetric
+from stiefel._manifold.beta import BetaMetric, logarithm
 from stiefel._manifold.inertia import InertiaMetric, initial_velocity
 from stiefel.client import Client
 from stiefel.errors import StiefelError
@@ -120,6 +120,8 @@ class _Manifold:
         frames, others = self._both(Q, P)
         axes = frames.shape[:-2]
         pairs = list(zip(frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)))
+        if isinstance(self._metric, BetaMetric) and self._metric.is_joined_here(self.n, self.N):
+            return self._joined_here(pairs, frames.shape)
         found = [geodesic for some in _chunks(pairs)
                  for geodesic in self._client().connect(some, restarts=restarts, seed=seed, **self._metric.request)]
         missed = [i for i, geodesic in enumerate(found) if geodesic.scene is None]
@@ -129,6 +131,18 @@ class _Manifold:
         return Joined(self._out(V), np.sqrt(self._metric.inner(frames, V, V)),
                       np.reshape([geodesic.residual for geodesic in found], axes),
                       np.reshape([geodesic.shortest for geodesic in found], axes))
+
+    def _joined_here(self, pairs: list[tuple[Array, Array]], shape: tuple[int, ...]) -> Joined:
+        assert isinstance(self._metric, BetaMetric)
+        found = [logarithm(Q.T, P.T, self._metric.beta) for Q, P in pairs]
+        missed = [i for i, V in enumerate(found) if V is None]
+        if missed:
+            raise NotJoined(missed, len(pairs), "the iteration did not converge, as happens far beyond the injectivity radius")
+        frames, others = (np.stack(some) for some in zip(*pairs))
+        V = np.stack([V.T for V in found if V is not None])
+        miss = np.abs(self._metric.flow(frames, V, np.ones(1))[0] - others).max(axis=(-2, -1))
+        return Joined(self._out(V.reshape(shape)), np.sqrt(self._metric.inner(frames, V, V)).reshape(shape[:-2]),
+                      miss.reshape(shape[:-2]), np.full(shape[:-2], "unknown"))
 
     def log(self, Q: ArrayLike, P: ArrayLike) -> Array:
         """Returns the velocity V of a geodesic with exp(Q, V) = P: the shortest one if P is nearer than the injectivity

@@ -6,13 +6,16 @@
 #include <numbers>
 #include <optional>
 
-#include "engine/numbers/to_text.h"
+#include "engine/frames/geodesics/closed_geodesic.h"
+#include "engine/frames/geodesics/geodesic_search.h"
+#include "engine/frames/geodesics/geodesic_series.h"
+#include "engine/frames/geodesics/path.h"
+#include "engine/frames/geodesics/relaxation.h"
+#include "engine/frames/geodesics/round_logarithm.h"
+#include "engine/frames/geodesics/shoot.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/lu.h"
-#include "engine/frames/geodesics/closed_geodesic.h"
-#include "engine/frames/geodesics/path.h"
-#include "engine/frames/geodesics/shoot.h"
-#include "engine/frames/geodesics/starts.h"
+#include "engine/numbers/to_text.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -24,20 +27,16 @@ using Eigen::VectorXd;
 
 bool is_body(const MatrixXd& Q) { return Q.rows() == Q.cols(); }
 
-/// The problem scaled to the time 1, with repaired frames and Λ of the order of 1.
-struct Posed {
-  VectorXd lambda;
-  double scale;  ///< Λ = scale · lambda, a power of 2
-  MatrixXd Q_0, Q_T;
-
-  bool wide() const { return lambda.maxCoeff() > 10 * lambda.minCoeff(); }
-};
-
 double defect(const MatrixXd& Q) {
   return Q.allFinite() ? orthogonality_defect(Q) : std::numeric_limits<double>::infinity();
 }
 
-std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
+/// The defects of Q_0 and Q_T.
+struct Defects {
+  double Q_0, Q_T;
+};
+
+std::optional<ConnectRefusal> refused(const TwoPointProblem& p, Defects& defects) {
   const auto invalid = [](std::string field, std::string value, std::string rule) {
     return ConnectRefusal(refusal::Invalid{std::move(field), std::move(value), std::move(rule)});
   };
@@ -66,9 +65,9 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
     return invalid("time", to_text(p.time), "must be positive and finite");
   if (p.restarts < 0)
     return invalid("restarts", std::to_string(p.restarts), "must not be negative");
-  for (const auto& [field, Q] : {std::pair("Q_0", &p.Q_0), std::pair("Q_T", &p.Q_T)})
-    if (const double error = defect(*Q); !(error <= Scene::frame_tolerance))
-      return refusal::NotOrthonormal{field, error};
+  defects = {defect(p.Q_0), defect(p.Q_T)};
+  for (const auto& [field, error] : {std::pair("Q_0", defects.Q_0), std::pair("Q_T", defects.Q_T)})
+    if (!(error <= Scene::frame_tolerance)) return refusal::NotOrthonormal{field, error};
   if (n == N) {
     const int first = p.Q_0.determinant() < 0 ? -1 : 1, last = p.Q_T.determinant() < 0 ? -1 : 1;
     if (first != last) return refusal::UnequalDeterminants{first, last};
@@ -92,77 +91,37 @@ std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
                               std::to_string(TwoPointProblem::most_bytes >> 20) + " MiB"};
 }
 
-Posed posed(const TwoPointProblem& p) {
+/// Returns the bytes of a search by the multipliers: two sets of their equations and factors at 17
+/// nodes, the paths, and a Taylor series.
+double search_bytes(const TwoPointProblem& p) {
+  const double n = static_cast<double>(p.Q_0.rows()), nN = static_cast<double>(p.Q_0.size());
+  const double nodes = 15, unknowns = std::min(nodes * n * (n + 1) / 2,
+                                               static_cast<double>(Relaxation::most_dense));
+  const double starts = std::max(p.restarts, 4) + 1 + n / 2;
+  return 8 * (4 * unknowns * unknowns + 8 * nodes * nodes * n * n +
+              nN * ((nodes + 2) * starts + 12 * nodes + 160));
+}
+
+std::optional<ConnectRefusal> too_large(const TwoPointProblem& p) {
+  const double most = static_cast<double>(TwoPointProblem::most_bytes), bytes = search_bytes(p);
+  if (bytes <= most || is_round(p.inertia)) return {};
+  return refusal::Invalid{
+      "Q_0", std::to_string(p.Q_0.rows()) + " x " + std::to_string(p.Q_0.cols()),
+      "a search with different inertias and " + std::to_string(p.restarts) +
+          " restarts must take at most " + std::to_string(TwoPointProblem::most_bytes >> 20) +
+          " MiB, and takes " + std::to_string(static_cast<std::int64_t>(bytes) >> 20)};
+}
+
+/// Returns what `repaired` does for a frame of a known defect.
+MatrixXd repaired(const MatrixXd& Q, double defect) {
+  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
+  return defect > rounding ? nearest_orthogonal<double>(Q) : Q;
+}
+
+Posed posed(const TwoPointProblem& p, const Defects& defects) {
   const double scale = std::exp2(std::ilogb(p.inertia.cwiseAbs().maxCoeff()));
-  return {p.inertia / scale, scale, repaired(p.Q_0), repaired(p.Q_T)};
+  return {p.inertia / scale, scale, repaired(p.Q_0, defects.Q_0), repaired(p.Q_T, defects.Q_T)};
 }
-
-struct Candidate {
-  Path path;
-  double action;
-  int start;
-  bool settled;  ///< whether the path is a local minimum; else relaxing it took too long
-};
-
-/// Returns each distinct path once, settled before not and with its earliest start, sorted by the
-/// action.
-std::vector<Candidate> distinct(std::vector<Candidate> all) {
-  constexpr double same = 1e-3;
-  std::ranges::sort(all, {}, [](const Candidate& c) { return std::pair(!c.settled, c.start); });
-  std::vector<Candidate> result;
-  for (Candidate& candidate : all)
-    if (std::ranges::none_of(
-            result, [&](const Candidate& c) { return distance(c.path, candidate.path) < same; }))
-      result.push_back(std::move(candidate));
-  std::ranges::stable_sort(result, {}, &Candidate::action);
-  return result;
-}
-
-/// Returns the paths that the starts lead to.
-std::vector<Candidate> relaxed(const Posed& posed, const TwoPointProblem& problem, int K,
-                               double tolerance) {
-  std::vector<Candidate> all;
-  int start = 0;
-  for (Path& path : starts(posed.Q_0, posed.Q_T, K, problem.restarts, problem.seed, posed.wide())) {
-    const bool settled = relax(posed.lambda, path, tolerance, problem.stop);
-    const double reached = action(posed.lambda, path);
-    all.push_back({std::move(path), reached, start++, settled});
-  }
-  return distinct(std::move(all));
-}
-
-void refine(const VectorXd& lambda, Candidate& c, double tolerance, const std::stop_token& stop) {
-  c.path = refined(c.path);
-  c.settled = relax(lambda, c.path, tolerance, stop);
-  c.action = action(lambda, c.path);
-}
-
-double energy(const VectorXd& lambda, const MatrixXd& V) {
-  return (V.cwiseAbs2() * lambda).sum() / 2;
-}
-
-/// Shoots from paths of doubled K until the geodesic near the path is found.
-Shot solved(const Posed& p, Candidate& c, const std::stop_token& stop) {
-  constexpr std::size_t finest = 1024;
-  constexpr double strayed = 0.02;
-  Shot best;
-  for (;;) {
-    const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, initial_velocity(p.lambda, c.path), stop);
-    const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * c.action + 1e-300;
-    if (near && shot.residual < best.residual) best = shot;
-    if (best.residual <= TwoPointProblem::joined || 2 * c.path.size() > finest) return best;
-    refine(p.lambda, c, 1e-8, stop);
-    if (!c.settled) return best;
-  }
-}
-
-/// What the search for a geodesic found, at the time scale 1.
-struct Found {
-  MatrixXd V;  ///< Q̇(0); empty where there is none to the residual `joined`
-  Shortest shortest = Shortest::none_shorter_found;
-  int distinct = 0, start = 0;
-  double residual = std::numeric_limits<double>::infinity();  ///< the best where V is empty
-};
 
 /// Runs `search` within the work and the stop token of the problem.
 template <class Search>
@@ -177,55 +136,59 @@ auto within(const TwoPointProblem& problem, Search&& search) -> decltype(search(
   }
 }
 
-Found searched(const Posed& p, const TwoPointProblem& problem) {
-  constexpr double coarse = 1e-6, fine = 1e-9, margin = 1.1;
-  const bool wide = p.wide();
+double energy(const VectorXd& lambda, const MatrixXd& V) {
+  return (V.cwiseAbs2() * lambda).sum() / 2;
+}
 
-  std::vector<Candidate> all = relaxed(p, problem, wide ? 32 : 16, coarse);
-  for (Candidate& c : all)
-    for (int K = wide ? 64 : 32; K <= (wide ? 128 : 64); K *= 2)
-      refine(p.lambda, c, fine, problem.stop);
-  all = distinct(std::move(all));
-
-  Found best;
-  bool complete = true;
-  double least = std::numeric_limits<double>::infinity(), least_missed = least;
-  for (Candidate& c : all) {
-    best.distinct += c.settled;
-    if (c.action > margin * least) {
-      complete = complete && c.settled;
-      continue;
-    }
-    const Shot shot = solved(p, c, problem.stop);
-    if (shot.residual <= TwoPointProblem::joined) {
-      const double E = energy(p.lambda, shot.V);
-      if (E < least) best.V = shot.V, least = E, best.start = c.start;
-    } else {
-      complete = complete && c.settled;
-      best.residual = std::min(best.residual, shot.residual);
-      least_missed = std::min(least_missed, c.action);
-    }
+/// Searches where no closed form is the answer; Λ = λI is `round`.
+Found searched(const Posed& p, const TwoPointProblem& problem, bool round) {
+  constexpr double most_degrees = 128;  // of a dense search
+  constexpr double most_of_round =
+      3e7;  // bytes of a search beyond the radius that nobody asked for
+  std::optional<RoundGeodesic> logarithm;
+  const auto within_radius = [](const MatrixXd& V) {
+    return V.norm() <= (1 + 1e-12) * std::numbers::pi;
+  };
+  if (round) {
+    logarithm = round_logarithm(p.Q_0, p.Q_T);
+    if (logarithm && within_radius(logarithm->V))
+      return {logarithm->V, Shortest::yes, 1, 0, logarithm->residual};
   }
-  best.distinct = std::max(best.distinct, 1);
-  const double slack = 1 + 1e-12;
-  if (least_missed < (1 - 1e-3) * least)
-    best.shortest = Shortest::no;
-  else if (is_round(p.lambda) && best.V.norm() <= slack * std::numbers::pi)
-    best.shortest = Shortest::yes;
-  else if (!complete)
-    best.shortest = Shortest::unknown;
+  const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
+  const double most = logarithm && problem.restarts == 0
+                          ? most_of_round
+                          : static_cast<double>(TwoPointProblem::most_bytes);
+  if (logarithm && search_bytes(problem) > most)
+    return {logarithm->V, Shortest::unknown, 1, 0, logarithm->residual};
+  Found best;
+  if (p.lambda.minCoeff() > 0 && search_bytes(problem) <= most) best = by_multipliers(p, problem);
+  if (best.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_degrees) best = by_paths(p, problem);
+  if (best.V.size() == 0) return best;
+  if (logarithm && logarithm->V.norm() < (1 - 1e-12) * best.V.norm()) {
+    best.V = logarithm->V;
+    best.residual = logarithm->residual;
+  }
+  if (round && within_radius(best.V)) best.shortest = Shortest::yes;
   return best;
 }
 
 Found found(const Posed& p, const TwoPointProblem& problem) {
-  if (p.Q_0 == p.Q_T) return {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0};
+  if (p.Q_0 == p.Q_T) return {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0, 0};
   if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T))
     return {std::move(closed->V), Shortest::yes, closed->distinct, closed->start};
-  return searched(p, problem);
+  return searched(p, problem, is_round(p.lambda) && !is_body(p.Q_0));
 }
 
-std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem) {
-  const Posed p = posed(problem);
+/// Returns max |Q(T) − Q_T| of an answer.
+double residual_of(const TwoPointProblem& problem, const Geodesic& answer, const MatrixXd& Q_T) {
+  if (is_body(answer.Q)) return miss(problem.inertia, answer.Q, answer.M, Q_T, problem.time);
+  const auto end = geodesic_end(problem.inertia, answer.Q, answer.Qdot * problem.time);
+  return end ? (*end - Q_T).cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
+}
+
+std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem,
+                                               const Defects& defects) {
+  const Posed p = posed(problem, defects);
   Found best = found(p, problem);
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
   if (best.V.size() == 0) return std::unexpected(refusal::NotConverged{best.residual});
@@ -240,22 +203,23 @@ std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem) {
   if (is_body(p.Q_0)) answer.M = momentum(problem.inertia, p.Q_0, answer.Qdot);
   answer.energy = energy(problem.inertia, answer.Qdot);
   answer.residual =
-      miss(problem.inertia, p.Q_0, is_body(p.Q_0) ? answer.M : answer.S, p.Q_T, problem.time);
+      std::isfinite(best.residual) ? best.residual : residual_of(problem, answer, p.Q_T);
   if (!(answer.residual <= TwoPointProblem::joined))
     return std::unexpected(refusal::NotConverged{answer.residual});
   return answer;
 }
 
-std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& problem, int K) {
+std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& problem,
+                                                       const Defects& defects, int K) {
   constexpr double tolerance = 1e-10, stationary = 1e-12;
-  const Posed p = posed(problem);
-  std::vector<Candidate> all = relaxed(p, problem, K, tolerance);
-  std::erase_if(all, [](const Candidate& c) { return !c.settled; });
+  const Posed p = posed(problem, defects);
+  std::vector<RelaxedPath> all = relaxed(p, problem, K, tolerance);
+  std::erase_if(all, [](const RelaxedPath& c) { return !c.settled; });
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
   if (all.empty())
     return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity()});
 
-  const Candidate& best = all.front();
+  const RelaxedPath& best = all.front();
   const double residual = largest_gradient(p.lambda, best.path);
   if (!(residual <= stationary)) return std::unexpected(refusal::NotConverged{residual});
   DiscreteGeodesic result;
@@ -273,15 +237,18 @@ std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& pr
 }  // namespace
 
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) {
-  if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
-  return within(problem, [&] { return search(problem); });
+  Defects defects;
+  if (const auto refusal = refused(problem, defects)) return std::unexpected(*refusal);
+  if (const auto refusal = too_large(problem)) return std::unexpected(*refusal);
+  return within(problem, [&] { return search(problem, defects); });
 }
 
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K) {
-  if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+  Defects defects;
+  if (const auto refusal = refused(problem, defects)) return std::unexpected(*refusal);
   if (K < 1) return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});
   if (const auto refusal = too_large(problem, K)) return std::unexpected(*refusal);
-  return within(problem, [&] { return search(problem, K); });
+  return within(problem, [&] { return search(problem, defects, K); });
 }
 
 }  // namespace stiefel

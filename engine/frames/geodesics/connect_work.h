@@ -45,4 +45,35 @@ inline double variation(double n, double N) {
   return n == N ? 2700 + 48 * N * N * N : 5800 + 69 * n * n * N;
 }
 
+/// Return the work of the span of two frames, and of one shot of the metric ‖Q̇‖² in R^{n+p}.
+inline double span(double n, double N) { return 20000 + 400 * n * n + 24 * n * n * N; }
+inline double shot(double n, double p) {
+  const double m = n + p;
+  return 60000 + 400 * m * m + 16 * m * m * m;
+}
+
+/// Return the work of a Relaxation with K inner nodes: of the gradient, of the eigenvalue problem,
+/// of one block of the equations of the multipliers with `groups` different λ, of their factors,
+/// and of one step; and of one Taylor series of a geodesic.
+inline double nodal_gradient(double n, double N, double K) {
+  return 1000 + N * (200 + 4 * n * K * (K + 2));
+}
+inline double nodal_spectrum(double n, double N, double K) {
+  const double m = n * K;
+  return 5000 + 20 * m * m * m + 600 * m * m + 6 * n * m * N + K * m * m;
+}
+inline double nodal_block(double n, double N, double groups, double K) {
+  const double square = n * n;
+  return 2000 + 3 * square * K * n * (groups + 4) + N * (40 + 3 * square) +
+         3 * square * square * (groups + 3);
+}
+inline double nodal_factor(double unknowns, bool indefinite) {
+  return 3000 + 100 * unknowns + (indefinite ? 1.2 : 0.7) * unknowns * unknowns * unknowns;
+}
+inline double nodal_step(double n, double N, double K) {
+  const double m = n * K;
+  return 5000 + 8 * m * m * N + 8 * n * m * N + m * m * n * n;
+}
+inline double series(double n, double N) { return 450000 + 300 * (8 * n * n * N + 10 * n * n * n); }
+
 }  // namespace stiefel::connect_work

@@ -27,7 +27,10 @@ struct TwoPointProblem {
   Eigen::MatrixXd Q_0, Q_T;
   double time = 1;         ///< T > 0
   std::uint64_t seed = 1;  ///< seed of the random starts
-  int restarts = 4;  ///< number of paths through random frames, in addition to the direct ones
+  /// Number of paths through random frames, in addition to the direct ones, from which the search
+  /// looks for shorter geodesics. With 0, a search takes four of them where a direct path leads over
+  /// a saddle or Λ spans more than 1:10, unless the frames are large.
+  int restarts = 0;
   std::stop_token stop = {};  ///< a stop request ends the search with Cancelled
   /// Number of operations after which the search ends with NotConverged; they take about ten
   /// minutes.
@@ -35,7 +38,7 @@ struct TwoPointProblem {
 
   /// max |Q(T) − Q_T| up to which frames count as joined.
   static constexpr double joined = 1e-11;
-  /// Most bytes that the discrete problem may take; `connect` refuses a K that needs more.
+  /// Most bytes that a search may take; `connect` refuses a K, or frames, that need more.
   static constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
 };
 
@@ -104,10 +107,12 @@ using ConnectRefusal =
     std::variant<refusal::Invalid, refusal::NotOrthonormal, refusal::UnequalDeterminants,
                  refusal::NotConverged, refusal::Cancelled>;
 
-/// Solves the two-point problem; with K its discrete form. Relaxes paths from several starts to
-/// minima of the discrete action, doubles K, and corrects the initial velocity of the shortest path
-/// until its geodesic ends at Q_T. Costs O(K d³) for each start, d = nN − n(n+1)/2: meant for
-/// frames of up to a few hundred numbers.
+/// Solves the two-point problem; with K its discrete form. For Λ = λI and n < N the answer comes from
+/// shooting in the span of both frames, at the cost O(Nn² + n³). Otherwise the search relaxes paths
+/// to minima of the action by the multipliers of QQᵀ = I, at the cost O(Nn⁴ + n⁶) whatever Λ is, and
+/// corrects the initial velocity of the shortest path until its geodesic ends at Q_T. Where that
+/// fails, and at n = N with a λ_i ≤ 0, dense Newton steps of whole paths follow for up to 128 degrees
+/// of freedom; they cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem does.
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
 

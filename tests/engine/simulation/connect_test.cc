@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "engine/frames/geodesics/path.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/reference_motions.h"
 #include "tests/support/scenes/two_frames.h"
@@ -155,6 +155,89 @@ TEST(Connect, RecoversRoundGeodesicsUpToTheInjectivityRadius) {
       EXPECT_LT((answer->Qdot - V).cwiseAbs().maxCoeff(), 1e-12);
       EXPECT_EQ(answer->shortest, Shortest::yes);
     }
+}
+
+/// A problem whose solution is Q̇(0) = V with T = 1: a random tangent vector of a given length.
+struct Drawn {
+  TwoPointProblem problem;
+  MatrixXd V;
+};
+
+Drawn drawn(int n, int N, const VectorXd& lambda, double length, unsigned seed) {
+  Drawn out{random_frames(n, N, 1, seed), random_frames(n, N, 1, seed + 50).Q_T};
+  const MatrixXd& Q = out.problem.Q_0;
+  out.V -= ((out.V * Q.transpose() + Q * out.V.transpose()) / 2 * Q).eval();
+  out.V *= length / out.V.norm();
+  out.problem.inertia = lambda;
+  out.problem.Q_T = (lambda.array() == lambda(0)).all() ? round_geodesic(Q, out.V, 1)
+                                                        : frame_at(lambda, Q, out.V, 1);
+  return out;
+}
+
+VectorXd spread_inertia(int N, double spread) {
+  return VectorXd::LinSpaced(N, 0, std::log(spread)).array().exp();
+}
+
+TEST(Connect, RecoversRoundGeodesicsOfAnySize) {
+  for (const auto& [n, N] :
+       {std::pair(3, 8), {5, 20}, {7, 15}, {10, 15}, {14, 15}, {10, 100}, {20, 400}, {2, 20000}})
+    for (const double length : {1e-9, 1e-3, 0.5 * pi, 0.8 * pi}) {
+      SCOPED_TRACE(::testing::Message() << n << " " << N << " " << length);
+      const Drawn pair = drawn(n, N, VectorXd::Ones(N), length, 3);
+      const auto answer = connect(pair.problem);
+      ASSERT_TRUE(answer);
+      EXPECT_LT((answer->Qdot - pair.V).cwiseAbs().maxCoeff(), 1e-13);
+      EXPECT_LT(answer->residual, 1e-13);
+      EXPECT_EQ(answer->shortest, Shortest::yes);
+    }
+}
+
+TEST(Connect, JoinsFramesOfAnySizeAndInertiaAndTakesNoLongerWay) {
+  for (const auto& [n, N] : {std::pair(3, 8), {5, 20}, {2, 300}, {6, 9}})
+    for (const double spread : {10.0, 1e3})
+      for (unsigned seed = 1; seed <= 2; ++seed) {
+        SCOPED_TRACE(::testing::Message() << n << " " << N << " " << spread << " " << seed);
+        const Drawn pair = drawn(n, N, spread_inertia(N, spread), 0.5 * pi, seed);
+        const auto answer = connect(pair.problem);
+        ASSERT_TRUE(answer);
+        EXPECT_LT(miss(pair.problem, *answer), 1e-11);
+        EXPECT_LE(answer->energy, energy(pair.problem.inertia, pair.V) * (1 + 1e-10));
+      }
+}
+
+/// Columns of one λ stay in the span of those of both frames, so the search has at most 2n of each.
+TEST(Connect, JoinsFramesWithFewDifferentInertias) {
+  VectorXd lambda(60);
+  lambda << VectorXd::Constant(30, 2.5), VectorXd::Constant(25, 1.0), VectorXd::Constant(5, 4.0);
+  const Drawn pair = drawn(2, 60, lambda, 1.2, 4);
+  const auto answer = connect(pair.problem);
+  ASSERT_TRUE(answer);
+  EXPECT_LT((answer->Qdot - pair.V).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(Connect, LooksForShorterGeodesicsWhenAsked) {
+  int more = 0;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    TwoPointProblem p = drawn(2, 5, spread_inertia(5, 100), 3.5, seed).problem;
+    const auto direct = connect(p);
+    p.restarts = 12;
+    const auto searched = connect(p);
+    ASSERT_TRUE(direct && searched);
+    EXPECT_LE(searched->energy, direct->energy * (1 + 1e-12));
+    more += searched->distinct > direct->distinct;
+  }
+  EXPECT_GE(more, 1);
+}
+
+TEST(Connect, RefusesAnInertiaOfManyValuesWhereMemoryEnds) {
+  TwoPointProblem p = random_frames(4, 100'000, 10, 1);
+  const auto answer = connect(p);
+  ASSERT_FALSE(answer);
+  const auto* refused = std::get_if<refusal::Invalid>(&answer.error());
+  ASSERT_NE(refused, nullptr);
+  EXPECT_EQ(refused->field, "Q_0");
+  p.inertia.setOnes();
+  EXPECT_TRUE(connect(p));
 }
 
 /// The metric ½‖Q̇‖² of the rotations is invariant on both sides, so the shortest geodesics are

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
+#include "engine/frames/geodesics/path.h"
+#include "stiefel/connect.h"
+
+namespace stiefel {
+
+/// A two-point problem scaled to the time 1, with repaired frames and Λ of the order of 1.
+struct Posed {
+  Eigen::VectorXd lambda;
+  double scale;  ///< Λ = scale · lambda, a power of 2
+  Eigen::MatrixXd Q_0, Q_T;
+
+  bool wide() const { return lambda.maxCoeff() > 10 * lambda.minCoeff(); }
+};
+
+/// What the search for a geodesic found, at the time scale 1.
+struct Found {
+  Eigen::MatrixXd V;  ///< Q̇(0); empty where there is none to the residual `joined`
+  Shortest shortest = Shortest::none_shorter_found;
+  int distinct = 0, start = 0;
+  double residual = std::numeric_limits<double>::infinity();  ///< the best where V is empty
+};
+
+/// Searches by the multipliers, n ≤ N and every λ_i > 0: relaxes the starts (`starts`) at 9 nodes,
+/// the direct one of a wide Λ by way of its roots Λ^{1/k}, and corrects the velocities of the
+/// shortest paths with the Taylor series of their geodesics. Doubles the number of nodes where the
+/// corrections do not converge. Of columns with equal λ only their span enters.
+Found by_multipliers(const Posed& p, const TwoPointProblem& problem);
+
+/// Searches by dense Newton steps of whole paths (`relax`), which needs no λ_i > 0 at n = N, and
+/// corrects the velocity with the variational equation (`shoot`). The work is O(K d³), d the
+/// degrees of freedom.
+Found by_paths(const Posed& p, const TwoPointProblem& problem);
+
+/// A path that a start led to.
+struct RelaxedPath {
+  Path path;
+  double action;
+  int start;
+  bool settled;  ///< whether the path is a local minimum; else relaxing it took too long
+};
+
+/// Returns the different paths of K steps that the starts lead to, sorted by the action.
+std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& problem, int K,
+                                 double tolerance);
+
+}  // namespace stiefel

@@ -1,0 +1,279 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <utility>
+
+#include "engine/frames/geodesics/anderson.h"
+#include "engine/frames/geodesics/connect_work.h"
+#include "engine/frames/geodesics/geodesic_search.h"
+#include "engine/frames/geodesics/geodesic_series.h"
+#include "engine/frames/geodesics/relaxation.h"
+#include "engine/frames/geodesics/starts.h"
+#include "engine/linalg/lie/orthonormal_columns.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The problem with at most 2n columns of each λ: a geodesic's columns of one λ stay in the span of
+/// those of Q_0 and Q_T.
+class Spans {
+ public:
+  explicit Spans(const Posed& p) : whole_(p), reduced_(p) {
+    const Index n = p.Q_0.rows(), N = p.Q_0.cols();
+    std::vector<Index> order(static_cast<std::size_t>(N));
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, [&](Index j) { return p.lambda(j); });
+    Index columns = 0;
+    for (auto from = order.begin(); from != order.end();) {
+      const double lambda = p.lambda(*from);
+      const auto to =
+          std::find_if(from, order.end(), [&](Index j) { return p.lambda(j) != lambda; });
+      parts_.push_back({{from, to}, {}});
+      columns += std::min<Index>(to - from, 2 * n);
+      from = to;
+    }
+    if (columns == N) {
+      parts_.clear();
+      return;
+    }
+    reduced_.lambda.resize(columns);
+    reduced_.Q_0.resize(n, columns);
+    reduced_.Q_T.resize(n, columns);
+    Index at = 0;
+    for (Part& part : parts_) {
+      const Index count = static_cast<Index>(part.columns.size()), kept = std::min(count, 2 * n);
+      stop_point(connect_work::span(static_cast<double>(n), static_cast<double>(count)));
+      const MatrixXd Q_0 = p.Q_0(Eigen::all, part.columns), Q_T = p.Q_T(Eigen::all, part.columns);
+      part.basis.setIdentity(count, count);
+      if (kept < count) {
+        MatrixXd both(count, 2 * n);
+        both << Q_0.transpose(), Q_T.transpose();
+        part.basis = orthonormal_columns(both, kept);
+      }
+      reduced_.lambda.segment(at, kept).setConstant(p.lambda(part.columns[0]));
+      reduced_.Q_0.middleCols(at, kept) = Q_0 * part.basis;
+      reduced_.Q_T.middleCols(at, kept) = Q_T * part.basis;
+      at += kept;
+    }
+  }
+
+  const Posed& reduced() const { return reduced_; }
+  MatrixXd lifted(const MatrixXd& V) const {
+    if (parts_.empty()) return V;
+    MatrixXd out(V.rows(), whole_.Q_0.cols());
+    Index at = 0;
+    for (const Part& part : parts_) {
+      const Index kept = part.basis.cols();
+      out(Eigen::all, part.columns) = V.middleCols(at, kept) * part.basis.transpose();
+      at += kept;
+    }
+    return out;
+  }
+
+ private:
+  struct Part {
+    std::vector<Index> columns;
+    MatrixXd basis;
+  };
+  const Posed& whole_;
+  Posed reduced_;
+  std::vector<Part> parts_;
+};
+
+struct Velocity {
+  MatrixXd V;
+  double residual = std::numeric_limits<double>::infinity();
+};
+
+/// Corrects the velocity of a relaxed path until its geodesic ends at Q_T. Each correction takes
+/// the miss back by the linear equations of the path.
+Velocity corrected(const Posed& p, const Relaxation& relaxation) {
+  constexpr int most = 16;
+  constexpr double rounding = 3e-15, nearly = 1e-13;
+  Velocity best;
+  MatrixXd V = relaxation.velocity();
+  VectorXd x = V.reshaped();
+  Anderson accelerate(x.size(), 6);
+  double start = 0;
+  int idle = 0;
+  for (int k = 0; k < most && idle < 3; ++k) {
+    V.reshaped() = x;
+    const auto end = geodesic_end(p.lambda, p.Q_0, V);
+    if (!end) break;
+    const MatrixXd miss = *end - p.Q_T;
+    const double residual = miss.cwiseAbs().maxCoeff();
+    if (k == 0) start = residual;
+    if (!(residual <= 10 * start)) break;
+    idle = residual > best.residual / 2 ? idle + 1 : 0;
+    if (residual < best.residual) best = {V, residual};
+    if (best.residual <= rounding || (best.residual <= nearly && idle > 0)) break;
+    stop_point(
+        connect_work::distance(20, static_cast<double>(V.rows()), static_cast<double>(V.cols())));
+    accelerate(x, relaxation.response(-miss).reshaped());
+  }
+  return best;
+}
+
+double energy(const VectorXd& lambda, const MatrixXd& V) {
+  return (V.cwiseAbs2() * lambda).sum() / 2;
+}
+
+/// Returns the frames nearest to the polynomial of a path at other nodes.
+Path moved(const Path& path, const Nodes& from, const Nodes& to) {
+  const MatrixXd L = interpolation(from.times, to.times);
+  Path out = {path.front()};
+  for (Index i = 1; i + 1 < L.rows(); ++i) {
+    stop_point(connect_work::polar(static_cast<double>(path[0].rows()),
+                                   static_cast<double>(path[0].cols())) +
+               connect_work::action(static_cast<double>(path.size()),
+                                    static_cast<double>(path[0].rows()),
+                                    static_cast<double>(path[0].cols())));
+    MatrixXd Q = MatrixXd::Zero(path[0].rows(), path[0].cols());
+    for (Index j = 0; j < L.cols(); ++j) Q += L(i, j) * path[static_cast<std::size_t>(j)];
+    out.push_back(polar(Q));
+  }
+  out.push_back(path.back());
+  return out;
+}
+
+/// A path that a start led to. Only the shortest so far keeps its relaxation.
+struct Trial {
+  std::unique_ptr<Relaxation> relaxation;
+  int start;
+  Path path;
+  double action;
+};
+
+constexpr double coarse = 1e-3, fine = 1e-5;
+constexpr int most_nodes = 128, most_direct = 100, most_refined = 40;
+
+double spread(const VectorXd& lambda) { return lambda.maxCoeff() / lambda.minCoeff(); }
+int least_nodes(const VectorXd& lambda) { return spread(lambda) > 30 ? 16 : 8; }
+
+/// Relaxes the first path of a wide Λ for the roots Λ^{1/k}.
+void prepare(const VectorXd& lambda, Relaxation& relaxation) {
+  for (int k = static_cast<int>(std::ceil(std::log10(spread(lambda)) - 0.5)); k > 1; --k) {
+    relaxation.set_inertia(lambda.array().pow(1.0 / k));
+    (void)relaxation.relax(0.03);
+  }
+  relaxation.set_inertia(lambda);
+}
+
+/// Corrects the velocity of a trial at more and more nodes.
+Velocity solved(const Posed& p, const Trial& trial, int K) {
+  constexpr double strayed = 0.02;
+  Velocity best;
+  std::unique_ptr<Relaxation> finer;
+  Nodes nodes = lobatto(K);
+  if (!trial.relaxation) {
+    finer = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, nodes);
+    finer->set_path(trial.path);
+    if (!finer->relax(coarse)) return best;
+  }
+  const Relaxation* now = trial.relaxation ? trial.relaxation.get() : finer.get();
+  for (;;) {
+    Velocity found = corrected(p, *now);
+    const bool near =
+        found.V.size() > 0 && energy(p.lambda, found.V) <= (1 + strayed) * now->action() + 1e-300;
+    if (near && found.residual < best.residual) best = std::move(found);
+    if (best.residual <= TwoPointProblem::joined || 2 * K > most_nodes) return best;
+    Nodes doubled = lobatto(K *= 2);
+    auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, doubled);
+    next->set_path(moved(now->path(), nodes, doubled));
+    if (!next->relax(fine, most_refined)) return best;
+    finer = std::move(next);
+    now = finer.get();
+    nodes = std::move(doubled);
+  }
+}
+
+/// Returns the order of the work of a relaxation.
+double work(const Posed& p) {
+  const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
+  return n * n * n * n * (N + n * n);
+}
+
+/// Searches from K + 1 nodes on. Without restarts it takes further starts only where a direct path
+/// led over a saddle, or where Λ is wide.
+Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
+  constexpr double margin = 1.1, same = 1e-2, most_of_doubtful = 2e6;
+  constexpr int further = 4;
+  const Posed& p = spans.reduced();
+  const Nodes nodes = lobatto(K);
+  std::vector<Trial> trials;
+  int start = 0;
+  bool complete = true, doubtful = p.wide();
+  const auto relax = [&](const std::vector<Path>& paths) {
+    for (; start < static_cast<int>(paths.size()); ++start) {
+      auto relaxation = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, nodes);
+      relaxation->set_path(paths[static_cast<std::size_t>(start)]);
+      if (start == 0) prepare(p.lambda, *relaxation);
+      const bool settled = relaxation->relax(coarse, start == 0 ? most_direct : most_refined);
+      complete = complete && settled;
+      doubtful = doubtful || !settled || relaxation->shifted();
+      Trial trial{nullptr, start, relaxation->path(), relaxation->action()};
+      if (!settled || std::ranges::any_of(trials, [&](const Trial& t) {
+            return distance(t.path, trial.path) < same;
+          }))
+        continue;
+      if (std::ranges::all_of(trials, [&](const Trial& t) { return trial.action < t.action; })) {
+        for (Trial& other : trials) other.relaxation.reset();
+        trial.relaxation = std::move(relaxation);
+      }
+      trials.push_back(std::move(trial));
+    }
+  };
+  const bool wide = p.wide() && problem.restarts > 0;
+  relax(starts(p.Q_0, p.Q_T, nodes.times, problem.restarts, problem.seed, wide));
+  if (doubtful && problem.restarts == 0 && work(p) <= most_of_doubtful)
+    relax(starts(p.Q_0, p.Q_T, nodes.times, further, problem.seed, p.wide()));
+  std::ranges::stable_sort(trials, {}, &Trial::action);
+
+  Found best;
+  double least = std::numeric_limits<double>::infinity(), least_missed = least;
+  for (const Trial& trial : trials) {
+    if (trial.action > margin * least) break;
+    Velocity found = solved(p, trial, K);
+    if (found.residual <= TwoPointProblem::joined) {
+      const double E = energy(p.lambda, found.V);
+      if (!(E < least)) continue;
+      least = E;
+      best.V = spans.lifted(found.V);
+      best.start = trial.start;
+      best.residual = found.residual;
+    } else {
+      if (best.V.size() == 0) best.residual = std::min(best.residual, found.residual);
+      least_missed = std::min(least_missed, trial.action);
+    }
+  }
+  best.distinct = static_cast<int>(trials.size());
+  if (least_missed < (1 - 1e-3) * least)
+    best.shortest = Shortest::no;
+  else if (!complete)
+    best.shortest = Shortest::unknown;
+  return best;
+}
+
+}  // namespace
+
+Found by_multipliers(const Posed& p, const TwoPointProblem& problem) {
+  constexpr double most_unknowns = 800;  // of a search that is repeated with more nodes
+  const double n = static_cast<double>(p.Q_0.rows());
+  const Spans spans(p);
+  Found best;
+  for (int K = least_nodes(p.lambda); K <= most_nodes / 2; K *= 2) {
+    Found found = searched(spans, problem, K);
+    found.residual = std::min(found.residual, best.residual);
+    best = std::move(found);
+    if (best.V.size() > 0 || 2 * K * n * (n + 1) / 2 > most_unknowns) break;
+  }
+  return best;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <vector>
+
+#include "engine/frames/geodesics/nodes.h"
+#include "engine/frames/geodesics/path.h"
+
+namespace stiefel {
+
+/// The descent of a path to a local minimum of a discrete action, n ≤ N, every λ_j > 0, by the
+/// multipliers alone. With q_j the column j of all inner frames, (K−1)n numbers, and Γ_k the
+/// multiplier of Q_kQ_kᵀ = I, Newton's equations are
+///
+///     H_j δq_j + Σ_k γ_k q_jk = −ρ_j,   H_j = (1 + σ) λ_j S ⊗ I_n + blockdiag(w_k Γ_k),
+///     sym(Q_k δQ_kᵀ) = 0,
+///
+/// ρ_j the gradient with Γ, σ the shift that makes the Hessian positive along the frames. One
+/// eigenvalue problem, XᵀSX = I and XᵀΓX = D, gives every H_j⁻¹ = X ((1 + σ)λ_j + D)⁻¹ Xᵀ, and the
+/// elimination of the δq_j leaves symmetric equations for the γ_k, (K−1)n(n+1)/2 numbers whatever
+/// N. By Sylvester's law the Hessian is positive along the frames if and only if their matrix C H⁻¹
+/// Cᵀ has as many negative eigenvalues as all H_j together. The work is O(N (Kn)² n² + (Kn²)³);
+/// columns of equal λ share their H.
+///
+/// More than `most_dense` equations are solved by conjugate gradients, an iteration at O(N (Kn)²),
+/// with S ⊗ I as the preconditioner; the shift then makes every H_j positive.
+class Relaxation {
+ public:
+  static constexpr Eigen::Index most_dense = 1500;
+
+  Relaxation(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
+             const Nodes& nodes);
+
+  /// Replaces Λ and keeps the path.
+  void set_inertia(const Eigen::VectorXd& lambda);
+  /// Starts from a path at the times of the nodes.
+  void set_path(const Path& path);
+  Path path() const;
+
+  /// Moves the inner frames until a step is below `tolerance`; each step is a Newton step, shifted
+  /// where the Hessian is not positive or the action would rise. Returns false when that takes more
+  /// than `most` steps.
+  bool relax(double tolerance, int most = 100);
+
+  double action() const { return action_; }
+  /// Tells whether a step since the last call of `set_path` was shifted.
+  bool shifted() const { return shifted_; }
+  /// Returns Q̇(0), tangent at Q_0.
+  Eigen::MatrixXd velocity() const;
+  /// Returns the change of Q̇(0) that moves the end of the geodesic by `end`, to the accuracy of the
+  /// discrete action.
+  Eigen::MatrixXd response(const Eigen::MatrixXd& end) const;
+
+ private:
+  void measure();
+  void model();
+  bool solve(double shift);
+  void assemble(const Eigen::MatrixXd& inverse);
+  Eigen::MatrixXd step(const Eigen::MatrixXd& rho) const;
+  Eigen::MatrixXd solved(const Eigen::MatrixXd& right) const;
+  Eigen::VectorXd multipliers(const Eigen::VectorXd& right) const;
+  void add_forces(const Eigen::VectorXd& gamma, Eigen::MatrixXd& out) const;
+  Eigen::VectorXd constraint(const Eigen::MatrixXd& delta) const;
+  void retract();
+  auto node(Eigen::MatrixXd& q, Eigen::Index k) const { return q.middleRows(k * n_, n_); }
+  auto node(const Eigen::MatrixXd& q, Eigen::Index k) const { return q.middleRows(k * n_, n_); }
+  Eigen::MatrixXd tangent(Eigen::MatrixXd V) const;
+
+  struct Group {
+    double lambda;
+    std::vector<Eigen::Index> columns;
+  };
+  std::vector<Group> groups_;
+  std::vector<Eigen::Index> group_of_;
+  Eigen::VectorXd lambda_;
+  Eigen::MatrixXd Q_0_, Q_T_;
+  Nodes nodes_;
+  Eigen::Index n_, N_, K_, unknowns_;  ///< K_: number of inner nodes
+  Eigen::MatrixXd q_, gradient_, rho_, Gamma_, X_, M_;
+  Eigen::VectorXd d_;
+  Eigen::MatrixXd inverse_;  ///< 1/((1 + σ)λ_g + d), a column for each group
+  bool positive_ = false, shifted_ = false;
+  Eigen::LLT<Eigen::MatrixXd> llt_;
+  Eigen::LDLT<Eigen::MatrixXd> ldlt_;
+  double action_ = 0, shift_ = 0;
+};
+
+}  // namespace stiefel
