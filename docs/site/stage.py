@@ -33,6 +33,7 @@ docs/conventions
 docs/choosing_a_method
 docs/accuracy
 docs/catalogue
+docs/manifolds
 docs/summaries
 docs/sweeps
 docs/glossary
