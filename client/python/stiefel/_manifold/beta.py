@@ -89,24 +89,42 @@ class Geodesic:
 
 
 def logarithm(U: Array, P: Array, beta: float) -> Optional[Array]:
-    """Returns a velocity V with exp_U(V) = P, both N x n, or None where the iteration does not converge.
+    """Returns a velocity V with exp_U(V) = P, both N x n, or None where none was found.
+
+    Where the iteration from the chord does not converge, it follows the frames on the chord in 4, 8 and 16 steps.
+    """
+    n = U.shape[-1]
+    UC = np.concatenate([U, np.linalg.qr(np.concatenate([U, P], axis=-1))[0][:, n:]], axis=-1)
+    I, T = np.eye(UC.shape[1])[:, :n], UC.T @ P
+    for steps in (1, 4, 8, 16):
+        V: Optional[Array] = None
+        for k in range(1, steps + 1):
+            left, _, right = np.linalg.svd(I + (T - I) * (k / steps), full_matrices=False)
+            V = _shoot(T if k == steps else left @ right, beta, None if V is None else V * (k / (k - 1)))
+            if V is None:
+                break
+        if V is not None:
+            found: Array = UC @ V
+            return found
+    return None
+
+
+def _shoot(T: Array, beta: float, V: Optional[Array]) -> Optional[Array]:
+    """Returns the velocity from I to T, iterated from V or from the direction of the chord.
 
     The iteration takes the miss at t = 1 back to t = 0 by projections onto the tangent spaces at t = 1, 3/4, 1/2, 1/4 and 0
     and subtracts it from V (Zimmermann and Hüper 2022, "p-shooting"), in the span of both frames. Anderson's method
     accelerates it.
     """
-    n = U.shape[-1]
-    UC = np.concatenate([U, np.linalg.qr(np.concatenate([U, P], axis=-1))[0][:, n:]], axis=-1)
-    I, T = np.eye(UC.shape[1])[:, :n], UC.T @ P
+    I = np.eye(*T.shape)
 
     def tangent(Y: Array, D: Array) -> Array:
         S = Y.T @ D
         return D - Y @ (S + S.T) / 2
 
-    D = tangent(I, T - I)
-    if not np.any(D):
-        return np.zeros_like(U) if np.allclose(T, I, rtol=0, atol=1e-15) else None
-    V = D * (np.linalg.norm(T - I) / np.linalg.norm(D))
+    if V is None:
+        D = tangent(I, T - I)
+        V = D * (np.linalg.norm(T - I) / max(float(np.linalg.norm(D)), 1e-300))
     best, least, idle = V, np.inf, 0
     points: list[Array] = []
     changes: list[Array] = []
@@ -127,7 +145,7 @@ def logarithm(U: Array, P: Array, beta: float) -> Optional[Array]:
             of_changes = np.stack([(b - a).ravel() for a, b in zip(changes, changes[1:])], axis=1)
             g = np.linalg.lstsq(of_changes, changes[-1].ravel(), rcond=1e-12)[0]
             V = tangent(I, V - ((of_points + of_changes) @ g).reshape(V.shape))
-    return UC @ best if least <= 2e-13 else None
+    return best if least <= 2e-13 else None
 
 
 class BetaMetric:
