@@ -165,7 +165,7 @@ def test_a_call_that_took_too_long_says_how_long_it_takes_and_where_it_stands(cl
 
 @pytest.mark.parametrize("late", [
     lambda client: client.create({"tolerance": 1e-9, "horizon": 1e4} | {k: SLOW[k] for k in SLOW if k != "method"}),
-    lambda client: client.geodesic(np.linspace(1, 3, 16), np.eye(16)[:4], np.eye(16)[[5, 9, 14, 2]]),
+    lambda client: client.geodesic(np.geomspace(1, 1e4, 24), np.eye(24)[:6], np.eye(24)[6:12], restarts=900),
     lambda client: client.tradeoff(SLOW, horizon=1e4)], ids=["create", "geodesic", "tradeoff"])
 def test_a_call_without_a_session_says_how_long_it_takes(client, late):
     for timeout in (0.05, 0.2, 0.8):  # a busy server has not begun the call in the first of them
