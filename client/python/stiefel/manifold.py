@@ -198,11 +198,11 @@ class Stiefel(_Manifold):
 
     - "euclidean": tr(V W^T);
     - "canonical": tr(V (I - Q^T Q / 2) W^T);
-    - a number beta > 0: beta tr(A A'^T) + tr(H H'^T) (Hüper, Markina and Silva Leite 2021), of which "euclidean" is
-      beta = 1 and "canonical" beta = 1/2;
+    - a number beta > 0: beta tr(A A'^T) + tr(H H'^T) (Hüper, Markina and Silva Leite 2021);
     - N positive numbers, Lambda: tr(V Lambda W^T), whose geodesics are the motions of [ST].
 
-    `client`: the server that follows and joins what has no closed form; by default one of the process's own.
+    "euclidean" is beta = 1, "canonical" beta = 1/2. `client`: the server that follows and joins what has no closed form;
+    by default one of the process's own.
     """
 
     def __init__(self, n: int, N: int, metric: Union[str, float, Sequence[float], Array] = "euclidean", *,
