@@ -349,5 +349,7 @@ def test_geodesics(client, field, limit):
     refused(lambda: client.geodesic(**frames(1, 2), **{**at, field: limit + 1}), field, limit + 1, f"at most {limit}")
 
 
-def test_degrees_of_freedom(client):
-    refused(lambda: client.geodesic(**frames(1, 130)), "Q_0", "1 x 130", "at most 128 degrees of freedom")
+def test_frames_are_as_large_as_the_memory_of_a_search(client):
+    assert client.geodesic(**frames(1, 4000)).outcome == "REACHED"
+    many = frames(5, 30_000) | {"inertia": np.linspace(1, 10, 30_000)}
+    refused(lambda: client.geodesic(**many), "Q_0", "5 x 30000", "at most 512 MiB")

@@ -59,7 +59,6 @@ def frames(size: int) -> Json:
     return {"q_0": rows[0], "q_t": rows[1]}
 
 
-LARGEST_SPHERE = 129  # Connect takes frames with at most 128 degrees of freedom
 QUARTER = 0.5 * (np.pi / 2) ** 2  # the energy of the way between `frames` in time 1
 
 
@@ -76,7 +75,7 @@ def script(size: int) -> list[Call]:
                       "quantities": [{"name": "energy", "statistics": ["STATISTIC_LAST", "STATISTIC_DRIFT"]}]},
         "Diagnose": {"to": last},
         "Convert": {"scene": body},
-        "Connect": {"metric": "METRIC_EUCLIDEAN", "inertia": [], "pairs": [frames(min(size, LARGEST_SPHERE))], "samples": 4},
+        "Connect": {"metric": "METRIC_EUCLIDEAN", "inertia": [], "pairs": [frames(size)], "samples": 4},
         "MeasureTradeoff": {"scene": body, "horizon": body["step"], "budget": 1e10},
     }
     fails = {"Step": ("INVALID_ARGUMENT", "REPLY_TOO_LARGE"),
