@@ -14,7 +14,7 @@ import pytest
 from cases import can_fork, failures, processes, small_chunks, sweep  # noqa: F401
 
 import stiefel
-from stiefel._sweep import own_server, worker
+from stiefel._sweep import orphans, own_server, worker
 from stiefel._sweep.failures import is_dead_worker
 
 pytestmark = pytest.mark.usefixtures("small_chunks")
@@ -220,12 +220,14 @@ import sys
 sys.path.insert(0, {here!r})
 import stiefel._sweep.chunks
 from cases import processes, sweep
-from test_lost_workers import _server_of_this_process
+from test_lost_workers import _server_of_this_process, _watches
 
 if __name__ == "__main__":
-    stiefel._sweep.chunks.LARGEST = 2  # both have tasks
-    pool = processes(2)
-    sweep(executor=pool)
+    stiefel._sweep.chunks.LARGEST = 2
+    pool, watching = processes(2), set()
+    while len(watching) < 2:  # a worker that starts late may find no task left
+        sweep(executor=pool)
+        watching |= {{pid for pid, watches in pool.map(_watches, range(4)) if watches}}
     print(*pool._processes, pool.submit(_server_of_this_process).result(), flush=True)
     sys.stdin.read()
 """
@@ -244,6 +246,11 @@ def test_the_workers_of_a_client_that_was_killed_end():
         time.sleep(0.05)
     assert not any(map(_runs, left)), {name: Path(f"/proc/{pid}/status").read_text() for name, pid in
                                        zip(("a worker", "another", "the server"), left) if _runs(pid)}
+
+
+def _watches(_):
+    time.sleep(0.1)  # so that every worker has a turn
+    return os.getpid(), orphans._watched == os.getpid()
 
 
 def _server_of_this_process():
