@@ -144,6 +144,10 @@ def test_frames_and_tangents_are_what_they_are_called(manifold):
     (lambda: SpecialOrthogonal(3, [1, -2, 3]), "sum of any two"),
     (lambda: Stiefel(2, 3, layout="C"), "layout: 'C'"),
     (lambda: Stiefel(2, 3).exp(np.eye(3), np.eye(3)), r"the shape \(3, 3\): must end with \(2, 3\)"),
+    (lambda: Stiefel(2, 3).exp(2 * np.eye(2, 3), np.zeros((2, 3))), r"max \|QQ\^T - I\| = 3.0e\+00: frames must"),
+    (lambda: Stiefel(2, 3).log(np.eye(2, 3), np.full((2, 3), np.nan)), r"= nan: frames must"),
+    (lambda: Stiefel(2, 3).exp(np.eye(2, 3), np.eye(2, 3)), r"max \|VQ\^T \+ QV\^T\| = 2.0e\+00: must be tangent at Q"),
+    (lambda: Stiefel(2, 3).transport(np.eye(2, 3), np.zeros((2, 3)), np.ones((2, 3))), "must be tangent at Q"),
 ])
 def test_what_is_refused(make, said):
     with pytest.raises(ValueError, match=said):

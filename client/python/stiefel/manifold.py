@@ -8,6 +8,8 @@
 Frames are n x N with orthonormal rows, or with layout="columns" N x n with orthonormal columns. Every function takes
 leading axes, over which it repeats: `S.exp(Q, V)` of (100, n, N) arrays is 100 geodesics. Closed forms are computed
 here; where a metric has none, a server of the process's own follows the geodesics, or that of `client`.
+
+exp, geodesic, transport, join, log and dist raise ValueError for frames and tangent vectors that are none to 1e-6.
 """
 from __future__ import annotations
 
@@ -28,6 +30,7 @@ __all__ = ["Joined", "NotJoined", "SpecialOrthogonal", "Stiefel"]
 
 Array = NDArray[np.float64]
 MOST_PAIRS = 1024  #: pairs of one call of Connect
+FRAME_TOLERANCE = 1e-6  #: of frames, as in a scene
 
 
 class NotJoined(StiefelError):
@@ -102,22 +105,23 @@ class _Manifold:
 
     def exp(self, Q: ArrayLike, V: ArrayLike) -> Array:
         """Returns the frame at time 1 of the geodesic that starts at Q with the velocity V."""
-        return self._out(self._metric.flow(*self._both(Q, V), np.ones(1))[0])
+        return self._out(self._metric.flow(*self._start(Q, V), np.ones(1))[0])
 
     def geodesic(self, Q: ArrayLike, V: ArrayLike, times: ArrayLike) -> Array:
         """Returns the frames at `times`, a first axis, of the geodesic that starts at Q with the velocity V."""
-        return self._out(self._metric.flow(*self._both(Q, V), np.asarray(times, float).reshape(-1)))
+        return self._out(self._metric.flow(*self._start(Q, V), np.asarray(times, float).reshape(-1)))
 
     def transport(self, Q: ArrayLike, V: ArrayLike, W: ArrayLike) -> Array:
         """Returns the tangent vector W of Q, transported in parallel along the geodesic with velocity V to exp(Q, V)."""
-        return self._out(self._metric.transport(*np.broadcast_arrays(self._in(Q), self._in(V), self._in(W))))
+        frames = self._frame(Q)
+        return self._out(self._metric.transport(*np.broadcast_arrays(frames, self._vector(frames, V), self._vector(frames, W))))
 
     def join(self, Q: ArrayLike, P: ArrayLike, restarts: int = 0, seed: int = 0) -> Joined:
         """Returns the geodesics from Q to P and what is known of them.
 
         `restarts`: how many searches for shorter geodesics start from random paths. Raises NotJoined if a pair has none.
         """
-        frames, others = self._both(Q, P)
+        frames, others = np.broadcast_arrays(self._frame(Q), self._frame(P))
         axes = frames.shape[:-2]
         pairs = list(zip(frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)))
         if isinstance(self._metric, BetaMetric) and self._metric.is_joined_here(self.n, self.N):
@@ -171,9 +175,26 @@ class _Manifold:
     def _client(self) -> Client:
         return own_client() if self._own_client is None else self._own_client
 
-    def _both(self, Q: ArrayLike, V: ArrayLike) -> tuple[Array, Array]:
-        frames, vectors = np.broadcast_arrays(self._in(Q), self._in(V))
+    def _start(self, Q: ArrayLike, V: ArrayLike) -> tuple[Array, Array]:
+        frames = self._frame(Q)
+        frames, vectors = np.broadcast_arrays(frames, self._vector(frames, V))
         return frames, vectors
+
+    def _frame(self, Q: ArrayLike) -> Array:
+        frames = self._in(Q)
+        defect = float(np.max(np.abs(frames @ np.swapaxes(frames, -1, -2) - np.eye(self.n)), initial=0.0))
+        if not defect <= FRAME_TOLERANCE:
+            raise ValueError(f"max |QQ^T - I| = {defect:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}")
+        return frames
+
+    def _vector(self, Q: Array, V: ArrayLike) -> Array:
+        """Returns V, tangent at Q to rounding of numbers of size 1 or to the tolerance of frames, whichever is larger."""
+        vectors = self._in(V)
+        product = vectors @ np.swapaxes(Q, -1, -2)
+        defect = float(np.max(np.abs(product + np.swapaxes(product, -1, -2)), initial=0.0))
+        if not defect <= max(1e-12, FRAME_TOLERANCE * float(np.max(np.abs(vectors), initial=0.0))):
+            raise ValueError(f"max |VQ^T + QV^T| = {defect:.1e}: must be tangent at Q; `tangent` makes it so")
+        return vectors
 
     def _in(self, given: ArrayLike) -> Array:
         array = np.asarray(given, float)

@@ -98,9 +98,9 @@ def test_a_wrong_change_is_refused(stiefel, write, change, told):
 def test_a_scene_and_frames_come_from_stdin(stiefel, write, tmp_path):
     frames = (EXAMPLES / "frames.json").read_text()
     for command, text, file in ((["run", "-", "--to", "2"], json.dumps(TOP), write(TOP)), (["connect", "-"], frames, "frames")):
-        done = subprocess.run([os.environ["STIEFEL_CLI"], *command], input=text, capture_output=True, text=True, timeout=60)
+        done = subprocess.run([os.environ["STIEFEL_CLI"], *command], input=text, capture_output=True, text=True, timeout=600)
         assert done.returncode == 0 and done.stdout == stiefel(*[file if word == "-" else word for word in command]).out
-    done = subprocess.run([os.environ["STIEFEL_CLI"], "run", "-", "--to", "2"], input="{", capture_output=True, text=True, timeout=60)
+    done = subprocess.run([os.environ["STIEFEL_CLI"], "run", "-", "--to", "2"], input="{", capture_output=True, text=True, timeout=600)
     assert done.returncode == 2 and done.stderr.startswith("stiefel: error: stdin: parse error at line 1")
 
 

@@ -193,8 +193,9 @@ TEST(StopScope, TheSearchForAGeodesicKeepsItsWork) {
   problem.Q_0 = Eigen::MatrixXd::Identity(6, 6);
   problem.Q_T = problem.Q_0;
   problem.Q_T.topLeftCorner(2, 2) << 0.8, 0.6, -0.6, 0.8;
+  problem.restarts = 40;
   const Count whole = count([&] { ASSERT_TRUE(connect(problem)); });
-  EXPECT_GE(whole.looks, 100);
+  EXPECT_GE(whole.looks, 1000);
   problem.most_work = whole.operations / 2;
   const auto answer = connect(problem);
   ASSERT_FALSE(answer);

@@ -52,7 +52,7 @@ def gateway(server_of_gateway):
 
 
 def events(url, count, **headers):
-    with urllib.request.urlopen(urllib.request.Request(url + "samples", headers=headers), timeout=60) as reply:
+    with urllib.request.urlopen(urllib.request.Request(url + "samples", headers=headers), timeout=600) as reply:
         assert reply.headers["Content-Type"].startswith("text/event-stream")
         found = []
         while len(found) < count:
@@ -81,7 +81,7 @@ def test_a_browser_that_leaves_ends_its_stream(gateway, server_of_gateway):
 
 
 def test_the_page_is_there_and_nothing_else(gateway):
-    with urllib.request.urlopen(gateway, timeout=60) as reply:
+    with urllib.request.urlopen(gateway, timeout=600) as reply:
         assert reply.read() == (EXAMPLES / "browser/index.html").read_bytes()
     with pytest.raises(urllib.error.HTTPError, match="404"):
-        urllib.request.urlopen(gateway + "other", timeout=60)
+        urllib.request.urlopen(gateway + "other", timeout=600)
