@@ -29,8 +29,10 @@ using Stub = v1::SimulationService::Stub;
 constexpr int principals = 4;
 /// Steps of a long call: about 20 ms on one thread.
 constexpr std::int64_t long_steps = 100'000;
-/// Steps of short calls: a call of 1 step is answered by gRPC's thread, one of 1000 by a worker.
-constexpr std::array<std::int64_t, 2> short_steps = {1, 1000};
+/// Steps of the other caller's calls: gRPC's thread answers 1 step, a worker 1000 steps (0.2 ms) as a
+/// short call, and 12 000 (2 ms) as one just above the limit of short calls.
+constexpr std::array<std::int64_t, 3> short_steps = {1, 1000, 12'000};
+constexpr std::array<const char*, 3> kinds = {"an inline", "a short pooled", "a medium"};
 /// The least number of long calls from which the shares are computed.
 constexpr std::int64_t least_calls = 400;
 /// The server's limit of concurrent calls of a principal; the greedy one makes more.
@@ -136,8 +138,7 @@ struct Latencies {
 void measure(const std::string& address, int threads, int repeats, int calls) {
   std::array<Latencies, short_steps.size()> latencies;
   for (std::size_t k = 0; k < short_steps.size(); ++k) {
-    const std::string what =
-        k == 0 ? "Overload, an inline Step's " : "Overload, a short pooled Step's ";
+    const std::string what = std::string("Overload, ") + kinds[k] + " Step's ";
     latencies[k].p95 = {.name = what + "p95 over idle", .unit = "x", .bound = 3};
     latencies[k].p99 = {.name = what + "p99 less idle", .unit = "ms", .bound = 10};
   }
