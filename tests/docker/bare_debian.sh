@@ -28,9 +28,13 @@ mkdir "$root/repository"
 cat > "$root/try" <<'TRY'
 #!/bin/bash
 set -euo pipefail
-# What starts with the machine, and the programs that run. Where systemd is not, a package starts what it has in init.d.
+# What starts with the machine, and the programs that run, without zombies: the first process does not reap orphans.
+# Where systemd is not, a package starts what it has in init.d.
 enabled() { find /etc/systemd /etc/rc[2-5].d -type l | sort; }
-running() { cat /proc/[0-9]*/comm 2>/dev/null | grep -vxE 'cat|diff|grep|sort|bash' | sort -u; }
+running() {
+  awk '/^Name:/ {name = $2} /^State:/ && $2 != "Z" {print name}' /proc/[0-9]*/status 2>/dev/null |
+    grep -vxE 'awk|mawk|diff|grep|sort|bash' | sort -u || true
+}
 cd
 git config --global --add safe.directory '*'
 git clone --quiet /repository stiefel
