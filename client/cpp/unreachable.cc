@@ -169,7 +169,7 @@ grpc::Status with_price(const grpc::Status& status, const grpc::ClientContext& c
   char seconds[32];
   std::snprintf(seconds, sizeof seconds, "%.2g",
                 std::strtod(work.c_str(), nullptr) / work_per_second);
-  return {status.error_code(), status.error_message() + "; it takes about " + seconds +
+  return {status.error_code(), status.error_message() + "; it takes at most " + seconds +
                                    " s of one core (" + work + " instructions)"};
 }
 

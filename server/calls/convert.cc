@@ -6,13 +6,6 @@
 #include "server/convert/work_price.h"
 
 namespace stiefel::server {
-namespace {
-
-/// The most work of a conversion divided by the predicted: outside its domain the inverse of J_D
-/// looks for the edge.
-constexpr double most_by_expected = 33;
-
-}  // namespace
 
 Service::Writing<v1::ConvertResponse> Service::Convert(Context&, CallLog& log,
                                                        const v1::ConvertRequest& request) {
@@ -20,9 +13,9 @@ Service::Writing<v1::ConvertResponse> Service::Convert(Context&, CallLog& log,
       log.account().memory(),
       memory_price({held_by(request), conversion_workspace(request.scene())}));
   const auto answer = std::make_shared<ConversionAnswer>(request, memory->bytes());
-  const double work = conversion_work(request.scene());
+  const double work = conversion_work(request);
   const JobKind kind =
-      wants_choice(request.scene()) ? JobKind::unsliced : kind_of_piece(most_by_expected * work);
+      wants_choice(request.scene()) ? JobKind::unsliced : kind_of_piece(work);
   return message_a_slice<v1::ConvertResponse>(
       host_, std::move(log), kind, work,
       [memory, answer](const std::stop_token&,

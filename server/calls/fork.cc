@@ -10,10 +10,6 @@
 namespace stiefel::server {
 namespace {
 
-bool converts(const Session& from, const v1::ForkSessionRequest& request) {
-  return request.has_system() && request.system() != from.scene().system();
-}
-
 Answered fork(Host& host, Account& account, std::uint64_t held, const Session& from,
               const Cursor& cursor, const v1::ForkSessionRequest& request,
               v1::ForkSessionResponse* response) {
@@ -43,7 +39,7 @@ Service::Unary Service::ForkSession(Context& context, CallLog& log,
   // The scene in its steps from the old one to the new one.
   MemoryLease memory(log.account().memory(),
                      memory_price({.workspace = 2 * (*from)->scene_bytes()}));
-  const double price = fork_work(**from, converts(**from, request));
+  const double price = fork_work(**from, request);
   Account& account = log.account();
   return new UnaryCall(
       host_, std::move(log), *std::move(from), request.from_step(), UnaryCall::MoreWork::of(price),

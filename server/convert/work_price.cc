@@ -39,7 +39,13 @@ double dimension(const v1::Scene& scene) {
 double of_creation(double N, double members) {
   return members * (40 * N * N * N + 4000 * N * N + 1e4);
 }
-double of_conversion(double N, double members) { return members * (3000 * N * N * N + 1e5); }
+/// Outside the domain of J_D⁻¹ a conversion to these pairs looks for the domain's edge, which takes up
+/// to 70 times the work of the inverse.
+double of_conversion(std::string_view to, double N, double members) {
+  const bool inverts_J_D = to == "moser_veselov_pair" || to == "discrete_stiefel";
+  const double products = inverts_J_D ? 42000 : to == "interpolation" ? 1000 : 120;
+  return members * (products * N * N * N + 1e5);
+}
 
 /// Returns the predicted instructions of reading a field, or the invariants of that name, from one
 /// state of all members. 0 for a name that is neither.
@@ -71,13 +77,18 @@ double creation_work(const v1::Scene& scene) {
   return of_creation(dimension(scene), members_of(scene)) + recommendation_work(scene);
 }
 
-double conversion_work(const v1::Scene& scene) {
-  return of_conversion(dimension(scene), members_of(scene));
+bool converts(const Session& from, const v1::ForkSessionRequest& request) {
+  return request.has_system() && request.system() != from.scene().system();
 }
 
-double fork_work(const Session& from, bool converts) {
+double conversion_work(const v1::ConvertRequest& request) {
+  return of_conversion(request.to(), dimension(request.scene()), members_of(request.scene()));
+}
+
+double fork_work(const Session& from, const v1::ForkSessionRequest& request) {
   const double N = whole_dimension(from.scene()), members = members_of(from);
-  return of_creation(N, members) + (converts ? of_conversion(N, members) : 0);
+  return of_creation(N, members) +
+         (converts(from, request) ? of_conversion(request.system(), N, members) : 0);
 }
 
 double tradeoff_work(const v1::MeasureTradeoffRequest& request) {

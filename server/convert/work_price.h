@@ -16,10 +16,10 @@ double recommendation_work(const v1::Scene& scene);
 /// Returns the predicted instructions of making a session: of resolving its scene and of one
 /// simulation a member.
 double creation_work(const v1::Scene& scene);
-/// Returns the predicted instructions of a conversion to the system for which it takes most.
-double conversion_work(const v1::Scene& scene);
-/// Returns the predicted instructions of a fork, with a conversion or without.
-double fork_work(const Session& from, bool converts);
+/// Returns the most instructions that a conversion takes.
+double conversion_work(const v1::ConvertRequest& request);
+/// Returns the most instructions that a fork takes, with its conversion if it has one.
+double fork_work(const Session& from, const v1::ForkSessionRequest& request);
 /// Returns the most instructions that a MeasureTradeoff may take: its budget. A budget that is no
 /// number, which is refused later, costs 0.
 double tradeoff_work(const v1::MeasureTradeoffRequest& request);

@@ -164,7 +164,7 @@ def _takes(failure: Any) -> str:
     for key, value in metadata or ():
         if key == "stiefel-work":
             work = float(value)
-            return f"; it takes about {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)"
+            return f"; it takes at most {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)"
     return ""
 
 
