@@ -28,12 +28,8 @@ def quoted_names() -> list[str]:
     return found
 
 
-def test_the_lists_are_read():
-    assert len(SYSTEMS) >= 17 and "stiefel" in SYSTEMS
-    assert len(METHODS) >= 10 and "variational" in METHODS
-
-
 def test_no_name_is_asked_for():
     # The name of the programs is also that of a system.
+    assert len(SYSTEMS) >= 17 and len(METHODS) >= 10
     found = [line for line in quoted_names() if '"stiefel"' not in line or "system" in line]
     assert found == [], "\n".join(found)
