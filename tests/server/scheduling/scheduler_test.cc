@@ -15,30 +15,6 @@
 namespace stiefel::server {
 namespace {
 
-TEST(Scheduler, JobsTakeTurns) {
-  std::string order;
-  std::latch begun(1), queued(1), done(3);
-  Calling gate([&] {
-    begun.count_down();
-    queued.wait();
-    return false;
-  });
-  CountedJob long_job('l', 5, short_work, &order), short_job('s', 1, 1, &order),
-      other('o', 2, short_work, &order);
-  Share share;
-  {
-    Scheduler scheduler(1, counted_work);
-    scheduler.submit(&gate, JobKind::brief);
-    begun.wait();
-    scheduler.submit(&long_job.of(share, endless).until(&done), JobKind::brief);
-    scheduler.submit(&other.of(share, endless).until(&done), JobKind::brief);
-    scheduler.submit(&short_job.of(share, 1).until(&done), JobKind::brief);
-    queued.count_down();
-    done.wait();
-  }
-  EXPECT_EQ(order, "slololll");
-}
-
 TEST(Scheduler, TellsTheWorkOfASliceAndOfAll) {
   std::vector<double> taken;
   {
