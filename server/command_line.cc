@@ -85,8 +85,8 @@ constexpr std::array known_variables = {
     // of the server
     "CHECKPOINT_KEY", "GRACE", "IDLE_TIMEOUT", "INSECURE", "LISTEN", "LOG_FORMAT", "LOG_LEVEL",
     "MAX_CALL_WORK", "MAX_CONNECTIONS", "MAX_CONNECTION_AGE", "MAX_SESSIONS", "MEMORY", "METRICS",
-    "PRINCIPAL_MEMORY", "PRINCIPAL_QUEUED_WORK", "PRINCIPAL_SESSIONS", "SELF_WATCH", "STORE",
-    "STORE_LIMIT", "THREADS", "TLS_CERT", "TLS_CLIENT_CA", "TLS_KEY", "TOKENS",
+    "PRINCIPAL_MEMORY", "PRINCIPAL_SESSIONS", "SELF_WATCH", "STORE", "STORE_LIMIT", "THREADS",
+    "TLS_CERT", "TLS_CLIENT_CA", "TLS_KEY", "TOKENS",
     // of the clients
     "ADDRESS", "SERVER", "TLS_CA", "TOKEN",
     // of the tests
@@ -120,7 +120,9 @@ std::vector<std::string> unknown_variables() {
     if (!whole.starts_with(prefix)) continue;
     const std::string name(whole.substr(prefix.size()));
     const std::string_view value = text.substr(std::min(text.size(), whole.size() + 1));
-    if (std::ranges::find(known_variables, name) != known_variables.end() || of_kubernetes(name, value)) continue;
+    if (std::ranges::find(known_variables, name) != known_variables.end() ||
+        of_kubernetes(name, value))
+      continue;
     const auto near = near_name(name, known_variables);
     sentences.push_back(std::string(whole) + ": unknown variable" +
                         (near ? "; did you mean " + std::string(prefix) + *near + "?" : ""));

@@ -1,7 +1,6 @@
 #include "server/scheduling/account.h"
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <utility>
 
@@ -14,8 +13,8 @@ using std::chrono::milliseconds;
 // sessions.
 constexpr milliseconds until_a_call_ends{100}, until_a_stream_ends{1000},
     until_a_session_goes{1000};
-/// The most for which a price counts in the sum of queued prices, which then cannot overflow: three
-/// days of one thread.
+/// The most for which a price counts in the sum of prices, which then cannot overflow: three days
+/// of one thread.
 constexpr double largest_price = 0x1p50;
 
 std::optional<Refusal> enter(std::atomic<std::uint32_t>& count, std::uint32_t most,
@@ -24,12 +23,6 @@ std::optional<Refusal> enter(std::atomic<std::uint32_t>& count, std::uint32_t mo
   if (most == 0 || now <= most) return std::nullopt;
   count.fetch_sub(1, std::memory_order_relaxed);
   return Refusal{limit, static_cast<double>(most), static_cast<double>(now), retry_after};
-}
-
-milliseconds at_least_one(double seconds) {
-  constexpr double longest = 60;
-  return milliseconds(std::max<std::int64_t>(
-      1, static_cast<std::int64_t>(std::ceil(1e3 * std::min(seconds, longest)))));
 }
 
 }  // namespace
@@ -85,13 +78,8 @@ std::optional<Refusal> Permit::take(Account& account, Kind kind, double price) {
   account_ = &account;
   kind_ = kind;
   price_ = static_cast<std::uint64_t>(std::clamp(price, 0.0, largest_price));
-  const std::uint64_t before = account.queued_.fetch_add(price_, std::memory_order_relaxed);
-  const double queued = static_cast<double>(before + price_);
-  // A call that runs alone may cost more.
-  if (quota.queued_work <= 0 || queued <= quota.queued_work || before == 0) return std::nullopt;
-  give_back();
-  return Refusal{"principal_queued_work", quota.queued_work, queued,
-                 at_least_one((queued - quota.queued_work) / instructions_a_second)};
+  account.admitted_.fetch_add(price_, std::memory_order_relaxed);
+  return std::nullopt;
 }
 
 void Permit::give_back() {
@@ -99,7 +87,7 @@ void Permit::give_back() {
   if (!account) return;
   (kind_ == Kind::stream ? account->streams_ : account->calls_)
       .fetch_sub(1, std::memory_order_relaxed);
-  account->queued_.fetch_sub(price_, std::memory_order_relaxed);
+  account->admitted_.fetch_sub(price_, std::memory_order_relaxed);
 }
 
 Accounts::Accounts(const Quota& quota, MemoryBudget& memory, ReclaimOf reclaim)
@@ -124,7 +112,7 @@ Account& Accounts::of(const Principal& principal) {
 Accounts::Use Accounts::use() const {
   Use all;
   const auto add = [&all](const Account& account) {
-    all.admitted += account.queued_.load(std::memory_order_relaxed);
+    all.admitted += account.admitted_.load(std::memory_order_relaxed);
     all.paid += account.paid_.load(std::memory_order_relaxed);
   };
   add(everybody_);

@@ -63,8 +63,7 @@ class Account {
   MemoryBudget memory_;
   Share share_;
   std::atomic<std::uint32_t> sessions_ = 0, streams_ = 0, calls_ = 0;
-  std::atomic<std::uint64_t> queued_ = 0;  // instructions
-  std::atomic<std::uint64_t> paid_ = 0;    // instructions
+  std::atomic<std::uint64_t> admitted_ = 0, paid_ = 0;  // instructions
 };
 
 /// A call's place in an account, given back when the permit is destroyed.

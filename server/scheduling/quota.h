@@ -16,8 +16,6 @@ struct Quota {
   std::uint32_t calls = 4096;
   /// Bytes that sessions and calls hold. If not set, that of `with_shares`.
   std::optional<std::uint64_t> memory = std::nullopt;
-  /// The sum of the prices of all calls that run or wait.
-  double queued_work = 0;
   /// The price of one call.
   double call_work = 0;
 };

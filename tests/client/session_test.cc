@@ -99,27 +99,6 @@ TEST_F(SessionTest, ADriveGoesBackAndForthAndOutlivesABadRequest) {
   EXPECT_THROW(field(sample, "Q"), std::out_of_range);
 }
 
-TEST_F(SessionTest, DiagnosesOnlyWhatIsNamed) {
-  const auto session = client_.create(tumbling());
-  const auto diagnosis = session.diagnose(100, {"energy"});
-  EXPECT_EQ(diagnosis.step(), 100);
-  ASSERT_EQ(diagnosis.invariants_size(), 1);
-  EXPECT_EQ(diagnosis.invariants(0).name(), "energy");
-  EXPECT_EQ(diagnosis.invariants(0).conservation(), v1::CONSERVATION_EXACT);
-  EXPECT_LT(diagnosis.invariants(0).drift(), 1e-14);
-}
-
-TEST_F(SessionTest, AWrongSceneNamesEveryField) {
-  v1::Scene scene = tumbling();
-  scene.set_step(0);
-  scene.mutable_method()->set_order(3);
-  const Error error = error_of([&] { client_.create(scene); });
-  EXPECT_EQ(error.code(), grpc::StatusCode::INVALID_ARGUMENT);
-  std::vector<std::string> fields;
-  for (const auto& violation : error.violations()) fields.push_back(violation.field);
-  EXPECT_THAT(fields, testing::UnorderedElementsAre("scene.step", "scene.method.order"));
-}
-
 TEST_F(SessionTest, SessionsGoWithTheirHandleUnlessKept) {
   std::string id;
   {
@@ -149,15 +128,6 @@ TEST_F(SessionTest, AMovedSessionIsDeletedOnce) {
   const Session heir = std::move(*session);
   session.reset();
   EXPECT_EQ(heir.step(1).sample().step(), 1);
-}
-
-TEST_F(SessionTest, TheSameIdWithAnotherSceneIsRefused) {
-  const auto session = client_.create(tumbling(), "mine");
-  v1::Scene other = tumbling();
-  other.set_step(0.02);
-  EXPECT_EQ(error_of([&] { client_.create(other, "mine"); }).code(),
-            grpc::StatusCode::ALREADY_EXISTS);
-  EXPECT_EQ(client_.attach("mine").scene().step(), 0.01);
 }
 
 TEST_F(SessionTest, ListsMoreThanAPage) {

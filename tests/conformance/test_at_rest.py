@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 
-import stiefel
 
 RANDOM = np.random.default_rng(11)
 INERTIA = [1.0, 2.0, 3.0, 2.5]

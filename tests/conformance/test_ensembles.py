@@ -4,6 +4,7 @@ import pytest
 
 import scenes
 import stiefel
+from stiefel import v1 as pb
 
 
 def ensemble(parts, **changes):
@@ -68,17 +69,6 @@ def test_many_numbers_travel_as_a_tensor(client):
     assert set(message.initial_tensors) == {"Q", "M"} and not message.initial
     with client.create(message) as together, client.create(parts[321]) as alone:
         np.testing.assert_array_equal(together.step(9)["M"][321], alone.step(9)["M"])
-
-
-def test_the_diagnosis_names_the_worst_member(client):
-    parts = spinning(5, "rk4")
-    with client.create(ensemble(parts)) as together:
-        energy, = together.diagnose(100, ["energy"]).invariants
-    drifts = []
-    for part in parts:
-        with client.create(part) as alone:
-            drifts.append(alone.diagnose(100, ["energy"]).invariants[0].drift)
-    assert energy.drift == max(drifts) and energy.member == int(np.argmax(drifts))
 
 
 def test_the_member_that_stops_is_named(client):
@@ -154,6 +144,29 @@ def test_each_member_is_converted(client, parts):
         np.testing.assert_array_equal(values, np.stack([one.blocks[name] for one in alone]))
     for domain, margin in velocity.margins.items():
         assert margin == min(one.margins[domain] for one in alone)
+
+
+def test_a_member_outside_the_domain_is_named(client):
+    parts = spinning(3)
+    parts[1]["initial"]["M"] *= 100
+    with pytest.raises(stiefel.InvalidArgument, match="epsilon: member 1: outside the domain S_M") as refused:
+        client.convert(ensemble(parts), "symmetric_rigid_body", epsilon=1 / np.abs(parts[0]["initial"]["M"]).sum())
+    assert refused.value.metadata["member"] == "1"
+
+
+def test_the_price_is_that_of_each_member(client):
+    """Of a creation that counts the substeps of a recommended method, and of a conversion."""
+    def price(members):
+        scene = ensemble([scenes.frame(1, 4)] * members)
+        del scene["method"]
+        request = pb.CreateSessionRequest(session_id=f"members-{members}", scene=stiefel.to_message(scene))
+        created = client._connection.call("CreateSession", request).price
+        client.delete(request.session_id)
+        converted = client._connection.call_all("Convert", pb.ConvertRequest(scene=request.scene, to="velocity"))[0].price
+        assert created.bound == converted.bound == pb.PRICE_BOUND_AT_MOST
+        return np.array([created.work, converted.work])
+    assert 1e5 < price(1)[0] < 1e7
+    np.testing.assert_allclose(price(20), 20 * price(1))
 
 
 def test_a_tradeoff_has_the_error_of_the_worst_member(client):

@@ -78,3 +78,9 @@ def test_a_frame_that_drifted_and_what_hangs_on_it(client):
         with old.fork(at=200) as new:
             assert new.diagnose(to=0).orthogonality < 1e-14
             np.testing.assert_allclose(new.step(to=0)["B"], old.step(to=200)["B"], atol=1e-6)
+
+
+def test_a_fault_of_what_a_fork_inherits_is_that_of_its_origin(client):
+    with client.create(scenes.rigid_body(initial={"M": scenes.M3})) as old:
+        with pytest.raises(stiefel.InvalidArgument, match="from_session_id: initial.Q: absent"):
+            old.fork(at=0, system="symmetric_rigid_body")

@@ -24,7 +24,9 @@ def test_a_float_stays_near_the_double(client, system):
                 np.testing.assert_allclose(values, other[name], atol=2e-5)
             assert not np.array_equal(one["Q"], other["Q"])
             assert {values.dtype for values in one.fields.values()} == {np.dtype("float32")}
-            assert {values.dtype for values in single.trajectory(to=9).fields.values()} == {np.dtype("float32")}
+            samples = single.trajectory(to=50)
+            assert {values.dtype for values in samples.fields.values()} == {np.dtype("float32")}
+            np.testing.assert_array_equal(samples["Q"][-1], one["Q"])
 
 
 def test_the_catalogue_says_where(client):

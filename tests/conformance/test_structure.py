@@ -11,28 +11,6 @@ def skew(n, seed):
     return A - A.T
 
 
-def test_the_canonical_form(client):
-    """Compares the form with [RB] (3.13), written in numpy."""
-    scene = scenes.free(4)
-    Q, M = scene["initial"]["Q"], scene["initial"]["M"]
-    xi, eta, Z, W = (skew(4, seed) for seed in range(4))
-    inner = lambda A, B: -np.trace(A @ B) / 2
-    expected = inner(W, xi) - inner(Z, eta) + inner(M, xi @ eta - eta @ xi)
-    with client.create(scene) as session:
-        reply = session.diagnose(0, ["energy"], forms=[("omega", {"Q": Q @ xi, "M": Z}, {"Q": Q @ eta, "M": W})])
-    assert reply.forms[0] == pytest.approx(expected, rel=1e-13)
-
-
-def test_the_form_on_frames_is_skew(client):
-    scene = scenes.frame(2, 5)
-    Q = scene["initial"]["Q"]
-    u = {"QU": Q @ skew(5, 1), "QZ": Q @ skew(5, 2)}
-    v = {"QU": Q @ skew(5, 3), "QZ": Q @ skew(5, 4)}
-    with client.create(scene) as session:
-        ways = session.diagnose(0, ["energy"], forms=[("omega_cotangent", u, v), ("omega_cotangent", v, u)]).forms
-    assert ways[0] == pytest.approx(-ways[1], rel=1e-13) and abs(ways[0]) > 1e-3
-
-
 def test_the_canonical_dirac_bracket_is_skew_and_a_derivation(client):
     scene = client.convert(scenes.free(3), "symmetric_rigid_body").scene
     random = np.random.default_rng(1)
@@ -83,3 +61,17 @@ def test_a_system_without_a_form_says_so(client):
 def test_describe_lists_the_forms(client):
     forms = {system.name: [form.name for form in system.forms] for system in client.describe().systems}
     assert forms["rigid_body"] == ["omega"] and forms["stiefel"] == ["omega_pairs", "omega_cotangent"]
+
+
+def test_an_ensemble_has_neither_forms_nor_a_symplectic_test(client):
+    with client.create(scenes.BIT_SCENES["ensemble"]) as session:
+        for asked in ({"forms": [("omega", {}, {})]}, {"symplectic": True}):
+            with pytest.raises(stiefel.InvalidArgument, match=r"(forms\[0\]|symplectic_test): 5 members: the scene must have no"):
+                session.diagnose(0, **asked)
+
+
+def test_a_function_of_another_shape_names_its_place(client):
+    scene, zero = client.convert(scenes.free(3), "symmetric_rigid_body").scene, np.zeros((3, 3))
+    with client.create(scene) as session:
+        with pytest.raises(stiefel.InvalidArgument, match=r"dirac_brackets\[0\].second\[1\].B: 3 x 2"):
+            session.diagnose(0, dirac_brackets=[([(zero, zero)] * 2, [(zero, zero), (zero, zero[:, :2])])])

@@ -29,16 +29,6 @@ def test_it_says_what_it_measured_against_and_on_what(measured):
     assert (setup.horizon, setup.steps, setup.reference_steps, setup.repeats) == (2.0, 20, 20, 2)
 
 
-def test_every_applicable_method_is_there_in_both_arithmetics(client, measured):
-    system, = (s for s in client.describe().systems if s.name == "rigid_body")
-    names = {point.method for point in measured.points}
-    assert {"variational", "preprocessed_variational", "exact", "rk4", "adaptive"} <= names
-    assert names <= {on.method for on in system.methods}
-    for name in names - {"exact"}:
-        assert {p.arithmetic for p in measured.points if p.method == name} == {"plain", "compensated"}
-    assert {p.order for p in measured.points if p.method == "variational"} == {2, 4, 6, 8}
-
-
 def test_the_errors_are_those_of_a_run(client, measured):
     exact = scene(method={"name": "variational", "order": 8, "substeps": 8})
     with client.create(exact) as session:
@@ -67,32 +57,10 @@ def test_a_point_has_its_cost_and_its_times(measured):
         assert point.steps_per_second > 0 and math.isfinite(point.drift)
 
 
-def test_float_is_measured_too(measured):
-    floats = [point for point in measured.points if point.scalar == "float"]
-    assert {point.method for point in floats} == {"variational", "preprocessed_variational", "rk4"}
-    assert all(point.family.endswith(", float") and point.error > 1e-8 for point in floats)
-
-
-def test_the_front_falls(measured):
-    assert len(measured.front) > 2 and set(measured.front) <= set(measured.points)
-    work = [point.work for point in measured.front]
-    errors = [point.error for point in measured.front]
-    assert work == sorted(work) and errors == sorted(errors, reverse=True)
-    for point in measured.points:
-        assert any(other.work <= point.work and other.error <= point.error for other in measured.front)
-
-
 def test_points_arrive_one_by_one(client):
     parts = client.tradeoff_parts(scene(), **SMALL)
     kinds = [part.WhichOneof("part") for part in parts]
     assert kinds[0] == "setup" and kinds[-1] == "front" and set(kinds[1:-1]) == {"point"}
-
-
-def test_two_measurements_differ_in_their_times_only(client, measured):
-    again = client.tradeoff(scene(), **SMALL)
-    strip = lambda p: (p.family, p.substeps, p.tolerance, p.error, p.drift, p.work, p.extrapolated)  # noqa: E731
-    assert [strip(p) for p in again.points] == [strip(p) for p in measured.points]
-    assert [strip(p) for p in again.front] == [strip(p) for p in measured.front]
 
 
 def test_the_horizon_is_the_scenes_or_a_hundred_steps(client):
@@ -100,13 +68,6 @@ def test_the_horizon_is_the_scenes_or_a_hundred_steps(client):
     assert own.steps == 31
     assert next(client.tradeoff_parts(scene(), budget=1e8)).setup.steps == 100
     assert next(client.tradeoff_parts(scene(step=-0.1), horizon=1.0, budget=1e8)).setup.steps == 10
-
-
-def test_a_geodesic_and_a_scene_without_a_frame(client):
-    geodesic = client.tradeoff(scenes.frame(2, 5, step=0.1), horizon=1.0, budget=3e8, repeats=1)
-    assert min(p.error for p in geodesic.points) < 1e-13
-    momentum = client.tradeoff(scene(initial={"M": scenes.M3}), horizon=1.0, budget=3e8, repeats=1)
-    assert all(p.attitude_error is None and p.momentum_error is not None for p in momentum.points)
 
 
 @pytest.mark.parametrize("change, request_change, fault", [

@@ -16,9 +16,7 @@ SITE = ROOT / "docs/site"
 BUILD = Path(os.environ["STIEFEL_SERVER"]).resolve().parents[1]
 sys.path.insert(0, str(SITE))
 import command_pages  # noqa: E402
-import cpp_pages  # noqa: E402
 import protocol_pages  # noqa: E402
-import text  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -59,47 +57,3 @@ def test_every_public_header_is_shown(html):
         name = str(header).partition("/include/")[2]
         page = (html / "reference/cpp" / (name.removesuffix(".h").replace("/", "_") + ".html")).read_text(encoding="utf-8")
         assert f"<h1>{name}<a" in page
-
-
-def test_a_header_is_read():
-    header = """#pragma once
-namespace a {
-
-class Later;
-
-/// A point
-/// of the plane.
-struct Point {
-  double x = 0;  ///< across
-  double norm() const {
-    return x;
-  }
-
- private:
-  int secret_;
-};
-
-/// Adds.
-int add(int a,
-        int b);
-int add(int a);
-
-inline int Point::other() { return 1; }
-static_assert(true);
-
-}  // namespace a
-"""
-    found = list(cpp_pages.declarations(header))
-    assert [(one.name, one.comment) for one in found] == [("Point", "A point\nof the plane."), ("add", "Adds."), ("add", "")]
-    shown = cpp_pages.public(found[0].code)
-    assert "secret_" not in shown and "return x" not in shown and "double norm() const;" in shown and "///< across" in shown
-
-
-def test_plain_text_stays_plain():
-    assert text.escaped("`a_b` is [RB] <x> *y* `c|d`") == r"`a_b` is \[RB\] \<x\> \*y\* `c|d`"
-
-    assert text.paragraphs("One_1\n\n    code_2\n\nTwo") == "One\\_1\n\n```text\n    code_2\n```\n\nTwo\n"
-
-
-def test_the_commands_of_a_help_are_found():
-    assert command_pages.commands("Usage\n\nOptions:\n  -h  x\n\nSubcommands:\n  run    Runs\n  describe  Lists\n\nEnd\n") == ["run", "describe"]

@@ -7,7 +7,6 @@ measured in the server's CPU time.
 import threading
 import time
 
-import grpc
 import numpy as np
 import pytest
 
@@ -292,29 +291,6 @@ def frames(n, N):
     return {"inertia": np.ones(N), "Q_0": np.eye(n, N), "Q_T": np.roll(np.eye(n, N), 1, axis=1)}
 
 
-def test_ids(client):
-    with client.create(BODY, id="x" * 128) as session:
-        assert session.id == "x" * 128
-    refused(lambda: client.create(BODY, id="x" * 129), "session_id", "x" * 129, "1 to 128 characters of")
-
-
-def test_pages(client):
-    """A page size above 1000 counts as 1000; a smaller one is kept."""
-    made = [client.create(BODY) for _ in range(5)]
-    reply = client._connection.call("ListSessions", pb.ListSessionsRequest(page_size=2**32 - 1))
-    assert len(reply.sessions) == 5 and not reply.next_page_token
-    reply = client._connection.call("ListSessions", pb.ListSessionsRequest(page_size=4))
-    assert len(reply.sessions) == 4 and reply.next_page_token
-    for session in made:
-        session.delete()
-
-
-def test_substeps(client):
-    with client.create(with_method(substeps=10**6)) as session:
-        assert session.step(to=0).step == 0
-    refused(lambda: client.create(with_method(substeps=10**6 + 1)), "scene.method.substeps", 10**6 + 1, "1 to 1000000")
-
-
 @pytest.mark.parametrize("tolerance, past", [(1e-15, 0.99e-15), (1.0, 1.01)])
 def test_tolerances(client, tolerance, past):
     with client.create(with_method(name="adaptive", tolerance=tolerance)) as session:
@@ -332,21 +308,6 @@ def test_frames_of_too_many_rows(client, limits):
     if LONG:
         client.create(resting_frame(n, n + 1)).delete()
     refused(lambda: client.create(resting_frame(n + 1, n + 2)), "scene.initial.Q", f"{n + 1} x {n + 2}", f"n ≤ {n}")
-
-
-def test_pairs(session):
-    def ask(pairs):
-        request = pb.DiagnoseRequest(session_id=session.id, symplectic_test=pb.SymplecticTest(pairs=pairs))
-        return session._connection.call("Diagnose", request)
-    assert ask(1000).symplectic_defect < 1e-6
-    refused(lambda: ask(1001), "symplectic_test.pairs", 1001, "at most 1000")
-
-
-@pytest.mark.parametrize("field, limit", [("steps", 4096), ("samples", 100_000), ("restarts", 1000)])
-def test_geodesics(client, field, limit):
-    at = {"restarts": 0, field: limit}
-    assert client.geodesic(**frames(1, 2), **at).outcome == "REACHED"
-    refused(lambda: client.geodesic(**frames(1, 2), **{**at, field: limit + 1}), field, limit + 1, f"at most {limit}")
 
 
 def test_frames_are_as_large_as_the_memory_of_a_search(client):

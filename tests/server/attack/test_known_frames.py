@@ -12,7 +12,6 @@ import os
 import socket
 import subprocess
 import threading
-import time
 from pathlib import Path
 
 import grpc
@@ -20,7 +19,7 @@ import pytest
 
 import stiefel
 from authority import Authority
-from conftest import BODY, SANITIZED, Process, eventually
+from conftest import BODY, Process, eventually
 from daemons import find_daemon
 from http2 import (ACK, CONTINUATION, END_HEADERS, END_STREAM, HEADERS, SETTINGS, START, call_headers, frame, header,
                    integer)
@@ -179,16 +178,6 @@ def test_bare_the_server_is_back_with_all_that_was_stored(supervised):
         attack(kept, name, supervised.address)
         print(f"{name}: all there after {supervised.starts - starts} restarts")
     assert len(kept.bits) == len(ATTACKS)
-
-
-def test_the_supervisor_restarts_what_is_killed(supervised):
-    """A process that ends by a signal, whatever gRPC is installed."""
-    kept = Kept(supervised.address)
-    for starts in (1, 2, 3):
-        with stiefel.Client(kept.address) as client:
-            kept.create(client)
-        supervised.process.child.kill()
-        assert eventually(lambda: supervised.starts == starts + 1) and eventually(kept.there)
 
 
 def free_port():

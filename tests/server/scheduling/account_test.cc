@@ -43,27 +43,6 @@ TEST(Account, ACallThatCostsTooMuchNeverSucceeds) {
   EXPECT_EQ(refusal->retry_after, 0ms);
 }
 
-TEST(Account, QueuedWorkIsTheSumOfPrices) {
-  Accounts accounts({.queued_work = 1e10});
-  Account& account = accounts.of({});
-  Permit first, second, third;
-  EXPECT_FALSE(first.take(account, Kind::stream, 1e30)) << "alone it may cost more";
-  const auto refusal = second.take(account, Kind::call, 1);
-  ASSERT_TRUE(refusal);
-  EXPECT_STREQ(refusal->limit, "principal_queued_work");
-  first.give_back();
-  EXPECT_FALSE(first.take(account, Kind::call, 6e9));
-  EXPECT_FALSE(second.take(account, Kind::call, 4e9));
-  const auto next = third.take(account, Kind::call, 5e9);
-  ASSERT_TRUE(next);
-  EXPECT_EQ(next->asked, 1.5e10);
-  EXPECT_EQ(next->retry_after, 1s) << "what a thread needs for what is too much";
-  second.give_back();
-  EXPECT_TRUE(third.take(account, Kind::call, 5e9));
-  first.give_back();
-  EXPECT_FALSE(third.take(account, Kind::call, 5e9)) << "a refused call has left nothing behind";
-}
-
 TEST(Account, TheUseOfAllIsTheSum) {
   Accounts accounts({});
   Permit first, second;

@@ -95,21 +95,6 @@ TEST_F(RunQueueTest, AShareThatComesLaterIsNotOwedThePast) {
   EXPECT_NEAR(static_cast<double>(std::ranges::count(order_, 'l')), 10, 1);
 }
 
-TEST_F(RunQueueTest, ShortJobsGoBefore) {
-  Share busy, other;
-  for (int i = 0; i < 10; ++i) queue(busy, 'l', 10, slice, endless);
-  turn();
-  queue(other, 's', 1, slice / 10, slice / 10);
-  queue(busy, 't', 1, slice / 10, slice / 10);
-  turn();
-  turn();
-  turn();
-  EXPECT_EQ(order_.size(), 4u);
-  EXPECT_EQ(order_.back(), 'l');
-  EXPECT_NE(order_.find('s'), std::string::npos);
-  EXPECT_NE(order_.find('t'), std::string::npos);
-}
-
 TEST_F(RunQueueTest, ALongJobIsMediumWhenLessIsLeft) {
   Share share;
   queue(share, 'a', 13, slice, 13 * slice);

@@ -10,34 +10,11 @@
 #include <thread>
 #include <vector>
 
+#include "server/scheduling/slice.h"
 #include "tests/server/scheduling/scheduling.h"
 
 namespace stiefel::server {
 namespace {
-
-TEST(Scheduler, JobsTakeTurns) {
-  std::string order;
-  std::latch begun(1), queued(1), done(3);
-  Calling gate([&] {
-    begun.count_down();
-    queued.wait();
-    return false;
-  });
-  CountedJob long_job('l', 5, short_work, &order), short_job('s', 1, 1, &order),
-      other('o', 2, short_work, &order);
-  Share share;
-  {
-    Scheduler scheduler(1, counted_work);
-    scheduler.submit(&gate, JobKind::brief);
-    begun.wait();
-    scheduler.submit(&long_job.of(share, endless).until(&done), JobKind::brief);
-    scheduler.submit(&other.of(share, endless).until(&done), JobKind::brief);
-    scheduler.submit(&short_job.of(share, 1).until(&done), JobKind::brief);
-    queued.count_down();
-    done.wait();
-  }
-  EXPECT_EQ(order, "slololll");
-}
 
 TEST(Scheduler, TellsTheWorkOfASliceAndOfAll) {
   std::vector<double> taken;
@@ -208,6 +185,30 @@ TEST(Scheduler, ManyThreadsSubmit) {
     }
   }
   EXPECT_EQ(slices, 3 * count);
+}
+
+TEST(Slices, AreNumbersOfSteps) {
+  EXPECT_EQ(slice_steps(200), 10'000);
+  EXPECT_EQ(slice_steps(2e6), 1);
+  EXPECT_EQ(slice_steps(1e12), 1) << "a slice is never empty";
+  EXPECT_EQ(slice_steps(0), 2'000'000) << "a cost of nothing is not believed";
+  {
+    const SliceLength length(brief_slice_nanoseconds);
+    EXPECT_EQ(slice_steps(200), 1000);
+    {
+      const SliceLength inner(slice_nanoseconds / 2);
+      EXPECT_EQ(slice_steps(200), 5000);
+    }
+    EXPECT_EQ(slice_steps(200), 1000);
+  }
+  EXPECT_EQ(slice_steps(200), 10'000);
+}
+
+TEST(Slices, StepsSayTheirKind) {
+  EXPECT_EQ(kind_of_steps(1), JobKind::brief);
+  EXPECT_EQ(kind_of_steps(brief_slice_nanoseconds), JobKind::brief);
+  EXPECT_EQ(kind_of_steps(slice_nanoseconds), JobKind::sliced);
+  EXPECT_EQ(kind_of_steps(1.1 * slice_nanoseconds), JobKind::unsliced);
 }
 
 }  // namespace

@@ -15,7 +15,6 @@ inline thread_local double work_done = 0;
 inline double counted_work() { return work_done; }
 
 /// A job of `slices` slices of `work` instructions each, which notes each in `order` by its name.
-/// `done` counts down at its end.
 class CountedJob final : public Job {
  public:
   CountedJob(char name, int slices, double work, std::string* order = nullptr)
@@ -24,16 +23,11 @@ class CountedJob final : public Job {
     bill(share, price);
     return *this;
   }
-  CountedJob& until(std::latch* done) {
-    done_ = done;
-    return *this;
-  }
 
   bool run_slice() noexcept override {
     if (order_) *order_ += name_;
     work_done += work_;
     if (--left_ > 0) return true;
-    if (done_) done_->count_down();
     return false;
   }
 
@@ -42,7 +36,6 @@ class CountedJob final : public Job {
   int left_;
   const double work_;
   std::string* const order_;
-  std::latch* done_ = nullptr;
 };
 
 /// The price of a job that has no end.

@@ -60,34 +60,6 @@ TEST_F(Price, AStepGoesOnWhereTheOneBeforeEnded) {
   ADD_FAILURE() << "four calls did not reach the step";
 }
 
-TEST_F(Price, AStreamSendsWhatItHasAndGoesOnAfterIt) {
-  v1::StreamRequest request;
-  request.set_session_id("s");
-  request.set_to(last_step);
-  std::vector<std::int64_t> steps;
-  std::string last;
-  for (int calls = 0; calls < 4; ++calls) {
-    grpc::Status status;
-    for (const auto& message : harness_.stream(request, &status)) {
-      for (const auto step : message.steps()) steps.push_back(step);
-      last.clear();
-      for (const auto& field : message.fields()) {
-        const std::string& all = field.value().data();
-        last += all.substr(all.size() - 3 * sizeof(double));
-      }
-    }
-    if (status.ok()) {
-      EXPECT_GE(calls, 1);
-      break;
-    }
-    expect_reached(status);
-    ASSERT_FALSE(steps.empty());
-    request.set_from(steps.back() + 1);
-  }
-  ASSERT_EQ(steps.back(), last_step);
-  EXPECT_EQ(last, expected_);
-}
-
 TEST_F(Price, AForkAndADiagnosisEndThereToo) {
   v1::ForkSessionRequest fork;
   fork.set_session_id("t");
@@ -106,24 +78,6 @@ TEST_F(Price, AForkAndADiagnosisEndThereToo) {
   v1::DiagnoseResponse diagnosis;
   grpc::ClientContext context;
   expect_reached(harness_.stub->Diagnose(&context, diagnose, &diagnosis));
-}
-
-TEST_F(Price, ADriveAnswersWithTheErrorAndGoesOn) {
-  grpc::ClientContext context;
-  const auto drive = harness_.stub->Drive(&context);
-  v1::DriveRequest request;
-  request.set_session_id("s");
-  request.set_to(last_step);
-  v1::DriveResponse response;
-  int refused = -1;
-  do {
-    ASSERT_TRUE(drive->Write(request) && drive->Read(&response));
-  } while (++refused < 4 && response.has_error());
-  EXPECT_GE(refused, 1);
-  ASSERT_TRUE(response.has_step());
-  EXPECT_EQ(response.step().sample().step(), last_step);
-  drive->WritesDone();
-  EXPECT_TRUE(drive->Finish().ok());
 }
 
 /// The statistics of the flat ellipsoid up to `last_step`, without a server.

@@ -167,20 +167,6 @@ TEST(Quotas, ASearchCostsWhatItMayTake) {
   EXPECT_EQ(connect(1), "");
 }
 
-TEST(Quotas, QueuedWork) {
-  test::Harness harness({.quota = {.queued_work = 1e12}});
-  harness.create("s", test::wire_scene());
-  // Two calls of more than half the limit each: the one that arrives second is refused.
-  const Running calls[] = {{*harness.stub, "", forever / 2}, {*harness.stub, "", forever / 2}};
-  const Running* refused = nullptr;
-  for (const auto end = std::chrono::steady_clock::now() + 30s;
-       !refused && std::chrono::steady_clock::now() < end; std::this_thread::sleep_for(1ms))
-    for (const Running& call : calls)
-      if (call.done()) refused = &call;
-  ASSERT_TRUE(refused);
-  expect_refused(told(refused->status, refused->context), "principal_queued_work");
-}
-
 TEST(Quotas, DrivesAreToldInTheirReplies) {
   test::Harness harness({.quota = {.call_work = 1e9}});
   harness.create("s", test::wire_scene());

@@ -1,5 +1,3 @@
-#include "server/sessions/identity.h"
-#include "stiefel/version.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {
@@ -8,49 +6,7 @@ namespace {
 class Rpcs : public testing::Test {
  protected:
   test::Harness harness_;
-  grpc::ClientContext context_;
 };
-
-TEST_F(Rpcs, DescribeIsTheCatalogueAndTheLimits) {
-  v1::DescribeResponse response;
-  ASSERT_TRUE(harness_.stub->Describe(&context_, {}, &response).ok());
-  EXPECT_EQ(response.build(), build_fingerprint());
-  EXPECT_EQ(response.numerics_id(), server::numerics_id());
-  EXPECT_EQ(response.numerics_id().size(), 16u);
-  EXPECT_EQ(response.numerics_id().find_first_not_of("0123456789abcdef"), std::string::npos);
-  EXPECT_EQ(static_cast<std::size_t>(response.systems_size()), catalogue().systems.size());
-  EXPECT_EQ(static_cast<std::size_t>(response.methods_size()), catalogue().methods.size());
-  EXPECT_EQ(response.limits().max_dimension(), 512u);
-  EXPECT_EQ(response.limits().max_sessions(), 1000u);
-  EXPECT_EQ(response.limits().max_reply_bytes(), 2u << 20);
-  EXPECT_EQ(response.limits().max_step(), std::int64_t{1} << 53);
-  EXPECT_EQ(response.limits().idle_timeout().seconds(), 3600);
-}
-
-TEST_F(Rpcs, CreateOfALargeSceneWorksOnThePool) {
-  EXPECT_TRUE(harness_.create("s", test::wire_scene({.dimension = 40})).created());
-}
-
-TEST_F(Rpcs, EveryReplyHasTheNumericsId) {
-  const auto id_of = [](const grpc::ClientContext& context) {
-    const auto found = context.GetServerInitialMetadata().find("stiefel-numerics-id");
-    return found == context.GetServerInitialMetadata().end()
-               ? ""
-               : std::string(found->second.data(), found->second.size());
-  };
-  v1::DescribeResponse response;
-  ASSERT_TRUE(harness_.stub->Describe(&context_, {}, &response).ok());
-  EXPECT_EQ(id_of(context_), server::numerics_id());
-  harness_.create("s", test::wire_scene());
-  v1::StreamRequest request;
-  request.set_session_id("s");
-  grpc::ClientContext context;
-  const auto reader = harness_.stub->Stream(&context, request);
-  v1::StreamResponse message;
-  EXPECT_TRUE(reader->Read(&message));
-  EXPECT_EQ(id_of(context), server::numerics_id());
-  EXPECT_TRUE(reader->Finish().ok());
-}
 
 TEST_F(Rpcs, CallsWhoseWorkIsNotKnownHaveACap) {
   v1::Scene scene = test::wire_scene();

@@ -2,7 +2,6 @@
 // resolved one.
 #include <set>
 
-#include "server/sessions/identity.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {
@@ -70,26 +69,6 @@ v1::Scene chosen_scene() {
   return scene;
 }
 
-TEST(Views, FilledInIsTheDefaultAndHasNothingOfTheCallers) {
-  test::Harness harness;
-  const v1::Scene given = test::wire_scene();
-  const v1::Session session = create(harness, "s", given, v1::SCENE_VIEW_UNSPECIFIED);
-  EXPECT_EQ(session.system(), "rigid_body");
-  EXPECT_EQ(session.numerics_id(), server::numerics_id());
-  v1::Scene expected;
-  v1::Method& method = *expected.mutable_method();
-  method.set_name("variational");
-  method.set_order(2);
-  method.set_substeps(1);
-  method.set_arithmetic("compensated");
-  method.set_scalar("double");
-  EXPECT_EQ(session.scene().DebugString(), expected.DebugString());
-  EXPECT_EQ(session.cleared_size(), 0);
-  EXPECT_EQ(get(harness, "s", v1::SCENE_VIEW_FILLED_IN).scene().DebugString(),
-            expected.DebugString());
-  EXPECT_FALSE(get(harness, "s", v1::SCENE_VIEW_NONE).has_scene());
-}
-
 TEST(Views, WhatWasSentWithWhatWasFilledInIsTheResolvedScene) {
   test::Harness harness;
   v1::Scene momentum = test::wire_scene();
@@ -104,26 +83,6 @@ TEST(Views, WhatWasSentWithWhatWasFilledInIsTheResolvedScene) {
     // It is the same session wherever it is created, and nothing is left to be filled in.
     EXPECT_EQ(create(harness, id, resolved, v1::SCENE_VIEW_UNSPECIFIED).scene().ByteSizeLong(), 0u);
   }
-}
-
-TEST(Views, AChosenMethodIsOutputOfTheSession) {
-  test::Harness harness;
-  const v1::Session session = create(harness, "s", chosen_scene(), v1::SCENE_VIEW_FILLED_IN);
-  ASSERT_TRUE(session.has_choice());
-  EXPECT_EQ(session.choice().tolerance(), 1e-3);
-  EXPECT_EQ(session.choice().horizon(), 1);
-  EXPECT_EQ(session.choice().method().DebugString(), session.scene().method().DebugString());
-  EXPECT_NE(session.choice().reason().find(session.choice().method().name()), std::string::npos);
-  EXPECT_EQ(session.cleared_size(), 1);
-  EXPECT_EQ(session.cleared(0), "tolerance");
-  EXPECT_EQ(get(harness, "s", v1::SCENE_VIEW_NONE).choice().DebugString(),
-            session.choice().DebugString());
-  // Created by its resolved scene it has the same state, and nothing was chosen.
-  const v1::Session again =
-      create(harness, "again", merged(chosen_scene(), session), v1::SCENE_VIEW_FILLED_IN);
-  EXPECT_FALSE(again.has_choice());
-  EXPECT_EQ(test::bytes_of(harness.step("again", 50).sample()),
-            test::bytes_of(harness.step("s", 50).sample()));
 }
 
 TEST(Views, AForkIsShownAgainstTheSessionItComesFrom) {
@@ -181,31 +140,6 @@ TEST(Views, AConversionIsShownAgainstTheScene) {
   EXPECT_EQ(blocks[0].blocks(1).name(), "Qdot");
   EXPECT_EQ(blocks[0].blocks(1).value().data().size(), 72u);
   EXPECT_FALSE(blocks[0].has_scene());
-}
-
-TEST(Lists, AreSmallAndComeInPages) {
-  test::Harness harness;
-  for (const char* id : {"e", "b", "d", "a", "c"}) harness.create(id, test::wire_scene());
-  v1::ListSessionsRequest request;
-  request.set_page_size(2);
-  std::string ids;
-  int pages = 0;
-  do {
-    grpc::ClientContext context;
-    v1::ListSessionsResponse response;
-    ASSERT_TRUE(harness.stub->ListSessions(&context, request, &response).ok());
-    for (const auto& session : response.sessions()) {
-      ids += session.session_id();
-      EXPECT_EQ(session.system(), "rigid_body");
-      EXPECT_TRUE(session.has_create_time() && session.has_expire_time());
-      EXPECT_FALSE(session.has_scene());
-      EXPECT_EQ(session.cached_steps_size(), 0);
-    }
-    request.set_page_token(response.next_page_token());
-    ++pages;
-  } while (!request.page_token().empty());
-  EXPECT_EQ(ids, "abcde");
-  EXPECT_EQ(pages, 3);
 }
 
 TEST(Lists, ClampTheSizeOfAPage) {

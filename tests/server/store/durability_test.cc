@@ -3,7 +3,6 @@
 
 #include <map>
 #include <random>
-#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -12,8 +11,6 @@
 
 namespace stiefel::test {
 namespace {
-
-using ::testing::HasSubstr;
 
 v1::DescribeResponse describe(Stub& stub) {
   grpc::ClientContext context;
@@ -25,16 +22,6 @@ v1::DescribeResponse describe(Stub& stub) {
 TEST_F(DurabilityTest, DescribeSaysWhetherSessionsLast) {
   EXPECT_FALSE(describe(*Harness().stub).durable());
   EXPECT_TRUE(describe(*Harness(with_store(file_)).stub).durable());
-}
-
-TEST_F(DurabilityTest, AStoreOfASecondServerIsRefused) {
-  const Harness harness(with_store(file_));
-  try {
-    const server::Server second(with_store(file_));
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("in use by process"));
-  }
 }
 
 TEST_F(DurabilityTest, AFullStoreRefusesNewSessionsAndServesTheOld) {

@@ -7,11 +7,9 @@
 
 #include <array>
 #include <atomic>
-#include <condition_variable>
 #include <latch>
 #include <thread>
 
-#include "server/sessions/cursor.h"
 #include "server/sessions/identity.h"
 #include "tests/server/store/folder.h"
 #include "tests/server/store/write_ahead_logs.h"
@@ -88,23 +86,6 @@ TEST_F(JournalTest, ManyAtOnceAreFewTransactions) {
   EXPECT_LE(written.journal.transactions(), first + threads * each / Journal::max_changes + 1);
 }
 
-TEST_F(JournalTest, TheLastOfOneNameCounts) {
-  {
-    Written written(options_);
-    std::shared_ptr<PendingWrite> last;
-    for (int i = 0; i < 100; ++i) {
-      written.create("a", i);
-      if (i < 99) written.registry.erase(everybody, "a");
-      if (i % 2)
-        written.create("b", i), last = written.registry.erase(everybody, "b").pending_write;
-    }
-    outcome(*last);
-  }
-  const auto stored = test::stored(options_.file);
-  EXPECT_EQ(stored.size(), 1u);
-  EXPECT_EQ(stored.at("a"), identity_of(test::numbered_scene(99).description()));
-}
-
 TEST_F(JournalTest, NamesOfManyThreadsEndAsTheRegistryHasThem) {
   std::map<std::string, std::string> expected;
   {
@@ -177,30 +158,6 @@ TEST_F(JournalTest, ExpiredSessionsLeaveTheFile) {
   const auto stored = test::stored(options_.file);
   EXPECT_EQ(stored.size(), 1u);
   EXPECT_TRUE(stored.contains("b"));
-}
-
-TEST_F(JournalTest, TheLastCachedStateIsWrittenBehind) {
-  std::vector<double> expected;
-  std::int64_t step = 0;
-  {
-    Written written(options_, 5ms);
-    outcome(*written.create("a"));
-    const auto session = written.registry.find(everybody, "a");
-    Cursor cursor(**session, 100'000);
-    std::int64_t budget = 1'000'000;
-    EXPECT_TRUE(cursor.advance(100'000, budget));
-    step = (*session)->cached_steps().back();
-    expected = test::expected_state(test::numbered_scene(0), step);
-  }
-  Store store(options_);
-  Store::Reader reader(store);
-  const auto row = reader.next();
-  ASSERT_TRUE(row && row->checkpoint);
-  EXPECT_GT(step, 0);
-  EXPECT_EQ(row->checkpoint->step, step);
-  EXPECT_EQ(row->checkpoint->numerics_id, numerics_id());
-  ASSERT_EQ(row->checkpoint->state.size(), expected.size() * sizeof(double));
-  EXPECT_EQ(std::memcmp(row->checkpoint->state.data(), expected.data(), expected.size() * 8), 0);
 }
 
 TEST_F(JournalTest, DeletedNamesGoWithTheDeletion) {
@@ -289,34 +246,6 @@ TEST_F(JournalTest, ALockThatIsGivenBackDelaysOnly) {
   std::this_thread::sleep_for(300ms);
   other.run("ROLLBACK");
   for (const auto& pending_write : pending) EXPECT_FALSE(outcome(*pending_write));
-}
-
-TEST_F(JournalTest, ToldWhenTheFilesAreGoneAndWhenTheyAreBack) {
-  std::mutex mutex;
-  std::condition_variable changed;
-  std::vector<std::optional<std::string>> told;
-  Store store(options_);
-  Journal journal(store,
-                  {test::identity_row,
-                   {},
-                   {},
-                   [&](const std::optional<std::string>& fault) {
-                     const std::lock_guard lock(mutex);
-                     told.push_back(fault);
-                     changed.notify_all();
-                   }},
-                  1ms);
-  const auto wait_for = [&](std::size_t count) {
-    std::unique_lock lock(mutex);
-    changed.wait(lock, [&] { return told.size() >= count; });
-  };
-  std::filesystem::rename(options_.file, folder_.file("elsewhere"));
-  wait_for(1);
-  std::filesystem::rename(folder_.file("elsewhere"), options_.file);
-  wait_for(2);
-  const std::lock_guard lock(mutex);
-  EXPECT_THAT(told[0].value_or(""), testing::HasSubstr(options_.file + " was removed"));
-  EXPECT_FALSE(told[1]);
 }
 
 /// A process whose files may have `bytes` bytes, as with `ulimit -f`.

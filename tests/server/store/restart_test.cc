@@ -67,39 +67,6 @@ TEST_F(RestartTest, ALongRunGoesOnFromItsCheckpoint) {
   EXPECT_LT(reply.computed_steps(), far / 2);
 }
 
-TEST_F(RestartTest, AFullServerStartsAgain) {
-  auto options = with_store(file_);
-  options.memory = std::uint64_t{64} << 20;
-  options.max_sessions = 100'000;
-  std::vector<std::string> made;
-  const auto fill = [&](Stub& stub, const std::string& prefix, const v1::Scene& scene) {
-    for (int i = 0; i < 2000; ++i) {
-      const std::string id = prefix + std::to_string(i);
-      if (!create(stub, id, scene).ok()) return;
-      made.push_back(id);
-    }
-  };
-  v1::Scene large = wire_scene({.method = "rk4", .dimension = 96});
-  large.set_step(1e-5);  // rk4 leaves the numbers at 0.01
-  constexpr std::int64_t far = 64;
-  std::string bits;
-  {
-    // Checkpoints of the large sessions reach the store; smaller sessions then take their memory.
-    Harness harness(options);
-    fill(*harness.stub, "large", large);
-    ASSERT_GT(made.size(), 20u);
-    for (const std::string& id : made) bits = bytes_of(harness.step(id, far).sample());
-    std::this_thread::sleep_for(std::chrono::seconds(2));
-    fill(*harness.stub, "small", numbered(0));
-  }
-  Harness harness(options);
-  for (const std::string& id : made) EXPECT_TRUE(get(*harness.stub, id, v1::SCENE_VIEW_NONE)) << id;
-  for (int i = 1; i < 12; ++i)  // a step needs memory of its own
-    EXPECT_TRUE(erase(*harness.stub, "large" + std::to_string(i)).ok());
-  EXPECT_EQ(bytes_of(harness.step("large0", far).sample()), bits);
-  EXPECT_TRUE(create(*harness.stub, "more", numbered(1)).ok());
-}
-
 TEST_F(RestartTest, AServerStartsWithLessMemoryThanItsSessionsTake) {
   auto options = with_store(file_);
   constexpr int sessions = 60;
@@ -210,20 +177,6 @@ TEST_F(RestartTest, RestoredSessionsCountInTheirPrincipalsMemory) {
   without = count(*Harness(options).stub);
   EXPECT_GT(without, 20);
   EXPECT_LE(with, without - 20);
-}
-
-TEST_F(RestartTest, EverySessionIsRestoredHoweverSmallTheLimitOfAPrincipal) {
-  auto options = with_store(file_);
-  {
-    Harness harness(options);
-    for (int i = 0; i < 40; ++i) harness.create(std::to_string(i), numbered(i));
-  }
-  options.quota.memory = 50'000;
-  Harness harness(options);
-  for (int i = 0; i < 40; ++i)
-    EXPECT_TRUE(get(*harness.stub, std::to_string(i), v1::SCENE_VIEW_NONE)) << i;
-  const End end = create(*harness.stub, "more", numbered(0));
-  EXPECT_EQ(end.reason(), "OVER_QUOTA");
 }
 
 }  // namespace

@@ -194,20 +194,6 @@ TEST_F(StoreTest, ALargeDeletionNeedsLittleSpaceInTheLog) {
   EXPECT_TRUE(rows(store).empty());
 }
 
-TEST_F(StoreTest, AForeignFileIsRefusedAndLeftAlone) {
-  const std::string text = "These are the notes of somebody else.\n" + std::string(5000, 'x');
-  test::write_file(options_.file, text);
-  EXPECT_THAT(refusal(options_), HasSubstr("it is not an SQLite database"));
-  EXPECT_EQ(test::read_file(options_.file), text);
-  {
-    Database other(folder_.file("other"), Database::Mode::create);
-    other.run("CREATE TABLE song (title TEXT)");
-  }
-  const std::string before = test::read_file(folder_.file("other"));
-  EXPECT_THAT(refusal({folder_.file("other")}), HasSubstr("SQLite file of another program"));
-  EXPECT_EQ(test::read_file(folder_.file("other")), before);
-}
-
 TEST_F(StoreTest, ANewerVersionIsRefused) {
   { Store store(options_); }
   Database(options_.file, Database::Mode::existing).run("PRAGMA user_version=4");
