@@ -55,6 +55,8 @@ def test_an_aem_has_the_attitudes(run, tmp_path):
     np.testing.assert_allclose(np.radians([[float(x) for x in row[5:]] for row in rows]), run["angular_velocity"], rtol=1e-15)
     assert export.samples == 31 and export.time_rounding < 1e-12 and f"{export.interpolation_error:.1e} rad" in text
     assert len(repr(export).splitlines()) == 2
+    assert nodes_of(run).interpolation_error() < export.interpolation_error < 0.1
+    assert run[::10].to_aem(tmp_path / "coarse.aem").interpolation_error == np.pi  # more than 90 degrees from one to the next
 
 
 def test_an_apm_has_one_state(run, tmp_path):
@@ -118,6 +120,15 @@ def test_a_turn_by_more_than_half_a_turn_is_noticed(client):
     with client.create({**BODY, "body": MOTIONS["a steady turn"]}) as session:
         run = session.trajectory(times=np.arange(5) * np.pi, fields=["quaternion", "angular_velocity"])
     assert nodes_of(stiefel.Trajectory(run.step, run.time, run.fields, run.run_status), EPOCH).interpolation_error() == np.pi
+
+
+def test_the_scene_tells_the_angular_velocities(client):
+    """Those of the samples, in the caller's axes."""
+    for other in (BODY, {**BODY, "body": {"moments": [2, 3, 4], "angular_velocity": [1, 0.3, 0.2]}}):
+        with client.create(other) as session:
+            run = session.trajectory(to=60, fields=["angular_velocity", "quaternion"])
+        nodes = nodes_of(stiefel.Trajectory(run.step, run.time, {"quaternion": run["quaternion"]}, run.run_status, origin=run.origin))
+        np.testing.assert_allclose(nodes.body_rate, run["angular_velocity"], rtol=0, atol=1e-13)
 
 
 def test_rates_in_space_and_a_continuous_sign(run):

@@ -27,18 +27,34 @@ def interpolation_error(time: Array, quaternion: Array, rate: Optional[Array], s
     """
     if len(time) < 2:
         return float("nan")
-    if scene is not None and scene.get("system") in _LEFT and not scene.get("members"):
-        return _of_body(time, quaternion, *start_of(scene))
-    return _of_samples(time, quaternion, rate)
+    return _of_body(time, quaternion, scene) if scene is not None and _is_body(scene) else _of_samples(time, quaternion, rate)
 
 
-def _of_body(time: Array, quaternion: Array, I: Array, axes: Array, attitude: Array, m: Array) -> float:
-    axes = axes * np.linalg.det(axes)
-    L = attitude @ axes @ (m * np.linalg.det(axes))
-    q = _product(quaternion, of_matrices(axes))  # of the principal axes
-    start, h = q[:-1], np.diff(time)
-    m = _turned(start * [1, -1, -1, -1], np.broadcast_to(L, (len(start), 3)))
-    fastest = float(np.linalg.norm(L) / I.min())
+def rates_of(quaternion: Array, scene: Optional[Any]) -> Optional[Array]:
+    """Returns the angular velocities in body axes at the samples of a free rigid body, whose momentum is that of the start;
+    None for another scene."""
+    if scene is None or not _is_body(scene):
+        return None
+    I, axes, _, m = _at(quaternion, scene)
+    return np.asarray(m / I @ axes.T)
+
+
+def _is_body(scene: Any) -> bool:
+    return scene.get("system") in _LEFT and not scene.get("members")
+
+
+def _at(quaternion: Array, scene: Any) -> tuple[Array, Array, Array, Array]:
+    """Returns the principal moments, their axes, the attitudes of these axes, and the momenta in them."""
+    I, axes, attitude, m = start_of(scene)
+    L, axes = attitude @ axes @ m, axes * np.linalg.det(axes)
+    q = _product(quaternion, of_matrices(axes))
+    return I, axes, q, _turned(q * [1, -1, -1, -1], np.broadcast_to(L, (len(q), 3)))
+
+
+def _of_body(time: Array, quaternion: Array, scene: Any) -> float:
+    I, _, q, m = _at(quaternion, scene)
+    start, m, h = q[:-1], m[:-1], np.diff(time)
+    fastest = float(np.linalg.norm(m[0]) / I.min())
     each = int(min(max(np.ceil(fastest * h.max() / ANGLE / PARTS), 1), MOST_STEPS / PARTS))
     h = (h / (PARTS * each))[:, None]
     worst = 0.0

@@ -8,7 +8,7 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel._exports.interpolation import interpolation_error
+from stiefel._exports.interpolation import interpolation_error, rates_of
 from stiefel._given.instants import Instant, instant
 from stiefel._results.attitude import quaternions
 from stiefel._results.html import Shown
@@ -41,7 +41,7 @@ class Nodes:
 
     time: NDArray[np.float64]  #: seconds after the epoch
     quaternion: NDArray[np.float64]  #: w, x, y, z, body to space, with a continuous sign
-    body_rate: Optional[NDArray[np.float64]]  #: in body axes, None if the trajectory has no such field
+    body_rate: Optional[NDArray[np.float64]]  #: in body axes; None if neither the fields nor the scene tell it
     epoch: Instant
     scene: Optional[Any] = None  #: resolved, None if it is not known
 
@@ -81,8 +81,9 @@ def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
     if rate is None and "Omega" in run.fields:
         Omega = run.fields["Omega"]
         rate = np.stack([Omega[:, 2, 1], Omega[:, 0, 2], Omega[:, 1, 0]], axis=1)
-    return Nodes(run.time[order], q, None if rate is None else np.asarray(rate, float)[order], instant("epoch", given),
-                 None if run.origin is None else run.scene)
+    scene = None if run.origin is None else run.scene
+    return Nodes(run.time[order], q, rates_of(q, scene) if rate is None else np.asarray(rate, float)[order],
+                 instant("epoch", given), scene)
 
 
 def written(path: "str | os.PathLike[str]", text: str) -> str:
