@@ -1,6 +1,6 @@
-"""Reads the AEM and the APM of a folder with Orekit, in the environment that has it, and prints what it found as JSON.
+"""Reads the AEMs and the APM of a folder with Orekit, in the environment that has it, and prints what it found as JSON.
 
-    python orekit_reads.py FOLDER    # with run.aem, run.apm and tai-utc.dat
+    python orekit_reads.py FOLDER    # with run.aem, scene.aem, quaternions.aem, run.apm and tai-utc.dat
 """
 import json
 import os
@@ -24,17 +24,26 @@ def numbers(rotation):
 
 folder = sys.argv[1]
 DataContext.getDefault().getDataProvidersManager().addProvider(DirectoryCrawler(File(folder)))
-segment = ParserBuilder().buildAemParser().parseMessage(DataSource(File(folder + "/run.aem"))).getSegments().get(0)
-nodes = list(segment.getData().getAngularCoordinates())
-between = [one.getDate().shiftedBy(0.5 * other.getDate().durationFrom(one.getDate())) for one, other in zip(nodes, nodes[1:])]
-provider, frame = segment.getAttitudeProvider(), FramesFactory.getEME2000()
+
+
+def read(name):
+    """The nodes of an AEM, and the attitudes in the middle between each two."""
+    segment = ParserBuilder().buildAemParser().parseMessage(DataSource(File(f"{folder}/{name}"))).getSegments().get(0)
+    nodes, provider, frame = list(segment.getData().getAngularCoordinates()), segment.getAttitudeProvider(), FramesFactory.getEME2000()
+    dates = [one.getDate().shiftedBy(0.5 * other.getDate().durationFrom(one.getDate())) for one, other in zip(nodes, nodes[1:])]
+    return nodes, [numbers(provider.getAttitude(None, date, frame).getRotation()) for date in dates]
+
+
+nodes, between = read("run.aem")
 state = ParserBuilder().buildApmParser().parseMessage(DataSource(File(folder + "/run.apm"))).getSegments().get(0).getData()
 rate, inertia = state.getAngularVelocityBlock(), state.getInertiaBlock().getInertiaMatrix()
 print(json.dumps({
     "start": str(nodes[0].getDate()),
     "times": [node.getDate().durationFrom(nodes[0].getDate()) for node in nodes],
     "nodes": [numbers(node.getRotation()) for node in nodes],
-    "between": [numbers(provider.getAttitude(None, date, frame).getRotation()) for date in between],
+    "between": between,
+    "between_of_scene": read("scene.aem")[1],
+    "between_quaternions": read("quaternions.aem")[1],
     "state": numbers(state.getQuaternionBlock().getQuaternion()),
     "rate": [rate.getAngVelX(), rate.getAngVelY(), rate.getAngVelZ()],
     "inertia": [[inertia.getEntry(i, j) for j in range(3)] for i in range(3)]}))

@@ -6,27 +6,35 @@
             print(batch.step, batch["quaternion"])
 
 What the blocking client returns is awaited here, what it iterates over is iterated with `async for`, and its context
-managers are entered with `async with`, also `client.create(...)`, `client.get(...)` and `session.fork(...)` themselves. Calls
+managers are entered with `async with`, also `client.create(...)`, `client.get(...)` and `session.fork(...)` themselves.
+`await stiefel.aio.simulate("toutatis", time=86400)` is one line, as `stiefel.simulate` is, and there is `sweep`. Calls
 are repeated, streams resumed and lost sessions created again as there. Cancelling a task cancels its call. A method of a result
 that makes a call is awaited with `run`: `await stiefel.aio.run(trajectory.error_at)`. The package greenlet must be installed:
 pip install 'stiefel[aio]'.
 """
 from __future__ import annotations
 
+import asyncio
+import contextvars
 import functools
 import sys
+from concurrent.futures import Future
+from contextlib import suppress
 from typing import Any, AsyncGenerator, Callable, Coroutine, Generator, Iterator, Optional, TypeVar
 
 import grpc
 import grpc.aio
 
-from stiefel import client as blocking, session as blocking_session, v1 as pb
+from stiefel import client as blocking, session as blocking_session, simulation, v1 as pb
 from stiefel._given.typed import Fields, Scene
 from stiefel._programs.variables import warn_of_unknown
+from stiefel._sweep.run import STOP
 from stiefel._wire.security import Options, Tls, TlsLike, opener
 from stiefel._wire.waiting import Channel, Lock, run
-from stiefel.errors import InvalidArgument
-from stiefel.results import Choice, Price
+from stiefel.errors import Cancelled, InvalidArgument
+from stiefel.results import Choice, Price, Trajectory
+from stiefel.scene import SceneLike
+from stiefel.sweep import sweep as blocking_sweep
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 if sys.version_info >= (3, 10):
@@ -34,7 +42,7 @@ if sys.version_info >= (3, 10):
 
     P = ParamSpec("P")
 
-__all__ = ["Client", "Drive", "Opening", "Session", "Tls", "run"]
+__all__ = ["Client", "Drive", "Opening", "Session", "Tls", "run", "simulate", "sweep"]
 
 T = TypeVar("T")
 _END: Any = object()
@@ -64,6 +72,42 @@ def _opened(method: Callable[Concatenate[Any, P], blocking_session.Session]) -> 
         return Opening(run(method, self._blocking, *arguments, **more))
     functools.update_wrapper(begin, method)
     return begin
+
+
+def _twin_of(function: Callable[P, T]) -> Callable[[Callable[..., Coroutine[Any, Any, T]]], Callable[P, Coroutine[Any, Any, T]]]:
+    """Gives a coroutine function the name, the arguments and the docstring of a blocking one."""
+    def named(twin: Callable[..., Coroutine[Any, Any, T]]) -> Callable[P, Coroutine[Any, Any, T]]:
+        return functools.update_wrapper(twin, function, ("__name__", "__qualname__", "__doc__"), ())
+    return named
+
+
+@_twin_of(simulation.simulate)
+async def simulate(scene: SceneLike, *, normalize: bool = False, **of_trajectory: Any) -> Trajectory:
+    own = await _in_thread(simulation.own_client)
+    async with Client(own.address, own.timeout) as client, client.create(scene, normalize=normalize) as session:
+        return await session.trajectory(**of_trajectory)
+
+
+@_twin_of(blocking_sweep)
+async def sweep(*arguments: Any, **more: Any) -> Any:
+    stop: Future[None] = Future()
+
+    def swept() -> Any:
+        STOP.set(stop)
+        return blocking_sweep(*arguments, **more)
+    running = asyncio.ensure_future(_in_thread(swept))
+    try:
+        return await asyncio.shield(running)
+    except asyncio.CancelledError:
+        stop.set_exception(Cancelled("the sweep's task was cancelled"))
+        with suppress(Exception):
+            await running
+        raise
+
+
+async def _in_thread(function: Callable[[], T]) -> T:
+    context = contextvars.copy_context()
+    return await asyncio.get_running_loop().run_in_executor(None, context.run, function)
 
 
 class _Client(blocking.Client):

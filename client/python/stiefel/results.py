@@ -23,7 +23,7 @@ from stiefel._results.kinds import kind_of
 from stiefel._results.motion import Motion, motion_of
 from stiefel._results.origin import Origin
 from stiefel._results.tradeoff import Point, Tradeoff
-from stiefel.scene import to_dict
+from stiefel.scene import member_of, to_dict
 
 __all__ = ["Batch", "Catalogue", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
            "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
@@ -174,9 +174,21 @@ class Trajectory(Drawn, Ended, Batch):
 
     @cached_property
     def motion(self) -> Motion:
-        """Kind, periods, momentum and energy of a rigid body in three dimensions, by the closed form of the exact motion.
-        Raises ValueError for another system and for an ensemble."""
+        """Kind, periods, momentum and energy of a rigid body in three dimensions, in whatever variables, by the closed form
+        of the exact motion. Raises ValueError for another system, and for an ensemble, of which `member` gives one."""
         return motion_of(self.scene)
+
+    def member(self, member: int) -> "Trajectory":
+        """Returns the trajectory of one member of an ensemble: what its scene gives alone with the ensemble's method."""
+        origin = self._known_origin()
+        if not origin.scene.members:
+            raise ValueError("the trajectory is of a single motion")
+        member, status = range(origin.scene.members)[member], self.run_status
+        fields = {name: values[:, member] for name, values in self.fields.items()}
+        if status.member is not None and status.member != member and all(np.isfinite(one[-1:]).all() for one in fields.values()):
+            status = RunStatus(Outcome.REACHED)
+        return replace(self, fields=fields, run_status=replace(status, member=None), estimated_error=None, origin=Origin(
+            member_of(origin.scene, member), origin.build, origin._create, origin.to, origin.times, origin.epoch))
 
     def as_rotation(self) -> Any:
         """Returns the attitudes as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""

@@ -17,9 +17,9 @@ from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import parse
 from stiefel._given.numbers import number, refused
 from stiefel._given.typed import Scene
-from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, unit_of
+from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, owner_of, unit_of
 from stiefel._given.velocities import with_momenta
-from stiefel._wire.arrays import matrix, put_block
+from stiefel._wire.arrays import decode, matrix, put_block, to_array
 
 SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 
@@ -91,6 +91,25 @@ def with_changes(scene: pb.Scene, body: Optional[Mapping[str, Any]], initial: Op
                 raise refused(f"initial.{name}", f"unknown block; the blocks are {', '.join(sorted(known))}")
             put_block(changed, name, block_of(f"initial.{name}", block, ensemble))
     return changed
+
+
+def member_of(scene: pb.Scene, member: int) -> pb.Scene:
+    """Returns the scene of one member of an ensemble."""
+    alone, members = pb.Scene(), scene.members
+    alone.CopyFrom(scene)
+    alone.ClearField("members")
+    blocks = {**{name: to_array(block) for name, block in scene.initial.items()},
+              **{name: decode(tensor) for name, tensor in scene.initial_tensors.items()}}
+    own = {name: block.reshape(members, -1, block.shape[-1])[member] for name, block in blocks.items()}
+    for name, block in own.items():
+        put_block(alone, name, block)
+    ensemble = Ensemble().with_blocks(own.values())
+    for path in LISTS:
+        message, name = owner_of(alone, path)
+        numbers, each = getattr(message, name), ensemble.each(path)
+        if each and len(numbers) == members * each:
+            numbers[:] = numbers[member * each:(member + 1) * each]
+    return alone
 
 
 def _by_name(mapping: Mapping[str, Any], kind: Any) -> dict[str, Any]:

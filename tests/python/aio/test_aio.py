@@ -59,6 +59,57 @@ def test_names_and_signatures_are_those_of_the_blocking_client(one, other):
         assert [(p.name, p.default) for p in first] == [(p.name, p.default) for p in second]
 
 
+@pytest.mark.parametrize("name", ["simulate", "sweep"])
+def test_functions_have_the_signatures_of_the_blocking_ones(name):
+    one, other = getattr(stiefel, name), getattr(stiefel.aio, name)
+    assert parameters(one) == parameters(other) and one.__doc__ == other.__doc__
+    assert inspect.iscoroutinefunction(other) and other.__name__ == name and name in stiefel.aio.__all__
+
+
+def test_simulate_gives_the_motion_of_the_blocking_one():
+    """Also its errors, and a result that makes calls after the connection of `simulate` is closed."""
+    async def main():
+        first, second = await asyncio.gather(*(stiefel.aio.simulate("toutatis", time=time, fields="quaternion") for time in (6000, 60000)))
+        with pytest.raises(stiefel.InvalidArgument, match="fields"):
+            await stiefel.aio.simulate("toutatis", to=3, fields="nothing")
+        return first, second, first.error_at([600.0])
+    first, second, errors = asyncio.run(main())
+    assert first == stiefel.simulate("toutatis", time=6000, fields="quaternion") == second[:len(first)]
+    assert errors.attitude[0] < 1e-12
+
+
+AXES = {"body.angular_velocity[1]": np.linspace(1, 2, 40)}
+
+
+def test_sweep_gives_the_result_of_the_blocking_one(server):
+    async def main():
+        ticks = asyncio.create_task(tick())
+        swept = await stiefel.aio.sweep(SCENE, AXES, to=20_000, summarize={"energy": ["drift"]}, servers=[server.address])
+        return swept, ticks.cancel() and ticks
+    counted = []
+
+    async def tick():
+        while True:
+            counted.append(None)
+            await asyncio.sleep(0.01)
+    swept, _ = asyncio.run(main())
+    again = stiefel.sweep(SCENE, AXES, to=20_000, summarize={"energy": ["drift"]}, servers=[server.address])
+    assert swept.attrs["sha256"] == again.attrs["sha256"]
+    assert len(counted) > 3  # the loop went on meanwhile
+
+
+def test_a_cancelled_sweep_ends(server):
+    async def main():
+        sweep = asyncio.create_task(stiefel.aio.sweep(SCENE, AXES, to=LONG, summarize={"energy": ["drift"]}, servers=[server.address]))
+        await asyncio.sleep(0.5)
+        sweep.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await asyncio.wait_for(sweep, 30)
+    asyncio.run(main())
+    with stiefel.Client(server.address) as client:
+        assert client.describe().version  # the server serves others
+
+
 def parameters(function):
     return [(p.name, p.kind, p.default, p.annotation) for p in inspect.signature(function).parameters.values()]
 

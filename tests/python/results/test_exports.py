@@ -55,6 +55,8 @@ def test_an_aem_has_the_attitudes(run, tmp_path):
     np.testing.assert_allclose(np.radians([[float(x) for x in row[5:]] for row in rows]), run["angular_velocity"], rtol=1e-15)
     assert export.samples == 31 and export.time_rounding < 1e-12 and f"{export.interpolation_error:.1e} rad" in text
     assert len(repr(export).splitlines()) == 2
+    assert nodes_of(run).interpolation_error() < export.interpolation_error < 0.1
+    assert run[::10].to_aem(tmp_path / "coarse.aem").interpolation_error == np.pi  # more than 90 degrees from one to the next
 
 
 def test_an_apm_has_one_state(run, tmp_path):
@@ -66,15 +68,67 @@ def test_an_apm_has_one_state(run, tmp_path):
     assert found["EPOCH"] == "2026-03-01T23:59:58.85" and found["IXY"] == "0.1 [kg*m**2]" and found["ANGVEL_FRAME"] == "SC_BODY_1"
 
 
-def test_between_two_samples_the_error_is_below_the_printed_one(session):
-    for every in (1, 2, 5, 10):
-        run = session.trajectory(to=60, every=every, fields=FIELDS)
-        nodes = nodes_of(run)
-        for fraction in (0.25, 0.5, 0.75):
-            times = nodes.time[:-1] + fraction * np.diff(nodes.time)
-            true = quaternions(session.trajectory(times=times, fields="quaternion").fields)
-            found = between(nodes.quaternion[:-1], nodes.quaternion[1:], np.full(len(times), fraction))
-            assert angle_between(true, found).max() <= nodes.interpolation_error()
+MOTIONS = {"a tensor": BODY["body"], "a flip": {"moments": [1, 2, 3], "angular_velocity": [1e-4, 1, 1e-4]},
+           "a fast turn": {"moments": [1, 1.1, 2], "angular_velocity": [0.2, 0.1, 9]}, "a steady turn": {"moments": [1, 2, 3], "angular_velocity": [0, 0, 2]}}
+GRIDS = {"even": np.arange(0, 60, 0.2), "coarse": np.arange(0, 120, 2.6), "next to each other": [0, 0.001, 4, 4.001, 9, 9.002, 13],
+         "random": np.sort(np.random.default_rng(1).uniform(-20, 40, 200)), "two": [3, 3.4], "many turns": np.arange(0, 100, 2 * np.pi)}
+
+
+def between_samples(session, nodes):
+    """The largest angle between the motion and the shortest turns, at 15 times in each interval."""
+    worst = 0.0
+    for fraction in np.arange(1, 16) / 16:
+        times = nodes.time[:-1] + fraction * np.diff(nodes.time)
+        true = quaternions(session.trajectory(times=times, fields="quaternion").fields)
+        found = between(nodes.quaternion[:-1], nodes.quaternion[1:], np.full(len(times), fraction))
+        worst = max(worst, angle_between(true, found).max())
+    return worst
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_between_two_samples_the_error_is_below_the_printed_one(client, motion, grid):
+    """And not far below. A trajectory has no angular velocities here."""
+    with client.create({**BODY, "body": MOTIONS[motion]}) as session:
+        nodes = nodes_of(session.trajectory(times=GRIDS[grid], fields="quaternion"))
+        worst = between_samples(session, nodes)
+    assert worst <= nodes.interpolation_error() <= 1.3 * worst + 1e-12
+
+
+def test_the_scene_may_have_other_variables(client):
+    """The error follows from the scene, and is that of the same body."""
+    scene = {"system": "rigid_body", "step": 0.2, "inertia": [3, 2, 1.5], "initial": {
+        "Q": np.linalg.qr([[1, 2, 0], [0, 1, 1], [0.5, 0, 1]])[0], "M": [[0, -0.2, 4], [0.2, 0, -0.1], [-4, 0.1, 0]]}}
+    scene["initial"]["Q"] *= np.linalg.det(scene["initial"]["Q"])
+    expected = nodes_of(client.create(scene).trajectory(to=50), EPOCH).interpolation_error()
+    for system in ("symmetric_rigid_body", "reduced_rigid_body", "mclachlan_scovel", "stiefel"):
+        run = client.create(client.convert(scene, system).scene).trajectory(to=50)
+        assert nodes_of(run, EPOCH).interpolation_error() == pytest.approx(expected, rel=1e-3), system
+
+
+@pytest.mark.parametrize("grid", ["even", "next to each other", "random"])
+@pytest.mark.parametrize("motion", ["a tensor", "a flip"])
+def test_samples_alone_give_an_estimate_from_above(client, motion, grid):
+    """Where a trajectory does not know its scene."""
+    with client.create({**BODY, "body": MOTIONS[motion]}) as session:
+        run = session.trajectory(times=GRIDS[grid], fields=["quaternion", "angular_velocity"])
+        nodes = nodes_of(stiefel.Trajectory(run.step, run.time, run.fields, run.run_status), EPOCH)
+        assert between_samples(session, nodes) <= nodes.interpolation_error()
+
+
+def test_a_turn_by_more_than_half_a_turn_is_noticed(client):
+    with client.create({**BODY, "body": MOTIONS["a steady turn"]}) as session:
+        run = session.trajectory(times=np.arange(5) * np.pi, fields=["quaternion", "angular_velocity"])
+    assert nodes_of(stiefel.Trajectory(run.step, run.time, run.fields, run.run_status), EPOCH).interpolation_error() == np.pi
+
+
+def test_the_scene_tells_the_angular_velocities(client):
+    """Those of the samples, in the caller's axes."""
+    for other in (BODY, {**BODY, "body": {"moments": [2, 3, 4], "angular_velocity": [1, 0.3, 0.2]}}):
+        with client.create(other) as session:
+            run = session.trajectory(to=60, fields=["angular_velocity", "quaternion"])
+        nodes = nodes_of(stiefel.Trajectory(run.step, run.time, {"quaternion": run["quaternion"]}, run.run_status, origin=run.origin))
+        np.testing.assert_allclose(nodes.body_rate, run["angular_velocity"], rtol=0, atol=1e-13)
 
 
 def test_rates_in_space_and_a_continuous_sign(run):

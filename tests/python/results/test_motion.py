@@ -122,6 +122,7 @@ def test_toutatis_has_the_periods_of_its_observers():
 def test_other_scenes_have_no_closed_form(client):
     M = np.triu(np.ones((4, 4)), 1)
     for scene in ({"system": "rigid_body", "step": 0.1, "inertia": [1, 2, 3, 4], "initial": {"M": M - M.T}},
+                  {"system": "moser_veselov", "step": 0.1, "body": {"moments": [1, 2, 3], "angular_velocity": [1, 2, 3]}},
                   {"system": "rigid_body", "step": 0.1, "members": 2, "body": {"moments": [1, 2, 3], "angular_velocity": [1, 2, 3]}}):
         with client.create(scene) as session, pytest.raises(ValueError, match="closed form"):
             session.trajectory(to=1).motion
@@ -130,3 +131,54 @@ def test_other_scenes_have_no_closed_form(client):
 def test_a_notebook_shows_a_motion_as_a_table():
     shown = closed_form(np.array([1.0, 2, 3]), np.array([0.3, 1, 0.3]), np.array([1.0, 0, 0]))._repr_html_()
     assert "<td>kind</td>" in shown and "<td>precession_period</td>" in shown and shown.count("<tr>") == 9
+
+
+@pytest.mark.parametrize("system", ["right_rigid_body", "symmetric_rigid_body", "right_symmetric_rigid_body", "reduced_rigid_body",
+                                    "mclachlan_scovel", "stiefel", "stiefel_momentum", "stiefel_costate"])
+def test_the_motion_does_not_depend_on_the_variables(client, system):
+    Q = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+    Q *= np.linalg.det(Q)
+    scene = {"system": "rigid_body", "step": 0.1, "inertia": [3, 2, 1.5],
+             "initial": {"Q": Q, "M": [[0, -0.2, 4], [0.2, 0, -0.1], [-4, 0.1, 0]]}}
+    expected = client.create(scene).trajectory(to=0).motion
+    other = client.convert(scene, system).scene
+    assert other["system"] == system
+    found = client.create(other).trajectory(to=0).motion
+    assert found.kind == expected.kind and np.allclose(found.momentum, expected.momentum, rtol=0, atol=1e-13)
+    for name in ("separatrix", "period", "precession_period", "energy"):
+        assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-12)
+
+
+@pytest.mark.parametrize("form", ["body", "blocks"])
+def test_a_member_of_an_ensemble_is_what_it_is_alone(client, form, tmp_path):
+    """Its motion, its samples to the last bit, and what its file says of it."""
+    spins = np.array([[0.01, 1, 0.01], [0.3, 1, 0.2], [0.02, 0.3, 1]])
+    I = np.array([[1.0, 2, 3]] * 3) * [[1], [1], [2]]
+    if form == "body":
+        scene = {"system": "rigid_body", "step": 0.1, "members": 3, "body": {"moments": I, "angular_velocity": spins}}
+    else:
+        hats = np.cross((I * spins)[:, None], np.eye(3)).swapaxes(1, 2)
+        scene = {"system": "symmetric_rigid_body", "step": 0.1, "members": 3, "inertia": [2, 1, 0.5],
+                 "initial": {"Q": np.stack([np.eye(3)] * 3), "M": hats}}
+    run = client.create(scene).trajectory(to=50, every=10)
+    for member in range(3):
+        one = run.member(member)
+        assert "members" not in one.scene and one.scene["method"] == run.scene["method"]
+        alone = client.create(one.scene).trajectory(to=50, every=10)
+        assert one == alone and one.motion == alone.motion and one.run_status == alone.run_status
+    one.save(tmp_path / "one.npz")
+    assert stiefel.rerun(tmp_path / "one.npz") == one
+    assert run.member(-1).motion.kind == "short-axis mode" and run.member(0).motion.separatrix < 1e-3
+    with pytest.raises(IndexError):
+        run.member(3)
+    with pytest.raises(ValueError, match="single motion"):
+        one.member(0)
+
+
+def test_a_member_that_stops_is_told_from_the_others(client):
+    scene = {"system": "moser_veselov", "step": 0.5, "members": 2,
+             "body": {"moments": [1, 2, 3], "angular_velocity": [[0.1, 0.3, 0.1], [0.3, 3, 2]]}}
+    run = client.create(scene).trajectory(to=20)
+    assert run.run_status.member == 1
+    assert run.member(0).outcome is stiefel.Outcome.REACHED and run.member(1).outcome is run.outcome
+    assert run.member(1).run_status.member is None and np.isfinite(run.member(0)["quaternion"]).all()

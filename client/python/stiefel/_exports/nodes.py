@@ -8,8 +8,9 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel._exports.interpolation import interpolation_error, rates_of
 from stiefel._given.instants import Instant, instant
-from stiefel._results.attitude import angle_between, between, quaternions
+from stiefel._results.attitude import quaternions
 from stiefel._results.html import Shown
 
 Trajectory = Any  # a `stiefel.Trajectory`
@@ -24,7 +25,7 @@ class Export(Shown):
     samples: int
     time_rounding: float  #: the largest difference between the time of a sample and that in the file, in seconds
     #: The largest angle in radians, by an estimate from above, between the motion and the shortest turn from one sample to
-    #: the next; NaN for fewer than three samples.
+    #: the next; NaN where it is not known: a single sample, or two of a trajectory that does not know its scene.
     interpolation_error: float
 
     def __repr__(self) -> str:
@@ -40,8 +41,9 @@ class Nodes:
 
     time: NDArray[np.float64]  #: seconds after the epoch
     quaternion: NDArray[np.float64]  #: w, x, y, z, body to space, with a continuous sign
-    body_rate: Optional[NDArray[np.float64]]  #: in body axes, None if the trajectory has no such field
+    body_rate: Optional[NDArray[np.float64]]  #: in body axes; None if neither the fields nor the scene tell it
     epoch: Instant
+    scene: Optional[Any] = None  #: resolved, None if it is not known
 
     @property
     def space_rate(self) -> Optional[NDArray[np.float64]]:
@@ -55,13 +57,8 @@ class Nodes:
         return [self.epoch.after(float(time)) for time in self.time]
 
     def interpolation_error(self) -> float:
-        """Returns the largest distance of a sample from the shortest turn between its neighbours. The distance within an
-        interval of half that length is about a quarter of it."""
-        t, q = self.time, self.quaternion
-        if len(t) < 3:
-            return float("nan")
-        guessed = between(q[:-2], q[2:], (t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))
-        return float(angle_between(guessed, q[1:-1]).max())
+        """Returns an upper estimate of the largest angle between the motion and the shortest turns from sample to sample."""
+        return interpolation_error(self.time, self.quaternion, self.body_rate, self.scene)
 
 
 def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
@@ -84,7 +81,9 @@ def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
     if rate is None and "Omega" in run.fields:
         Omega = run.fields["Omega"]
         rate = np.stack([Omega[:, 2, 1], Omega[:, 0, 2], Omega[:, 1, 0]], axis=1)
-    return Nodes(run.time[order], q, None if rate is None else np.asarray(rate, float)[order], instant("epoch", given))
+    scene = None if run.origin is None else run.scene
+    return Nodes(run.time[order], q, rates_of(q, scene) if rate is None else np.asarray(rate, float)[order],
+                 instant("epoch", given), scene)
 
 
 def written(path: "str | os.PathLike[str]", text: str) -> str:

@@ -22,8 +22,7 @@ _J2000 = Instant(730120, Fraction(43200), "TDB")  #: 2000-01-01T12:00:00
 
 def to_ck(run: Trajectory, file: "str | os.PathLike[str]", *, instrument: int, epoch: Any = None, frame: str = "J2000",
           segment: str = "STIEFEL") -> Export:
-    """Writes a C-kernel with one segment of type 3, with angular velocities if the trajectory has the field
-    `angular_velocity`, and beside it FILE.tsc, the kernel of its clock.
+    """Writes a C-kernel with one segment of type 3, with angular velocities where a field or the scene tells them, and beside it FILE.tsc, the kernel of its clock.
 
     `instrument`: the code of the body's frame, such as -999000; its clock is that of the spacecraft `instrument` // 1000,
     -999. `frame`: the name of the space axes. `epoch`: the instant of time 0 if the scene has none. Needs spiceypy. Raises

@@ -21,10 +21,10 @@ def quaternions(fields: Mapping[str, Array]) -> NDArray[np.float64]:
     if Q is None or Q.shape[-2:] != (3, 3) or np.iscomplexobj(Q):
         there = ", ".join(fields)
         raise ValueError(f"an attitude needs the field quaternion, or Q in three dimensions; the fields are {there}")
-    return _of_matrices(np.asarray(Q, float))
+    return of_matrices(np.asarray(Q, float))
 
 
-def _of_matrices(Q: NDArray[np.float64]) -> NDArray[np.float64]:
+def of_matrices(Q: NDArray[np.float64]) -> NDArray[np.float64]:
     if (np.linalg.det(Q) < 0).any():
         raise ValueError("Q: its determinant is -1: it is no rotation")
     trace = np.trace(Q, axis1=-2, axis2=-1)

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Mapping
+from typing import Any, Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +44,9 @@ class Motion(ByValue):
 
 
 def motion_of(scene: Mapping[str, Any]) -> Motion:
-    """Returns the motion of a resolved scene of the rigid body in three dimensions. Raises ValueError for another scene."""
-    I, axes, attitude, m = _start(scene)
+    """Returns the motion of a resolved scene of a rigid body in three dimensions, in whatever variables. Raises ValueError for
+    another scene."""
+    I, axes, attitude, m = start_of(scene)
     order = np.argsort(I, kind="stable")
     return closed_form(I[order], m[order], attitude @ axes @ m)
 
@@ -105,13 +106,15 @@ def _steady(I: NDArray[Any], x: float, y: float, z: float) -> "float | None":
     return parts[0][0] if len({moment for moment, _ in parts}) == 1 else None
 
 
-def _start(scene: Mapping[str, Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
+def start_of(scene: Mapping[str, Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Returns principal moments, their axes as columns in the caller's body axes, the attitude as a matrix, and the momentum
     in the principal axes."""
-    body, system = scene.get("body"), scene.get("system")
-    if system != "rigid_body" or scene.get("members"):
-        raise ValueError(f"a closed form is known of one rigid_body in three dimensions: the scene is of {system}"
-                         + (" with members" if scene.get("members") else ""))
+    body, system = scene.get("body"), str(scene.get("system"))
+    if scene.get("members"):
+        raise ValueError("a closed form is known of one body, and the scene is an ensemble: take `member(0).motion` of the "
+                         "trajectory, and so on")
+    if system not in _MOMENTUM:
+        raise ValueError(f"a closed form is known of a free rigid body in three dimensions: the scene is of {system}")
     if body:
         if body.get("inertia_tensor"):
             xx, yy, zz, xy, xz, yz = body["inertia_tensor"]
@@ -124,12 +127,34 @@ def _start(scene: Mapping[str, Any]) -> tuple[NDArray[Any], NDArray[Any], NDArra
                              [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
         return I, axes, attitude, I * (axes.T @ body["angular_velocity"])
     blocks = {name: _matrix(block) for name, block in scene["initial"].items()}
-    if blocks["M"].shape != (3, 3):
-        raise ValueError(f"a closed form is known in three dimensions: M is {blocks['M'].shape}")
+    shape = next(iter(blocks.values())).shape
+    if shape != (3, 3):
+        raise ValueError(f"a closed form is known in three dimensions: the blocks of this {system} are {shape}")
+    Q = blocks.get("Q", np.eye(3))
+    M = blocks["M"] if "M" in blocks else _MOMENTUM[system](Q, blocks) / (scene.get("epsilon") or 1)
+    if system.startswith("right_"):  # whose frame takes space to body
+        Q, M = Q.T, -M
     lam = np.array(scene["inertia"], float)
-    M, Q = blocks["M"], blocks.get("Q", np.eye(3))
     m = np.array([M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1]]) / 2
     return lam.sum() - lam, np.eye(3), np.linalg.det(Q) * Q, m
+
+
+def _of_product(P: NDArray[Any], Q: NDArray[Any]) -> NDArray[Any]:
+    return P.T @ Q - Q.T @ P
+
+
+#: The systems that are a rigid body for n = N = 3, and M of a scene that gives another block; in the symmetric forms times epsilon.
+_MOMENTUM: dict[str, Callable[[NDArray[Any], Mapping[str, NDArray[Any]]], NDArray[Any]]] = {
+    "rigid_body": lambda Q, blocks: blocks["M"],
+    "right_rigid_body": lambda Q, blocks: blocks["M"],
+    "symmetric_rigid_body": lambda Q, blocks: _of_product(Q, blocks["P"]),
+    "reduced_rigid_body": lambda Q, blocks: _of_product(Q, blocks["P"]),
+    "right_symmetric_rigid_body": lambda Q, blocks: _of_product(blocks["P"].T, Q.T),
+    "mclachlan_scovel": lambda Q, blocks: Q.T @ blocks["B"],
+    "stiefel": lambda Q, blocks: _of_product(Q, blocks["S"]),
+    "stiefel_momentum": lambda Q, blocks: blocks["M"],
+    "stiefel_costate": lambda Q, blocks: _of_product(Q, blocks["P"]),
+}
 
 
 def _matrix(block: Any) -> NDArray[Any]:

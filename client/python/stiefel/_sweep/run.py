@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextvars import ContextVar
 from dataclasses import replace
 from typing import Any, Callable, Iterable, Optional, Union
 
@@ -22,6 +23,8 @@ Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
 TakeWritten = Callable[[int, Written], bool]
 TakeAnswer = Callable[[int, "list[Resolved]"], None]
 GRACE = 5.0  #: seconds in which running chunks may still finish when the sweep fails
+#: A future with whose exception the sweeps of this context end.
+STOP: "ContextVar[Optional[Future[None]]]" = ContextVar("STOP", default=None)
 
 
 def ask_all(count: int, question: Callable[[int], Question], workers: Workers, failures: Failures, take: TakeAnswer) -> None:
@@ -80,14 +83,18 @@ def _spread(waiting: Iterable[int], workers: Workers, give: Callable[[int], "Fut
     """Gives all of `waiting` to the workers, at most `Workers.window` at once, and passes the results to `take`. Gives
     again what `take` refuses by returning False, and what failed with an error for which `check` does not raise. After
     an exception, running tasks may still finish within `grace` seconds."""
-    left = deque(waiting)
+    left, stop = deque(waiting), STOP.get()
     running: "dict[Future[Any], int]" = {}
     try:
         while left or running:
             while left and len(running) < workers.window:
                 one = left.popleft()
                 running[give(one)] = one
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+            ended = wait([*running, *([stop] if stop else ())], return_when=FIRST_COMPLETED).done
+            if stop is not None and stop in ended:
+                grace = 0
+                stop.result()
+            for future in ended:
                 one = running.pop(future)
                 try:
                     result = future.result()
