@@ -40,7 +40,7 @@ def main() -> int:
     arguments.output.mkdir(parents=True, exist_ok=True)
 
     with nullcontext() if arguments.server else stiefel.Server.start() as server, \
-            stiefel.Client(arguments.server or server.address) as client, \
+            stiefel.Client(server.address if server else arguments.server) as client, \
             client.create(arguments.scene) as session:
         start = time.perf_counter()
         run = session.trajectory(to=arguments.steps, every=max(arguments.steps // SAMPLES, 1), progress=True)

@@ -43,7 +43,8 @@ class Comparison(NamedTuple):
         """Returns the angle in degrees between each simulated axis and the observed one."""
         cosines = np.sum(self.simulated * self.observed, axis=0)
         sines = np.linalg.norm(np.cross(self.simulated, self.observed, axis=0), axis=0)
-        return np.degrees(np.arctan2(sines, cosines))
+        between: NDArray[Any] = np.degrees(np.arctan2(sines, cosines))
+        return between
 
 
 class Accuracy(NamedTuple):
@@ -63,7 +64,8 @@ def attitude(euler: list[float]) -> NDArray[Any]:
         return matrix
 
     first, second, third = np.radians(euler)
-    return rotation(first, 0, 1) @ rotation(second, 1, 2) @ rotation(third, 0, 1)
+    product: NDArray[Any] = rotation(first, 0, 1) @ rotation(second, 1, 2) @ rotation(third, 0, 1)
+    return product
 
 
 def quaternion(euler: list[float]) -> list[float]:
@@ -157,7 +159,7 @@ def main() -> None:
     data = json.loads(DATA.read_text(encoding="utf-8"))
 
     with nullcontext() if arguments.server else stiefel.Server.start() as server, \
-            stiefel.Client(arguments.server or server.address) as client, \
+            stiefel.Client(server.address if server else arguments.server) as client, \
             client.create(scene(data)) as session:
         print(f"{data['body']}, {DAYS} days from {data['epoch']} UTC in steps of 1 s")
         start = time.perf_counter()

@@ -39,7 +39,7 @@ def main() -> int:
     arguments.output.mkdir(parents=True, exist_ok=True)
 
     with nullcontext() if arguments.server else stiefel.Server.start() as server, \
-            stiefel.Client(arguments.server or server.address, timeout=None) as client:
+            stiefel.Client(server.address if server else arguments.server, timeout=None) as client:
         tradeoff = client.tradeoff(arguments.scene, arguments.horizon, arguments.budget)
     setup = tradeoff.setup
     print(f"{len(tradeoff.points)} points at t = {setup.horizon:g} ({setup.steps} steps) against {setup.reference}, "

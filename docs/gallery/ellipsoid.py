@@ -13,10 +13,10 @@ import numpy as np
 import stiefel
 
 squares = np.array([1.0, 4.0, 9.0])
-figure, joachimsthal = plt.figure(figsize=(9, 5), constrained_layout=True), []
-for k, velocity in enumerate(([0.0, 0.9, 0.25], [0.0, 0.25, 0.9])):
-    scene = {"system": "ellipsoid", "inertia": squares, "step": 0.02,
-             "initial": {"q": [[1, 0, 0]], "qdot": [velocity / np.linalg.norm(velocity)]}}
+figure = plt.figure(figsize=(9, 5), constrained_layout=True)
+for k, velocity in enumerate(np.array([[0.0, 0.9, 0.25], [0.0, 0.25, 0.9]])):
+    scene: stiefel.Scene = {"system": "ellipsoid", "inertia": squares, "step": 0.02,
+                            "initial": {"q": [[1, 0, 0]], "qdot": [velocity / np.linalg.norm(velocity)]}}
     run = stiefel.simulate(scene, time=100.0, every=1, fields=["q", "qdot"])
     q, v = run["q"], run["qdot"]
     kept = (q**2 @ (1 / squares)) * (v**2).sum(axis=1)

@@ -19,7 +19,7 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
     for k, inertia in enumerate(([1, 1, 1], [1, 4, 9])):
         way = client.geodesic(inertia=inertia, Q_0=Q_0, Q_T=Q_T, samples=200)
         frames = way.trajectory
-        assert way.residual < 1e-10 and abs(frames @ frames.swapaxes(1, 2) - np.eye(2)).max() < 1e-12
+        assert frames is not None and way.residual < 1e-10 and abs(frames @ frames.swapaxes(1, 2) - np.eye(2)).max() < 1e-12
         axes = figure.add_subplot(1, 2, k + 1, projection="3d")
         u, v = np.mgrid[0:2 * np.pi:40j, 0:np.pi:20j]
         axes.plot_wireframe(np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v), color="lightgray", linewidth=0.3)

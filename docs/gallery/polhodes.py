@@ -16,8 +16,8 @@ import stiefel
 moments = np.array([1.0, 2.0, 3.0])
 angles = np.linspace(-np.pi, np.pi, 24, endpoint=False) + 0.05
 starts = np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1)  # momenta in the plane of the first and third axis
-scene = {"system": "rigid_body", "step": 0.1, "members": len(starts),
-         "body": {"moments": moments, "angular_velocity": starts / moments}}
+scene: stiefel.Scene = {"system": "rigid_body", "step": 0.1, "members": len(starts),
+                        "body": {"moments": moments, "angular_velocity": starts / moments}}
 run = stiefel.simulate(scene, time=60.0, every=1, fields=["angular_velocity"])
 momentum = run["angular_velocity"] * moments  # (samples, members, 3)
 assert abs(np.linalg.norm(momentum, axis=2) - 1).max() < 1e-12

@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
 
-scene = {"system": "rigid_body", "step": 0.05,
-         "body": {"moments": [1, 2, 3], "angular_velocity": [0.001, 1, 0.001]}}
+scene: stiefel.Scene = {"system": "rigid_body", "step": 0.05,
+                        "body": {"moments": [1, 2, 3], "angular_velocity": [0.001, 1, 0.001]}}
 run = stiefel.simulate(scene, time=120.0, every=1, fields=["angular_velocity", "Q", "M"])
 spin = run["angular_velocity"]
 momentum = run["Q"] @ run["M"] @ run["Q"].swapaxes(1, 2)

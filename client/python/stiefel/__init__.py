@@ -21,7 +21,7 @@ from stiefel._given.examples import examples
 from stiefel._given.typed import Body as Body, FieldName as FieldName, Method as Method, MethodName as MethodName
 from stiefel._given.typed import Scene as Scene, SystemName as SystemName
 from stiefel._results.load import load, rerun
-from stiefel.client import Client, Tls
+from stiefel.client import Client, Tls as Tls
 from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as BuildChanged, Cancelled as Cancelled,
                             Closed as Closed, CorruptReply as CorruptReply, DeadlineExceeded as DeadlineExceeded,
                             FailedPrecondition as FailedPrecondition, Internal as Internal,
@@ -43,9 +43,9 @@ from stiefel.sweep import SweepFailed as SweepFailed, SweepResult as SweepResult
 from stiefel.version import __version__
 
 # What `help(stiefel)` shows. To type checkers `X as X` makes a name public too.
-__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "Tls", "__version__", "body", "examples", "load",
+__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "__version__", "body", "examples", "load",
            "rerun", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling"]
-_MORE = ("Body", "FieldName", "Method", "MethodName", "Scene", "SweepFailed", "SweepResult", "SystemName")
+_MORE = ("Body", "FieldName", "Method", "MethodName", "Scene", "SweepFailed", "SweepResult", "SystemName", "Tls")
 _LATER = {"aio": "stiefel.aio", "manifold": "stiefel.manifold", "ray": "stiefel._sweep.ray"}
 
 

@@ -58,6 +58,7 @@ def _awaited(method: Callable[Concatenate[Any, P], T]) -> Callable[Concatenate[A
 def _iterated(method: Callable[Concatenate[Any, P], Iterator[T]]) -> Callable[Concatenate[Any, P], AsyncGenerator[T, None]]:
     async def iterate(self: Any, /, *arguments: P.args, **more: P.kwargs) -> AsyncGenerator[T, None]:
         parts: Any = method(self._blocking, *arguments, **more)
+        part: Any
         try:
             while (part := await run(next, parts, _END)) is not _END:
                 yield part
@@ -133,7 +134,8 @@ class Client:
             raise InvalidArgument("channel: must be a channel of grpc.aio")
         given: Any = None if channel is None else Channel(lambda: channel)
         self._blocking = _Client(address, timeout, tls, token, given, any_build)
-        self._channel: Channel = self._blocking.channel
+        opened: Any = self._blocking.channel
+        self._channel: Channel = opened
         self.address = self._blocking.address
 
     @property

@@ -176,7 +176,7 @@ class Client:
                              seed=seed, restarts=restarts, timeout=timeout)
 
     def _connect(self, pairs: Sequence[pb.FramePair], timeout: Optional[float], inertia: Any, time: Any,
-                 restarts: Optional[int], metric: Optional[int] = None, **counts: int) -> tuple[Geodesic, ...]:
+                 restarts: Optional[int], metric: Any = None, **counts: int) -> tuple[Geodesic, ...]:
         lambdas = numbers("inertia", inertia)
         if lambdas.ndim != 1:
             raise refused("inertia", f"the shape {lambdas.shape}: must be (numbers)")

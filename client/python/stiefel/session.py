@@ -298,7 +298,7 @@ class Session(Held):
         running = self._summarizing(request, timeout)
         parts = [part for part in running if isinstance(part, Events)]
         if not parts:
-            fields_of_a_state = self.step(to=0, fields=request.fields, timeout=timeout)
+            fields_of_a_state = self.step(to=0, fields=fields, timeout=timeout)
             parts = [answers.no_events(fields_of_a_state, self._known_scene().HasField("members"))]
         return answers.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
 

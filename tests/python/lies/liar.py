@@ -5,6 +5,8 @@ import grpc
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
+from stiefel._given.mappings import is_repeated
+
 DEEPEST = 4  #: levels of messages within messages in which fields are changed
 
 
@@ -93,7 +95,7 @@ def _changes(message, field):
     yield "dropped", lambda m: m.ClearField(name)
     if field.message_type is not None and field.message_type.GetOptions().map_entry:
         return
-    if field.label == FieldDescriptor.LABEL_REPEATED:
+    if is_repeated(field):
         yield "shorter", lambda m: getattr(m, name).pop()
         yield "longer", lambda m: getattr(m, name).append(getattr(m, name)[-1])
         if field.message_type is None and field.cpp_type != FieldDescriptor.CPPTYPE_STRING:

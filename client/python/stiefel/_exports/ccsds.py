@@ -32,7 +32,8 @@ def to_aem(run: Trajectory, file: "str | os.PathLike[str]", *, epoch: Any = None
     nodes = nodes_of(run, epoch)
     stamps = [_stamp(one) for one in nodes.instants()]
     export = Export((os.fspath(file),), "CCSDS AEM 2.0", len(stamps), _rounding(nodes), _interpolation_error(nodes))
-    kind, rates = ["ATTITUDE_TYPE = QUATERNION"], [[]] * len(stamps)
+    kind = ["ATTITUDE_TYPE = QUATERNION"]
+    rates: list[list[float]] = [[]] * len(stamps)
     if nodes.body_rate is not None:
         kind = ["ATTITUDE_TYPE = QUATERNION/ANGVEL", f"ANGVEL_FRAME = {body_frame}"]
         rates = np.degrees(nodes.body_rate).tolist()

@@ -6,7 +6,7 @@ import reprlib
 from typing import Any, Iterable, Iterator, Mapping, Optional, Union
 
 from google.protobuf import json_format
-from google.protobuf.descriptor import Descriptor, FieldDescriptor
+from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
 from stiefel.errors import InvalidArgument, Violation
@@ -32,12 +32,12 @@ def parse(mapping: Any, message: Message, path: str) -> None:
 
 def violations(mapping: Any, kind: type[Message], path: str) -> Iterator[Violation]:
     """Yields every fault that keeps `mapping` from being a message of the type `kind`."""
-    descriptor = kind.DESCRIPTOR
+    descriptor: Any = kind.DESCRIPTOR  # of protobuf's own types, which differ between its implementations
     if not isinstance(mapping, Mapping):
-        known = ", ".join(descriptor.fields_by_name)
+        known = ", ".join(field.name for field in descriptor.fields)
         yield Violation(path, f"{reprlib.repr(mapping)}: must be a mapping with the fields {known}")
         return
-    known_fields = {**{field.json_name: field for field in descriptor.fields}, **descriptor.fields_by_name}
+    known_fields = {name: field for field in descriptor.fields for name in (field.json_name, field.name)}
     for key, value in mapping.items():
         field = known_fields.get(key)
         if field is None:
@@ -52,7 +52,7 @@ def violations(mapping: Any, kind: type[Message], path: str) -> Iterator[Violati
             yield from violations(value, field.message_type._concrete_class, f"{path}.{key}")
 
 
-def _of_scalar(key: str, value: Any, kind: type[Message], field: FieldDescriptor, path: str) -> Iterator[Violation]:
+def _of_scalar(key: str, value: Any, kind: type[Message], field: Any, path: str) -> Iterator[Violation]:
     try:
         json_format.ParseDict({key: value}, kind())
     except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
@@ -61,14 +61,14 @@ def _of_scalar(key: str, value: Any, kind: type[Message], field: FieldDescriptor
         yield Violation(f"{path}.{key}", f"{reprlib.repr(value)}: {rule}")
 
 
-def is_repeated(field: FieldDescriptor) -> bool:
+def is_repeated(field: Any) -> bool:
     """Returns whether the field is a list or a map. New versions of protobuf have `is_repeated` and no `label`, old
     versions only `label`."""
     repeated = getattr(field, "is_repeated", None)
     return field.label == FieldDescriptor.LABEL_REPEATED if repeated is None else bool(repeated)
 
 
-def _unknown(key: str, value: Any, descriptor: Descriptor) -> str:
+def _unknown(key: str, value: Any, descriptor: Any) -> str:
     """Returns a description that suggests the nearest name of a field, or of a field of a message inside; if none is
     near, one that lists all names."""
     paths = {inner.name: f"{outer.name}.{inner.name}" for outer in descriptor.fields
@@ -76,7 +76,7 @@ def _unknown(key: str, value: Any, descriptor: Descriptor) -> str:
              for inner in outer.message_type.fields}
     paths.update({field.name: field.name for field in descriptor.fields})
     near = difflib.get_close_matches(key, paths, n=1)
-    hint = f"did you mean {paths[near[0]]}?" if near else f"the fields are {', '.join(descriptor.fields_by_name)}."
+    hint = f"did you mean {paths[near[0]]}?" if near else f"the fields are {', '.join(field.name for field in descriptor.fields)}."
     return f"unknown field; {hint} It is {reprlib.repr(value)}"
 
 

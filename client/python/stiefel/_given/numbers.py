@@ -69,7 +69,7 @@ def whole(path: str, given: Any, least: int = 0, hint: str = "") -> int:
     if not is_whole:
         raise refused(path, rule + hint)
     if not least <= int(value) <= _MOST:
-        raise refused(path, rule + (" and below 2^63" if value > least else ""))
+        raise refused(path, rule + (" and below 2^63" if int(value) > least else ""))
     return int(value)
 
 

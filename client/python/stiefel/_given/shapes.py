@@ -13,7 +13,7 @@ from stiefel._given.mappings import is_repeated
 from stiefel._given.numbers import numbers, refused, whole
 
 #: Fields of a scene and of its parts by their paths: "step", "body", "body.moments", "method.order".
-FIELDS: dict[str, FieldDescriptor] = {field.name: field for field in pb.Scene.DESCRIPTOR.fields}
+FIELDS: dict[str, Any] = {field.name: field for field in pb.Scene.DESCRIPTOR.fields}
 FIELDS.update({f"{part}.{field.name}": field for part, owner in list(FIELDS.items())
                if owner.message_type and not is_repeated(owner) for field in owner.message_type.fields})
 _DOUBLES = [path for path, field in FIELDS.items() if field.cpp_type == FieldDescriptor.CPPTYPE_DOUBLE]
@@ -36,7 +36,8 @@ def count_of(path: str) -> Optional[int]:
 
 
 def _numbers(path: str) -> pb.Numbers:
-    return FIELDS[path].GetOptions().Extensions[pb.numbers] if path in FIELDS else pb.Numbers()
+    found: pb.Numbers = FIELDS[path].GetOptions().Extensions[pb.numbers] if path in FIELDS else pb.Numbers()
+    return found
 
 
 def owner_of(scene: pb.Scene, path: str) -> tuple[Any, str]:
@@ -67,7 +68,7 @@ class Ensemble:
     def with_blocks(self, blocks: Iterable[Any]) -> Ensemble:
         """Returns this with the shape of the first block, an array or a Matrix as a mapping."""
         for block in blocks:
-            shape = (block.get("rows"), block.get("cols")) if isinstance(block, Mapping) else block.shape
+            shape: Any = (block.get("rows"), block.get("cols")) if isinstance(block, Mapping) else block.shape
             if isinstance(shape[-2], int) and isinstance(shape[-1], int):
                 return replace(self, rows=shape[-2] // (self.members or 1) if len(shape) == 2 else shape[1], cols=shape[-1])
         return self

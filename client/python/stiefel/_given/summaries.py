@@ -22,7 +22,7 @@ Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 _STATISTICS: dict[str, int] = {name[len("STATISTIC_"):].lower(): number for name, number in pb.Statistic.items()}
 _DIRECTIONS: dict[str, int] = {"both": pb.DIRECTION_UNSPECIFIED, "rising": pb.DIRECTION_RISING,
                                "falling": pb.DIRECTION_FALLING}
-_KEYS = tuple(name for name in pb.Quantity.DESCRIPTOR.fields_by_name if name != "name")
+_KEYS = tuple(field.name for field in pb.Quantity.DESCRIPTOR.fields if field.name != "name")
 _RULE = f"must be a statistic, several, or a mapping with the keys {', '.join(_KEYS)}"
 
 
@@ -76,7 +76,7 @@ def to_events(events: Union[EventDescription, Sequence[EventDescription]]) -> li
 
 
 def _event(description: EventDescription, path: str) -> pb.Event:
-    event, keys = pb.Event(), ", ".join(pb.Event.DESCRIPTOR.fields_by_name)
+    event, keys = pb.Event(), ", ".join(field.name for field in pb.Event.DESCRIPTOR.fields)
     if not isinstance(description, Mapping):
         raise refused(path, f"{reprlib.repr(description)}: must be a mapping with the keys {keys}")
     for key, value in description.items():

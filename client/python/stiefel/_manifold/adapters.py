@@ -27,41 +27,41 @@ def pymanopt_manifold(manifold: Any) -> Any:
         def norm(self, point: Array, vector: Array) -> float:
             return float(manifold.norm(point, vector))
 
-        def projection(self, point: Array, vector: Array) -> Array:
+        def projection(self, point: Array, vector: Array) -> Any:
             return manifold.tangent(point, vector)
 
         to_tangent_space = projection
 
-        def euclidean_to_riemannian_gradient(self, point: Array, derivative: Array) -> Array:
+        def euclidean_to_riemannian_gradient(self, point: Array, derivative: Array) -> Any:
             return manifold.gradient(point, derivative)
 
-        def euclidean_to_riemannian_hessian(self, point: Array, derivative: Array, changed: Array, vector: Array) -> Array:
+        def euclidean_to_riemannian_hessian(self, point: Array, derivative: Array, changed: Array, vector: Array) -> Any:
             return manifold.hessian(point, derivative, changed, vector)
 
-        def exp(self, point: Array, vector: Array) -> Array:
+        def exp(self, point: Array, vector: Array) -> Any:
             return manifold.exp(point, vector)
 
         retraction = exp
 
-        def log(self, point_a: Array, point_b: Array) -> Array:
+        def log(self, point_a: Array, point_b: Array) -> Any:
             return manifold.log(point_a, point_b)
 
         def dist(self, point_a: Array, point_b: Array) -> float:
             return float(manifold.dist(point_a, point_b))
 
-        def transport(self, point_a: Array, point_b: Array, vector: Array) -> Array:
+        def transport(self, point_a: Array, point_b: Array, vector: Array) -> Any:
             return manifold.transport(point_a, manifold.log(point_a, point_b), vector)
 
-        def pair_mean(self, point_a: Array, point_b: Array) -> Array:
+        def pair_mean(self, point_a: Array, point_b: Array) -> Any:
             return manifold.exp(point_a, manifold.log(point_a, point_b) / 2)
 
-        def random_point(self) -> Array:
+        def random_point(self) -> Any:
             return manifold.random()
 
-        def random_tangent_vector(self, point: Array) -> Array:
+        def random_tangent_vector(self, point: Array) -> Any:
             return manifold.random_tangent(point)
 
-        def zero_vector(self, point: Array) -> Array:
+        def zero_vector(self, point: Array) -> Any:
             return np.zeros(manifold.shape)
 
     return Frames()
@@ -81,27 +81,27 @@ def geomstats_space(manifold: Any) -> Any:
         raise ValueError(f"layout: {manifold.layout!r}: must be 'columns', N x n, as geomstats has frames")
 
     class Metric(RiemannianMetric):  # type: ignore[misc]
-        def inner_product(self, tangent_vec_a: Array, tangent_vec_b: Array, base_point: Optional[Array] = None) -> Array:
+        def inner_product(self, tangent_vec_a: Array, tangent_vec_b: Array, base_point: Optional[Array] = None) -> Any:
             return manifold.inner(base_point, tangent_vec_a, tangent_vec_b)
 
-        def squared_norm(self, vector: Array, base_point: Optional[Array] = None) -> Array:
+        def squared_norm(self, vector: Array, base_point: Optional[Array] = None) -> Any:
             return manifold.inner(base_point, vector, vector)
 
-        def exp(self, tangent_vec: Array, base_point: Array) -> Array:
+        def exp(self, tangent_vec: Array, base_point: Array) -> Any:
             return manifold.exp(base_point, tangent_vec)
 
-        def log(self, point: Array, base_point: Array) -> Array:
+        def log(self, point: Array, base_point: Array) -> Any:
             return manifold.log(base_point, point)
 
-        def squared_dist(self, point_a: Array, point_b: Array) -> Array:
+        def squared_dist(self, point_a: Array, point_b: Array) -> Any:
             distance: Array = manifold.dist(point_a, point_b)**2
             return distance
 
-        def dist(self, point_a: Array, point_b: Array) -> Array:
+        def dist(self, point_a: Array, point_b: Array) -> Any:
             return manifold.dist(point_a, point_b)
 
         def parallel_transport(self, tangent_vec: Array, base_point: Array, direction: Optional[Array] = None,
-                               end_point: Optional[Array] = None) -> Array:
+                               end_point: Optional[Array] = None) -> Any:
             along = manifold.log(base_point, end_point) if direction is None else direction
             return manifold.transport(base_point, along, tangent_vec)
 

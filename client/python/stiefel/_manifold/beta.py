@@ -26,7 +26,7 @@ def skew_part(A: Array) -> Array:
 def rotation(A: Array) -> Array:
     """Returns exp(A) of skew A, from the eigenvalues of the Hermitian iA."""
     theta, X = np.linalg.eigh(1j * A)
-    product: Array = (X * np.exp(-1j * theta)[..., None, :] @ np.conj(transposed(X))).real
+    product: Array = np.real(X * np.exp(-1j * theta)[..., None, :] @ np.conj(transposed(X)))
     return product
 
 
@@ -152,7 +152,7 @@ class BetaMetric:
     """The metric of one beta. Frames and vectors are n x N here, as everywhere in stiefel."""
 
     #: Connect joins frames in this metric.
-    request = {"metric": "euclidean"}
+    request: dict[str, Any] = {"metric": "euclidean"}
 
     def __init__(self, beta: float):
         self.beta = beta
@@ -167,7 +167,7 @@ class BetaMetric:
     def inner(self, Q: Array, V: Array, W: Array) -> Array:
         product: Array = np.sum(V * W, axis=(-2, -1))
         along = np.sum((V @ transposed(Q)) * (W @ transposed(Q)), axis=(-2, -1))
-        return product - (1 - self.beta) * along
+        return product - (1 - self.beta) * np.asarray(along)
 
     def tangent(self, Q: Array, Z: Array) -> Array:
         A = Z @ transposed(Q)

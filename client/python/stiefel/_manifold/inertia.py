@@ -7,6 +7,7 @@ from typing import Any, Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel._given.typed import FieldName, Method, Scene
 from stiefel.client import Client
 from stiefel.results import Outcome
 
@@ -29,7 +30,7 @@ def lyapunov(K: Array, C: Array) -> Array:
     return B
 
 
-def solve(derivative: Callable[[Array, Array], Array], W: Array, steps: int) -> Array:
+def solve(derivative: Callable[[NDArray[np.int64], Array], Array], W: Array, steps: int) -> Array:
     """Solves the linear equation W' = derivative(node, W) from 0 to 1 by Gauss's method of order 16.
 
     `derivative` gets the index of the time (step * STAGES + stage) along the first axis of both arguments.
@@ -54,23 +55,24 @@ def sums(inertia: Array) -> Array:
     return factors
 
 
-def initial_velocity(scene: dict[str, Any]) -> Array:
+def initial_velocity(scene: Any) -> Array:
     """Returns the velocity at time 0 of a motion of `rigid_body` or `stiefel`."""
     inertia = np.asarray(scene["inertia"], float)
     blocks = {name: np.reshape(block["values"], (block["rows"], -1)) for name, block in scene["initial"].items()}
-    return blocks["Q"] @ (blocks["M"] / sums(inertia)) if "M" in blocks else blocks["S"] / inertia
+    velocity: Array = blocks["Q"] @ (blocks["M"] / sums(inertia)) if "M" in blocks else blocks["S"] / inertia
+    return velocity
 
 
 class InertiaMetric:
     """The metric of one Lambda. A server follows its geodesics, as motions of `rigid_body` (n = N) or `stiefel`."""
 
     #: the method on V(n, N), whose error of a unit of time is that of rounding
-    METHOD = {"name": "adaptive", "tolerance": 1e-14}
+    METHOD: Method = {"name": "adaptive", "tolerance": 1e-14}
     MOST_STEPS = 256  #: of the transport, each with STAGES nodes
 
     def __init__(self, inertia: Array, client: Callable[[], Client]):
         self.inertia, self._client = inertia, client
-        self.request = {"metric": "lambda", "inertia": inertia}
+        self.request: dict[str, Any] = {"metric": "lambda", "inertia": inertia}
         self._scale = sums(inertia)
 
     def __repr__(self) -> str:
@@ -117,7 +119,7 @@ class InertiaMetric:
             if whole:
                 Omega = transposed(frames) @ velocities
                 w = solve(lambda k, w: self._turned_in_body(Omega[k], w), transposed(Q) @ W, steps)
-                result = frames[-1] @ w
+                result: Array = frames[-1] @ w
             else:
                 result = solve(lambda k, W: self._turned(frames[k], velocities[k], W), W, steps)
             if last is not None and np.max(np.abs(result - last), initial=0.0) <= 1e-13 * np.max(np.abs(W), initial=0.0):
@@ -127,12 +129,14 @@ class InertiaMetric:
             steps, last = 2 * steps, result
 
     def _gram(self, Q: Array) -> Array:
-        return Q / self.inertia @ transposed(Q)
+        gram: Array = Q / self.inertia @ transposed(Q)
+        return gram
 
     def _turned(self, Q: Array, Qdot: Array, W: Array) -> Array:
         """Returns W' of a vector that is parallel along Q(t) on V(n, N): it is normal to the manifold, B Q / Lambda."""
         C = W @ transposed(Qdot)
-        return -lyapunov(self._gram(Q), C + transposed(C)) @ (Q / self.inertia)
+        turned: Array = -lyapunov(self._gram(Q), C + transposed(C)) @ (Q / self.inertia)
+        return turned
 
     def _turned_in_body(self, Omega: Array, w: Array) -> Array:
         """Returns w' of a vector Qw that is parallel along a rotation Q' = Q Omega of SO(N):
@@ -150,20 +154,21 @@ class InertiaMetric:
         whole = n == N
         Omega = transposed(Q) @ V
         # A short vector may be tangent only to the rounding of the numbers from which it comes.
-        second = ("M", self._scale * (Omega - transposed(Omega)) / 2) if whole else ("S", self.tangent(Q, V) * self.inertia)
-        scene: dict[str, Any] = {
-            "system": "rigid_body" if whole else "stiefel", "inertia": self.inertia.tolist(), "step": 1.0,
-            "initial": {"Q": Q.reshape(-1, n, N), second[0]: second[1].reshape(-1, n, N)}}
-        members = scene["initial"]["Q"].shape[0]
+        name: FieldName = "M" if whole else "S"
+        second = self._scale * (Omega - transposed(Omega)) / 2 if whole else self.tangent(Q, V) * self.inertia
+        blocks: Any = {"Q": Q.reshape(-1, n, N), name: second.reshape(-1, n, N)}
+        scene: Scene = {"system": "rigid_body" if whole else "stiefel", "inertia": self.inertia.tolist(), "step": 1.0}
+        members = blocks["Q"].shape[0]
         if members == 1:
-            scene["initial"] = {name: block[0] for name, block in scene["initial"].items()}
+            blocks = {one: block[0] for one, block in blocks.items()}
         else:
             scene["members"] = members
+        scene["initial"] = blocks
         if N > 3:
             scene["method"] = self.METHOD
         with self._client().create(scene) as session:
-            run = session.trajectory(times=times.tolist(), fields=["Q", second[0]])
+            run = session.trajectory(times=times.tolist(), fields=["Q", name])
             if run.outcome != Outcome.REACHED:
                 raise ArithmeticError(f"the geodesic ended with {run.outcome}: {run.run_status.message}")
-            frames, state = (np.reshape(run[name], times.shape + Q.shape) for name in ("Q", second[0]))
+            frames, state = (np.reshape(run[one], times.shape + Q.shape) for one in ("Q", name))
         return frames, frames @ (state / self._scale) if whole else state / self.inertia

@@ -73,7 +73,7 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
 def _field(values: Array) -> dict[str, Any]:
     values = values[:, :runs.LARGEST, :runs.LARGEST]
     complex_ = np.iscomplexobj(values)
-    numbers = np.stack([values.real, values.imag], axis=-1) if complex_ else values
+    numbers = np.stack([np.real(values), np.imag(values)], axis=-1) if complex_ else values
     return {"rows": values.shape[1], "cols": values.shape[2], "complex": complex_, **_packed(numbers, np.float32)}
 
 

@@ -34,7 +34,7 @@ def log(batch: Batch, scene: Mapping[str, Any], entity: str, recording: Any) -> 
             _log_frame(rerun, batch, member, centre, send)
         for name, values in batch.fields.items():
             flat = body.matrices(values, member).reshape(len(batch), -1)
-            flat = np.concatenate([flat.real, flat.imag], axis=1) if np.iscomplexobj(flat) else flat
+            flat = np.concatenate([np.real(flat), np.imag(flat)], axis=1) if np.iscomplexobj(flat) else flat
             flat = np.ascontiguousarray(flat[:, :LARGEST], dtype=float)
             send(f"fields/{name}", rerun.Scalars.columns(scalars=flat.ravel()).partition([flat.shape[1]] * len(batch)))
 

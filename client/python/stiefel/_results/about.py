@@ -75,7 +75,7 @@ def estimated_error(described: Mapping[str, Any]) -> Optional[EstimatedError]:
     if found is None:
         return None
     names = [field.name for field in dataclasses.fields(EstimatedError)]
-    texts = dict.fromkeys(("reference", "missing"), "")
+    texts: dict[str, str] = dict.fromkeys(("reference", "missing"), "")
     return EstimatedError(**{name: found.get(name, texts.get(name)) for name in names})
 
 
@@ -106,7 +106,7 @@ def table(run: Trajectory) -> dict[str, Any]:
     found: dict[str, Any] = {"step": run.step, "time": run.time}
     for field, values in run.fields.items():
         flat = np.ascontiguousarray(values).reshape(len(run), math.prod(values.shape[1:]))
-        flat = flat.view(flat.real.dtype)
+        flat = flat.view(np.real(flat).dtype)
         found.update(zip(columns(field, values), flat.T))
     return found
 

@@ -38,7 +38,7 @@ class ByValue(Shown):
         if type(other) is not type(self):
             return NotImplemented
         return all(same(getattr(self, field.name), getattr(other, field.name))
-                   for field in dataclasses.fields(self) if field.compare)
+                   for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
 
 
 class Outcome(str, enum.Enum):

@@ -25,8 +25,9 @@ class Conservation(str, enum.Enum):
     @classmethod
     def _missing_(cls, value: object) -> Conservation:
         """A number of the enum on the wire, such as `Client.describe` returns."""
-        known = isinstance(value, int) and value in pb.Conservation.values()
-        return cls(pb.Conservation.Name(value)[len("CONSERVATION_"):].lower()) if known else cls.UNSPECIFIED
+        if isinstance(value, int) and value in pb.Conservation.values():
+            return cls(pb.Conservation.Name(value)[len("CONSERVATION_"):].lower())
+        return cls.UNSPECIFIED
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,8 @@ from __future__ import annotations
 import os
 from typing import Any, Mapping, Optional, Sequence
 
+from stiefel._given.typed import Scene
+
 
 class Logged:
     """Samples that go to a viewer."""
@@ -32,7 +34,7 @@ class Drawn(Logged):
     """A trajectory, which knows its scene."""
 
     @property
-    def scene(self) -> dict[str, Any]:
+    def scene(self) -> Scene:
         """The resolved scene."""
         raise NotImplementedError
 

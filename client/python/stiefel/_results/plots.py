@@ -145,7 +145,7 @@ def _entries(name: str, values: Array, member: Optional[int]) -> list[tuple[str,
         if name == "M" and rows == cols and i >= j:
             continue
         index = f"{j}" if vector else f"{i},{j}"
-        parts = {"Re ": values.real, "Im ": values.imag} if np.iscomplexobj(values) else {"": values}
+        parts = {"Re ": np.real(values), "Im ": np.imag(values)} if np.iscomplexobj(values) else {"": values}
         found += [(f"{part}{name}[{index}]", numbers[:, i, j]) for part, numbers in parts.items()]
     return sorted(found, key=lambda one: -np.ptp(one[1]))[:MOST]
 

@@ -123,7 +123,7 @@ def _block(name: str, values: Array) -> str:
     values = as_matrix(name, values)
     members = f'"members": {values.shape[0]}, ' if values.ndim == 3 else ""
     rows, cols = values.shape[-2:]
-    parts = {"values": values.real, "imaginary": values.imag} if np.iscomplexobj(values) else {"values": values}
+    parts = {"values": np.real(values), "imaginary": np.imag(values)} if np.iscomplexobj(values) else {"values": values}
     lists = ", ".join(f'"{name}": [{_join(part)}]' for name, part in parts.items())
     return f'{{{members}"rows": {rows}, "cols": {cols}, {lists}}}'
 

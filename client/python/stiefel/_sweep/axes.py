@@ -217,8 +217,8 @@ def set_common(scene: pb.Scene, field: str, value: Any) -> None:
         scene.method.CopyFrom(to_method(json.loads(value)))
         return
     owner, name = owner_of(scene, field)
-    kind = {FieldDescriptor.CPPTYPE_STRING: str, FieldDescriptor.CPPTYPE_UINT32: int}.get(_kind(field), float)
-    setattr(owner, name, kind(value))
+    kinds: dict[Any, Any] = {FieldDescriptor.CPPTYPE_STRING: str, FieldDescriptor.CPPTYPE_UINT32: int}
+    setattr(owner, name, kinds.get(_kind(field), float)(value))
 
 
 def _kind(field: str) -> Optional[int]:

@@ -83,10 +83,10 @@ class Task:
             array = np.asarray(getattr(owner, name))
         shape = array.shape if part.field in own else (self.members, *array.shape)
         array = np.array(np.broadcast_to(array, shape), dtype=np.result_type(array, part.values))
-        assert part.entry is not None
-        array[(slice(None), *part.entry)] = part.values
+        entry: tuple[Any, ...] = part.entry or ()
+        array[(slice(None), *entry)] = part.values
         if part.field == SKEW:
-            array[(slice(None), *part.entry[::-1])] = -part.values
+            array[(slice(None), *entry[::-1])] = -part.values
         return array
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 import queue
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from typing import Any, Callable, Optional, Sequence, Union
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 from stiefel.client import Client
 from stiefel.errors import InvalidArgument, Violation
@@ -47,8 +47,9 @@ class Workers:
         """The most tasks in flight."""
         count: Optional[int] = getattr(self._executor, "_max_workers", None)
         if count is None:
-            threads = getattr(getattr(self._executor, "_client", None), "nthreads", None)  # Dask's executor
-            count = sum(threads().values()) if callable(threads) else None
+            dask: Any = getattr(self._executor, "_client", None)
+            threads: Optional[Callable[[], Mapping[str, int]]] = getattr(dask, "nthreads", None)
+            count = sum(threads().values()) if threads else None
         return AHEAD * count if count else UNKNOWN
 
     def finished(self) -> None:

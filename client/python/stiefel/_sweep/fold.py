@@ -72,7 +72,7 @@ def _fold(statistic: str, values: NDArray[Any], counts: NDArray[Any]) -> NDArray
 def _sum(terms: NDArray[Any]) -> NDArray[Any]:
     """Returns the sums over the first axis, correctly rounded."""
     if np.iscomplexobj(terms):
-        return np.asarray(_sum(terms.real) + 1j * _sum(terms.imag))
+        return np.asarray(_sum(np.real(terms)) + 1j * _sum(np.imag(terms)))
     columns = terms.reshape(len(terms), -1).T
     sums = [math.fsum(column) if np.isfinite(column).all() else float(column.sum()) for column in columns.astype(float)]
     return np.array(sums).reshape(terms.shape[1:])

@@ -1,11 +1,12 @@
 """An executor of concurrent.futures that uses the workers of Ray, for `stiefel.sweep`."""
 from __future__ import annotations
 
+import importlib
 from concurrent.futures import Executor as _Executor
 from concurrent.futures import Future
 from typing import Any, Callable, Optional
 
-import ray
+ray: Any = importlib.import_module("ray")
 
 
 class Executor(_Executor):

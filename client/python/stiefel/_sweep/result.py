@@ -99,10 +99,10 @@ def canonical(reduced: Reduced) -> dict[str, NDArray[Any]]:
             values = values.astype("u1")
         values = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
         if values.dtype.kind in "fc":
-            nan = np.isnan(values.view(values.real.dtype))
+            nan = np.isnan(values.view(np.real(values).dtype))
             if nan.any():
                 values = values.copy()  # arrays from a worker may be read-only
-                values.view(values.real.dtype)[nan] = np.nan
+                values.view(np.real(values).dtype)[nan] = np.nan
         result[name] = values
     return result
 

@@ -6,7 +6,7 @@ import socket
 import sys
 import time
 from dataclasses import replace
-from typing import Optional, Union
+from typing import Any, Optional, Union
 
 from stiefel import v1 as pb
 from stiefel.client import Client
@@ -77,8 +77,7 @@ def scheduled() -> Share:
         except (ValueError, AttributeError):
             pass  # this is not a task of Dask
     elif "ray" in sys.modules:
-        import ray
-
+        ray: Any = sys.modules["ray"]
         if ray.is_initialized():
             resources = ray.get_runtime_context().get_assigned_resources()
             threads, memory = max(int(resources.get("CPU", 1)), 1), resources.get("memory")

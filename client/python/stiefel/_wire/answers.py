@@ -22,7 +22,7 @@ T = TypeVar("T")
 def read(kind: type[T], message: Any, **given: Any) -> T:
     """Returns a `kind`, a dataclass, with the fields of `message` of the same names and those `given`. A list becomes a
     tuple, an absent field None."""
-    for name, field in message.DESCRIPTOR.fields_by_name.items():
+    for name, field in ((field.name, field) for field in message.DESCRIPTOR.fields):
         if name not in given and name in kind.__dataclass_fields__:  # type: ignore[attr-defined]
             value = getattr(message, name)
             given[name] = tuple(value) if is_repeated(field) else optional(message, name) if field.has_presence else value

@@ -63,8 +63,8 @@ def matrix(array: Array) -> pb.Matrix:
     if array.ndim == 0:
         raise CorruptReply("a block of a scene has no axis")
     rows = array.reshape(math.prod(array.shape[:-1]), array.shape[-1])
-    imaginary = rows.imag.ravel().tolist() if np.iscomplexobj(rows) else None
-    return pb.Matrix(rows=rows.shape[0], cols=rows.shape[1], values=rows.real.ravel().tolist(), imaginary=imaginary)
+    imaginary = np.imag(rows).ravel().tolist() if np.iscomplexobj(rows) else None
+    return pb.Matrix(rows=rows.shape[0], cols=rows.shape[1], values=np.real(rows).ravel().tolist(), imaginary=imaginary)
 
 
 def to_array(matrix: pb.Matrix) -> NDArray[Any]:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
-from typing import Optional
+from typing import Any, Optional
 from urllib.parse import unquote
 
 import grpc
@@ -118,13 +118,16 @@ def in_plain_words(message: str, tls: Optional[bool] = None) -> str:
 
 def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None) -> StiefelError:
     """Returns this package's exception. `tls`: whether the channel has TLS, if that is known."""
-    trailing = dict(iter(error.trailing_metadata() or ()))  # the Metadata of grpc.aio has no keys that `dict` could ask
+    metadata: Any = error.trailing_metadata() or ()
+    trailing = dict(iter(metadata))  # the Metadata of grpc.aio has no keys that `dict` could ask
     details = trailing.get("grpc-status-details-bin", b"")
     message, code = error.details() or "", error.code()
     if details:
         return make_error(code.value[0], message, details)
     if code is grpc.StatusCode.INTERNAL and message == "Exception deserializing response!":
         return CorruptReply("the reply's bytes are not a message of this call")
+    if code is grpc.StatusCode.DEADLINE_EXCEEDED and _BROKEN.match(message):
+        message = "Deadline Exceeded"  # new versions of gRPC say how the call was ended
     maybe = code in (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN)
     if (maybe and _BROKEN.match(message)) or message.startswith("Received http2 header"):
         code = grpc.StatusCode.UNAVAILABLE

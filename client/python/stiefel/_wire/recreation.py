@@ -4,7 +4,7 @@ from __future__ import annotations
 import re
 import threading
 from contextlib import contextmanager
-from typing import Any, Callable, Iterator, NamedTuple, Optional
+from typing import Any, Callable, Generator, Iterator, NamedTuple, Optional
 
 import grpc
 
@@ -154,7 +154,7 @@ class Recreation:
             steps = 0, self._earliest.step, self._last.step
         return every > 0 and not any(0 <= to - step < every for step in steps)
 
-    def messages(self, method: str, request: Any, timeout: Optional[float]) -> Iterator[Any]:
+    def messages(self, method: str, request: Any, timeout: Optional[float]) -> Generator[Any, None, None]:
         """Yields the messages of a stream, and cancels the stream when the iteration is left. Raises this package's
         exception if the stream breaks, CorruptReply if it ends before the iteration is left, and BuildChanged."""
         stream, answered = getattr(self.connection.stub, method)(request, timeout=timeout, metadata=self.metadata), False

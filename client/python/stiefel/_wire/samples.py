@@ -65,6 +65,8 @@ class Samples:
                             return
             except StiefelError as broken:
                 error: StiefelError = broken
+            else:
+                raise AssertionError("a stream ends with an exception")
             before += computed
             if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
                 attempts.renew()

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 from contextlib import closing
-from typing import Iterator, Optional, Sequence, Union
+from typing import Any, Iterator, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,6 +99,8 @@ class Summarizing:
                             return
             except StiefelError as broken:
                 error: StiefelError = broken
+            else:
+                raise AssertionError("a stream ends with an exception")
             before += computed - at_checkpoint if computed else 0
             if self._request.checkpoint != self._given and refuses_checkpoint(error):
                 # This server has another build: the stream begins anew.
@@ -154,8 +156,8 @@ class Summarizing:
 def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:
     """Returns what comes after the first `count` elements."""
     arrays = {field.name: getattr(batch, field.name) for field in dataclasses.fields(batch)}
-    return dataclasses.replace(batch, fields={name: values[count:] for name, values in batch.fields.items()},
-                               **{name: array[count:] for name, array in arrays.items() if isinstance(array, np.ndarray)})
+    rest: dict[str, Any] = {name: array[count:] for name, array in arrays.items() if isinstance(array, np.ndarray)}
+    return dataclasses.replace(batch, fields={name: values[count:] for name, values in batch.fields.items()}, **rest)
 
 
 def states_at(running: Summarizing, order: NDArray[np.intp], origin: Origin, progress: bool) -> Trajectory:
@@ -177,7 +179,7 @@ def states_at(running: Summarizing, order: NDArray[np.intp], origin: Origin, pro
                     collector.add(part)
                     bar.update(part.samples)
     except StiefelError as error:
-        error._as_given("times", order)
+        error._as_given("times", order.tolist())
         error.partial = arrived(RunStatus(Outcome.CANCELLED, message=error.message))
         raise
     return arrived(running.run_status or RunStatus(Outcome.CANCELLED))

@@ -18,6 +18,7 @@ except ImportError as missing:
     raise ImportError("stiefel.aio needs the package greenlet: pip install 'stiefel[aio]'") from missing
 
 T = TypeVar("T")
+_EOF: Any = getattr(grpc.aio, "EOF")
 
 
 class _Blocking(greenlet):  # type: ignore[misc]
@@ -48,7 +49,8 @@ async def run(function: Callable[..., T], *arguments: Any, **more: Any) -> T:
 
 def wait(awaitable: Awaitable[T]) -> T:
     """Waits inside `run`."""
-    result: T = getcurrent().parent.switch(awaitable)
+    parent: Any = getcurrent().parent
+    result: T = parent.switch(awaitable)
     return result
 
 
@@ -169,7 +171,7 @@ class _Call:
 
     def __next__(self) -> Any:
         reply = self._wait(self._call.read() if self._requests is None else self._exchange(next(self._requests)))
-        if reply is grpc.aio.EOF:
+        if reply is _EOF:
             raise StopIteration
         return _whole(reply)
 
