@@ -23,6 +23,7 @@ void add_diagnose(CLI::App& all, Command& chosen);
 void add_convert(CLI::App& all, Command& chosen);
 void add_tradeoff(CLI::App& all, Command& chosen);
 void add_connect(CLI::App& all, Command& chosen);
+void add_conjugate_points(CLI::App& all, Command& chosen);
 void add_report(CLI::App& all, Command& chosen);
 
 /// Runs the command, and prints why it failed to stderr, one line for each fault. Returns the exit

@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   cli::add_convert(app, command);
   cli::add_tradeoff(app, command);
   cli::add_connect(app, command);
+  cli::add_conjugate_points(app, command);
   cli::add_report(app, command);
   try {
     app.parse(argc, argv);

@@ -108,6 +108,27 @@ v1::ConvertResponse Client::convert(v1::ConvertRequest request) const {
   return whole;
 }
 
+v1::ConjugatePointsResponse Client::conjugate_points(
+    const v1::ConjugatePointsRequest& request) const {
+  auto replies =
+      connection_->call_all(&Stub::ConjugatePoints, request, connection_->options.compute_timeout);
+  v1::ConjugatePointsResponse whole = std::move(replies.front());
+  for (const auto& reply : replies) {
+    require((&reply == &replies.front() ? whole : reply).continues() ==
+                (&reply != &replies.back()),
+            "a part of the points is missing");
+    if (&reply != &replies.front()) whole.mutable_points()->MergeFrom(reply.points());
+  }
+  whole.clear_continues();
+  check_present(whole, {"run_status", "price"});
+  check_outcome(whole.run_status());
+  require(whole.has_radius() == request.has_radius(), "a radius is not what was asked for");
+  for (const auto& point : whole.points())
+    require(std::cmp_equal(point.kernel_size(), point.multiplicity()),
+            "a kernel has another dimension");
+  return whole;
+}
+
 std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) const {
   auto replies =
       connection_->call_all(&Stub::Connect, request, connection_->options.compute_timeout);

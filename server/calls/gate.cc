@@ -109,6 +109,7 @@ Gate::Gate(Host& host, server::Service& service, Callers* callers)
   take("Stream", &Service::Stream);
   take("Convert", &Service::Convert);
   take("Connect", &Service::Connect);
+  take("ConjugatePoints", &Service::ConjugatePoints);
   take("MeasureTradeoff", &Service::MeasureTradeoff);
   take_drive();
 }

@@ -52,6 +52,8 @@ class Service final {
   Unary ForkSession(Context&, CallLog&, const v1::ForkSessionRequest&, v1::ForkSessionResponse*);
   Writing<v1::ConvertResponse> Convert(Context&, CallLog&, const v1::ConvertRequest&);
   Writing<v1::ConnectResponse> Connect(Context&, CallLog&, const v1::ConnectRequest&);
+  Writing<v1::ConjugatePointsResponse> ConjugatePoints(Context&, CallLog&,
+                                                       const v1::ConjugatePointsRequest&);
   Writing<v1::MeasureTradeoffResponse> MeasureTradeoff(Context&, CallLog&,
                                                        const v1::MeasureTradeoffRequest&);
   Writing<v1::SummarizeResponse> Summarize(Context&, CallLog&, const v1::SummarizeRequest&);

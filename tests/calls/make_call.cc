@@ -110,6 +110,8 @@ grpc::Status make(Stub& stub, grpc::ClientContext& context, const Call& call, co
       return made(&Stub::Convert, call.convert());
     case Call::kConnect:
       return made(&Stub::Connect, call.connect());
+    case Call::kConjugatePoints:
+      return made(&Stub::ConjugatePoints, call.conjugate_points());
     case Call::kMeasureTradeoff:
       return made(&Stub::MeasureTradeoff, call.measure_tradeoff());
     case Call::kSummarize:

@@ -29,10 +29,11 @@ from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as Buil
                             ResourceExhausted as ResourceExhausted, SceneWarning as SceneWarning,
                             StiefelError as StiefelError, Unauthenticated as Unauthenticated,
                             Unavailable as Unavailable, Unimplemented as Unimplemented, Violation as Violation)
-from stiefel.results import (Batch as Batch, Catalogue as Catalogue, Choice as Choice, Conservation as Conservation,
+from stiefel.results import (Batch as Batch, Catalogue as Catalogue, Choice as Choice,
+                             ConjugatePoint as ConjugatePoint, ConjugatePoints as ConjugatePoints, Conservation as Conservation,
                              Conversion as Conversion, Diagnosis as Diagnosis, Domain as Domain, Errors as Errors,
                              EstimatedError as EstimatedError, Events as Events, Export as Export,
-                             Geodesic as Geodesic, Invariant as Invariant, Motion as Motion, Origin as Origin,
+                             Geodesic as Geodesic, InjectivityRadius as InjectivityRadius, Invariant as Invariant, Motion as Motion, Origin as Origin,
                              Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
                              State as State, Summary as Summary, Tradeoff as Tradeoff, Trajectory as Trajectory)
 from stiefel.scene import SceneLike, to_dict, to_message

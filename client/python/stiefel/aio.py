@@ -171,6 +171,8 @@ class Client:
     convert = _awaited(blocking.Client.convert)
     geodesic = _awaited(blocking.Client.geodesic)
     connect = _awaited(blocking.Client.connect)
+    conjugate_points = _awaited(blocking.Client.conjugate_points)
+    injectivity_radius = _awaited(blocking.Client.injectivity_radius)
     tradeoff = _awaited(blocking.Client.tradeoff)
     tradeoff_parts = _iterated(blocking.Client.tradeoff_parts)
     close = _awaited(blocking.Client.close)

@@ -19,7 +19,7 @@ from stiefel._wire.replies import complete, described, require
 from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, SceneWarning, StiefelError
-from stiefel.results import Catalogue, Conversion, Geodesic, Tradeoff
+from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
 from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
 from stiefel.session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
@@ -177,11 +177,8 @@ class Client:
 
     def _connect(self, pairs: Sequence[pb.FramePair], timeout: Optional[float], inertia: Any, time: Any,
                  restarts: Optional[int], metric: Any = None, **counts: int) -> tuple[Geodesic, ...]:
-        lambdas = numbers("inertia", inertia)
-        if lambdas.ndim != 1:
-            raise refused("inertia", f"the shape {lambdas.shape}: must be (numbers)")
         request = pb.ConnectRequest(
-            pairs=pairs, metric=metric, inertia=lambdas.tolist(), time=number("time", time, SECONDS),
+            pairs=pairs, metric=metric, inertia=_lambdas(inertia), time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts),
             **{name: whole(name, count) for name, count in counts.items()})
         replies: dict[int, Any] = {}
@@ -190,6 +187,29 @@ class Client:
         if sorted(replies) != list(range(len(pairs))):
             raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
         return tuple(answers.geodesic(replies[pair], request) for pair in range(len(pairs)))
+
+    def conjugate_points(self, inertia: Any, Q: Any, Qdot: Any, time: float = 1.0,
+                         timeout: Optional[float] = None) -> ConjugatePoints:
+        """Returns the conjugate points up to `time` along the geodesic that starts at the frame Q with the velocity Qdot.
+
+        The metric is tr(Lambda Qdot^T Qdot), Lambda = diag(inertia); n = N is SO(N). A geodesic is not the shortest beyond
+        its first conjugate point.
+        """
+        request = pb.ConjugatePointsRequest(inertia=_lambdas(inertia), q=to_matrix(Q, "Q"), qdot=to_matrix(Qdot, "Qdot"),
+                                            time=number("time", time, SECONDS))
+        return answers.conjugate_points(self._connection.call_all("ConjugatePoints", request, timeout), request)
+
+    def injectivity_radius(self, inertia: Any, n: int, starts: Optional[int] = None, seed: int = 0,
+                           timeout: Optional[float] = None) -> InjectivityRadius:
+        """Returns bounds of the injectivity radius of V(n, N) in the metric tr(Lambda Qdot^T Qdot), of SO(N) for n = N.
+
+        `starts`: from how many geodesics the search for near conjugate points descends, 16 when absent, and how many
+        closed geodesics it looks for. The upper bound is the least that was found, the lower one is proven.
+        """
+        radius = pb.RadiusSearch(n=whole("n", n), seed=whole("seed", seed),
+                                 starts=None if starts is None else whole("starts", starts))
+        request = pb.ConjugatePointsRequest(inertia=_lambdas(inertia), radius=radius)
+        return answers.injectivity_radius(self._connection.call_all("ConjugatePoints", request, timeout), request)
 
     def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None) -> Tradeoff:
@@ -257,6 +277,13 @@ class Client:
 
     def __repr__(self) -> str:
         return f"<stiefel.Client of {self.address}{', closed' if self.closed else ''}>"
+
+
+def _lambdas(inertia: Any) -> Any:
+    given = numbers("inertia", inertia)
+    if given.ndim != 1:
+        raise refused("inertia", f"the shape {given.shape}: must be (numbers)")
+    return given.tolist()
 
 
 def _metric(name: str) -> int:

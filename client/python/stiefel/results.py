@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Iterator, Mapping, Optional, TypeVar, cast, overload
+from typing import Any, Iterator, Mapping, Optional, Sequence, TypeVar, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,8 @@ from stiefel._results.origin import Origin
 from stiefel._results.tradeoff import Point, Tradeoff
 from stiefel.scene import member_of, to_dict
 
-__all__ = ["Batch", "Catalogue", "Choice", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
-           "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
+__all__ = ["Batch", "Catalogue", "Choice", "ConjugatePoint", "ConjugatePoints", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
+           "InjectivityRadius", "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
 
 
 B = TypeVar("B", bound="Batch")
@@ -285,6 +285,65 @@ class Geodesic(Ended, ByValue):
         frames = "" if self.trajectory is None else f", trajectory {self.trajectory.shape}"
         return (f"<stiefel.Geodesic {self.outcome}: energy {self.energy!r}, residual {self.residual:.1e}, shortest: "
                 f"{self.shortest}, {self.distinct} seen{frames}>")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ConjugatePoint(ByValue):
+    """A time at which the differential of the exponential map, from velocities at time 0 to frames, is singular."""
+
+    time: float
+    multiplicity: int
+    kernel: Array  #: (multiplicity, n, N): changes of Qdot(0) that do not change Q(time), orthonormal in the metric
+    gap: Optional[float]  #: sin(theta) of the next field, tan(theta) = |J| / (t |DJ/dt|); None if there is none
+
+    def __repr__(self) -> str:
+        return f"<stiefel.ConjugatePoint at {self.time!r}, multiplicity {self.multiplicity}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ConjugatePoints(Ended, ByValue, Sequence[ConjugatePoint]):
+    """The conjugate points along a geodesic, in the order of their times."""
+
+    points: tuple[ConjugatePoint, ...]
+    until: float  #: every conjugate point up to this time is here: `time`, or less if `outcome` is not REACHED
+    run_status: RunStatus
+    price: Optional[Price] = field(default=None, compare=False)
+
+    @overload
+    def __getitem__(self, index: int) -> ConjugatePoint: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[ConjugatePoint, ...]: ...
+    def __getitem__(self, index: Any) -> Any:
+        return self.points[index]
+
+    def __len__(self) -> int:
+        """Returns the number of points."""
+        return len(self.points)
+
+    def __repr__(self) -> str:
+        return f"<stiefel.ConjugatePoints {self.outcome}: {len(self)} up to {self.until!r}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InjectivityRadius(Ended, ByValue):
+    """Bounds of the injectivity radius of V(n, N), in lengths of the metric, and how the search went."""
+
+    upper: float  #: the least that was found: a distance to a conjugate point, or half the length of a closed geodesic
+    lower: float  #: a proven lower bound; 0 where there is none
+    witness: str  #: what shows `upper`: "conjugate_point" or "closed_geodesic"
+    Q: Array  #: the geodesic of unit speed that shows `upper`, (n, N)
+    Qdot: Array
+    residual: float  #: |J| / (t |DJ/dt|) at the conjugate point, or the largest difference between the ends of the closed geodesic
+    least_conjugate: Optional[float]  #: the least distance to a conjugate point that was found; None if none was
+    least_loop: float  #: half the length of the shortest closed geodesic that was found
+    starts: int  #: geodesics from which the search descended
+    agreeing: int  #: how many of them ended within 1e-6 of `least_conjugate`
+    loops: int  #: closed geodesics that were found
+    run_status: RunStatus
+
+    def __repr__(self) -> str:
+        return (f"<stiefel.InjectivityRadius {self.outcome}: {self.lower!r} to {self.upper!r} ({self.witness}), "
+                f"{self.agreeing} of {self.starts} descents agree>")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -16,6 +16,7 @@
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/numbers/to_text.h"
+#include "stiefel/conjugate_points.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -172,11 +173,28 @@ Found searched(const Posed& p, const TwoPointProblem& problem, bool round) {
   return best;
 }
 
+/// Says more of a geodesic than the search did: it is the shortest where it is no longer than a proven
+/// bound of the injectivity radius, and is not where it passes a conjugate point.
+void judge(const Posed& p, Found& best) {
+  constexpr double most_work = 1e10, nearly_there = 1 - 1e-6;
+  constexpr double most_degrees = 32;
+  const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
+  if (best.V.size() == 0 || best.shortest == Shortest::yes) return;
+  if (std::sqrt(2 * energy(p.lambda, best.V)) <= injectivity_bound(p.lambda, p.Q_0.rows()))
+    best.shortest = Shortest::yes;
+  // A local minimum of the action passes none.
+  if (best.shortest != Shortest::unknown || n * N - n * (n + 1) / 2 > most_degrees) return;
+  const auto passed = conjugate_points({p.lambda, p.Q_0, best.V, nearly_there, {}, most_work});
+  if (passed && !passed->points.empty()) best.shortest = Shortest::no;
+}
+
 Found found(const Posed& p, const TwoPointProblem& problem) {
   if (p.Q_0 == p.Q_T) return {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0, 0};
   if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T))
     return {std::move(closed->V), Shortest::yes, closed->distinct, closed->start};
-  return searched(p, problem, is_round(p.lambda) && !is_body(p.Q_0));
+  Found best = searched(p, problem, is_round(p.lambda) && !is_body(p.Q_0));
+  judge(p, best);
+  return best;
 }
 
 /// Returns max |Q(T) − Q_T| of an answer.

@@ -47,8 +47,9 @@ struct TwoPointProblem {
 ///  ways
 ///                      round are compared; n = 1 or n = N with Λ = λI); or Λ = λI and ‖Q̇‖_F T ≤ π,
 ///                      the injectivity radius for n < N in the metric ‖Q̇‖_F (Zimmermann and Stoye
-///                      2024).
-///  no:                 a shorter path was seen whose geodesic could not be computed to `joined`.
+///                      2024); or √(2E) T is at most `injectivity_bound` (conjugate_points.h).
+///  no:                 a shorter path was seen whose geodesic could not be computed to `joined`; or
+///                      the geodesic passes a conjugate point, beyond which none is the shortest.
 ///  none_shorter_found: every start led to a minimum and none of these is shorter, which proves
 ///                      nothing about minima that no start leads to.
 ///  unknown:            a start did not lead to a minimum; or the discrete problem.

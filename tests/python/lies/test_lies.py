@@ -32,6 +32,8 @@ CALLS = {  # the RPC, and a call with an answer that can be compared
     "convert": ("Convert", lambda c, s: c.convert(SCENE, "symmetric_rigid_body")),
     "velocity": ("Convert", lambda c, s: c.convert(SCENE, "velocity")),
     "connect": ("Connect", lambda c, s: c.geodesic([1, 2, 3], [[1, 0, 0]], [[0, 0.6, 0.8]], samples=3)),
+    "conjugate points": ("ConjugatePoints", lambda c, s: c.conjugate_points([1, 2, 3], [[1, 0, 0]], [[0, 1, 0.5]], time=9)),
+    "radius": ("ConjugatePoints", lambda c, s: c.injectivity_radius([1, 2, 3], 1, starts=1)),
     "tradeoff": ("MeasureTradeoff", lambda c, s: c.tradeoff(SCENE, horizon=0.05, budget=1e7, repeats=1)),
     "summarize": ("Summarize", lambda c, s: s.summarize(100, STATISTICS)),
     "events": ("Summarize", lambda c, s: s.events(300, ZEROS, fields="angular_velocity")),
@@ -55,7 +57,7 @@ def test_a_lie_is_told_as_one(served, call):
     lies, address = served
     method, make = CALLS[call]
     kind = getattr(pb, f"{method}Response")
-    streams = method in ("Convert", "Connect", "Drive", "MeasureTradeoff", "Stream", "Summarize")
+    streams = method in ("Convert", "Connect", "ConjugatePoints", "Drive", "MeasureTradeoff", "Stream", "Summarize")
     with stiefel.Client(address) as client:
         lies.truth()
         session = client.get("lied-about")

@@ -141,6 +141,10 @@ CALLS = {
     "MeasureTradeoff": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
     "MeasureTradeoff, runs": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(24), budget=1e12)),
     "Connect": stream_of("Connect", joined(16, 1000)),
+    "ConjugatePoints": stream_of("ConjugatePoints", pb.ConjugatePointsRequest(
+        inertia=np.linspace(1, 2, 16), q=matrix(np.eye(8, 16)), qdot=matrix(np.eye(8, 16, k=8)), time=1e6)),
+    "ConjugatePoints, radius": stream_of("ConjugatePoints", pb.ConjugatePointsRequest(
+        inertia=np.linspace(1, 2, 10), radius=pb.RadiusSearch(n=3, starts=1000))),
     "Convert to interpolation": stream_of("Convert", pb.ConvertRequest(scene=body(512), to="interpolation")),
     "Convert to parametric_rigid_body": stream_of(
         "Convert", pb.ConvertRequest(scene=body(512), to="parametric_rigid_body", parameter=0.1)),
@@ -149,12 +153,12 @@ CALLS = {
 #: Those that `make test` has; each of them computed on for seconds before it looked at its token.
 QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diagnose, a step that takes minutes",
          "Diagnose, double_bracket", "CreateSession, double_bracket", "ForkSession, ensemble", "MeasureTradeoff", "Connect",
-         "Convert to interpolation"]
+         "ConjugatePoints, radius", "Convert to interpolation"]
 
 
 #: The RPCs that compute nothing for long; CALLS has all others.
 SHORT = {"Describe", "GetSession", "ListSessions", "DeleteSession"}
-STREAMS = {"Stream", "Drive", "Summarize", "MeasureTradeoff", "Connect", "Convert"}
+STREAMS = {"Stream", "Drive", "Summarize", "MeasureTradeoff", "Connect", "ConjugatePoints", "Convert"}
 
 
 def rpc_of(name):

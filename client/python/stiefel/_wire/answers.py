@@ -9,10 +9,11 @@ from google.protobuf import json_format
 from stiefel import v1 as pb
 from stiefel._given.mappings import is_repeated
 from stiefel._results.base import Array
-from stiefel._wire.arrays import Assembly, named
+from stiefel._wire.arrays import Assembly, named, to_array
 from stiefel._wire.replies import complete, ends_at, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put, resolve
-from stiefel.results import (Choice, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Geodesic, Invariant,
+from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Geodesic, InjectivityRadius,
+                             Invariant,
                              Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
 from stiefel.scene import to_dict
 
@@ -80,6 +81,35 @@ def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest)
         require((trajectory if trajectory is None else (trajectory.dtype, trajectory.shape)) == asked,
                 "the trajectory is not the one that was asked for")
     return read(Geodesic, first, scene=scene, shortest=shortest, trajectory=trajectory, run_status=status)
+
+
+def _first_of_points(messages: Sequence[pb.ConjugatePointsResponse], with_radius: bool) -> pb.ConjugatePointsResponse:
+    for message in messages:
+        require(message.continues == (message is not messages[-1]), "a part of the points is missing")
+    first = complete(messages[0], "run_status", "price")
+    require(first.HasField("radius") == with_radius, "a radius is not what was asked for")
+    return first
+
+
+def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> ConjugatePoints:
+    """Reads the messages of one call."""
+    first, shape = _first_of_points(messages, False), (request.q.rows, request.q.cols)
+    points = []
+    for point in (point for message in messages for point in message.points):
+        kernel = [to_array(one) for one in point.kernel]
+        require(len(kernel) == point.multiplicity > 0 and all(one.shape == shape for one in kernel), "a kernel has another dimension")
+        points.append(read(ConjugatePoint, point, kernel=np.stack(kernel)))
+    return read(ConjugatePoints, first, points=tuple(points), run_status=run_status(first.run_status), price=price(first.price))
+
+
+def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> InjectivityRadius:
+    """Reads the messages of one call."""
+    first = _first_of_points(messages, True)
+    found = complete(first.radius, "q", "qdot")
+    Q, Qdot = to_array(found.q), to_array(found.qdot)
+    require(Q.shape == Qdot.shape == (request.radius.n, len(request.inertia)), "the geodesic has another shape")
+    return read(InjectivityRadius, found, Q=Q, Qdot=Qdot, witness=name_of(pb.RadiusWitness, found.witness).lower(),
+                run_status=run_status(first.run_status))
 
 
 def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diagnosis:

@@ -1,5 +1,6 @@
 """The generated messages and enums of all files of `stiefel.v1`."""
 from stiefel.v1.catalogue_pb2 import *  # noqa: F401,F403
+from stiefel.v1.conjugate_pb2 import *  # noqa: F401,F403
 from stiefel.v1.connect_pb2 import *  # noqa: F401,F403
 from stiefel.v1.conversion_pb2 import *  # noqa: F401,F403
 from stiefel.v1.diagnosis_pb2 import *  # noqa: F401,F403

@@ -43,6 +43,9 @@ class Client {
   /// Returns the geodesics that join the request's pairs of frames, one for each pair, in their
   /// order. The run status of each tells whether it was found. Throws Error.
   std::vector<v1::ConnectResponse> geodesics(v1::ConnectRequest request) const;
+  /// Returns the conjugate points along a geodesic, or bounds of the injectivity radius. The run
+  /// status tells whether the search was completed. Throws Error.
+  v1::ConjugatePointsResponse conjugate_points(const v1::ConjugatePointsRequest& request) const;
   /// Measures error against cost. `receive` gets each part of the answer as it arrives and ends the
   /// measurement by returning false. Throws Error.
   using TradeoffReceiver = std::function<bool(const v1::MeasureTradeoffResponse&)>;

@@ -1,0 +1,44 @@
+"""Where geodesics stop being the shortest.
+
+Geodesics from one point of the ellipsoid with semi-axes 1, 1.2 and 1.6, drawn up to their first conjugate points. These form
+the conjugate locus opposite to the point, a curve with four cusps (Jacobi's last geometric statement).
+"""
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import stiefel
+
+semi_axes = np.array([1.0, 1.2, 1.6])
+q = np.array([0.6, 0.64, 0.48])
+basis = np.linalg.svd(q[None])[2][1:]
+figure = plt.figure(figsize=(9, 5), constrained_layout=True)
+whole, near = figure.add_subplot(1, 2, 1, projection="3d"), figure.add_subplot(1, 2, 2, projection="3d")
+ends = []
+with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+    for k, angle in enumerate(np.linspace(0, 2 * np.pi, 120, endpoint=False)):
+        v = np.array([np.cos(angle), np.sin(angle)]) @ basis
+        time = client.conjugate_points(semi_axes**2, q[None], v[None], time=9)[0].time
+        scene = {"system": "ellipsoid", "inertia": semi_axes**2, "step": time / 60,
+                 "initial": {"q": q[None], "qdot": v[None]}}
+        way = stiefel.simulate(scene, to=60, every=1, fields=["q"])["q"] * semi_axes
+        ends.append(way[-1])
+        if k % 6 == 0:
+            whole.plot(*way.T, linewidth=0.6, color="tab:blue")
+        near.plot(*way[-10:].T, linewidth=0.5, color="tab:blue")
+ends = np.array(ends + ends[:1])
+for axes in (whole, near):
+    axes.plot(*ends.T, color="tab:red", linewidth=1.5)
+    axes.set_axis_off()
+    axes.view_init(*np.degrees([-np.arcsin(q[2]), np.arctan2(q[1], q[0]) + np.pi]))
+whole.plot(*(q * semi_axes)[:, None], "ko", markersize=3)
+whole.set_box_aspect(semi_axes)
+centre, width = ends.mean(axis=0), np.ptp(ends, axis=0).max()
+near.set(xlim=centre[0] + width * np.array([-1, 1]), ylim=centre[1] + width * np.array([-1, 1]),
+         zlim=centre[2] + width * np.array([-1, 1]))
+whole.set_title("geodesics up to their first conjugate point")
+near.set_title("the conjugate locus has four cusps")
+figure.savefig(sys.argv[1], dpi=100)

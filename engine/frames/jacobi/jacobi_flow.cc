@@ -1,0 +1,176 @@
+#include "engine/frames/jacobi/jacobi_flow.h"
+
+#include <Eigen/Cholesky>
+#include <boost/numeric/odeint/algebra/default_operations.hpp>
+#include <boost/numeric/odeint/algebra/range_algebra.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+#include <boost/numeric/odeint/util/resizer.hpp>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "engine/frames/geodesics/geodesic_flow.h"
+#include "engine/frames/geodesics/path.h"
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using State = JacobiFlow::State;
+using Field = std::function<void(const State&, State&, double)>;
+
+/// Compiled once, not for each field.
+class Fehlberg {
+ public:
+  static constexpr double stages = 13;
+
+  void step(const Field& field, const State& x, double h, State& next, State& error) {
+    next.resize(x.size());
+    error.resize(x.size());
+    stepper_.do_step(std::cref(field), x, 0.0, next, h, error);
+  }
+
+ private:
+  // Resized to every state: the number of fields may change.
+  boost::numeric::odeint::runge_kutta_fehlberg78<
+      State, double, State, double, boost::numeric::odeint::range_algebra,
+      boost::numeric::odeint::default_operations, boost::numeric::odeint::always_resizer>
+      stepper_;
+};
+
+template <template <class> class Form>
+class JacobiFlowBy : public JacobiFlow {
+ public:
+  JacobiFlowBy(const VectorXd& lambda, Index n)
+      : JacobiFlow(n, lambda.size()), lambda_(lambda), field_(lambda, n) {}
+
+  void step(const State& x, double h, State& next, State& error) override {
+    stop_point(Fehlberg::stages *
+               connect_work::flow(static_cast<double>(n_), static_cast<double>(N_)) / 13);
+    fehlberg_.step(std::ref(field_), x, h, next, error);
+  }
+
+  State start(const MatrixXd& Q, const MatrixXd& V, const MatrixXd& directions) const override {
+    const Index size = n_ * N_;
+    State x(static_cast<std::size_t>(2 * size * (1 + directions.cols())));
+    field_.block(x, 0) = Q;
+    field_.block(x, 1) = Form<double>::momentum(lambda_, Q, V);
+    auto all = fields(x);
+    for (Index k = 0; k < directions.cols(); ++k)
+      all.col(k).tail(size) =
+          Form<double>::momentum(lambda_, Q, directions.col(k).reshaped(n_, N_)).reshaped();
+    return x;
+  }
+
+ protected:
+  VectorXd lambda_;
+  GeodesicField<Form<double>, double> field_;
+  Fehlberg fehlberg_;
+};
+
+class FrameJacobiFlow final : public JacobiFlowBy<FrameForm> {
+ public:
+  using JacobiFlowBy::JacobiFlowBy;
+
+  MatrixXd basis(const MatrixXd& Q) const override {
+    const MatrixXd Z = tangent_basis(Q);
+    const MatrixXd gram = Z.transpose() * weight().asDiagonal() * Z;
+    return gram.llt().matrixU().solve<Eigen::OnTheRight>(Z);
+  }
+
+  Coordinates coordinates(const State& x) const override {
+    const MatrixXd E = basis(frame(x));
+    const auto all = fields(const_cast<State&>(x));
+    const Index size = n_ * N_;
+    return {E.transpose() * (weight().asDiagonal() * all.topRows(size)),
+            E.transpose() * all.bottomRows(size)};
+  }
+
+  double curvature(const State& x) const override {
+    const MatrixXd Q = frame(x), K = Q * lambda_.cwiseInverse().asDiagonal() * Q.transpose();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(K);
+    return velocity(x).norm() / std::sqrt(lambda_.minCoeff() * spectrum.eigenvalues()(0));
+  }
+
+  MatrixXd velocity(const State& x) const override {
+    return field_.block(x, 1) * lambda_.cwiseInverse().asDiagonal();
+  }
+
+ private:
+  /// Returns Λ as the diagonal that acts on a tangent vector as a column.
+  VectorXd weight() const { return lambda_.transpose().replicate(n_, 1).reshaped(); }
+};
+
+class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
+ public:
+  BodyJacobiFlow(const VectorXd& lambda, Index n) : JacobiFlowBy(lambda, n), root_(degrees()) {
+    for (Index j = 0, k = 0; j < N_; ++j)
+      for (Index i = 0; i < j; ++i, ++k) root_(k) = std::sqrt(lambda(i) + lambda(j));
+    // R(u, v)v is made of ∇∇ and ∇ of a bracket, and ∇ of two brackets and a half in the metric.
+    const double least = root_.minCoeff(), largest = root_.maxCoeff();
+    curvature_ = 3 * std::numbers::sqrt2 * largest / (least * least);
+    if (lambda.minCoeff() > 0)
+      curvature_ = std::min(curvature_, std::sqrt(2 * lambda.maxCoeff()) / (least * least));
+  }
+
+  MatrixXd basis(const MatrixXd& Q) const override {
+    MatrixXd E(N_ * N_, degrees());
+    for (Index j = 0, k = 0; j < N_; ++j)
+      for (Index i = 0; i < j; ++i, ++k) {
+        MatrixXd omega = MatrixXd::Zero(N_, N_);
+        omega(i, j) = 1 / root_(k);
+        omega(j, i) = -omega(i, j);
+        E.col(k) = (Q * omega).reshaped();
+      }
+    return E;
+  }
+
+  Coordinates coordinates(const State& x) const override {
+    const auto all = fields(const_cast<State&>(x));
+    const MatrixXd Q = frame(x), M = field_.block(x, 1),
+                   Omega = inverse_inertia<double>(lambda_, M);
+    Coordinates out{MatrixXd(degrees(), all.cols()), MatrixXd(degrees(), all.cols())};
+    for (Index k = 0; k < all.cols(); ++k) {
+      const MatrixXd turn = Q.transpose() * all.col(k).head(N_ * N_).reshaped(N_, N_),
+                     eta = (turn - turn.transpose()) / 2,
+                     m = all.col(k).tail(N_ * N_).reshaped(N_, N_),
+                     shift = inertia(bracket(eta, Omega)) - bracket(M, eta) -
+                             bracket(inertia(eta), Omega);
+      out.A.col(k) = root_.cwiseProduct(upper(eta));
+      out.B.col(k) = upper(m + shift / 2).cwiseQuotient(root_);
+    }
+    return out;
+  }
+
+  double curvature(const State&) const override { return curvature_; }
+
+  MatrixXd velocity(const State& x) const override {
+    return frame(x) * inverse_inertia<double>(lambda_, MatrixXd(field_.block(x, 1)));
+  }
+
+ private:
+  static MatrixXd bracket(const MatrixXd& a, const MatrixXd& b) { return a * b - b * a; }
+  MatrixXd inertia(const MatrixXd& omega) const {
+    return lambda_.asDiagonal() * omega + omega * lambda_.asDiagonal();
+  }
+  VectorXd upper(const MatrixXd& m) const {
+    VectorXd out(degrees());
+    for (Index j = 0, k = 0; j < N_; ++j)
+      for (Index i = 0; i < j; ++i, ++k) out(k) = m(i, j);
+    return out;
+  }
+
+  VectorXd root_;  ///< √(λ_i + λ_j), i < j
+  double curvature_;
+};
+
+}  // namespace
+
+std::unique_ptr<JacobiFlow> JacobiFlow::make(const VectorXd& lambda, Index n) {
+  if (n == lambda.size()) return std::make_unique<BodyJacobiFlow>(lambda, n);
+  return std::make_unique<FrameJacobiFlow>(lambda, n);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,59 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "engine/frames/geodesics/geodesic_series.h"
+#include "stiefel/conjugate_points.h"
+#include "stiefel/connect.h"
+#include "tests/support/scenes/two_frames.h"
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Whether Connect, with restarts, finds no other way to the end of the geodesic from (Q, V) of
+/// unit speed at the time t that is as short.
+bool is_the_shortest(const VectorXd& lambda, const MatrixXd& Q, const MatrixXd& V, double t) {
+  TwoPointProblem problem{lambda, Q, *geodesic_end(lambda, Q, t * V)};
+  problem.restarts = 12;
+  const auto found = connect(problem);
+  if (!found) return false;
+  const double length = std::sqrt(2 * found->energy), apart = (found->Qdot - t * V).norm() / t;
+  return length >= t * (1 - 1e-13) - 1e-13 && apart < 1e-4;
+}
+
+/// Λ in equal steps from 1 to `ratio`.
+struct Row {
+  Index n, N;
+  double ratio, radius;
+};
+
+/// The table of docs/conjugate_points.md.
+constexpr Row table[] = {{1, 3, 2, 0}};
+
+TEST(InjectivityRadius, AgreesWithConnect) {
+  for (const Row& row : table) {
+    const VectorXd lambda = VectorXd::LinSpaced(row.N, 1, row.ratio);
+    const auto found = injectivity_radius({lambda, row.n});
+    ASSERT_TRUE(found && found->status.reached());
+    EXPECT_NEAR(found->upper, row.radius, 1e-8) << row.n << ' ' << row.N << ' ' << row.ratio;
+    EXPECT_TRUE(is_the_shortest(lambda, found->Q, found->Qdot, found->upper * (1 - 1e-6)));
+    EXPECT_FALSE(is_the_shortest(lambda, found->Q, found->Qdot, found->upper * (1 + 1e-6)));
+    for (unsigned seed = 1; seed <= 30; ++seed) {
+      const TwoPointProblem frames =
+          testing::random_frames(static_cast<int>(row.n), static_cast<int>(row.N), 1, seed);
+      const MatrixXd half = frames.Q_T * frames.Q_0.transpose();
+      MatrixXd V = frames.Q_T - (half + half.transpose()) / 2 * frames.Q_0;
+      V /= std::sqrt((V.cwiseAbs2() * lambda).sum());
+      EXPECT_TRUE(is_the_shortest(lambda, frames.Q_0, V, 0.999 * found->upper)) << seed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stiefel
