@@ -4,22 +4,7 @@
 
 namespace stiefel {
 
-/// Maps between the left- and the right-invariant rigid body: Q_r = Qᵀ, M_r = −M ([RB] Prop. 2.1),
-/// P_r = Pᵀ (Prop. 3.4). Each map is its own inverse. States are Q over M or Q over P, 2N × N.
-template <class Scalar>
-Matrix<Scalar> right_of_left_momentum(const Matrix<Scalar>& x) {
-  const Eigen::Index N = x.cols();
-  Matrix<Scalar> y(2 * N, N);
-  y << x.topRows(N).transpose(), -x.bottomRows(N);
-  return y;
-}
-template <class Scalar>
-Matrix<Scalar> right_of_left_symmetric(const Matrix<Scalar>& x) {
-  const Eigen::Index N = x.cols();
-  Matrix<Scalar> y(2 * N, N);
-  y << x.topRows(N).transpose(), x.bottomRows(N).transpose();
-  return y;
-}
+// The right-invariant rigid body has Q_r = Qᵀ, M_r = −M ([RB] Prop. 2.1), P_r = Pᵀ (Prop. 3.4).
 
 /// The right-invariant Ψ: returns M_r = (P_rQ_rᵀ − Q_rP_rᵀ)/ε.
 template <class Scalar>

@@ -17,15 +17,4 @@ Matrix<Scalar> right_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) 
   return Q.transpose() * M * Q;
 }
 
-/// Returns the Manakov integrals in reduced form, [RB] (8.3): the coefficients of tr((A − Aᵀ +
-/// μQΛ²Qᵀ)^k). With A = PQᵀ they belong to εM.
-template <class Scalar>
-std::vector<std::vector<Scalar>> reduced_manakov(const Vector<Scalar>& lambda,
-                                                 const Matrix<Scalar>& Q, const Matrix<Scalar>& A,
-                                                 int K) {
-  const Vector<Scalar> squares = lambda.cwiseProduct(lambda);
-  const Matrix<Scalar> inertia = Q * squares.asDiagonal() * Q.transpose();
-  return pencil_traces<Scalar>(A - A.transpose(), inertia, K);
-}
-
 }  // namespace stiefel

@@ -162,7 +162,7 @@ TEST(Stop, ManyNamesOfInvariantsAreLookedUpAndNotSearched) {
   const Scene scene = resolved(body(96, "rk4", 1));
   const auto motion = make_simulation(scene);
   std::vector<std::string> names = {"spatial_momentum[0,1]", "energy"};
-  for (int i = 0; i < 1'000'000; ++i) names.push_back("spatial_momentum[0," + std::to_string(i));
+  for (int i = 0; i < 200'000; ++i) names.push_back("spatial_momentum[0," + std::to_string(i));
   const auto of_a_set = processor_time([&] {
     const std::set<std::string> set(names.begin(), names.end());
     EXPECT_EQ(set.size(), names.size());

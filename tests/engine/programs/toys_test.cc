@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <stdexcept>
 
 #include "engine/accuracy/reference.h"
@@ -74,16 +73,6 @@ TEST(Toys, RunToRest) {
   EXPECT_LT(H.cwiseAbs().maxCoeff(), 1e-10);
   EXPECT_TRUE(std::is_sorted(diagonal.begin(), diagonal.end(), std::greater<>()));
   EXPECT_LT(now->rate(), 1e-9);
-}
-
-TEST(Toys, TheStateAtAStepHasOneSetOfBits) {
-  for (const char* method : {"heun", "rk4", "adaptive"}) {
-    const Scene scene = resolved(toy_scene(method));
-    const auto once = make_simulation(scene), many = make_simulation(scene);
-    ASSERT_TRUE(once->advance(40).reached());
-    for (int k = 0; k < 40; ++k) ASSERT_TRUE(many->advance(1).reached());
-    EXPECT_EQ(once->get("H"), many->get("H")) << method;
-  }
 }
 
 TEST(Toys, HeunIsOfOrderTwo) {
@@ -295,47 +284,6 @@ TEST(Toys, AnEstimateThatDoesNotFitSaysWhatItNeeds) {
     EXPECT_TRUE(missing.starts_with("the estimate would take ")) << missing;
     EXPECT_EQ(missing.find(" 0.0e+00"), std::string::npos) << missing;
   }
-}
-
-TEST(Toys, HaveNoOtherForm) {
-  const auto converted = convert(resolved(toy_scene()), {"rigid_body"});
-  ASSERT_FALSE(converted);
-  EXPECT_EQ(std::get<Violations>(converted.error())[0].rule,
-            "cannot be converted to other variables");
-}
-
-TEST(Toys, AStateStartsAnotherScene) {
-  const Scene scene = resolved(toy_scene("rk4"));
-  const auto now = make_simulation(scene);
-  ASSERT_TRUE(now->advance(10).reached());
-  const auto from_there = scene_at(scene, *now);
-  ASSERT_TRUE(from_there);
-  EXPECT_LT((make_simulation(*from_there)->get("H") - now->get("H")).norm(), 1e-15);
-}
-
-/// Lines that are neither empty nor comments.
-int lines(const std::string& file) {
-  std::ifstream in(STIEFEL_TOYS + file);
-  int count = 0;
-  for (std::string line; std::getline(in, line);) {
-    const auto first = line.find_first_not_of(' ');
-    count += first != std::string::npos && line.compare(first, 2, "//") != 0;
-  }
-  return count;
-}
-
-/// As many as the two pages in docs promise.
-TEST(Toys, TakeFewLines) {
-  EXPECT_GT(lines("brockett.h"), 10);
-  EXPECT_LE(lines("brockett.h"), 30);
-  EXPECT_GT(lines("brockett.cc"), 10);
-  EXPECT_LE(lines("brockett.cc"), 60);
-  EXPECT_GT(lines("brockett_simulation.cc"), 10);
-  EXPECT_LE(lines("brockett_simulation.cc"), 40);
-  EXPECT_GT(lines("heun.h"), 10);
-  EXPECT_LE(lines("heun.h"), 50);
-  EXPECT_GT(lines("lie_midpoint.h"), 10);
-  EXPECT_LE(lines("lie_midpoint.h"), 50);
 }
 
 }  // namespace

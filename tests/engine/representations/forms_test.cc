@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "engine/frames/body/stiefel_legendre.h"
 #include "engine/laws/derivative.h"
 #include "engine/laws/tangent_spaces.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
-#include "engine/frames/body/stiefel_legendre.h"
 #include "tests/support/linalg/j_d_inverse.h"
 #include "tests/support/scenes/random_matrices.h"
 
@@ -116,31 +116,6 @@ TEST_P(Forms, TheMoserVeselovMapIsSymplectic) {
   EXPECT_LT(defect(
                 omega, omega, [&](const W& x) { return d.Phi(x); }, QM, 1),
             tolerance);
-}
-/// The measure detects a map that is not symplectic: M scaled by 1.1 scales only the first part of
-/// ω.
-TEST_P(Forms, AMapThatIsNotSymplecticIsSeen) {
-  const auto scaled = [&](const W& x) { return stacked(d.top(x), 1.1L * d.bottom(x)); };
-  EXPECT_GT(defect(omega, omega, scaled, QM, 1), 1e-4);
-}
-/// The two printed forms of Ω_L and of Ω_gl|S agree: traces with Q_kᵀQ_{k−1} and with P ᵀQ.
-TEST_P(Forms, TracesAsPrinted) {
-  Random random(3);
-  const Eigen::Index N = d.N;
-  const W xi_1 = random.skew(N), xi_2 = random.skew(N), eta_1 = random.skew(N),
-          eta_2 = random.skew(N);
-  const auto vectors = [&](const W& first, const W& second) {
-    return std::pair(stacked(first * xi_1, second * eta_1), stacked(first * xi_2, second * eta_2));
-  };
-  const auto [u, v] = vectors(d.Q, d.Q_next);
-  const W inner = xi_2 * d.lambda.asDiagonal() * eta_1 - xi_1 * d.lambda.asDiagonal() * eta_2;
-  EXPECT_NEAR(static_cast<double>(Omega_L(d.lambda, u, v)),
-              static_cast<double>((d.Q_next.transpose() * d.Q * inner).trace() / 2), 1e-15);
-  const W Q = d.top(QP), P = d.bottom(QP);
-  const auto [a, b] = vectors(Q, P);
-  const W other = xi_2 * eta_1 - xi_1 * eta_2;
-  EXPECT_NEAR(static_cast<double>(Omega_gl(a, b)),
-              static_cast<double>((P.transpose() * Q * other).trace() / 2), 1e-15);
 }
 
 // ---- frames ----

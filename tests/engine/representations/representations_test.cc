@@ -5,8 +5,6 @@
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/rigid_body/symmetric/left_right.h"
-#include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
-#include "engine/rigid_body/body/rigid_velocity.h"
 #include "engine/rigid_body/symmetric/scaling.h"
 #include "tests/support/representations/rigid.h"
 #include "tests/support/scenes/random_matrices.h"
@@ -141,51 +139,6 @@ TEST(Scaling, IsThePowerOfTwoThatMakesTheNormHalfToOne) {
   EXPECT_EQ(unit_epsilon(M), 0.25);
   EXPECT_EQ(unit_epsilon<double>(D::Zero(3, 3)), 1);
   EXPECT_EQ(unit_epsilon_of(0x1p-1074), 0x1p1023);
-}
-
-/// Prop. 3.4 and 3.3: the right pair has M_r = −M, the same through Ψ on either side.
-TEST(LeftRight, CommutesWithPsi) {
-  for (const int N : {2, 3, 6}) {
-    Random random(static_cast<unsigned>(N));
-    const D Q = random.frame(N, N), M = skew_of_norm(random, N, 1.5), P = *Psi_inverse(Q, M);
-    const D right_M = right_of_left_momentum(testing::stacked(Q, M));
-    const D right_P = right_of_left_symmetric(testing::stacked(Q, P));
-    const D Q_r = right_P.topRows(N), P_r = right_P.bottomRows(N);
-    EXPECT_EQ(right_M.topRows(N), Q_r);
-    EXPECT_LT(largest(Psi_right(Q_r, P_r) - right_M.bottomRows(N)), 1e-14);
-    EXPECT_LT(largest(*Psi_right_inverse<double>(Q_r, right_M.bottomRows(N)) - P_r), 1e-14);
-    EXPECT_EQ(right_of_left_momentum(right_M), testing::stacked(Q, M));
-    EXPECT_EQ(right_of_left_symmetric(right_P), testing::stacked(Q, P));
-    // m_r = Q_rᵀM_rQ_r = −QMQᵀ = −m
-    EXPECT_LT(largest(Q_r.transpose() * right_M.bottomRows(N) * Q_r + Q * M * Q.transpose()),
-              1e-14);
-  }
-}
-
-TEST(McLachlanScovel, IsQMAndPMinusQPtQ) {
-  for (const int N : {2, 3, 7}) {
-    Random random(static_cast<unsigned>(N));
-    const D Q = random.frame(N, N), M = skew_of_norm(random, N, 1.2), P = *Psi_inverse(Q, M);
-    const D B = B_of_M(Q, M);
-    EXPECT_LT(largest(M_of_B(Q, B) - M), 1e-14);
-    EXPECT_LT(largest(testing::B_of_P(Q, P) - B), 1e-14);
-    EXPECT_LT(largest(testing::B_of_P(Q, *Psi_inverse(Q, M, 0.25), 0.25) - B), 1e-14);
-    EXPECT_LT(skewness_defect(Q, B), 1e-14);
-    EXPECT_GT(skewness_defect(Q, P), 0.1);
-  }
-}
-
-TEST(RigidVelocity, SolvesJOfOmega) {
-  for (const int N : {3, 5}) {
-    Random random(static_cast<unsigned>(N));
-    Vector<double> lambda = random.lambda(N);
-    lambda(1) = N == 3 ? 0 : -0.3;  // a thin plate, and beyond
-    const D Q = random.frame(N, N), M = random.skew(N), Qdot = Qdot_of_M(lambda, Q, M);
-    const D Omega = Q.transpose() * Qdot;
-    EXPECT_LT(largest(lambda.asDiagonal() * Omega + Omega * lambda.asDiagonal() - M), 1e-13);
-    EXPECT_LT(largest(Omega + Omega.transpose()), 1e-14);
-    EXPECT_LT(largest(testing::M_of_Qdot(lambda, Q, Qdot) - M), 1e-13);
-  }
 }
 
 }  // namespace

@@ -243,62 +243,6 @@ TEST(Ensemble, AllStopWhereTheFirstMemberStops) {
   EXPECT_TRUE(to_sentence(together).starts_with("member 7: "));
 }
 
-TEST(Ensemble, FieldsStandOneMemberAfterAnother) {
-  const auto scenes = bodies(3, "rk4", {}, "plain", 0.1, true);
-  const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
-  EXPECT_EQ(ensemble->fields()[0].members, 3);
-  EXPECT_EQ(ensemble->fields()[0].size(), 27);
-  for (int b = 0; b < 3; ++b)
-    EXPECT_EQ(Eigen::MatrixXd(ensemble->get("M").middleRows(3 * b, 3)),
-              make_simulation(resolved(scenes[static_cast<std::size_t>(b)]))->get("M"));
-}
-
-TEST(Ensemble, TheDiagnosisIsOfTheWorstMember) {
-  const auto scenes = bodies(5, "rk4", {}, "plain", 0.5, true);
-  const Scene together = resolved(ensemble_of(scenes));
-  const auto ensemble = make_simulation(together);
-  ASSERT_TRUE(ensemble->advance(100).reached());
-  const Diagnosis all = diagnose(together, *ensemble);
-  for (std::size_t i = 0; i < all.invariants.size(); ++i) {
-    double worst = 0;
-    for (std::size_t b = 0; b < scenes.size(); ++b) {
-      const auto one = diagnose(together.members()[b], *ensemble->members()[b]).invariants[i];
-      worst = std::max(worst, one.drift());
-      if (static_cast<std::int64_t>(b) == all.invariants[i].member) {
-        EXPECT_EQ(one.drift(), all.invariants[i].drift());
-      }
-    }
-    EXPECT_EQ(all.invariants[i].drift(), worst) << all.invariants[i].name;
-  }
-}
-
-Violations refusal(SceneDescription given) {
-  const auto made = Scene::resolve(std::move(given));
-  return made ? Violations{} : made.error();
-}
-
-TEST(Ensemble, RefusalsNameTheMember) {
-  auto good = ensemble_of(bodies(4, "variational", 2, "plain", 0.1, true));
-  auto bad = good;
-  bad.initial["Q"].values.row(7) *= 2;
-  ASSERT_EQ(refusal(bad).size(), 1u);
-  EXPECT_EQ(refusal(bad)[0].field, "initial.Q");
-  EXPECT_NE(refusal(bad)[0].value.find("(member 2)"), std::string::npos);
-
-  bad = good;
-  bad.members = 5;
-  EXPECT_EQ(refusal(bad).at(0).field, "initial.M");
-  for (const int count : {-1, 0, Scene::max_members + 1}) {
-    bad.members = count;
-    EXPECT_EQ(refusal(bad).at(0).field, "members");
-  }
-  bad = good;
-  bad.method.reset();
-  bad.tolerance = 1e-6;
-  bad.horizon = 10;
-  EXPECT_EQ(refusal(bad).at(0).field, "method") << "which resolve_choosing gives";
-}
-
 /// The bound of a repair is relative to the size of S, which is 0 here.
 TEST(Ensemble, MembersMayBeAtRest) {
   SceneDescription two;
@@ -322,24 +266,6 @@ TEST(Ensemble, InertiaMayBeCommon) {
   const Scene together = resolved(common);
   for (const Scene& member : together.members())
     EXPECT_EQ(member.inertia(), together.members()[0].inertia());
-}
-
-TEST(Ensemble, OfBodiesInEngineersTerms) {
-  SceneDescription given;
-  given.system = "rigid_body";
-  given.method = MethodDescription{"preprocessed_variational", 10, {}, ""};
-  given.body = BodyDescription{{}, {1, 2, 2.5}, {}, {1, 2, 3, 0.1, 0, 1}};
-  given.step = 0.1;
-  given.members = 2;
-  const Scene together = resolved(given);
-  EXPECT_EQ(together.description().body->attitude, (std::vector<double>{1, 0, 0, 0}));
-  const auto ensemble = make_simulation(together);
-  ASSERT_TRUE(ensemble->advance(10).reached());
-  given.members.reset();
-  given.body->angular_velocity = {0.1, 0, 1};
-  const auto second = make_simulation(resolved(given));
-  ASSERT_TRUE(second->advance(10).reached());
-  EXPECT_EQ(Eigen::MatrixXd(ensemble->get("quaternion").row(1)), second->get("quaternion"));
 }
 
 /// What a session asks before it makes the simulation; also where bodies are packed and others are

@@ -145,20 +145,5 @@ TEST(GivenBody, MomentumTailCompletesM) {
   EXPECT_FALSE(extended_body(Scene::resolve(d).value()));
 }
 
-/// Saved states restore to the same bits, and a session goes on from any of them.
-TEST(GivenBody, StatesAreRestored) {
-  const Scene given = scene(of_tensor({1, 1.7, 2.3}, {0.7, 1.1, -0.3}, 5), 0.1);
-  const auto once = make_simulation(given), again = make_simulation(given);
-  ASSERT_TRUE(once->advance(10).reached());
-  std::vector<double> saved(once->saved_size());
-  once->save(saved);
-  again->restore(10, saved);
-  EXPECT_EQ(once->get("Q"), again->get("Q"));
-  ASSERT_TRUE(once->advance(5).reached());
-  ASSERT_TRUE(again->advance(5).reached());
-  EXPECT_EQ(once->get("quaternion"), again->get("quaternion"));
-  EXPECT_EQ(once->get("M"), again->get("M"));
-}
-
 }  // namespace
 }  // namespace stiefel

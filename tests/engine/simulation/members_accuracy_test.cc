@@ -104,8 +104,7 @@ TEST(ChoiceForMembers, LooksAtMoreThanTheFastest) {
     const auto now = make_simulation(Scene::resolve(plain).value());
     const auto exact = make_simulation(Scene::resolve(fine).value());
     ASSERT_TRUE(now->advance(80).reached() && exact->advance(80).reached());
-    EXPECT_LE((now->get("Q") - exact->get("Q")).cwiseAbs().maxCoeff(), 1e-8)
-        << choice->reason;
+    EXPECT_LE((now->get("Q") - exact->get("Q")).cwiseAbs().maxCoeff(), 1e-8) << choice->reason;
   }
 }
 
@@ -121,15 +120,6 @@ TEST(ChoiceForMembers, OfOneIsThatOfTheSceneAlone) {
   EXPECT_EQ(together.substeps(), one.substeps());
   EXPECT_EQ(together.arithmetic(), one.arithmetic());
   EXPECT_TRUE(of_all->reason.starts_with(of_one->reason));
-}
-
-TEST(ChoiceForMembers, OfAResolvedEnsembleIsWhatItIs) {
-  const auto given = asked(scenes_of(bodies(4, 3), 0.25), 1e-7, 10);
-  const auto [once, choice] = resolve_choosing(given).value();
-  const auto [again, none] = resolve_choosing(once.description()).value();
-  EXPECT_FALSE(none);
-  EXPECT_EQ(again.substeps(), once.substeps());
-  EXPECT_EQ(resolve_choosing(given).value().choice->reason, choice->reason);
 }
 
 TEST(ChoiceForMembers, OfEverySystemThatTakesAMethod) {

@@ -5,15 +5,15 @@
 
 #include <cmath>
 
-#include "engine/rigid_body/maps/rigid_body_maps.h"
-#include "engine/frames/stiefel_maps.h"
-#include "engine/methods/variational.h"
+#include "engine/catalogue/system_entry.h"
 #include "engine/double_bracket/taylor_double_bracket.h"
+#include "engine/frames/body/taylor_stiefel.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
+#include "engine/methods/variational.h"
 #include "engine/parametric/taylor_parametric_rigid_body.h"
 #include "engine/rigid_body/body/taylor_rigid_body.h"
-#include "engine/frames/body/taylor_stiefel.h"
-#include "engine/catalogue/system_entry.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/support/extrapolation.h"
@@ -80,7 +80,7 @@ void expect_the_flow(const Series& series, const Field& field, const Matrix<Quad
 }
 
 TEST(TaylorMotion, OfTheDoubleBracketIsThePrintedOne) {
-  for (const auto& [p, q] : {std::pair{1, 1}, {1, 3}, {2, 3}, {3, 2}, {4, 4}}) {
+  for (const auto& [p, q] : {std::pair{1, 1}, {1, 3}, {3, 2}}) {
     testing::RandomMatrices<Quad> random(static_cast<unsigned>(10 * p + q));
     const Vector<Quad> u = random.lambda(p), v = random.lambda(q);
     expect_the_flow(TaylorDoubleBracket<Quad>(u, v, taylor_order(1e-30)),
@@ -90,8 +90,8 @@ TEST(TaylorMotion, OfTheDoubleBracketIsThePrintedOne) {
 }
 
 TEST(TaylorMotion, OfTheParametricRigidBodyIsThePrintedOne) {
-  for (const int N : {2, 3, 5})
-    for (const double mu : {0.0, 0.03, -0.2}) {
+  for (const int N : {2, 5})
+    for (const double mu : {0.0, -0.2}) {
       testing::RandomMatrices<Quad> random(static_cast<unsigned>(N));
       const Vector<Quad> lambda = random.lambda(N);
       const testing::PrintedParametricRigidBody printed(lambda, mu);
@@ -184,7 +184,7 @@ TEST(Reference, WithoutAFrameIsOfTheMomentumAlone) {
 
 /// The estimate is not below the true error: extended precision against quadruple.
 TEST(Reference, SaysHowFarItIsOff) {
-  for (unsigned seed = 1; seed <= 8; ++seed) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
     const Scene scene = testing::random_scene(4, seed, 10, "variational");
     const auto extended = make_reference(scene, {40, 1e12, false}),
                quadruple = make_reference(scene, {40, 1e12});
@@ -204,22 +204,20 @@ TEST(Reference, OfNoSystemVouchesForItself) {
   for (const auto& system : catalogue().systems) {
     // toys_test.cc has the reference of a system without a series.
     if (system.discrete || system_entry(system.name)->motion == nullptr) continue;
-    for (unsigned seed = 1; seed <= 3; ++seed) {
-      const Scene scene =
-          Scene::resolve(testing::any_scene(std::string(system.name), "rk4", seed, 0.1)).value();
-      const auto extended = make_reference(scene, {20, 1e12, false}),
-                 quadruple = make_reference(scene, {20, 1e12});
-      EXPECT_NE(extended->description().find("Taylor series"), std::string::npos) << system.name;
-      for (const double t : {1e-9, 1e-3, 0.1, 5.0, 20.0}) {
-        const auto a = extended->at(t, {}), b = quadruple->at(t, {});
-        ASSERT_TRUE(a && b) << system.name;
-        const double difference = error_of(a->state, b->state).largest();
-        EXPECT_LE(difference, a->error) << system.name << " at " << t;
-        EXPECT_LT(a->error, 1e-11) << system.name << " at " << t;
-        const double size = static_cast<double>(b->state.attitude.cwiseAbs().maxCoeff());
-        const double rounding = static_cast<double>(std::numeric_limits<long double>::epsilon());
-        EXPECT_GE(b->error, rounding * std::max(1.0, size)) << system.name << " at " << t;
-      }
+    const Scene scene =
+        Scene::resolve(testing::any_scene(std::string(system.name), "rk4", 1, 0.1)).value();
+    const auto extended = make_reference(scene, {20, 1e12, false}),
+               quadruple = make_reference(scene, {20, 1e12});
+    EXPECT_NE(extended->description().find("Taylor series"), std::string::npos) << system.name;
+    for (const double t : {1e-9, 1e-3, 0.1, 5.0, 20.0}) {
+      const auto a = extended->at(t, {}), b = quadruple->at(t, {});
+      ASSERT_TRUE(a && b) << system.name;
+      const double difference = error_of(a->state, b->state).largest();
+      EXPECT_LE(difference, a->error) << system.name << " at " << t;
+      EXPECT_LT(a->error, 1e-11) << system.name << " at " << t;
+      const double size = static_cast<double>(b->state.attitude.cwiseAbs().maxCoeff());
+      const double rounding = static_cast<double>(std::numeric_limits<long double>::epsilon());
+      EXPECT_GE(b->error, rounding * std::max(1.0, size)) << system.name << " at " << t;
     }
   }
 }

@@ -3,9 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
 
 #include "engine/linalg/lie/so_3.h"
 #include "stiefel/simulation.h"
@@ -26,100 +23,6 @@ SceneDescription good_body() {
       {17023.3, 124825.7, 129112.2, 397.1, -2171.4, 344.2}, {}, {}, {0.01, 0.02, 0.05}};
   d.step = 0.5;
   return d;
-}
-
-struct Bad {
-  const char* field;
-  const char* rule;
-  std::function<void(SceneDescription&)> spoil;
-};
-
-TEST(Scene, RefusesByFieldValueAndRule) {
-  const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
-  const std::vector<Bad> cases = {
-      {"system", "must be one of rigid_body", [](auto& d) { d.system = "rigid_boy"; }},
-      {"system", "; did you mean rigid_body?", [](auto& d) { d.system = "rigid_boy"; }},
-      {"method.name", "; did you mean munthe_kaas4?",
-       [](auto& d) { d.method->name = "munte_kaas4"; }},
-      {"method.name", "must be one of", [](auto& d) { d.method->name = "euler"; }},
-      {"method.order", "must be one of 2", [](auto& d) { d.method->order = 3; }},
-      {"method.substeps", "1 to", [](auto& d) { d.method->substeps = 0; }},
-      {"method.arithmetic", "compensated or plain",
-       [](auto& d) { d.method->arithmetic = "exact"; }},
-      {"method", "discrete", [](auto& d) { d.system = "moser_veselov"; }},
-      {"step", "must be finite and not 0", [](auto& d) { d.step = 0; }},
-      {"step", "must be given", [](auto& d) { d.step.reset(); }},
-      {"step", "finite", [=](auto& d) { d.step = nan; }},
-      {"inertia", "2 to", [](auto& d) { d.inertia = {1}; }},
-      {"inertia[1]", "finite", [=](auto& d) { d.inertia[1] = infinity; }},
-      {"inertia", "λ_i + λ_j",
-       [](auto& d) {
-         d.inertia = {1, -1, 3};
-       }},
-      {"initial.M", "must be given", [](auto& d) { d.initial.erase("M"); }},
-      {"initial.M", "3 x 3", [](auto& d) { d.initial["M"] = RowMatrix(RowMatrix::Zero(3, 2)); }},
-      {"initial.M", "skew", [](auto& d) { d.initial["M"].values(0, 1) += 1e-6; }},
-      {"initial.M[2,0]", "finite", [=](auto& d) { d.initial["M"].values(2, 0) = nan; }},
-      {"initial.Q", "orthonormal", [](auto& d) { d.initial["Q"].values *= 1.01; }},
-      {"initial.P", "blocks", [](auto& d) { d.initial["P"] = RowMatrix(RowMatrix::Zero(3, 3)); }},
-      {"inertia", "absent", [](auto& d) { d.body = good_body().body; }},
-  };
-  for (const auto& bad : cases) {
-    SceneDescription d = good();
-    bad.spoil(d);
-    const auto scene = Scene::resolve(d);
-    ASSERT_FALSE(scene) << bad.field << " " << bad.rule;
-    EXPECT_TRUE(std::ranges::any_of(scene.error(),
-                                    [&](const Violation& v) {
-                                      return v.field == bad.field &&
-                                             v.rule.find(bad.rule) != std::string::npos &&
-                                             !v.value.empty();
-                                    }))
-        << bad.field << " " << scene.error()[0].field << " " << scene.error()[0].rule;
-  }
-}
-
-TEST(Scene, RefusesBodies) {
-  const std::vector<Bad> cases = {
-      {"body", "exactly one",
-       [](auto& d) {
-         d.body->moments = {1, 2, 3};
-       }},
-      {"body", "exactly one", [](auto& d) { d.body->inertia_tensor.clear(); }},
-      {"body.inertia_tensor", "6 numbers", [](auto& d) { d.body->inertia_tensor.pop_back(); }},
-      {"body.inertia_tensor", "> 0", [](auto& d) { d.body->inertia_tensor[0] = 1; }},
-      {"body.attitude", "4 numbers",
-       [](auto& d) {
-         d.body->attitude = {1, 0, 0};
-       }},
-      {"body.attitude", "norm 1",
-       [](auto& d) {
-         d.body->attitude = {2, 0, 0, 0};
-       }},
-      {"body.angular_velocity", "3 numbers", [](auto& d) { d.body->angular_velocity = {}; }},
-  };
-  for (const auto& bad : cases) {
-    SceneDescription d = good_body();
-    bad.spoil(d);
-    const auto scene = Scene::resolve(d);
-    ASSERT_FALSE(scene) << bad.field;
-    EXPECT_EQ(scene.error()[0].field, bad.field);
-    EXPECT_NE(scene.error()[0].rule.find(bad.rule), std::string::npos) << scene.error()[0].rule;
-  }
-}
-
-TEST(Scene, AMissingStepIsAbsentAndNot0) {
-  for (const char* system : {"rigid_body", "symmetric_moser_veselov", "parametric_moser_veselov"}) {
-    SceneDescription d = good();
-    d.system = system;
-    d.step.reset();
-    const auto scene = Scene::resolve(d);
-    ASSERT_FALSE(scene) << system;
-    const auto found = std::ranges::find(scene.error(), "step", &Violation::field);
-    ASSERT_NE(found, scene.error().end()) << system;
-    EXPECT_EQ(found->value, "absent");
-    EXPECT_EQ(found->rule, "must be given, finite and not 0");
-  }
 }
 
 TEST(Scene, ViolationsAreAtThePlaceOfTheDescription) {
@@ -154,14 +57,6 @@ TEST(Place, AViolationOfWhatHasNoFieldThereTellsTheFieldInItsValue) {
   Place elsewhere = Place::inside("scene");
   elsewhere.with("step", "step");
   EXPECT_EQ(elsewhere.violation("steps", "", "").field, "scene.steps") << "a name is a whole name";
-}
-
-TEST(Scene, ReportsEveryViolationAtOnce) {
-  SceneDescription d = good();
-  d.step = 0;
-  d.method->name = "euler";
-  d.initial["Q"].values *= 2;
-  EXPECT_EQ(Scene::resolve(d).error().size(), 3u);
 }
 
 TEST(Scene, OfADiscreteSystemHasNothingOfAMethod) {

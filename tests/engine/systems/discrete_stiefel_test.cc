@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
+#include "engine/frames/body/stiefel.h"
 #include "engine/frames/body/stiefel_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/frames/body/stiefel.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_frame.h"
@@ -49,21 +49,6 @@ TEST(DiscreteStiefel, ReachesTheReference) {
   }
 }
 
-TEST(DiscreteStiefel, SolvesItsEquation) {
-  const RandomFrame<double> frame(3, 6, 2);
-  Discrete map(frame.lambda, 3);
-  auto state = map.start(stack(frame.Q, geodesic(frame, 0.3)));
-  const MatrixXd Q_prev = state.x.value.topRows(3), Q = state.x.value.bottomRows(3);
-  ASSERT_TRUE(map.step(state).reached());
-  EXPECT_EQ(state.x.value.topRows(3), Q);
-  const MatrixXd next = state.x.value.bottomRows(3);
-  const MatrixXd sum = (next + Q_prev) * frame.lambda.asDiagonal();
-  const MatrixXd B = sum * Q.transpose();
-  EXPECT_LT((B - B.transpose()).norm(), 1e-13);
-  EXPECT_LT((sum - B * Q).norm(), 1e-13);
-  EXPECT_LT(orthogonality_defect(next), 1e-14);
-}
-
 TEST(DiscreteStiefel, KeepsItsInvariants) {
   for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 5}}) {
     const RandomFrame<double> frame(n, N, 3);
@@ -88,26 +73,6 @@ TEST(DiscreteStiefel, KeepsItsInvariants) {
       for (std::size_t j = 0; j < now[k].size(); ++j)
         EXPECT_LT(std::abs(now[k][j] - coefficients[k][j]), 1e-13 * N * std::pow(32.0, k + 1))
             << n << " " << k << " " << j;
-  }
-}
-
-TEST(DiscreteLax, CoefficientsMakeThePolynomial) {
-  const RandomFrame<double> frame(2, 5, 6);
-  const MatrixXd Q_prev = frame.Q, Q = geodesic(frame, 0.4), L = frame.lambda.asDiagonal();
-  const auto coefficients = discrete_lax_coefficients<double>(frame.lambda, Q_prev, Q, 5);
-  const MatrixXd M = Q_prev.transpose() * Q * L - L * Q.transpose() * Q_prev;
-  for (const double mu : {-0.7, 0.0, 0.4, 1.9}) {
-    const MatrixXd L_mu = L * L + mu * M - mu * mu * Q_prev.transpose() * Q_prev;
-    MatrixXd power = MatrixXd::Identity(5, 5);
-    for (int k = 1; k <= 5; ++k) {
-      power = (power * L_mu).eval();
-      double value = 0, size = 0;
-      for (int j = 2 * k; j >= 0; --j) {
-        value = value * mu + coefficients[k - 1][j];
-        size = size * std::abs(mu) + std::abs(coefficients[k - 1][j]);
-      }
-      EXPECT_NEAR(value, power.trace(), 1e-13 * size);
-    }
   }
 }
 

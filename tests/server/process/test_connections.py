@@ -1,4 +1,5 @@
 """Connections: many, silent, broken. Whatever they do, the next client is served or told that it is not."""
+import json
 import os
 import resource
 import time
@@ -77,7 +78,7 @@ def test_a_refused_client_does_not_come_back_at_once(serve):
     connection.close()
     process.stop()
     refused = [line for line in process.child.stderr.read().splitlines() if "connections refused" in line]
-    assert 1 <= len(refused) <= 4 and all('"count":1' in line for line in refused)
+    assert 1 <= sum(json.loads(line)["count"] for line in refused) <= 4
 
 
 @pytest.mark.skipif(SANITIZED, reason="the check of virtual tables makes pipes itself")

@@ -3,7 +3,6 @@ import os
 import subprocess
 import time
 
-import grpc
 import numpy as np
 import pytest
 
@@ -27,14 +26,6 @@ def test_the_limits_follow_from_it(serve):
     with serve("--memory", "0.5G").channel() as channel:
         limits = rpc.SimulationServiceStub(channel).Describe(pb.DescribeRequest()).limits
         assert limits.memory_bytes == 512 * MiB and limits.max_message_bytes == 32 * MiB
-
-
-def test_a_stream_request_that_is_none(serve):
-    with serve().channel() as channel:
-        stream = channel.unary_stream("/stiefel.v1.SimulationService/Stream")(b"\xff\xff\xff")
-        with pytest.raises(grpc.RpcError) as caught:
-            next(stream)
-        assert caught.value.code() is grpc.StatusCode.INVALID_ARGUMENT
 
 
 def test_everything_at_once(serve):
@@ -68,15 +59,12 @@ def settled(process):
     return sizes
 
 
-@pytest.mark.parametrize("method", ["Step", "ForkSession", "Summarize", "Stream"])
+@pytest.mark.parametrize("method", ["Step", "Stream"])
 def test_fields_of_a_later_version_are_not_kept(serve, method):
-    """Twenty-five calls that run, each with 31 MB of which this version knows nothing."""
+    """Ten calls that run, each with 31 MB of which this version knows nothing."""
     process = serve("--log-level", "off", "--memory", "512M", "--threads", "2")
     far = 10**12
-    request = {"Step": pb.StepRequest(session_id="s", to=far),
-               "ForkSession": pb.ForkSessionRequest(session_id="f", from_session_id="s", from_step=far),
-               "Summarize": pb.SummarizeRequest(session_id="s", to=far),
-               "Stream": pb.StreamRequest(session_id="s", to=far)}[method]
+    request = {"Step": pb.StepRequest, "Stream": pb.StreamRequest}[method](session_id="s", to=far)
     size = 31 * 10**6
     length = bytes(size >> 7 * k & 127 | (128 if size >> 7 * (k + 1) else 0) for k in range(4))
     unknown = b"\xfa\x3f" + length + bytes(size)  # field 1023
@@ -88,21 +76,20 @@ def test_fields_of_a_later_version_are_not_kept(serve, method):
         channels.append(process.channel(options=[("grpc.max_send_message_length", -1), ("number", len(channels)),
                                                  ("grpc.use_local_subchannel_pool", 1)]))
         path = f"/stiefel.v1.SimulationService/{method}"
-        if method in ("Step", "ForkSession"):
+        if method == "Step":
             held.append(channels[-1].unary_unary(path).future(raw, timeout=240))
         else:
             held.append(channels[-1].unary_stream(path)(raw, timeout=240))
-        time.sleep(0.3)
 
     idle = process.resident()
-    for _ in range(25):  # what the calls and their connections take themselves
+    for _ in range(10):  # what the calls and their connections take themselves
         begin(request.SerializeToString())
     settled(process)
     running = process.resident()
-    for _ in range(25):
+    for _ in range(10):
         begin(request.SerializeToString() + unknown)
-        # The server has read it, and holds no more of it.
-        assert eventually(lambda: process.resident() - running < running - idle + size // 2)
+    settled(process)  # the server has read them, and holds no more of them
+    assert process.resident() - running < running - idle + size // 2
     ends = [one.code() for one in held if one.done()]
     for one in held:
         one.cancel()

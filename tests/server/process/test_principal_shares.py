@@ -8,8 +8,7 @@ import pytest
 
 import stiefel
 from stiefel import v1 as pb
-from test_principal_memory import refusal
-from test_two_principals import Caller, token
+from test_two_principals import Caller, refusal, token
 
 
 @pytest.fixture

@@ -59,13 +59,13 @@ def is_refused(child, reason):
     assert err.startswith("stiefel-server: cannot start: ") and reason in err and err.count("\n") == 1, err
 
 
-@pytest.mark.parametrize("megabytes", [60, 100, 150, 200, 280])
+@pytest.mark.parametrize("megabytes", [60, 150, 280])
 def test_without_address_space_it_says_why_it_does_not_start(megabytes):
     is_refused(limited([(resource.RLIMIT_AS, megabytes << 20)]), f"ulimit -v: {megabytes << 20}")
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="to become a user without processes needs root")
-@pytest.mark.parametrize("threads", [1, 2, 5, 9, 14, 20])
+@pytest.mark.parametrize("threads", [1, 5, 20])
 def test_without_threads_it_says_why_it_does_not_start(threads):
     is_refused(limited([(resource.RLIMIT_NPROC, threads)], user=NOBODY), f"ulimit -u: {threads}")
 

@@ -13,9 +13,10 @@ import pytest
 import stiefel
 from conftest import BODY
 from stiefel import v1 as pb
+from stiefel._wire.failures import from_status
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
-GUESSES = int(os.environ.get("STIEFEL_GUESSES", "10000"))
+GUESSES = int(os.environ.get("STIEFEL_GUESSES", "2000"))
 AT_ONCE = 100
 ANSWERED = 10.0  # seconds, for a Step of some microseconds, on a machine of any load
 
@@ -60,6 +61,15 @@ def principals(serve, tmp_path):
     yield alice, bob
     alice.channel.close()
     bob.channel.close()
+
+
+def refusal(call):
+    """What the call is refused with; none if it is not."""
+    try:
+        call()
+    except grpc.RpcError as error:
+        return from_status(pb.Status.FromString(dict(error.trailing_metadata())["grpc-status-details-bin"]))
+    return None
 
 
 class Steps(threading.Thread):

@@ -32,21 +32,4 @@ Scalar costate_defect(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   return momentum_k(Q, P).cwiseAbs().maxCoeff();
 }
 
-/// Returns Uhlenbeck's integrals F_k = ẋ_k² + Σ_{j≠k} (x_kẋ_j − x_jẋ_k)² / (λ_k − λ_j), x =
-/// Λ^{1/2}q, with Σ F_k = 2E. All λ_i must be different. O(N²) operations.
-template <class Scalar>
-Vector<Scalar> uhlenbeck(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
-                         const Vector<Scalar>& qdot) {
-  const Vector<Scalar> x = lambda.cwiseSqrt().cwiseProduct(q);
-  const Vector<Scalar> xdot = lambda.cwiseSqrt().cwiseProduct(qdot);
-  Vector<Scalar> F = xdot.cwiseAbs2();
-  for (Eigen::Index k = 0; k < q.size(); ++k)
-    for (Eigen::Index j = 0; j < q.size(); ++j) {
-      if (j == k) continue;
-      const Scalar area = x(k) * xdot(j) - x(j) * xdot(k);
-      F(k) += area * area / (lambda(k) - lambda(j));
-    }
-  return F;
-}
-
 }  // namespace stiefel::testing

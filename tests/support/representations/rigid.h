@@ -15,12 +15,6 @@ Matrix<Scalar> M_of_Qdot(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
   return product - product.transpose();
 }
 
-/// Returns B = (P − QPᵀQ)/ε, from the symmetric representation without M.
-template <class Scalar>
-Matrix<Scalar> B_of_P(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsilon = 1) {
-  return (P - Q * (P.transpose() * Q)) / epsilon;
-}
-
 /// Returns the condition number of Ψ⁻¹, 1/(1 − (‖εM‖_op/2)²)^{1/2}: at the edge of the domain half
 /// the digits are lost.
 template <class Scalar>

@@ -1,0 +1,38 @@
+#include <gtest/gtest.h>
+
+#include "engine/methods/gauss4.h"
+#include "engine/methods/implicit_midpoint.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "tests/support/scenes/body_state.h"
+
+namespace stiefel {
+namespace {
+
+/// A step that no solver reaches, of a body whose λ spread over 1 : 1e10, leaves every bit, solver
+/// history included. (That what a LEFT_DOMAIN names is the edge is seen in tests/extremes.)
+template <class Method, class Space>
+void expect_untouched(int N, int order, double small, double h) {
+  using Stepper = typename Method::template Map<RigidBody<Space>>;
+  const testing::RandomBody body(N, 3, 1e10);
+  const RigidBody<Space> system(body.lambda);
+  Stepper map(system, small, order), large(system, h, order);
+  auto state = map.start(testing::state_of<Space>(body));
+  for (int k = 0; k < 6; ++k) ASSERT_TRUE(map.step(state).reached());
+  const auto before = testing::numbers_of(state);
+  const RunStatus status = large.step(state);
+  ASSERT_TRUE(status.outcome == Outcome::left_domain || status.outcome == Outcome::solver_stalled);
+  EXPECT_EQ(testing::numbers_of(state), before);
+  EXPECT_EQ(status.outcome == Outcome::left_domain, status.largest_step.has_value());
+  if (status.largest_step) {
+    EXPECT_LT(*status.largest_step, h);
+  }
+}
+
+TEST(ImplicitMethods, LeaveTheStateWhenTheyFail) {
+  expect_untouched<Gauss4, So3<double, true>>(3, 4, 1e-11, 3);
+  expect_untouched<Gauss4, SoN<double>>(5, 4, 1e-11, 3);
+  expect_untouched<ImplicitMidpoint, SoN<double>>(5, 2, 1e-11, 3);
+}
+
+}  // namespace
+}  // namespace stiefel
