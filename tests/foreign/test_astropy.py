@@ -39,6 +39,14 @@ for given in (LATER, LATER.tai, LATER.tdb, list(LATER), LATER.isot, [str(one) fo
 tdb = Time("2026-03-01T00:00:00", scale="tdb")
 check(tdb, tdb + TimeDelta([1.0, 5.0], format="sec"), [1, 5])
 check(tdb, Time("2026-03-01T00:00:10", scale="tdb").utc.reshape(1), [10], 1e-6)
+# A Time is days in two doubles, and yet a whole number of steps is one.
+with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+    for scale in ("tai", "utc", "tdb"):
+        start = Time("2027-03-04T05:06:07.25", scale=scale)
+        with client.create({**scene(start), "step": 0.1}) as session:
+            for k in range(1, 4000, 7):
+                assert session.step(time=start + k * 0.1 * u.s).step == session.step(time=k * 0.1 * u.s).step == k
+                assert session.step(time=TimeDelta(k * 0.1, format="sec")).step == k
 assert stiefel.simulate(scene(tdb), to=1).epoch == "2026-03-01T00:00:00 TDB"
 assert np.allclose(stiefel.simulate(scene(tdb), to=1, fields="Q")["Q"][0], R.as_matrix(), rtol=0, atol=1e-15)
 try:

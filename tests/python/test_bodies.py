@@ -1,4 +1,6 @@
 """Scenes from what people have: solids, attitudes in every form, velocities in both frames, periods of light curves."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -122,6 +124,22 @@ def test_what_is_wrong_is_refused_with_its_rule(given, told):
         stiefel.body(**{"moments": [1, 2, 3], "angular_velocity": [0, 0, 1], **given})
 
 
+def test_a_scene_takes_what_a_body_takes(client):
+    Q, solid = turn([1, 2, 3], 1), solids.box(6, (1, 2, 3), at=(1, 0, 0))
+    q = np.array([np.cos(0.5), *np.sin(0.5) * np.array([1, 2, 3]) / 14**0.5])
+    scipy = SimpleNamespace(as_quat=lambda: np.roll(q, -1), as_matrix=lambda: Q)  # a Rotation of scipy has both
+    for attitude in (Q, Q.tolist(), scipy):
+        scene = stiefel.to_dict({"system": "rigid_body", "step": 0.1, "body": {"inertia_tensor": solid, "attitude": attitude}})["body"]
+        assert np.allclose(scene["attitude"], q, rtol=0, atol=1e-15)
+        assert np.allclose(scene["inertia_tensor"], [6.5, 5, 2.5, 0, 0, 0], rtol=1e-15)  # m (b^2 + c^2) / 12
+    both = stiefel.to_dict({"members": 2, "body": {"moments": [1, 2, 3], "attitude": [Q, Q.T]}})["body"]["attitude"]
+    assert np.allclose(both, [*q, *q * [1, -1, -1, -1]], rtol=0, atol=1e-15)
+    with pytest.raises(stiefel.InvalidArgument, match=r"attitude: max .* = .*e-06: must be a rotation .*; stiefel.body\(..., normalize=True\)"):
+        stiefel.to_dict({"body": {"attitude": np.round(Q, 5)}})
+    with pytest.raises(stiefel.InvalidArgument, match="scene.body.attitude: the determinant is -1"):
+        stiefel.to_dict({"body": {"attitude": -Q}})
+
+
 def test_five_digits_are_enough_with_normalize(client):
     Q = turn([1, 2, 3], 1)
     scene = stiefel.body(moments=[1, 2, 3], attitude=np.round(Q, 5), angular_velocity=[0, 0, 1], normalize=True)
@@ -160,6 +178,12 @@ def test_a_frame_by_its_velocity(client, system):
         assert np.allclose(session.step(to=0, fields="Qdot")["Qdot"], Qdot, rtol=0, atol=1e-13)
     with pytest.raises(stiefel.InvalidArgument, match="initial.Qdot: must be absent where S is given"):
         client.create({**scene, "initial": {**scene["initial"], "S": Qdot}})
+    for change, told in (({"initial": {"Q": Q.T, "Qdot": Qdot.T}}, r"initial.Qdot: the shape \(5, 2\): .* is it transposed\?"),
+                         ({"inertia": None}, "scene.inertia: absent"), ({"inertia": [1, 2, 3]}, r"the shape \(2, 5\): .* has numbers, 3$")):
+        with pytest.raises(stiefel.InvalidArgument, match=told):
+            client.create({**scene, **change})
+    with pytest.raises(stiefel.InvalidArgument, match=r"initial.Omega: max \|Omega \+ Omega\^T\| = 2: must be skew-symmetric"):
+        client.create({"system": "rigid_body", "inertia": np.ones(4), "step": 1, "initial": {"Omega": np.ones((4, 4))}})
     with pytest.raises(stiefel.InvalidArgument, match="initial.Omega: must be absent: stiefel takes Qdot"):
         client.create({**scene, "system": "stiefel", "initial": {"Q": Q, "Omega": U}})
 

@@ -47,6 +47,16 @@ def test_without_an_end_it_is_the_horizon_and_about_1000_samples_are_enough():
         stiefel.simulate(TOP)
 
 
+def test_a_warning_is_of_the_line_that_called(client):
+    thin = {**TOP, "body": {"moments": [1, 2, 4], "angular_velocity": [0.1, 0, 0]}}
+    asked = {"servers": [client], "to": 1, "summarize": {"angular_velocity": "last"}}
+    for call in (lambda: stiefel.simulate(thin, to=1), lambda: client.create(thin).delete(),
+                 lambda: stiefel.sweep({**thin, "epoch": None}, {"step": [0.1, 0.2]}, **asked)):
+        with pytest.warns(stiefel.SceneWarning, match="no rigid body has these moments") as caught:
+            call()
+        assert {one.filename for one in caught} == {__file__}
+
+
 def test_a_clock_counts_leap_seconds():
     """The last minute of 2016 had 61 seconds."""
     run = stiefel.simulate(TOP, times=["2017-01-01T00:00:00Z", "2017-01-01T00:00:37 TAI", "2016-12-31T23:59:40"], fields="angular_velocity")

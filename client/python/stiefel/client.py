@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import functools
 import os
-import warnings
 from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import grpc
@@ -18,7 +17,7 @@ from stiefel._wire.recreation import route
 from stiefel._wire.replies import complete, described, require
 from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
-from stiefel.errors import CorruptReply, InvalidArgument, SceneWarning, StiefelError
+from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
 from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
 from stiefel.session import Session, created
@@ -221,7 +220,7 @@ class Client:
         """
         tradeoff = answers.tradeoff(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
         for text in tradeoff.setup.warnings:
-            warnings.warn(text, SceneWarning, stacklevel=2)
+            warn_of_scene(text)
         return tradeoff
 
     def tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,

@@ -5,6 +5,8 @@ A numerical stop is not an exception but an `Outcome` in the reply.
 from __future__ import annotations
 
 import re
+import sys
+import warnings
 from typing import Any, NamedTuple, Optional, Sequence
 
 import grpc
@@ -23,6 +25,14 @@ class Violation(NamedTuple):
 
 class SceneWarning(UserWarning):
     """A warning of the server about a scene that it accepts, such as moments that no rigid body can have."""
+
+
+def warn_of_scene(text: str) -> None:
+    """Gives a SceneWarning at the line that called this package, however many of its functions lie between."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == "stiefel":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, SceneWarning, stacklevel=level)
 
 
 class StiefelError(Exception):

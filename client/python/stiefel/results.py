@@ -92,6 +92,8 @@ class Batch(Logged, Named):
         if isinstance(which, slice):
             return self._part(which)
         if isinstance(which, (int, np.integer)) and not isinstance(which, bool):
+            if not -len(self) <= which < len(self):
+                raise IndexError(f"{which}: there are {len(self)} samples")
             return self._state(range(len(self))[which])
         return self._field(which)
 

@@ -28,10 +28,11 @@ def to_message(scene: SceneLike) -> pb.Scene:
     """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
-    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix. In an ensemble,
-    blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`, Omega may
-    stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. Raises InvalidArgument
-    that names the first wrong number, unit or shape, or the paths of all unknown keys and values of a wrong type.
+    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix or a Solid, an
+    attitude a rotation matrix or a Rotation of scipy. In an ensemble, blocks may be (members, n, N), and lists of which each
+    member has its own (members, numbers). In `initial`, Omega may stand instead of the momentum of a body in N dimensions,
+    and Qdot instead of S, P or M. Raises InvalidArgument that names the first wrong number, unit or shape, or the paths of
+    all unknown keys and values of a wrong type.
 
     A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
     """
@@ -58,6 +59,8 @@ def _message(description: dict[str, Any]) -> pb.Scene:
         blocks = with_momenta(description.get("system"), blocks, description.get("inertia"))
         arrays = {name: block for name, block in blocks.items() if not isinstance(block, Mapping)}
         description["initial"] = {name: block for name, block in blocks.items() if name not in arrays}
+    if isinstance(inner := description.get("body"), Mapping) and isinstance(inner.get("body"), Mapping):
+        raise refused("scene.body", "is a whole scene, as stiefel.body returns it: give it in place of the scene, {**stiefel.body(...), ...}")
     for name, kind in (("body", pb.Body), ("method", pb.Method)):
         if isinstance(description.get(name), Mapping):
             description[name] = _with_numbers(f"{name}.", _by_name(description[name], kind), ensemble)

@@ -2,12 +2,11 @@
 from __future__ import annotations
 
 import uuid
-import warnings
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any, Iterator, Optional, Sequence, Union
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of
@@ -16,7 +15,7 @@ from stiefel._given.numbers import SECONDS, optional, refused, step_index
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
 from stiefel._given.typed import Blocks, Body, Fields, Method
-from stiefel._given.when import every_of, in_steps, time_of
+from stiefel._given.when import every_of, in_steps
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.arrays import decode_fields, named
@@ -27,9 +26,9 @@ from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, paus
 from stiefel._wire.replies import Layout, complete, described, ends_at, run_status
 from stiefel._wire.samples import Collector
 from stiefel._wire.streams import progress_bar
-from stiefel._wire.summarizing import in_given_order, states_at
-from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, SceneWarning, StiefelError,
-                            Unavailable)
+from stiefel._wire.times import at_times, backwards, between_steps, up_to
+from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
+                            warn_of_scene)
 from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, Outcome, RunStatus, State, Summary,
                              Trajectory)
 from stiefel.scene import to_method, with_changes
@@ -57,7 +56,7 @@ class Session(Held):
         """
         wanted = names("fields", fields)
         if time is not None and to is None and not self._is_step(time):
-            return self._between_steps(time, wanted, timeout)
+            return between_steps(self, time, wanted, timeout)
         to = self._step_of("to", to, time)
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
                                  return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to))
@@ -95,14 +94,6 @@ class Session(Held):
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
                      samples.checkpoint if checkpoint else b"", samples.price)
 
-    def _between_steps(self, time: Any, fields: Sequence[str], timeout: Optional[float]) -> State:
-        seconds = time_of(time, self._known_scene().step, self.epoch)[0]
-        run = self._at_times([seconds], fields, False, timeout)
-        if not run.step.size:
-            raise FailedPrecondition(f"time {time!r} cannot be reached: {run.run_status.message}")
-        return State(int(run.step[0]), float(run.time[0]), {name: values[0] for name, values in run.fields.items()},
-                     run.run_status, run.computed_steps, b"")
-
     def drive(self, fields: Optional[Fields] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
         return Drive(self._recreation, self.id, fields, self._state, self._step_in_parts)
@@ -126,16 +117,18 @@ class Session(Held):
             return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request)
 
     def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
-        """Returns the estimated errors at times, given as in `trajectory` and on the side of 0 to which the step leads. At a
-        time between two steps it is the error at the later one. An estimate takes at most about ten seconds; see
-        `Diagnosis.estimated_error`."""
+        """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
+        one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
         given = np.atleast_1d(seconds_of("times", times, self.epoch))
-        steps = np.ceil(in_steps("times", given, self._known_scene().step)).astype(np.int64)
-        if given.ndim != 1 or (steps < 0).any():
-            raise refused("times", f"must be a list of times with the sign of the scene's step {self._known_scene().step!r}")
+        if given.ndim != 1:
+            raise refused("times", f"the shape {given.shape}: must be (times)")
+        signed = in_steps("times", given, self._known_scene().step)
+        steps = np.copysign(np.ceil(abs(signed)), signed).astype(np.int64)
         found: dict[int, Optional[EstimatedError]] = {}
-        for step in np.unique(steps).tolist():
-            found[step] = self.diagnose(to=step, timeout=timeout, estimate_error=True).estimated_error
+        with backwards(self, given, timeout) if (steps < 0).any() else nullcontext(self) as back:
+            for step in np.unique(steps).tolist():
+                side = back if step < 0 else self
+                found[step] = side.diagnose(to=abs(step), timeout=timeout, estimate_error=True).estimated_error
         return answers.errors(given, steps, [found[step] for step in steps.tolist()])
 
     def fork(self, at: Optional[int] = None, method: Optional[Method] = None, step: Optional[float] = None,
@@ -234,13 +227,13 @@ class Session(Held):
             for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, 1)):
                 if value != default and not (name == "every" and value is None):
                     raise refused(name, f"{value!r}: must be absent where `times` are given")
-            return self._at_times(times, names("fields", fields), progress, timeout)
+            return at_times(self, times, names("fields", fields), progress, timeout)
         if to is None and time is None:
             if not self._known_scene().HasField("horizon"):
                 raise refused("to", "must be given, or time, or times, because the scene has no horizon")
             time = self._known_scene().horizon * np.sign(self._known_scene().step)
         if to is None and not self._is_step(time):
-            return self._up_to(time, start, every, names("fields", fields), progress, timeout)
+            return up_to(self, time, start, every, names("fields", fields), progress, timeout)
         to, start, _ = self._range(to, start, 1, time)
         every = every_of(every, to - start)
         collector = Collector(max(-(-(to - start) // every), 0) + 1, self._origin(to=to))
@@ -317,47 +310,6 @@ class Session(Held):
             raise refused("events", "must be given, a mapping or several")
         return self._summarize_request(*self._range(to, start, 1, time), events=asked, fields=names("fields", fields))
 
-    def _up_to(self, time: Any, start: int, every: Optional[int], fields: Sequence[str], progress: bool,
-               timeout: Optional[float]) -> Trajectory:
-        """Returns the samples from `start` up to a time between two steps, which is the last sample."""
-        step = self._known_scene().step
-        seconds, steps = time_of(time, step, self.epoch)
-        start = step_index("start", start)
-        if steps < start:
-            raise refused("time", f"{seconds!r}: must be at or after step {start}, in the direction of the scene's step {step!r}")
-        last = int(np.floor(steps))
-        grid = np.arange(start, last + 1, every_of(every, last - start)) * step
-        return self._at_times(np.append(grid, seconds), fields, progress, timeout)
-
-    def _at_times(self, times: Any, fields: Sequence[str], progress: bool, timeout: Optional[float]) -> Trajectory:
-        given = np.atleast_1d(seconds_of("times", times, self.epoch))
-        if given.ndim != 1 or not given.size:
-            raise refused("times", f"the shape {given.shape}: must be (times), one or more")
-        behind = in_steps("times", given, self._known_scene().step) < 0
-        if not behind.any():
-            return self._on_one_side(given, np.arange(given.size), fields, progress, timeout)[0]
-        if any(block == "Q_prev" for block in self._known_scene().initial):
-            k = int(np.argmax(behind))
-            raise refused(f"times[{k}]", f"{float(given[k])!r}: must have the sign of the scene's step, because the state 0 of "
-                                         "this system is a pair of frames")
-        places, parts = [np.flatnonzero(~behind), np.flatnonzero(behind)], []
-        with self.fork(at=0, step=-self._known_scene().step, timeout=timeout) as back:
-            for session, place in zip((self, back), places):
-                if place.size:
-                    parts.append(session._on_one_side(given[place], place, fields, progress, timeout))
-        return replace(in_given_order(parts), origin=self._origin(times=given))
-
-    def _on_one_side(self, given: NDArray[Any], places: NDArray[Any], fields: Sequence[str], progress: bool,
-                     timeout: Optional[float]) -> tuple[Trajectory, NDArray[Any]]:
-        """Returns the states at times on the side of 0 to which the scene's step leads, and the places of those that were
-        reached. `places`: where the caller has the times in its list."""
-        step = self._known_scene().step
-        steps, order = in_steps("times", given, step), np.argsort(given * np.copysign(1, step), kind="stable")
-        first, last = int(np.floor(steps[order[0]])), int(np.ceil(steps[order[-1]]))
-        request = self._summarize_request(last, first, max(1, last), times=given[order], fields=fields)
-        run = states_at(self._summarizing(request, timeout), places[order], self._origin(times=given), progress)
-        return run, np.sort(places[order][:run.samples])
-
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
         return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
@@ -391,10 +343,10 @@ class Session(Held):
 
 def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, checkpoint: bytes = b"",
             epoch: Optional[str] = None) -> Session:
-    """Creates a session of a scene. Its warnings about the scene are those of the caller's caller."""
+    """Creates a session of a scene, and warns of what the server warns of."""
     request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=scene, checkpoint=checkpoint)
     reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     session = described(reply.session, request.session_id)
     for text in session.warnings:
-        warnings.warn(text, SceneWarning, stacklevel=3)
+        warn_of_scene(text)
     return Session(connection, session, reply.created, scene, owner=True, checkpoint=checkpoint, epoch=epoch)

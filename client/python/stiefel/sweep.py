@@ -2,13 +2,12 @@
 from __future__ import annotations
 
 import json
-import warnings
 from concurrent.futures import Executor
 from contextlib import suppress
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 from stiefel.client import Client
-from stiefel.errors import SceneWarning, StiefelError
+from stiefel.errors import StiefelError, warn_of_scene
 from stiefel._given.numbers import refused, step_index
 from stiefel.scene import SceneLike
 from stiefel._given.summaries import Quantities
@@ -81,13 +80,13 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: Optional[int] = None, s
         plan = make_plan(base, given, request,
                          lambda count, question, take: ask_all(count, question, workers, failures, take), threads, here())
         for text in plan.warnings:
-            warnings.warn(text, SceneWarning, stacklevel=2)
+            warn_of_scene(text)
         warned = Warned(plan.warnings)
         try:
             return _as_dataset(_run(plan, workers, failures, store, progress, _described(request, summarize), warned))
         finally:
             for text in warned.texts():
-                warnings.warn(text, SceneWarning, stacklevel=2)
+                warn_of_scene(text)
     finally:
         workers.close()
 

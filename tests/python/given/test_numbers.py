@@ -64,6 +64,11 @@ def test_what_is_a_time_is_taken_in_seconds(session, times):
     assert list(session.trajectory(times=times).time) == [60, 120]
 
 
+def test_a_text_that_is_no_time_is_refused_with_every_form():
+    with pytest.raises(stiefel.InvalidArgument, match="time: '1 day': must be numbers of seconds, a timedelta, .* or an instant of ISO 8601"):
+        stiefel.simulate("toutatis", time="1 day")
+
+
 @pytest.mark.parametrize("times", [
     np.array(["2020-01-01"], "M8[s]"), [np.datetime64("2020-01-01")], [datetime.datetime(2020, 1, 1)], datetime.date(2020, 1, 1),
     [1 + 2j], np.array([1j]), ["1.5"], "1.5", np.array(["1.5"]), b"1", True, [1.0, True], np.array([False]), [None], {1: 2.0},

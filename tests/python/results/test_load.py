@@ -162,5 +162,11 @@ def test_errors_at_times(client):
     again = run.error_at()  # on a new session
     assert list(again.step) == [0, 100, 200, 300] and again.attitude[2] == one.attitude and len(repr(found).splitlines()) <= 3
     assert again.attitude[3] > again.attitude[1] > 0
+    with client.create(BODY) as session, session.fork(at=0, step=-session.scene["step"]) as back:
+        found = session.error_at([2.0, -1.995])
+        before = back.diagnose(to=200, estimate_error=True).estimated_error
+        run = session.trajectory(times=[-1.0, 1.0])
+    assert list(found.step) == [200, -200] and list(found.attitude) == [one.attitude, before.attitude]
+    assert np.isfinite(run.error_at().reference_error).all() and list(run.error_at().step) == [-100, 100]
     with client.create(BODY) as session, pytest.raises(stiefel.InvalidArgument, match="times"):
-        session.error_at([-1.0])
+        session.error_at([[1.0]])

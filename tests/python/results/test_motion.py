@@ -131,6 +131,8 @@ def test_other_scenes_have_no_closed_form(client):
 def test_a_notebook_shows_a_motion_as_a_table():
     shown = closed_form(np.array([1.0, 2, 3]), np.array([0.3, 1, 0.3]), np.array([1.0, 0, 0]))._repr_html_()
     assert "<td>kind</td>" in shown and "<td>precession_period</td>" in shown and shown.count("<tr>") == 9
+    assert " s, nutation " in repr(stiefel.simulate("toutatis", to=1).motion) and " J>" in repr(stiefel.simulate("toutatis", to=1).motion)
+    assert " s, nutation " not in repr(stiefel.simulate({"system": "rigid_body", "inertia": [1, 2, 3], "initial": {"M": [[0, 1, 0], [-1, 0, 2], [0, -2, 0]]}, "step": 1}, to=1).motion)
 
 
 @pytest.mark.parametrize("system", ["right_rigid_body", "symmetric_rigid_body", "right_symmetric_rigid_body", "reduced_rigid_body",

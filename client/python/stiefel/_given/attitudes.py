@@ -15,22 +15,23 @@ EXACT = 1e-6  #: the largest distance from a rotation that the server takes
 ROUNDED = 0.01  #: the largest that `normalize` makes one
 
 
-def quaternions(path: str, given: Any, order: str = "wxyz", normalize: bool = False) -> NDArray[Any]:
+def quaternions(path: str, given: Any, order: str = "wxyz", normalize: bool = False,
+                rounded: str = "normalize=True") -> NDArray[Any]:
     """Returns Hamilton's unit quaternions w, x, y, z, (4) or (members, 4), of quaternions, of matrices (3, 3) or
-    (members, 3, 3), or of a Rotation of scipy, whose `apply` takes body axes to space axes."""
+    (members, 3, 3), or of a Rotation of scipy, whose `apply` takes body axes to space axes. `rounded`: what errors say takes rounded numbers."""
     if order not in ORDERS:
         raise refused("order", f"{order!r}: must be one of {', '.join(ORDERS)}")
     if hasattr(given, "as_quat") and hasattr(given, "as_matrix"):
         return np.roll(np.asarray(given.as_quat(), float), 1, axis=-1)
     array = numbers(path, given)
     if array.shape[-2:] == (3, 3):
-        return _of_matrices(path, array, normalize)
+        return _of_matrices(path, array, normalize, rounded)
     if array.shape[-1:] != (4,) or array.ndim > 2:
         raise refused(path, f"the shape {array.shape}: must be (4), (3, 3), (members, 4) or (members, 3, 3)")
     q = array if order == "wxyz" else np.roll(array, 1, axis=-1)
     sizes = np.linalg.norm(q, axis=-1, keepdims=True)
     _check(path, np.abs(sizes - 1), f"{reprlib.repr(array.tolist())} of norm {sizes.ravel()[np.argmax(np.abs(sizes - 1))]:.9g}",
-           "have norm 1", normalize)
+           "have norm 1", normalize, rounded)
     return np.asarray(q / sizes) if normalize else q
 
 
@@ -52,9 +53,9 @@ def of_mrp(path: str, given: Any) -> NDArray[Any]:
     return np.asarray(np.concatenate([1 - square, 2 * sigma], axis=-1) / (1 + square))
 
 
-def _of_matrices(path: str, given: NDArray[Any], normalize: bool) -> NDArray[Any]:
+def _of_matrices(path: str, given: NDArray[Any], normalize: bool, rounded: str) -> NDArray[Any]:
     defect = np.abs(given @ np.swapaxes(given, -1, -2) - np.eye(3)).max(axis=(-1, -2))
-    _check(path, defect, f"max |Q Q^T - I| = {defect.max():.3g}", "be a rotation", normalize)
+    _check(path, defect, f"max |Q Q^T - I| = {defect.max():.3g}", "be a rotation", normalize, rounded)
     if (np.linalg.det(given) < 0).any():
         raise refused(path, "the determinant is -1: must be a rotation, not a reflection; are two axes exchanged?")
     left, _, right = np.linalg.svd(given)
@@ -72,8 +73,8 @@ def _of_matrices(path: str, given: NDArray[Any], normalize: bool) -> NDArray[Any
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
 
 
-def _check(path: str, defect: NDArray[Any], what: str, rule: str, normalize: bool) -> None:
+def _check(path: str, defect: NDArray[Any], what: str, rule: str, normalize: bool, rounded: str) -> None:
     worst = float(np.max(defect, initial=0.0))
     if not worst <= (ROUNDED if normalize else EXACT):
-        hint = "; normalize=True makes it so" if worst <= ROUNDED else ""
+        hint = f"; {rounded} makes it so" if worst <= ROUNDED else ""
         raise refused(path, f"{what}: must {rule} to {ROUNDED if normalize else EXACT:g}{hint}")

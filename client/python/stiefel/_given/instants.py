@@ -25,8 +25,9 @@ _LEAPS = tuple((datetime.date.fromisoformat(day).toordinal(), 10 + k) for k, day
 #: TAI minus the scale, in seconds, for the scales that differ from TAI by a constant.
 _BEHIND_TAI = {"TAI": Fraction(0), "TT": Fraction(-32184, 1000), "GPS": Fraction(19)}
 SCALES = ("UTC", *_BEHIND_TAI, "TDB", "TCB", "TCG", "UT1")
+_DIGITS = 10  #: of the seconds between two Times of astropy, which are days and so have an error of up to 2e-11 s
 _ISO = re.compile(r"(\d{4}-\d\d-\d\d)(?:[T ](\d\d):(\d\d)(?::(\d\d(?:\.\d+)?))?)?\s*(Z|[+-]\d\d:?\d\d|[A-Za-z]+\d?)?")
-_RULE = f"must be an instant of ISO 8601 such as '1992-11-09T17:49:47 UTC', with a scale of {', '.join(SCALES)}"
+_RULE = f"an instant of ISO 8601 such as '1992-11-09T17:49:47 UTC', with a scale of {', '.join(SCALES)}"
 
 
 class Instant(NamedTuple):
@@ -73,10 +74,11 @@ class Instant(NamedTuple):
         return Instant(int(day), rest, self.scale)
 
 
-def instant(path: str, given: Any, scale: str = "UTC") -> Instant:
+def instant(path: str, given: Any, scale: str = "UTC", or_else: str = "") -> Instant:
     """Returns an instant that is given as a text of ISO 8601, a datetime, a datetime64 of numpy, or a Time of astropy.
 
-    `scale`: that of an instant that does not tell its own, such as a datetime without a time zone. Raises
+    `scale`: that of an instant that does not tell its own, such as a datetime without a time zone. `or_else`: what errors say
+    may be given instead. Raises
     InvalidArgument for anything else.
     """
     if hasattr(given, "isot") and hasattr(given, "scale"):
@@ -93,14 +95,14 @@ def instant(path: str, given: Any, scale: str = "UTC") -> Instant:
         return given
     found = _ISO.fullmatch(given.strip()) if isinstance(given, str) else None
     if found is None:
-        raise refused(path, f"{reprlib.repr(given)}: {_RULE}")
+        raise refused(path, f"{reprlib.repr(given)}: must be {or_else}{_RULE}")
     try:
         day = datetime.date.fromisoformat(found[1]).toordinal()
     except ValueError as error:
         raise refused(path, f"{given!r}: {error}") from None
     hours, minutes, seconds = int(found[2] or 0), int(found[3] or 0), Fraction(found[4] or 0)
     if hours > 23 or minutes > 59 or seconds >= 61 or (seconds >= 60 and (hours, minutes) != (23, 59)):
-        raise refused(path, f"{given!r}: {_RULE}")
+        raise refused(path, f"{given!r}: must be {or_else}{_RULE}")
     since_midnight, zone = hours * 3600 + minutes * 60 + seconds, found[5] or scale
     if zone[0] in "+-":
         ahead = (int(zone[1:3]) * 3600 + int(zone[-2:]) * 60) * (-1 if zone[0] == "-" else 1)
@@ -108,7 +110,7 @@ def instant(path: str, given: Any, scale: str = "UTC") -> Instant:
         return Instant(day + int(days), since_midnight, "UTC")
     zone = "UTC" if zone == "Z" else zone.upper()
     if zone not in SCALES:
-        raise refused(path, f"{given!r}: {_RULE}")
+        raise refused(path, f"{given!r}: must be {or_else}{_RULE}")
     return Instant(day, since_midnight, zone)
 
 
@@ -126,12 +128,12 @@ def seconds_of(path: str, given: Any, epoch: Optional[str]) -> NDArray[Any]:
         start = instant("scene.epoch", epoch)
         if start.scale.lower() in getattr(given, "SCALES", ()):
             text, scale = str(start).split()
-            return np.asarray((given - type(given)(text, scale=scale.lower())).sec, float)
+            return np.round(np.asarray((given - type(given)(text, scale=scale.lower())).sec, float), _DIGITS)
         return np.array([seconds_of(f"{path}[{k}]", one, epoch) for k, one in enumerate(np.ravel(given))])
     kind = getattr(getattr(given, "dtype", None), "kind", "")
     if isinstance(given, (datetime.date, str, np.datetime64)):
         start = instant("scene.epoch", epoch)
-        now = instant(path, given, start.scale)
+        now = instant(path, given, start.scale, "numbers of seconds, a timedelta, a quantity of time, or ")
         seconds = now.since(start)
         if seconds is None:
             raise refused(path, f"{reprlib.repr(given)}: cannot be compared with the epoch {epoch}: give both in one scale, "

@@ -13,6 +13,10 @@ from stiefel.errors import InvalidArgument, Violation
 
 Names = Union[str, Iterable[str]]
 
+#: What people call a field of a scene, and its names.
+_OTHER_NAMES = {"omega": ("angular_velocity",), "w": ("angular_velocity",), "rates": ("angular_velocity",), "dt": ("step",), "h": ("step",),
+                "quaternion": ("attitude",), "q": ("attitude",), "rotation": ("attitude",), "orientation": ("attitude",), "I": ("inertia_tensor",),
+                "J": ("inertia_tensor",), "tensor": ("inertia_tensor",), "integrator": ("method",), "solver": ("method",), "t0": ("epoch",), "state": ("initial",)}
 _KINDS = {
     FieldDescriptor.CPPTYPE_DOUBLE: ("a number", "numbers"),
     FieldDescriptor.CPPTYPE_STRING: ("a text", "texts"),
@@ -34,8 +38,9 @@ def violations(mapping: Any, kind: type[Message], path: str) -> Iterator[Violati
     """Yields every fault that keeps `mapping` from being a message of the type `kind`."""
     descriptor: Any = kind.DESCRIPTOR  # of protobuf's own types, which differ between its implementations
     if not isinstance(mapping, Mapping):
-        known = ", ".join(field.name for field in descriptor.fields)
-        yield Violation(path, f"{reprlib.repr(mapping)}: must be a mapping with the fields {known}")
+        names = [field.name for field in descriptor.fields]
+        hint = f", such as {{'name': {mapping!r}}}" if isinstance(mapping, str) and "name" in names else ""
+        yield Violation(path, f"{reprlib.repr(mapping)}: must be a mapping with the fields {', '.join(names)}{hint}")
         return
     known_fields = {name: field for field in descriptor.fields for name in (field.json_name, field.name)}
     for key, value in mapping.items():
@@ -75,7 +80,7 @@ def _unknown(key: str, value: Any, descriptor: Any) -> str:
              if outer.message_type and not is_repeated(outer)
              for inner in outer.message_type.fields}
     paths.update({field.name: field.name for field in descriptor.fields})
-    near = difflib.get_close_matches(key, paths, n=1)
+    near = difflib.get_close_matches(key, paths, n=1) or [name for name in _OTHER_NAMES.get(key, ()) if name in paths][:1]
     hint = f"did you mean {paths[near[0]]}?" if near else f"the fields are {', '.join(field.name for field in descriptor.fields)}."
     return f"unknown field; {hint} It is {reprlib.repr(value)}"
 

@@ -9,6 +9,7 @@ from google.protobuf.descriptor import FieldDescriptor
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
+from stiefel._given.attitudes import quaternions
 from stiefel._given.mappings import is_repeated
 from stiefel._given.numbers import numbers, refused, whole
 
@@ -19,7 +20,8 @@ FIELDS.update({f"{part}.{field.name}": field for part, owner in list(FIELDS.item
 _DOUBLES = [path for path, field in FIELDS.items() if field.cpp_type == FieldDescriptor.CPPTYPE_DOUBLE]
 LISTS = tuple(path for path in _DOUBLES if is_repeated(FIELDS[path]))  #: lists of numbers by their paths
 NUMBERS = tuple(path for path in _DOUBLES if path not in LISTS)  #: single numbers by their paths
-TENSOR = "body.inertia_tensor"  #: which may be a symmetric matrix, too
+TENSOR = "body.inertia_tensor"  #: which may be a symmetric matrix or a Solid, too
+ATTITUDE = "body.attitude"  #: which may be a rotation matrix or a Rotation of scipy, too
 _OF_TENSOR = ((0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))  #: rows and columns of Ixx, Iyy, Izz, Ixy, Ixz, Iyz
 _SYMMETRIC = 1e-10  #: the largest |I - I^T| / |I| of a symmetric matrix
 
@@ -83,8 +85,14 @@ def list_of(path: str, given: Any, ensemble: Ensemble) -> list[float]:
     own (members, numbers). A list of Python's may also be flat, as in a scene file: one member after another. Raises
     InvalidArgument for any other shape."""
     place, members, each = f"scene.{path}", ensemble.members, ensemble.each(path)
+    if path == ATTITUDE and hasattr(given, "as_quat"):
+        given = quaternions(place, given)
+    elif path == TENSOR and hasattr(given, "inertia_tensor"):
+        given = given.inertia_tensor
     array = numbers(place, given, unit_of(path))
     shape = array.shape
+    if path == ATTITUDE and shape in ((3, 3), (members, 3, 3)):
+        array = quaternions(place, array, rounded="stiefel.body(..., normalize=True)")
     if path == TENSOR and shape[-2:] == (3, 3):
         array = of_symmetric(place, array)
     if array.ndim == 1:
@@ -122,6 +130,6 @@ def of_symmetric(place: str, tensor: NDArray[Any]) -> NDArray[Any]:
 
 
 def _shapes(path: str, members: Optional[int], each: Optional[int]) -> str:
-    one = [f"({each or 'numbers'})"] + (["(3, 3)"] if path == TENSOR else [])
+    one = [f"({each or 'numbers'})"] + (["(3, 3)"] if path in (TENSOR, ATTITUDE) else [])
     own = [] if members is None else [f"({members}, {shape[1:]}" for shape in one]
     return " or ".join(one + own)

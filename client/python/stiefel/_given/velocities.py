@@ -29,8 +29,14 @@ def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mappin
         raise refused(path, f"must be absent where {others[0]} is given")
     velocity = blocks[given[0]]
     scale = np.asarray(inertia if inertia is not None else [], float)
+    if inertia is None:
+        raise refused("scene.inertia", f"absent: must be given where {given[0]} is, one number for each column")
     if isinstance(velocity, Mapping) or scale.shape[-1:] != velocity.shape[-1:] or scale.ndim > 2:
-        raise refused(path, "must be a matrix, and inertia must have as many numbers as it has columns")
+        shape = "" if isinstance(velocity, Mapping) else f"the shape {velocity.shape}: "
+        turned = not isinstance(velocity, Mapping) and scale.shape[-1:] == velocity.shape[-2:-1] != velocity.shape[-1:]
+        raise refused(path, f"{shape}must be a matrix with as many columns as inertia has numbers, {scale.shape[-1]}"
+                            + "; is it transposed? Frames have their vectors as rows" * turned)
+    _check(path, given[0], velocity)
     rest = {name: block for name, block in blocks.items() if name not in given}
     Lambda = scale[..., np.newaxis, :]
     if system in _FRAMES:
@@ -42,6 +48,13 @@ def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mappin
         Q = _frame(path, rest, velocity)
         Omega = velocity @ _T(Q) if system in _RIGHT else _T(Q) @ velocity
     return {**rest, "M": np.swapaxes(Lambda, -1, -2) * Omega + Omega * Lambda}
+
+
+def _check(path: str, name: str, velocity: NDArray[Any]) -> None:
+    """An Omega that is not skew is refused under its own name, not as a momentum that is not."""
+    defect = np.max(np.abs(velocity + _T(velocity)), initial=0.0) if name == "Omega" and velocity.shape[-1] == velocity.shape[-2] else 0.0
+    if defect > 0.01 * np.max(np.abs(velocity), initial=0.0):
+        raise refused(path, f"max |Omega + Omega^T| = {defect:.3g}: must be skew-symmetric")
 
 
 def _momentum_of(path: str, blocks: Mapping[str, Any], S: NDArray[Any]) -> NDArray[Any]:

@@ -1,6 +1,7 @@
 """When a state is: at a step, which is a whole number, or at a time in seconds."""
 from __future__ import annotations
 
+import math
 from typing import Any, Optional
 
 import numpy as np
@@ -49,7 +50,7 @@ def step_of(name: str, given: Any, time: Any, step: float, epoch: Optional[str])
                               "may be on both sides of 0")
     if steps != round(steps):
         raise refused("time", f"{seconds!r}: must be a whole number of steps of {step!r} s; the states next to it are at "
-                              f"{np.floor(steps) * step!r} and {np.ceil(steps) * step!r}. Session.step and "
+                              f"{math.floor(steps) * step!r} and {math.ceil(steps) * step!r}. Session.step and "
                               "Session.trajectory take any time")
     return int(steps)
 

@@ -61,7 +61,7 @@ def euler_angles(fields: Mapping[str, Array], sequence: str, degrees: bool = Fal
     """
     if len(sequence) != 3 or sequence not in (sequence.upper(), sequence.lower()) or set(sequence.lower()) - set("xyz") \
             or sequence[0] == sequence[1] or sequence[1] == sequence[2]:
-        raise ValueError(f"sequence: {sequence!r}: must be three of x, y, z, or of X, Y, Z, with no two equal in a row")
+        raise ValueError(f"sequence: {sequence!r}: must be three of x, y, z, or of X, Y, Z, with no two equal in a row; the sequence 3-2-1 of a body's axes is ZYX")
     turning = sequence.isupper()
     i, j, k = (_AXES[axis] for axis in (sequence[::-1] if turning else sequence).lower())
     proper = i == k

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import reprlib
 from dataclasses import dataclass
 from typing import Any, Iterator, Mapping, Optional
 
@@ -98,7 +99,10 @@ class Named(ByValue):
             return self.fields[name]  # type: ignore[index]
         except (KeyError, TypeError):
             there = ", ".join(self.fields) or "none"
-            raise KeyError(f"no field {name!r}; the fields are {there}, or those that `fields` names") from None
+            if not isinstance(name, str):
+                raise KeyError(f"no field {reprlib.repr(name)}: must be a name, one of {there}; a list of indices or a mask picks "
+                               "samples of a field's array: [name][mask]") from None
+            raise KeyError(f"no field {name!r}; the fields are {there}; `fields={[name]!r}` asks for it if the system has it") from None
 
     def __contains__(self, name: object) -> bool:
         """Returns whether there is a field of this name."""

@@ -11,7 +11,7 @@ from stiefel._results.base import Array, ByValue
 from stiefel._results.html import Shown
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EstimatedError(Shown):
     """The estimated distance of a state from the exact motion. A drift says nothing about this error."""
 
@@ -26,6 +26,9 @@ class EstimatedError(Shown):
     run_work: float  #: instructions that the run from step 0 takes
     missing: str  #: why both attitude and momentum are None, else ""
     member: Optional[int]  #: in an ensemble: the member with the largest error, whose numbers these are
+
+    def __repr__(self) -> str:
+        return f"<stiefel.EstimatedError: {self}>"
 
     def __str__(self) -> str:
         """Returns one line: "attitude 4.3e-14, momentum 4.1e-14 from Jacobi's closed form in extended precision"."""

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, Callable, Mapping
 
 import numpy as np
@@ -36,11 +36,13 @@ class Motion(ByValue):
     momentum: NDArray[np.float64]  #: the vector L in space axes
     energy: float
     moments: NDArray[np.float64]  #: the principal moments in ascending order
+    in_si: bool = field(default=False, repr=False)  #: whether times are in s, momenta in kg m^2/s and energies in J, as those of a scene with `body` are
 
     def __repr__(self) -> str:
+        time, momentum, energy = (" s", " kg m^2/s", " J") if self.in_si else ("", "", "")
         return (f"<stiefel.Motion: {self.kind}, 1 - k^2 = {self.separatrix:.3g}\n"
-                f"  periods: angular velocity {self.period:.10g}, nutation {self.nutation_period:.10g}, precession "
-                f"{self.precession_period:.10g}\n  L = {self.momentum}, E = {self.energy:.10g}>")
+                f"  periods: angular velocity {self.period:.10g}{time}, nutation {self.nutation_period:.10g}{time}, precession "
+                f"{self.precession_period:.10g}{time}\n  L = {self.momentum}{momentum}, E = {self.energy:.10g}{energy}>")
 
 
 def motion_of(scene: Mapping[str, Any]) -> Motion:
@@ -48,7 +50,7 @@ def motion_of(scene: Mapping[str, Any]) -> Motion:
     another scene."""
     I, axes, attitude, m = start_of(scene)
     order = np.argsort(I, kind="stable")
-    return closed_form(I[order], m[order], attitude @ axes @ m)
+    return replace(closed_form(I[order], m[order], attitude @ axes @ m), in_si=bool(scene.get("body")))
 
 
 def closed_form(I: NDArray[Any], m: NDArray[Any], L: NDArray[Any]) -> Motion:
