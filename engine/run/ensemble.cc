@@ -6,6 +6,7 @@
 #include <tbb/global_control.h>
 
 #include "engine/catalogue/system_entry.h"
+#include "engine/rigid_body/coordinates/exact_body.h"
 #include "engine/run/groups.h"
 #include "engine/run/parallel.h"
 #include "stiefel/stop.h"
@@ -44,8 +45,9 @@ void Ensemble::form_group(std::span<const Scene> scenes) {
   step_cost_ += group_cost(scenes, *members_.back());
   if (!packed) return;
   for (std::size_t k = 0; k < group.count; ++k) members_[group.first + k]->save(state(group, k));
-  group.packed = pack_bodies(scenes);
   fill_lanes(group);
+  group.packed = is_exact_body(scenes[0]) ? pack_closed_forms(scenes, group.states)
+                                          : pack_bodies(scenes);
 }
 
 std::int64_t Ensemble::map_steps() const {
@@ -90,24 +92,25 @@ void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
 
 void Ensemble::go_packed(Group& group, std::int64_t steps, const std::stop_token& stop) {
   group.stale = true;
+  const std::int64_t at_once = direct() ? steps : 1;  // a closed form makes all steps as one
   for (std::int64_t done = 0; done < steps;) {
     group.reached = done;
     if (stop.stop_requested()) return;
-    const std::int64_t some = std::min(steps - done, between_looks);
+    const std::int64_t some = direct() ? steps : std::min(steps - done, between_looks);
     const auto [taken, further] = group.packed->advance(group.states, some);
     done += taken;
-    group.packed_steps += taken * static_cast<std::int64_t>(group.count);
+    group.packed_steps += taken / at_once * static_cast<std::int64_t>(group.count);
     if (taken == some) continue;
     group.reached = done;
     for (std::size_t k = 0; k < group.count; ++k) {
       if (further >> k & 1) continue;
       Simulation& member = *members_[group.first + k];
       member.restore(step_ + done, state(group, k));
-      if (!go_alone(group, group.first + k, 1, stop)) return;
+      if (!go_alone(group, group.first + k, at_once, stop)) return;
       member.save(state(group, k));
     }
     fill_lanes(group);
-    ++done;
+    done += at_once;
   }
   group.reached = steps;
 }

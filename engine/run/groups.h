@@ -31,10 +31,15 @@ void for_each_group(const Scenes& scenes, const Visit& visit) {
   flush();
 }
 
+/// Packs at most `body_lanes` bodies by their closed form. `start` holds the states at step 0 of as
+/// many bodies as there are lanes. `advance` makes all steps as one.
+std::unique_ptr<PackedBodies> pack_closed_forms(std::span<const Scene> bodies,
+                                                std::span<const double> start);
+
 /// Returns a rough number of nanoseconds for a step of a group, on all cores, for slicing. `one` is
 /// the simulation of one of its members.
 inline double group_cost(std::span<const Scene> group, const Simulation& one) {
-  constexpr double packed = 5;  // nanoseconds for one body
+  const double packed = one.direct() ? 50 : 5;  // nanoseconds for one body
   if (group.size() == 1) return one.step_cost();
   return packed * group.front().substeps() * static_cast<double>(group.size());
 }

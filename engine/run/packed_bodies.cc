@@ -5,6 +5,7 @@
 
 #include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/linalg/lie/so_4.h"
+#include "engine/rigid_body/coordinates/exact_body.h"
 #include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/methods/support/symmetric_stages.h"
 #include "engine/catalogue/system_entry.h"
@@ -91,6 +92,7 @@ int body_lanes(const Scene& scene) {
 
 bool can_be_packed(const Scene& scene) {
   const int N = scene.dimension();
+  if (is_exact_body(scene)) return has_packs();
   if (!has_packs() || N < 3 || N > 4 || !system_entry(scene.system())->packed ||
       packing_of(scene) == Packing::none)
     return false;

@@ -1,6 +1,7 @@
 #include "engine/summary/partial_step.h"
 
 #include "engine/scene/scene_draft.h"
+#include "engine/stepping/moves_to_times.h"
 
 namespace stiefel {
 namespace {
@@ -25,7 +26,8 @@ const Simulation* PartialStep::at(std::int64_t k, double fraction, std::span<con
                                   const std::stop_token& stop) {
   if (direct_) {
     const long double steps = static_cast<long double>(k) + fraction;
-    return at_time(static_cast<double>(steps * scene_.step()), stop);
+    const auto time = static_cast<double>(steps * scene_.step());
+    return at_first_of({&time, 1}, stop);
   }
   if (stop.stop_requested()) return nullptr;
   const bool moves = fraction >= (scene_.in_float() ? least_in_float : least_in_double);
@@ -36,9 +38,12 @@ const Simulation* PartialStep::at(std::int64_t k, double fraction, std::span<con
   return simulation_.get();
 }
 
-const Simulation* PartialStep::at_time(double time, const std::stop_token& stop) {
+const Simulation* PartialStep::at_first_of(std::span<const double> times,
+                                           const std::stop_token& stop) {
   if (stop.stop_requested()) return nullptr;
-  simulation_ = make_simulation(with_step(scene_, time, 1));
+  if (auto* anywhere = dynamic_cast<MovesToTimes*>(simulation_.get()))
+    return anywhere->move_to(times).reached() ? simulation_.get() : nullptr;
+  simulation_ = make_simulation(with_step(scene_, times[0], 1));
   return simulation_->advance(1, stop).reached() ? simulation_.get() : nullptr;
 }
 

@@ -23,9 +23,9 @@ class PartialStep {
   /// step index of the returned simulation has no meaning.
   const Simulation* at(std::int64_t k, double fraction, std::span<const double> saved,
                        const std::stop_token& stop);
-  /// Returns a simulation in the state at `time`, for a closed form only; valid until the next
-  /// call.
-  const Simulation* at_time(double time, const std::stop_token& stop);
+  /// Returns a simulation in the state at the first of several times, for a closed form only; valid
+  /// until the next call. The next calls may ask for the other times.
+  const Simulation* at_first_of(std::span<const double> times, const std::stop_token& stop);
 
  private:
   const Scene& scene_;

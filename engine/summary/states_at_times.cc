@@ -27,7 +27,7 @@ void StatesAtTimes::write(Member& member, std::size_t index, const LastStep& ste
     reached_ = std::max(reached_, j + 1);
     const Simulation* now = &step.now;
     if (between && direct_)
-      now = member.between.at_time(plan_.what.times[j], stop);
+      now = member.between.at_first_of(std::span(plan_.what.times).subspan(j), stop);
     else if (between)
       now = member.between.at(time.before, time.fraction, step.before, stop);
     if (now == nullptr) continue;

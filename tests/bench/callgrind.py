@@ -21,6 +21,10 @@ def measure(program: Path, steps: int) -> list[dict]:
         ours, theirs = (_per_step(program, method, N, steps) for method in ("variational", "rk4"))
         found.append({"name": f"variational, instructions, N = {N}", "unit": "a step", "rival": "rk4, the same",
                       "bound": None, "ours": [ours], "theirs": [theirs]})
+    alone, stream = (_per_step(program, method, 3, steps) for method in ("exact_alone", "exact"))
+    found.append({"name": "exact, instructions, N = 3, a state alone", "unit": "a state", "bound": 2200, "values": [alone]})
+    found.append({"name": "exact, instructions, N = 3, every state", "unit": "a state", "rival": "alone",
+                  "bound": 1 / 2.5, "ours": [stream], "theirs": [alone]})
     sizes = (1000, 10_000, 100_000)
     counts = [_per_step(program, "frames", N, 10) for N in sizes]
     growth = [math.log10(more / fewer) for fewer, more in zip(counts, counts[1:])]

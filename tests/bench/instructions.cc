@@ -1,5 +1,6 @@
 // Makes a given number of steps and nothing else, so that callgrind can count them. Arguments:
-// method, or "frames" for the variational step on V(4, N); N; steps.
+// method, "frames" for the variational step on V(4, N), or "exact" with a state at every step and
+// "exact_alone" with as many states at distances that differ; N; steps.
 #include "stiefel/simulation.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"
@@ -25,7 +26,12 @@ Scene frames(int N) {
 int main(int, char** argv) {
   const std::string what = argv[1];
   const int N = std::stoi(argv[2]);
-  const auto simulation =
-      make_simulation(what == "frames" ? frames(N) : testing::random_scene(N, 1, 0.05, what));
-  return simulation->advance(std::stoll(argv[3])).reached() ? 0 : 1;
+  const std::int64_t steps = std::stoll(argv[3]);
+  const bool exact = what.starts_with("exact");
+  const auto simulation = make_simulation(
+      what == "frames" ? frames(N) : testing::random_scene(N, 1, 0.05, exact ? "exact" : what));
+  for (std::int64_t k = 0; exact && k < steps; ++k)
+    if (!simulation->advance(what == "exact" ? 1 : k + 3).reached()) return 1;
+  if (exact) return 0;
+  return simulation->advance(steps).reached() ? 0 : 1;
 }

@@ -64,6 +64,7 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     run("steps", repeats, counts["seconds"], counts["largest"])
     run("large", repeats, counts["largest"], counts["seconds"])
     run("ensembles", repeats, counts["seconds"])
+    run("exact", repeats, counts["seconds"])
     run("summaries", repeats, counts["seconds"])
     run("frames", repeats, counts["columns"])
     run("frames", "memory", min(counts["columns"], 1_000_000))

@@ -1,69 +1,111 @@
 #include "engine/rigid_body/coordinates/exact_body.h"
 
-#include "engine/rigid_body/exact/euler_top.h"
+#include <algorithm>
+
+#include "engine/catalogue/system_entry.h"
 #include "engine/methods/exact.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_body_observables.h"
 #include "engine/scene/extended_body.h"
-#include "engine/stepping/make_simulation_by.h"
+#include "engine/stepping/moves_to_times.h"
+#include "engine/stepping/observed_simulation.h"
 
 namespace stiefel {
 namespace {
 
-using Space = So3<double, true>;
-using Wide = ExtendedBody::Wide;
-using WidePoint = So3<Wide, true>::State;
-using Quaternion = Eigen::Matrix<Wide, 4, 1>;
+/// The closed form is computed in two words.
+constexpr double two_words = 10;
 
-/// The system that Exact moves, with states (q; m) in the axes of the scene.
-struct BodyAsGiven {
-  using Scalar = double;
-  using State = Space::State;
-  ExtendedBody body;
-};
-
-Quaternion product(const Quaternion& a, const Quaternion& b) {
-  return So3<Wide, true>::quaternion_times(a, b(0), b.tail<3>());
-}
-Quaternion conjugate(const Quaternion& q) { return {q(0), -q(1), -q(2), -q(3)}; }
-
-/// Returns (q; m) in the axes of x turned by r, which are the vectors r e_i r*: (q∘r; r* m r).
-WidePoint in_axes_turned_by(const Quaternion& r, const WidePoint& x) {
-  WidePoint y;
-  y << product(x.head<4>(), r), rotation_matrix<Wide>(r).transpose() * x.tail<3>();
-  return y;
+std::span<const double> numbers(const Eigen::MatrixXd& point) {
+  return {point.data(), static_cast<std::size_t>(point.size())};
 }
 
-/// Computes the motion along the body's own axes, and returns it in the scene's axes.
-class TopInScene {
+/// Returns (q; m) of a point, with q = 1 where it has no frame.
+TopInTime::WidePoint padded(std::span<const double> point) {
+  TopInTime::WidePoint x;
+  x << 1, 0, 0, 0, 0, 0, 0;
+  std::ranges::copy(point, x.data() + x.size() - point.size());
+  return x;
+}
+
+/// A state is the point and the number of steps of the map.
+class ExactBody final : public ObservedSimulation, public MovesToTimes {
  public:
-  TopInScene(const ExtendedBody& body, WidePoint start) : to_scene_(conjugate(body.axes)) {
-    start.tail<3>() += body.momentum_tail;
-    motion_.emplace(body.inertia, in_axes_turned_by(body.axes, start));
+  explicit ExactBody(const Scene& scene)
+      : ObservedSimulation(scene, rigid_body_observables(scene), two_words * rigid_body_cost(3)),
+        h_(scene.step() / scene.substeps()),
+        x_(observables_->start(scene)),
+        top_(top_in_time(scene, numbers(x_))) {}
+
+  bool direct() const override { return true; }
+  std::int64_t map_steps() const override { return map_steps_; }
+
+  std::size_t saved_size() const override { return numbers(x_).size() + 1; }
+  void save(std::span<double> out) const override {
+    *std::ranges::copy(numbers(x_), out.begin()).out = k_;
   }
-  WidePoint at(Wide t) const { return in_axes_turned_by(to_scene_, motion_->at(t)); }
+  void restore(std::int64_t step, std::span<const double> saved) override {
+    std::copy_n(saved.begin(), x_.size(), x_.data());
+    k_ = saved.back();
+    step_ = step;
+  }
+
+  std::optional<double> largest_step(double) const override { return std::nullopt; }
+
+  RunStatus move_to(std::span<const double> times) override { return take(top_.at(times)); }
 
  private:
-  Quaternion to_scene_;
-  std::optional<EulerTop<Wide, true>> motion_;
+  const Eigen::MatrixXd& point() const override { return x_; }
+
+  RunStatus walk(std::int64_t steps, const std::stop_token&) override {
+    if (steps == 0) return {};
+    const long double k = static_cast<long double>(step_ + steps) * substeps_;
+    const RunStatus status = take(top_.at(k, h_));
+    if (!status.reached()) return status;
+    step_ += steps;
+    k_ = static_cast<double>(k);
+    return status;
+  }
+
+  RunStatus take(const TopInTime::Point& x) {
+    ++map_steps_;
+    if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
+    x_ = x.tail(x_.size());
+    return {};
+  }
+
+  void undo() override {}
+
+  std::optional<Eigen::MatrixXd> mapped(const Eigen::MatrixXd& point) const override {
+    const auto x = top_.from(padded(numbers(point))).at(1, h_);
+    if (!x.allFinite()) return std::nullopt;
+    return x.tail(point.size());
+  }
+  bool has_all_substeps(double) const override { return true; }
+
+  double h_;
+  Eigen::MatrixXd x_;
+  double k_ = 0;
+  TopInTime top_;
 };
 
 }  // namespace
 
-template <>
-struct Exact::MotionOf<BodyAsGiven> {
-  static TopInScene make(const BodyAsGiven& system, const BodyAsGiven::State& start) {
-    return {system.body, start.cast<Wide>()};
-  }
-};
-
 bool is_exact_body(const Scene& scene) {
-  return scene.axes() && scene.method() == Exact::traits.name;
+  return scene.dimension() == 3 && scene.method() == Exact::traits.name &&
+         system_entry(scene.system())->packed;
 }
 
 std::unique_ptr<Simulation> exact_body(const Scene& scene) {
-  return make_simulation_by<Exact>(scene, BodyAsGiven{*extended_body(scene)},
-                                   rigid_body_observables(scene), rigid_body_cost(3));
+  return std::make_unique<ExactBody>(scene);
+}
+
+TopInTime top_in_time(const Scene& scene, std::span<const double> state) {
+  const auto x = padded(state);
+  const auto body = scene.axes() ? extended_body(scene) : std::nullopt;
+  if (!body) return {PrincipalMoments3<Quad>(scene.inertia()), x};
+  const auto& [moments, differences] = body->inertia;
+  return {{moments.cast<Quad>(), differences.cast<Quad>()}, x, body->axes, body->momentum_tail};
 }
 
 }  // namespace stiefel

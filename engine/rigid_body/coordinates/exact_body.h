@@ -1,16 +1,22 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
+#include "engine/rigid_body/exact/top_in_time.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
 
-/// Whether a scene is given by `body` and its method is the closed form.
+/// Whether a scene has the method `exact` and a body in three dimensions of a system whose bodies
+/// advance together (SystemEntry::packed).
 bool is_exact_body(const Scene& scene);
 
-/// Returns the simulation of a scene given by `body` with the method `exact`. It moves the body
-/// with the caller's numbers; other methods start from Λ and M rounded to doubles.
+/// Returns the simulation of such a scene. A body given by `body` moves with the caller's numbers;
+/// other methods start from Λ and M rounded to doubles.
 std::unique_ptr<Simulation> exact_body(const Scene& scene);
+
+/// Returns the motion of such a body from (q; m), or from m where it has no frame.
+TopInTime top_in_time(const Scene& scene, std::span<const double> state);
 
 }  // namespace stiefel

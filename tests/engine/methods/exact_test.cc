@@ -5,15 +5,17 @@
 #include <cmath>
 #include <random>
 
+#include "engine/frames/stiefel_maps.h"
 #include "engine/linalg/special_functions/carlson.h"
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
-#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/exact/top_in_time.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/scenes/random_top.h"
 #include "tests/support/surveys/exact_survey.h"
 
 namespace stiefel {
@@ -92,6 +94,97 @@ TEST(JacobiElliptic, FunctionsAreTheirDefinitions) {
 
 /// 10⁴ bodies of all kinds, at every distance from the separatrix.
 TEST(Exact, IsTheMotionOfEveryBody) { testing::survey_exact(1, 10'000); }
+
+using Point = TopInTime::Point;
+
+Point rounded(const ThetaTop& top, const ThetaTop::Lanes& lanes, int lane) {
+  return Point(top.state(lanes, lane).high.data());
+}
+
+/// Returns bodies with a motion in theta functions, next to the separatrix and away from it.
+std::vector<ThetaTop> theta_tops(unsigned first, unsigned count) {
+  std::vector<ThetaTop> tops;
+  for (unsigned seed = first; seed < first + count; ++seed) {
+    const testing::RandomTop top(seed);
+    if (const auto theta = ThetaTop::of(PrincipalMoments3<Quad>(top.lambda), top.x.cast<Quad>()))
+      tops.push_back(*theta);
+  }
+  return tops;
+}
+
+/// 300 motions from 1e-2 to 1e-12 of the separatrix, moments up to 1:10⁴, up to 10⁹ turns.
+TEST(Exact, IsTheMotionNextToTheSeparatrixAfterManyTurns) {
+  std::mt19937_64 generator(3);
+  const auto uniform = [&] { return std::generate_canonical<double, 53>(generator); };
+  for (int k = 0; k < 300; ++k) {
+    const Eigen::Vector3d I(std::pow(10, -4 * uniform()) / 2, 0.5 + 0.4 * uniform(), 1);
+    const double distance = std::pow(10, -2 - 10 * uniform());
+    const double m_1 = 1 + uniform(),
+                 m_3 = m_1 * std::sqrt((I(1) - I(0)) * I(2) / (I(0) * (I(2) - I(1)))) *
+                       (k % 2 == 0 ? 1 + distance : 1 - distance);
+    So3<Quad, true>::State x;
+    x << 1, 0, 0, 0, m_1, 10 * uniform() - 5, m_3;
+    const Vector3<Quad> wide = I.cast<Quad>();
+    const PrincipalMoments3<Quad> body(
+        wide, Vector3<Quad>(wide(1) - wide(2), wide(2) - wide(0), wide(0) - wide(1)));
+    TopInTime top(body, x.cast<long double>());
+    ASSERT_TRUE(top.theta());
+    const EulerTop<Quad, true> exact(body, x);
+    for (const double turns : {1., 1e3, 1e9}) {
+      const double t =
+          turns * uniform() * 6.283 / x.cast<double>().tail<3>().cwiseQuotient(I).norm();
+      const So3<Quad, true>::State now = top.at(std::span(&t, 1)).cast<Quad>() - exact.at(t);
+      EXPECT_LT(now.head<4>().norm(), 0x1p-52) << k << " " << turns;
+      EXPECT_LT(now.tail<3>().norm(), x.tail<3>().norm() * 0x1p-52) << k << " " << turns;
+    }
+  }
+}
+
+/// A state has the same bits in every lane, beside others of its motion or beside other bodies.
+TEST(Exact, HasTheSameBitsInEveryLane) {
+  const auto tops = theta_tops(1, 400);
+  const auto lanes = static_cast<std::size_t>(ThetaTop::lanes());
+  ThetaTop::Times same{.unit = 0.3, .high = {}, .low = {}}, different = same;
+  same.high.fill(12345);
+  for (std::size_t lane = 0; lane < lanes; ++lane) different.high[lane] = 12345 + 7. * lane;
+  ThetaTop::Lanes alone, apart, beside;
+  for (std::size_t first = 0; first + lanes <= tops.size(); first += lanes) {
+    ThetaTops together;
+    for (std::size_t lane = 0; lane < lanes; ++lane) together.put(lane, tops[first + lane]);
+    together.at(same, beside);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const ThetaTop& top = tops[first + lane];
+      top.at(same, alone);
+      top.at(different, apart);
+      EXPECT_EQ(rounded(top, beside, lane), rounded(top, alone, 0));
+      EXPECT_EQ(rounded(top, apart, 0), rounded(top, alone, lanes - 1));
+    }
+  }
+}
+
+#ifdef STIEFEL_X86_64
+/// All instruction sets of this machine give the same bits.
+TEST(Exact, HasTheSameBitsOnEveryInstructionSet) {
+  const auto tops = theta_tops(1, 400);
+  ThetaTop::Times times{.unit = 0.3, .high = {}, .low = {}};
+  for (int lane = 0; lane < ThetaTop::most_lanes; ++lane) times.high[lane] = 1000 + 3. * lane;
+  for (const ThetaTop& top : tops) {
+    const auto words = [&](auto states, std::size_t lanes) {
+      ThetaTop::Lanes out;
+      states(top.numbers_of_motion(), times, out.words.data());
+      std::vector<double> first;
+      for (std::size_t i = 0; i < 2 * ThetaTop::numbers; ++i)
+        for (std::size_t lane = 0; lane < 2; ++lane) first.push_back(out.words[i * lanes + lane]);
+      return first;
+    };
+    const auto baseline = words(theta_states_of_one<Isa::baseline>, 2);
+    if (widest_isa() == Isa::baseline) continue;
+    EXPECT_EQ(words(theta_states_of_one<Isa::avx2>, 4), baseline);
+    if (widest_isa() == Isa::avx2) continue;
+    EXPECT_EQ(words(theta_states_of_one<Isa::avx512>, 8), baseline);
+  }
+}
+#endif
 
 /// The composition of order 8 converges to the closed form like h⁸.
 TEST(Exact, IsTheLimitOfTheVariationalIntegrator) {

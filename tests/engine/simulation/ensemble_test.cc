@@ -100,6 +100,27 @@ TEST(Ensemble, BodiesThatGoTogetherHaveTheBitsThatTheyHaveAlone) {
       }
 }
 
+/// Closed forms side by side, among them bodies that are left to their own simulations: spheres and
+/// bodies that turn about an axis.
+TEST(Ensemble, ClosedFormsThatGoTogetherHaveTheBitsThatTheyHaveAlone) {
+  for (const bool frame : {true, false})
+    for (const int substeps : {1, 3}) {
+      auto scenes = bodies(21, "exact", {}, "compensated", 0.3, frame, 3);
+      for (auto& scene : scenes) scene.method->substeps = substeps;
+      scenes[2].inertia = {1, 1, 1};
+      scenes[9].initial["M"] = Eigen::Matrix3d{{0, -1, 0}, {1, 0, 0}, {0, 0, 0}};
+      const Scene together = resolved(ensemble_of(scenes));
+      const auto once = make_simulation(together), often = make_simulation(together);
+      ASSERT_TRUE(once->advance(50).reached());
+      for (int k = 0; k < 50; ++k) ASSERT_TRUE(often->advance(1).reached());
+      const auto expected = alone(scenes, 50);
+      EXPECT_EQ(saved(*once), expected);
+      EXPECT_EQ(saved(*often), expected);
+      ASSERT_TRUE(once->advance(std::int64_t{1} << 60).reached());
+      EXPECT_EQ(saved(*once), alone(scenes, (std::int64_t{1} << 60) + 50));
+    }
+}
+
 /// Steps for which the solver for packs fails in some lanes and succeeds in others.
 TEST(Ensemble, HardStepsAreTakenAlone) {
   for (const int N : {3, 4})
