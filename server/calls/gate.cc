@@ -110,6 +110,7 @@ Gate::Gate(Host& host, server::Service& service, Callers* callers)
   take("Convert", &Service::Convert);
   take("Connect", &Service::Connect);
   take("MeasureTradeoff", &Service::MeasureTradeoff);
+  take("Linearize", &Service::Linearize);
   take_drive();
 }
 
