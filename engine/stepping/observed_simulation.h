@@ -23,12 +23,13 @@ class ObservedSimulation : public Simulation {
   std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const final;
   double step_cost() const final { return step_cost_; }
 
+  /// The state as a point of the Observables.
+  virtual const Eigen::MatrixXd& point() const = 0;
+
  protected:
   /// `step_cost` is the number of nanoseconds for a step of the map.
   ObservedSimulation(const Scene& scene, SharedObservables observables, double step_cost);
 
-  /// The state as a point of the Observables.
-  virtual const Eigen::MatrixXd& point() const = 0;
   /// Advances while `stop` allows it.
   virtual RunStatus walk(std::int64_t steps, const std::stop_token& stop) = 0;
   /// Undoes a step that was stopped inside.

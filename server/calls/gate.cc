@@ -111,6 +111,7 @@ Gate::Gate(Host& host, server::Service& service, Callers* callers)
   take("Connect", &Service::Connect);
   take("ConjugatePoints", &Service::ConjugatePoints);
   take("MeasureTradeoff", &Service::MeasureTradeoff);
+  take("Linearize", &Service::Linearize);
   take_drive();
 }
 

@@ -57,6 +57,7 @@ class Service final {
   Writing<v1::MeasureTradeoffResponse> MeasureTradeoff(Context&, CallLog&,
                                                        const v1::MeasureTradeoffRequest&);
   Writing<v1::SummarizeResponse> Summarize(Context&, CallLog&, const v1::SummarizeRequest&);
+  Writing<v1::LinearizeResponse> Linearize(Context&, CallLog&, const v1::LinearizeRequest&);
 
  private:
   Host& host_;

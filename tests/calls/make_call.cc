@@ -116,6 +116,8 @@ grpc::Status make(Stub& stub, grpc::ClientContext& context, const Call& call, co
       return made(&Stub::MeasureTradeoff, call.measure_tradeoff());
     case Call::kSummarize:
       return made(&Stub::Summarize, call.summarize());
+    case Call::kLinearize:
+      return made(&Stub::Linearize, call.linearize());
     case Call::REQUEST_NOT_SET:
       return {};
   }

@@ -161,6 +161,7 @@ class Liar : public v1::SimulationService::Service {
   STREAM(Connect)
   STREAM(MeasureTradeoff)
   STREAM(Summarize)
+  STREAM(Linearize)
 #undef UNARY
 #undef STREAM
 
@@ -296,6 +297,10 @@ TEST_F(LiesTest, OfWhatIsComputed) {
   for (const double coefficient : {1, 0, 0}) event.add_coefficients(coefficient);
   summary.add_times(0.5);
   lie_about([&] { EXPECT_TRUE(session_->summarize(summary).has_run_status()); });
+  v1::LinearizeRequest tangent;
+  tangent.set_to(20);
+  tangent.set_every(10);
+  lie_about([&] { EXPECT_TRUE(session_->linearize(tangent).has_run_status()); });
 }
 
 }  // namespace

@@ -71,6 +71,9 @@ bool takes_little(Call& call) {
     case Call::kSummarize:
       call.mutable_summarize()->set_to(few(call.summarize().to()));
       return true;
+    case Call::kLinearize:
+      call.mutable_linearize()->set_to(few(call.linearize().to()));
+      return true;
     case Call::kDiagnose: {
       auto& request = *call.mutable_diagnose();
       request.set_to(few(request.to()));

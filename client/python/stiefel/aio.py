@@ -251,6 +251,8 @@ class Session:
     delete = _awaited(blocking_session.Session.delete)
     stream = _iterated(blocking_session.Session.stream)
     trajectory = _awaited(blocking_session.Session.trajectory)
+    state_transition = _awaited(blocking_session.Session.state_transition)
+    covariance = _awaited(blocking_session.Session.covariance)
     summarize = _awaited(blocking_session.Session.summarize)
     events = _awaited(blocking_session.Session.events)
     stream_events = _iterated(blocking_session.Session.stream_events)

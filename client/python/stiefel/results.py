@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stiefel._exports import ccsds, mcap, spice
 from stiefel._exports.nodes import Export
+from stiefel._given.numbers import numbers
 from stiefel._given.typed import Scene
 from stiefel._results import attitude, save, tables
 from stiefel._results.base import Array, ByValue, Ended, Fields, Named, Outcome, Price, RunStatus
@@ -26,7 +27,7 @@ from stiefel._results.tradeoff import Point, Tradeoff
 from stiefel.scene import member_of, to_dict
 
 __all__ = ["Batch", "Catalogue", "Choice", "ConjugatePoint", "ConjugatePoints", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
-           "InjectivityRadius", "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "Summary", "Tradeoff", "Trajectory"]
+           "InjectivityRadius", "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "StateTransition", "Summary", "Tradeoff", "Trajectory"]
 
 
 B = TypeVar("B", bound="Batch")
@@ -392,6 +393,43 @@ class Events(Named):
     def __repr__(self) -> str:
         outcome = f" {self.run_status.outcome}" if self.run_status else ""
         return f"<stiefel.Events{outcome} of {self.count} zero{'s' if self.count != 1 else ''}: {self._shapes()}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StateTransition(Ended, ByValue):
+    """The derivative of the computed steps, from `Session.state_transition`.
+
+    Column k of `matrix`, (d, m), is what became of vector k, in the coordinates at `step`; behind these columns stand
+    those of the `parameters`. With `every` the results stand along a first axis of `step`, `time`, `matrix`, `vectors`
+    and `basis`.
+
+    Coordinates of a body (Q, M): eta, then dM, with dQ = Q eta, for a right-invariant one dQ = eta Q; for N = 3 as axial
+    vectors (x, y, z), otherwise the elements i < j row by row. Of other states: those of the orthonormal `basis`.
+    """
+
+    step: Any  #: the step, or (results,) the steps
+    time: Any  #: in seconds
+    matrix: Optional[Array]  #: (d, m); None where the vectors were given as blocks
+    vectors: Optional[Array]  #: (m, rows, cols), where they were given as blocks
+    basis: Optional[Array]  #: (d, rows, cols): element k is the vector with the coordinate k equal to 1, blocks stacked
+    start_basis: Optional[Array]  #: the same at the state where the vectors start
+    parameters: tuple[str, ...]  #: "inertia", with a column for each lambda; "step", with one
+    run_status: RunStatus
+    computed_steps: int = field(default=0, compare=False)
+    price: Optional[Price] = field(default=None, compare=False)
+
+    def gradient(self, slope: Any) -> Array:
+        """Returns the derivatives of a scalar of the last state by the start's coordinates and by the parameters, in the
+        order of the columns. `slope`: the derivatives of the scalar by the last state's coordinates, (d)."""
+        if self.matrix is None:
+            raise TypeError("the vectors were given as blocks: their matrix is not known")
+        last = self.matrix if self.matrix.ndim == 2 else self.matrix[-1]
+        return np.asarray(numbers("slope", slope) @ last)
+
+    def __repr__(self) -> str:
+        array = self.matrix if self.matrix is not None else self.vectors
+        shape = array.shape if array is not None else ()
+        return f"<stiefel.StateTransition {self.outcome} of the shape {shape}>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

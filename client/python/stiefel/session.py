@@ -11,7 +11,7 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of
 from stiefel._given.mappings import Names, names
-from stiefel._given.numbers import SECONDS, optional, refused, step_index
+from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
 from stiefel._given.typed import Blocks, Body, Fields, Method
@@ -22,6 +22,7 @@ from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.drive import TOO_LARGE, Drive
 from stiefel._wire.held import Held
+from stiefel._wire.linearizing import linearized, put_vectors
 from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, pauses, route
 from stiefel._wire.replies import Layout, complete, described, ends_at, run_status
 from stiefel._wire.samples import Collector
@@ -29,7 +30,7 @@ from stiefel._wire.streams import progress_bar
 from stiefel._wire.times import at_times, backwards, between_steps, up_to
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
                             warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, Outcome, RunStatus, State, Summary,
+from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, Outcome, RunStatus, State, StateTransition, Summary,
                              Trajectory)
 from stiefel.scene import to_method, with_changes
 
@@ -248,6 +249,39 @@ class Session(Held):
                                                  samples.computed_steps)
             raise
         return collector.trajectory(samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps)
+
+    def state_transition(self, to: Optional[int] = None, start: int = 0, every: int = 0, vectors: Any = None,
+                         inertia: bool = False, step: bool = False, timeout: Optional[float] = None,
+                         time: Any = None) -> StateTransition:
+        """Returns the derivative of the state at step `to`, or at a `time` that is a step's, by the state at `start`: that of
+        the computed steps, not of the flow that they approximate. `matrix` has it in the coordinates that `StateTransition`
+        names, `basis` and `start_basis` their vectors.
+
+        `vectors`: moves these tangent vectors at `start` instead, (m, d) by coordinates or (m, rows, cols) as blocks. A
+        call then takes time and memory in proportion to m. `inertia`, `step`: adds the derivatives by lambda_1 ... lambda_N
+        and by the scene's step, at a constant state at `start`. `every`: sends a result every so many steps too.
+        """
+        to, start = self._step_of("to", to, time), step_index("start", start)
+        request = pb.LinearizeRequest(session_id=self.id, to=to, every=step_index("every", every), inertia=inertia, step=step,
+                                      bases=np.ndim(vectors) < 3)
+        setattr(request, "from", start)
+        put_vectors(request, vectors)
+        return linearized(self._recreation, request, self._known_scene().step, timeout)
+
+    def covariance(self, P0: Any, to: Optional[int] = None, start: int = 0, every: int = 0,
+                   timeout: Optional[float] = None, time: Any = None) -> NDArray[np.float64]:
+        """Returns the covariance Phi P0 Phi^T of the state at step `to`, or at a `time`, to first order; `P0` is that at
+        `start`. Both are in the coordinates of `state_transition`, for a body in three dimensions of (eta, dm): eta turns
+        the attitude about body axes. With `every` they are (results, d, d)."""
+        given = numbers("P0", P0)
+        moved = self.state_transition(to, start, every, timeout=timeout, time=time)
+        assert moved.matrix is not None
+        if moved.outcome is not Outcome.REACHED:
+            raise FailedPrecondition(f"the step cannot be reached: {moved.run_status.message}")
+        size = moved.matrix.shape[-1]
+        if given.shape != (size, size):
+            raise refused("P0", f"the shape {given.shape}: must be ({size}, {size})")
+        return np.asarray(moved.matrix @ given @ np.swapaxes(moved.matrix, -1, -2))
 
     def summarize(self, to: Optional[int] = None, quantities: Optional[Quantities] = None, start: int = 0, every: int = 1,
                   timeout: Optional[float] = None, checkpoint_every: int = 0, checkpoint: bytes = b"",

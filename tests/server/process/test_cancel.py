@@ -136,6 +136,8 @@ CALLS = {
     "Drive, ensemble": drive_of(bodies(65536), "angular_velocity"),
     "Summarize, ensemble": with_session(bodies(65536), lambda stub, s: stub.Summarize(pb.SummarizeRequest(
         session_id=s, to=10**6, every=10**5, quantities=[pb.Quantity(name="energy", statistics=[pb.STATISTIC_DRIFT])]))),
+    "Linearize": with_session(body(24, name="variational"), lambda stub, s: stub.Linearize(pb.LinearizeRequest(
+        session_id=s, to=10**6))),
     "Diagnose, brackets": diagnosis_of(body(512, system="symmetric_rigid_body", name="variational"),
                                        dirac_brackets=brackets(512, 2)),
     "MeasureTradeoff": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
@@ -158,7 +160,7 @@ QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diag
 
 #: The RPCs that compute nothing for long; CALLS has all others.
 SHORT = {"Describe", "GetSession", "ListSessions", "DeleteSession"}
-STREAMS = {"Stream", "Drive", "Summarize", "MeasureTradeoff", "Connect", "ConjugatePoints", "Convert"}
+STREAMS = {"Stream", "Drive", "Summarize", "Linearize", "MeasureTradeoff", "ConjugatePoints", "Connect", "Convert"}
 
 
 def rpc_of(name):

@@ -71,6 +71,13 @@ class Session {
   v1::SummarizeResponse summarize(v1::SummarizeRequest request,
                                   const SummaryReceiver& receive = {}) const;
 
+  /// Computes the derivative of the steps; the session's id is filled in. `receive` gets each
+  /// result whole and once, and ends the call by returning false. Returns the last message; an
+  /// empty one if the receiver ended the call. A call that breaks begins again. Throws Error.
+  using LinearizationReceiver = std::function<bool(const v1::LinearizeResponse&)>;
+  v1::LinearizeResponse linearize(v1::LinearizeRequest request,
+                                  const LinearizationReceiver& receive = {}) const;
+
   /// Creates a session that starts from this one's state at step `from_step`, with the changes that
   /// the request names. An empty `session_id` is replaced by a new UUID; `from_session_id` is
   /// filled in. Throws Error, also when the step cannot be reached.

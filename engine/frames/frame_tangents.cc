@@ -1,0 +1,86 @@
+#include "engine/frames/body/discrete_stiefel.h"
+#include "engine/frames/body/stiefel_costate.h"
+#include "engine/frames/ellipsoid_maps.h"
+#include "engine/frames/passes/dual_rattle.h"
+#include "engine/frames/stiefel_maps.h"
+#include "engine/laws/tangent_spaces.h"
+#include "engine/linalg/lie/dual_skew_flow.h"
+#include "engine/stepping/tangent_map_of.h"
+
+namespace stiefel {
+namespace {
+
+using Made = std::unique_ptr<TangentMap>;
+using Dense = Eigen::MatrixXd;
+
+TangentSpace of(std::function<Dense(const Dense& x, const Dense& G)> tangent) {
+  return {TangentSpace::Coordinates::orthonormal, std::move(tangent)};
+}
+
+/// QQᵀ = I, any lower block.
+TangentSpace costates(const Scene&) {
+  return of([](const Dense& x, const Dense& G) {
+    Dense T = G;
+    const Eigen::Index n = x.rows() / 2;
+    T.topRows(n) = tangent_to_frames<double>(x.topRows(n), G.topRows(n));
+    return T;
+  });
+}
+
+Made costate_map(const Scene& scene, const TangentParameters& at) {
+  return make_tangent(scene, StiefelCostate<Tangent>(at.lambda, scene.Q().rows()), at.h);
+}
+
+}  // namespace
+
+Tangents stiefel_tangents() {
+  return {[](const Scene& scene) {
+            const CotangentOfFrames<double> space{scene.inertia()};
+            return of([space](const Dense& x, const Dense& G) { return space.tangent(x, G); });
+          },
+          [](const Scene& scene, const TangentParameters& at) {
+            return make_tangent(scene, Stiefel<Tangent>(at.lambda, scene.Q().rows()), at.h);
+          }};
+}
+
+Tangents stiefel_costate_tangents() { return {costates, costate_map}; }
+/// The state is that of the costate P_0.
+Tangents stiefel_momentum_tangents() {
+  return {[](const Scene&) {
+            return of([](const Dense& x, const Dense& G) {
+              return CostatesOfFrames<double>().tangent(x, G);
+            });
+          },
+          costate_map};
+}
+
+Tangents ellipsoid_tangents() {
+  return {[](const Scene& scene) {
+            if (scene.block("p").size() > 0) return costates(scene);
+            const CotangentOfFrames<double> space{Eigen::VectorXd::Ones(scene.dimension())};
+            return of([space](const Dense& x, const Dense& G) { return space.tangent(x, G); });
+          },
+          [](const Scene& scene, const TangentParameters& at) {
+            return scene.block("p").size() > 0
+                       ? make_tangent(scene, EllipsoidCostate<Tangent>(at.lambda), at.h)
+                       : make_tangent(scene, Ellipsoid<Tangent>(at.lambda), at.h);
+          }};
+}
+
+Tangents discrete_stiefel_tangents() {
+  return {[](const Scene&) {
+            return of([](const Dense& x, const Dense& G) {
+              const Eigen::Index n = x.rows() / 2;
+              return stacked_pair<double>(
+                  tangent_to_frames<double>(x.topRows(n), G.topRows(n)),
+                  tangent_to_frames<double>(x.bottomRows(n), G.bottomRows(n)));
+            });
+          },
+          [](const Scene& scene, const TangentParameters& at) -> Made {
+            return std::make_unique<TangentMapOf<DiscreteStiefel<Tangent>>>(
+                [&] { return DiscreteStiefel<Tangent>(at.lambda, scene.Q().rows()); },
+                scene.substeps());
+          }};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "stiefel/run_status.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
+#include "stiefel/violation.h"
+
+namespace stiefel {
+
+/// What a Linearization moves.
+struct LinearizationDescription {
+  /// Tangent vectors at the first state, one a column; absent: the basis of the tangent space, so
+  /// that the result is the whole state transition matrix.
+  std::optional<Eigen::MatrixXd> vectors;
+  /// Whether a vector is given, and returned, as a matrix of the shape of the state's blocks stacked
+  /// by rows (δQ over δM, δQ over δS, …), its numbers row by row; otherwise by its coordinates.
+  bool as_blocks = false;
+  /// Adds columns with the derivatives of the state by λ_1 … λ_N, and by the step, at a constant
+  /// first state.
+  bool by_inertia = false, by_step = false;
+};
+
+/// The derivative of a scene's computed steps, not of the flow that they approximate, along a
+/// motion, applied to tangent vectors. The derivatives of implicit steps follow from their
+/// equations (implicit function theorem). The states and their bits are those of the simulation.
+///
+/// The coordinates of a tangent vector:
+///
+///     (Q, M), left-invariant     η, then δM, with δQ = Qη; N = 3: as axial vectors (x, y, z), else
+///                                the elements i < j row by row; η is the skew part of Q⁻¹δQ
+///     (Q, M), right-invariant    the same with δQ = ηQ
+///     other states               those of an orthonormal basis of the tangent space in ⟨A, B⟩ =
+///                                tr(AᵀB); it differs from state to state and is returned
+///
+/// A scene given by `body` has its vectors in the caller's axes.
+class Linearization {
+ public:
+  /// The largest number of rows × columns of a state for which coordinates are offered.
+  static constexpr std::int64_t largest_in_coordinates = 1024;
+
+  /// Refuses ensembles, methods without a derivative, and vectors that do not fit or are not
+  /// tangent. Throws Stopped (stop.h).
+  static std::expected<Linearization, Violations> make(const Scene& scene,
+                                                       LinearizationDescription description,
+                                                       const Simulation& start,
+                                                       const Place& place = {});
+
+  /// Advances `motion` by `steps` ≥ 0 steps and the vectors with it. Ends at the last good state,
+  /// with the vectors there.
+  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop = {});
+
+  /// Returns the vectors at the state of `motion`, one a column, in coordinates or as blocks.
+  Eigen::MatrixXd vectors(const Simulation& motion) const;
+  /// Returns the basis of the tangent space at the state of `motion`: column k is the vector with
+  /// the coordinates e_k as blocks.
+  Eigen::MatrixXd basis(const Simulation& motion) const;
+
+  /// The rows and columns of a vector as blocks, and the number of vectors, those of parameters
+  /// included.
+  Eigen::Index rows() const;
+  Eigen::Index cols() const;
+  Eigen::Index count() const;
+
+  Linearization(Linearization&&) noexcept;
+  Linearization& operator=(Linearization&&) noexcept;
+  ~Linearization();
+
+ private:
+  class Vectors;
+  explicit Linearization(std::unique_ptr<Vectors> vectors);
+  std::unique_ptr<Vectors> vectors_;
+};
+
+/// Returns the work of a step of the scene with so many tangent vectors, in instructions, and the
+/// bytes of a Linearization: upper bounds.
+double linearization_work(const Scene& scene, double step_work, std::int64_t vectors);
+std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors);
+
+}  // namespace stiefel

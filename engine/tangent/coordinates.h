@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Dense>
+
+#include "engine/stepping/tangent_map.h"
+
+namespace stiefel {
+
+/// The coordinates of tangent vectors at the states of a scene (linearization.h). States and
+/// vectors are blocks stacked by rows; a vector is a column, its numbers column by column.
+class TangentChart {
+ public:
+  using Dense = Eigen::MatrixXd;
+
+  TangentChart(TangentSpace space, Eigen::Index rows, Eigen::Index cols)
+      : space_(std::move(space)), rows_(rows), cols_(cols) {}
+
+  /// Returns the basis at x, rows·cols × dimension.
+  Dense basis(const Dense& x) const;
+  /// Returns the coordinates of vectors at x.
+  Dense coordinates(const Dense& x, const Dense& V) const;
+  /// Returns the tangent part of a vector at x.
+  Dense tangent(const Dense& x, const Dense& G) const;
+
+ private:
+  bool is_body() const { return space_.coordinates != TangentSpace::Coordinates::orthonormal; }
+  bool left() const { return space_.coordinates == TangentSpace::Coordinates::left_body; }
+  /// The skew matrix with coordinate k equal to 1.
+  Dense unit(Eigen::Index k) const;
+  /// Writes the coordinates of a skew matrix.
+  void write_skew(const Dense& A, Eigen::Ref<Eigen::VectorXd> out) const;
+
+  TangentSpace space_;
+  Eigen::Index rows_, cols_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,338 @@
+#include "stiefel/linearization.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "engine/linalg/lie/so_3.h"
+#include "engine/numbers/to_text.h"
+#include "engine/scene/scene_draft.h"
+#include "engine/stepping/observed_simulation.h"
+#include "engine/tangent/coordinates.h"
+#include "engine/tangent/systems.h"
+#include "stiefel/price.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+constexpr double tangency = 1e-8;
+constexpr Eigen::Index lanes = TangentMap::lanes;
+
+/// Returns Λ, that of both sides for the double bracket.
+Eigen::VectorXd all_inertia(const Scene& scene) {
+  const auto& [u, v] = std::tie(scene.description().inertia_u, scene.description().inertia_v);
+  if (u.empty()) return scene.inertia();
+  Eigen::VectorXd both(static_cast<Eigen::Index>(u.size() + v.size()));
+  std::ranges::copy(u, both.begin());
+  std::ranges::copy(v, both.begin() + static_cast<Eigen::Index>(u.size()));
+  return both;
+}
+
+/// Whether the closed form of the scene holds for its Λ alone: it has no derivative by Λ.
+bool is_bound_to_inertia(const Scene& scene) {
+  return scene.method() == "exact" && scene.dimension() != 3;
+}
+
+Violations cannot(const Place& place, std::string_view field, std::string value, std::string rule) {
+  return {place.violation(field, std::move(value), std::move(rule))};
+}
+
+/// Returns the tangent vectors as blocks, numbers column by column, from numbers row by row.
+Dense by_columns(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
+  Dense out(V.rows(), V.cols());
+  for (Eigen::Index k = 0; k < V.cols(); ++k)
+    out.col(k).reshaped(rows, cols) =
+        V.col(k).reshaped<Eigen::RowMajor>(rows, cols);
+  return out;
+}
+Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
+  Dense out(V.rows(), V.cols());
+  for (Eigen::Index k = 0; k < V.cols(); ++k)
+    out.col(k) = V.col(k).reshaped(rows, cols).reshaped<Eigen::RowMajor>();
+  return out;
+}
+
+}  // namespace
+
+/// The vectors and the maps that move them, `lanes` vectors a map.
+class Linearization::Vectors {
+ public:
+  Vectors(const Scene& scene, const Tangents& tangents, const LinearizationDescription& what,
+          const Simulation& start)
+      : as_blocks_(what.as_blocks),
+        exact_body_(scene.axes() && scene.method() == "exact"),
+        first_(start.step()) {
+    if (scene.axes()) R_ = scene.axes()->rotation;
+    const Dense x = blocks(start);
+    rows_ = x.rows();
+    cols_ = x.cols();
+    chart_.emplace(tangents.space(scene), rows_, cols_);
+    has_coordinates_ = rows_ * cols_ <= largest_in_coordinates;
+  }
+
+  bool has_coordinates() const { return has_coordinates_; }
+
+  /// Makes the maps for the vectors V, in principal axes, and the parameters.
+  bool begin(const Scene& scene, const Tangents& tangents, const LinearizationDescription& what,
+             const Dense& V, const Simulation& start) {
+    const Eigen::VectorXd lambda = all_inertia(scene);
+    const Eigen::Index inertia = what.by_inertia ? lambda.size() : 0;
+    count_ = V.cols() + inertia + (what.by_step ? 1 : 0);
+    const Dense point = principal_point(start);
+    for (Eigen::Index first = 0; first < count_; first += lanes) {
+      stop_point();
+      TangentParameters at{lambda.cast<Tangent>(), 0.0};
+      at.h = scene.description().step.value_or(0) / scene.substeps();
+      const Eigen::Index width = std::min(lanes, count_ - first);
+      Dense part = Dense::Zero(rows_ * cols_, width);
+      for (Eigen::Index k = 0; k < width; ++k) {
+        const Eigen::Index column = first + k;
+        const auto lane = static_cast<int>(k);
+        if (column < V.cols())
+          part.col(k) = V.col(column);
+        else if (column < V.cols() + inertia)
+          at.lambda(column - V.cols()).d[lane] = 1;
+        else
+          at.h.d[lane] = 1.0 / scene.substeps();
+      }
+      auto map = tangents.make(scene, at);
+      if (!map) return false;
+      map->start(point, part);
+      maps_.push_back(std::move(map));
+    }
+    return true;
+  }
+
+  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop) {
+    if (maps_.empty()) return motion.advance(steps, stop);
+    if (maps_.front()->direct()) {
+      const RunStatus status = motion.advance(steps, stop);
+      return status.reached() ? move_to(motion, stop) : status;
+    }
+    for (; steps > 0; --steps) {
+      point_ = observed(motion);
+      if (const RunStatus status = motion.advance(1, stop); !status.reached()) return status;
+      if (const RunStatus status = move(stop); !status.reached()) return status;
+    }
+    return {};
+  }
+
+  /// Returns the vectors as blocks in principal axes.
+  Dense read(const Simulation& motion) const {
+    const Dense point = principal_point(motion);
+    Dense V(rows_ * cols_, count_);
+    for (std::size_t m = 0; m < maps_.size(); ++m) {
+      const Eigen::Index first = static_cast<Eigen::Index>(m) * lanes;
+      Dense part(V.rows(), std::min(lanes, count_ - first));
+      maps_[m]->read(point, part);
+      V.middleCols(first, part.cols()) = part;
+    }
+    return V;
+  }
+
+  const TangentChart& chart() const { return *chart_; }
+  bool as_blocks() const { return as_blocks_; }
+  Eigen::Index rows() const { return rows_; }
+  Eigen::Index cols() const { return cols_; }
+  Eigen::Index count() const { return count_; }
+
+  /// Returns the state's blocks, stacked, in principal axes.
+  Dense blocks(const Simulation& motion) const {
+    if (!is_vector(motion)) return observed(motion);
+    const Dense p = principal_point(motion);
+    const Eigen::Index rows = p.rows() == 7 ? 6 : 3;
+    Dense x(rows, 3);
+    x.bottomRows(3) = hat(Eigen::Vector3d(p.bottomRows(3)));
+    if (rows == 6) x.topRows(3) = rotation_matrix<double>(Eigen::Vector4d(p.topRows(4)));
+    return x;
+  }
+
+  /// Turn vectors (blocks) to the caller's axes and from them; coordinates too.
+  Dense to_caller(Dense V) const { return turned(std::move(V), R_); }
+  Dense from_caller(Dense V) const { return turned(std::move(V), R_.transpose()); }
+  Dense coordinates_to_caller(const Dense& C) const { return turned_coordinates(C, R_); }
+  Dense coordinates_from_caller(const Dense& C) const {
+    return turned_coordinates(C, R_.transpose());
+  }
+
+ private:
+  /// A scene without members has no other simulation.
+  static const Dense& observed(const Simulation& motion) {
+    return dynamic_cast<const ObservedSimulation&>(motion).point();
+  }
+  /// Whether the point is (q; m) or m of a body in three dimensions.
+  static bool is_vector(const Simulation& motion) {
+    const Dense& point = observed(motion);
+    return point.cols() == 1 && (point.rows() == 7 || point.rows() == 3) &&
+           motion.fields().front().cols == 3;
+  }
+  /// Returns the point in principal axes. The closed form of a scene given by `body` moves it in
+  /// the caller's.
+  Dense principal_point(const Simulation& motion) const {
+    Dense p = observed(motion);
+    if (!exact_body_) return p;
+    const Eigen::Index n = p.rows();
+    p.bottomRows(3) = (R_.transpose() * p.bottomRows(3)).eval();
+    if (n == 7) {
+      const Eigen::Vector4d r = quaternion_of(R_);
+      p.topRows(4) = So3<double, true>::quaternion_times(p, r(0), r.tail<3>());
+    }
+    return p;
+  }
+
+  RunStatus move(const std::stop_token& stop) {
+    RunStatus status;
+    const auto moved = unless_stopped(stop, [&] {
+      for (auto& map : maps_)
+        if (status = map->step(point_); !status.reached()) break;
+      return true;
+    });
+    return moved ? status : RunStatus{Outcome::cancelled, std::nullopt};
+  }
+  RunStatus move_to(const Simulation& motion, const std::stop_token& stop) {
+    RunStatus status;
+    const auto moved = unless_stopped(stop, [&] {
+      for (auto& map : maps_)
+        if (status = map->at(motion.step() - first_); !status.reached()) break;
+      return true;
+    });
+    return moved ? status : RunStatus{Outcome::cancelled, std::nullopt};
+  }
+
+  /// δQ Tᵀ over T δM Tᵀ.
+  Dense turned(Dense V, const Eigen::Matrix3d& T) const {
+    if (R_ == Eigen::Matrix3d::Identity()) return V;
+    for (Eigen::Index k = 0; k < V.cols(); ++k) {
+      Dense block = (V.col(k).reshaped(rows_, 3) * T.transpose()).eval();
+      block.bottomRows(3) = (T * block.bottomRows(3)).eval();
+      V.col(k) = block.reshaped();
+    }
+    return V;
+  }
+  Dense turned_coordinates(const Dense& C, const Eigen::Matrix3d& T) const {
+    if (R_ == Eigen::Matrix3d::Identity()) return C;
+    Dense out(C.rows(), C.cols());
+    for (Eigen::Index top = 0; top < C.rows(); top += 3)
+      out.middleRows(top, 3) = T * C.middleRows(top, 3);
+    return out;
+  }
+
+  bool as_blocks_, exact_body_, has_coordinates_ = false;
+  std::int64_t first_;
+  Eigen::Matrix3d R_ = Eigen::Matrix3d::Identity();
+  Eigen::Index rows_ = 0, cols_ = 0, count_ = 0;
+  std::optional<TangentChart> chart_;
+  std::vector<std::unique_ptr<TangentMap>> maps_;
+  Dense point_;
+};
+
+std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
+                                                             LinearizationDescription what,
+                                                             const Simulation& start,
+                                                             const Place& place) {
+  if (!scene.members().empty())
+    return std::unexpected(cannot(place, "", std::to_string(scene.members().size()) + " members",
+                                  "the scene must have no `members`"));
+  const std::optional<Tangents> tangents = tangents_of(scene.system());
+  if (!tangents)
+    return std::unexpected(
+        cannot(place, "", scene.system(), "has no tangent map; the systems of the catalogue have"));
+  if (what.by_inertia && is_bound_to_inertia(scene))
+    return std::unexpected(cannot(
+        place, "inertia", "true",
+        "must be false: this closed form holds for Lambda of one or two values, so it has no "
+        "derivative by a single one"));
+  auto vectors = std::make_unique<Vectors>(scene, *tangents, what, start);
+  const Eigen::Index rows = vectors->rows(), cols = vectors->cols();
+  const bool needs_coordinates = !what.vectors || !what.as_blocks;
+  if (needs_coordinates && !vectors->has_coordinates())
+    return std::unexpected(cannot(
+        place, "vectors", what.vectors ? "coordinates" : "absent",
+        "must be given as blocks: coordinates are offered for states of up to " +
+            std::to_string(largest_in_coordinates) + " numbers"));
+  const Dense x = vectors->blocks(start);
+  Dense V;
+  if (!what.vectors) {
+    V = vectors->chart().basis(x);
+    // Columns are unit vectors in the caller's axes.
+    const Dense unit = Dense::Identity(V.cols(), V.cols());
+    V = (V * vectors->coordinates_from_caller(unit)).eval();
+  } else if (!what.as_blocks) {
+    const Dense basis = vectors->chart().basis(x);
+    if (what.vectors->rows() != basis.cols() || !what.vectors->allFinite())
+      return std::unexpected(
+          cannot(place, "vectors", std::to_string(what.vectors->rows()) + " coordinates",
+                 "must have " + std::to_string(basis.cols()) + " finite coordinates each"));
+    V = basis * vectors->coordinates_from_caller(*what.vectors);
+  } else {
+    if (what.vectors->rows() != rows * cols || !what.vectors->allFinite())
+      return std::unexpected(
+          cannot(place, "vectors", std::to_string(what.vectors->rows()) + " numbers",
+                 "must be finite and " + shape_text(rows, cols) + " each"));
+    V = vectors->from_caller(by_columns(*what.vectors, rows, cols));
+    Violations violations;
+    for (Eigen::Index k = 0; k < V.cols() && violations.size() < 16; ++k) {
+      const Dense G = V.col(k).reshaped(rows, cols);
+      const double off = (vectors->chart().tangent(x, G) - G).norm();
+      if (!(off <= tangency * G.norm()))
+        violations.push_back(place.violation(
+            "vectors[" + std::to_string(k) + "]",
+            "off by " + to_text(off) + " at norm " + to_text(G.norm()),
+            "must be tangent to " + to_text(tangency) + " of its norm"));
+    }
+    if (!violations.empty()) return std::unexpected(std::move(violations));
+  }
+  if (!vectors->begin(scene, *tangents, what, V, start))
+    return std::unexpected(
+        cannot(place, "method", scene.method(),
+               "has no tangent map: it chooses its substeps by an estimate of the error, which is "
+               "no smooth function of the state; the other methods of " +
+                   scene.system() + " have one"));
+  return Linearization(std::move(vectors));
+}
+
+RunStatus Linearization::advance(Simulation& motion, std::int64_t steps,
+                                 const std::stop_token& stop) {
+  return vectors_->advance(motion, steps, stop);
+}
+
+Dense Linearization::vectors(const Simulation& motion) const {
+  const Dense V = vectors_->read(motion);
+  if (vectors_->as_blocks()) return by_rows(vectors_->to_caller(V), rows(), cols());
+  return vectors_->coordinates_to_caller(
+      vectors_->chart().coordinates(vectors_->blocks(motion), V));
+}
+
+Dense Linearization::basis(const Simulation& motion) const {
+  const Dense B = vectors_->chart().basis(vectors_->blocks(motion));
+  const Dense unit = Dense::Identity(B.cols(), B.cols());
+  return by_rows(vectors_->to_caller(B * vectors_->coordinates_from_caller(unit)), rows(), cols());
+}
+
+Eigen::Index Linearization::rows() const { return vectors_->rows(); }
+Eigen::Index Linearization::cols() const { return vectors_->cols(); }
+Eigen::Index Linearization::count() const { return vectors_->count(); }
+
+double linearization_work(const Scene& scene, double step_work, std::int64_t vectors) {
+  // A step in dual numbers of four vectors, which starts without a solution of the step before.
+  constexpr double of_lanes = 40, of_call = 2e4;
+  const auto maps = static_cast<double>((vectors + lanes - 1) / lanes);
+  const auto N = static_cast<double>(scene.dimension());
+  return maps * (of_lanes * step_work + of_call) + 40 * static_cast<double>(vectors) * N;
+}
+
+std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors) {
+  constexpr std::uint64_t of_dual = sizeof(Tangent) / sizeof(double);
+  const auto maps = static_cast<std::uint64_t>((vectors + lanes - 1) / lanes);
+  return (maps * of_dual + 2) * simulation_bytes(scene);
+}
+
+Linearization::Linearization(std::unique_ptr<Vectors> vectors) : vectors_(std::move(vectors)) {}
+Linearization::Linearization(Linearization&&) noexcept = default;
+Linearization& Linearization::operator=(Linearization&&) noexcept = default;
+Linearization::~Linearization() = default;
+
+}  // namespace stiefel

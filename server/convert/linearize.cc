@@ -1,0 +1,216 @@
+#include "server/convert/linearize.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "server/convert/convert.h"
+#include "server/convert/errors.h"
+#include "server/sessions/field_bytes.h"
+#include "stiefel/stop.h"
+
+namespace stiefel::server {
+namespace {
+
+/// Returns the numbers of the state's blocks.
+std::int64_t state_size(const Session& session) {
+  std::int64_t size = 0;
+  for (const auto& [name, matrix] : session.scene().description().initial)
+    size += static_cast<std::int64_t>(matrix.values.size() + matrix.imaginary.size());
+  constexpr std::int64_t of_body = 18;  // Q and M of a scene with `body`
+  return std::max(size, of_body);
+}
+
+std::int64_t steps_of(const v1::LinearizeRequest& request, std::int64_t start) {
+  return request.to() - std::min(start, request.from());
+}
+
+std::uint64_t results_of(const v1::LinearizeRequest& request) {
+  const std::int64_t every = request.every();
+  return every > 0 ? static_cast<std::uint64_t>((request.to() - request.from()) / every) + 2 : 1;
+}
+
+std::uint64_t result_bytes(const Session& session, const v1::LinearizeRequest& request) {
+  const auto size = static_cast<std::uint64_t>(state_size(session));
+  return sizeof(double) * size *
+         (static_cast<std::uint64_t>(most_vectors(session, request)) +
+          (request.bases() ? 2 * size : 0));
+}
+
+/// Returns a tensor of the numbers of V; each column is a tensor of this shape.
+v1::Field field_of(const char* name, const Eigen::MatrixXd& V, Eigen::Index rows,
+                   Eigen::Index cols) {
+  v1::Field field;
+  field.set_name(name);
+  v1::Tensor& tensor = *field.mutable_value();
+  tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
+  for (const Eigen::Index size : {V.cols(), rows, cols})
+    tensor.add_shape(static_cast<std::uint64_t>(size));
+  tensor.mutable_data()->assign(reinterpret_cast<const char*>(V.data()),
+                                static_cast<std::size_t>(V.size()) * sizeof(double));
+  return field;
+}
+v1::Field matrix_field(const Eigen::MatrixXd& values) {
+  const RowMatrix by_rows = values;
+  v1::Field field;
+  field.set_name("matrix");
+  v1::Tensor& tensor = *field.mutable_value();
+  tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
+  tensor.add_shape(static_cast<std::uint64_t>(values.rows()));
+  tensor.add_shape(static_cast<std::uint64_t>(values.cols()));
+  tensor.mutable_data()->assign(reinterpret_cast<const char*>(by_rows.data()),
+                                static_cast<std::size_t>(by_rows.size()) * sizeof(double));
+  return field;
+}
+
+/// Reads the vectors, one a column.
+OrStatus<LinearizationDescription> read(const v1::LinearizeRequest& request) {
+  LinearizationDescription out;
+  out.by_inertia = request.inertia();
+  out.by_step = request.step();
+  if (!request.has_vectors()) return out;
+  const v1::Tensor& given = request.vectors();
+  const auto refuse = [](std::string value, std::string rule) {
+    return std::unexpected(errors::invalid("vectors", std::move(value), std::move(rule)));
+  };
+  const int axes = given.shape_size();
+  if (axes != 2 && axes != 3)
+    return refuse(std::to_string(axes) + " axes", "must have the shape (m, d) or (m, rows, cols)");
+  if (given.data_type() != v1::DATA_TYPE_FLOAT64)
+    return refuse(v1::DataType_Name(given.data_type()), "must be DATA_TYPE_FLOAT64");
+  const std::uint64_t numbers = given.data().size() / sizeof(double);
+  std::uint64_t each = 1;
+  for (int axis = 1; axis < axes; ++axis) {
+    each *= given.shape(axis);
+    if (given.shape(axis) > numbers || each > numbers)
+      return refuse(std::to_string(given.data().size()) + " bytes", "must fill the shape");
+  }
+  const std::uint64_t count = given.shape(0);
+  if (count < 1 || each < 1 || count > numbers || count * each * sizeof(double) != given.data().size())
+    return refuse(std::to_string(given.data().size()) + " bytes",
+                  "must fill the shape, with at least one vector");
+  Eigen::MatrixXd V(static_cast<Eigen::Index>(each), static_cast<Eigen::Index>(count));
+  std::memcpy(V.data(), given.data().data(), given.data().size());
+  out.vectors = std::move(V);
+  out.as_blocks = axes == 3;
+  return out;
+}
+
+}  // namespace
+
+std::int64_t most_vectors(const Session& session, const v1::LinearizeRequest& request) {
+  const std::int64_t given = request.has_vectors() && request.vectors().shape_size() > 0
+                                 ? static_cast<std::int64_t>(std::min<std::uint64_t>(
+                                       request.vectors().shape(0), request.ByteSizeLong()))
+                                 : std::min(state_size(session),
+                                            Linearization::largest_in_coordinates);
+  return given + (request.inertia() ? session.scene().dimension() : 0) + (request.step() ? 1 : 0);
+}
+
+double linearize_work(const Session& session, const v1::LinearizeRequest& request,
+                      std::int64_t start) {
+  const auto results = static_cast<std::int64_t>(results_of(request));
+  const double steps = session.most_work(start, request.to(), results);
+  const std::int64_t count = steps_of(request, start);
+  if (count < 1) return steps;
+  const double each = session.most_work(0, 1);
+  const double moved = static_cast<double>(session.direct() ? results : request.to() - request.from());
+  const auto size = static_cast<double>(std::min(state_size(session),
+                                                 Linearization::largest_in_coordinates));
+  return steps + moved * linearization_work(session.scene(), each, most_vectors(session, request)) +
+         static_cast<double>(results + 1) * 12 * size * size * size;
+}
+
+std::uint64_t linearize_workspace(const Session& session, const v1::LinearizeRequest& request) {
+  return session.simulation_bytes() +
+         linearization_bytes(session.scene(), most_vectors(session, request)) +
+         2 * result_bytes(session, request);
+}
+
+LinearizeAnswer::~LinearizeAnswer() {
+  if (simulation_) session_->give_back(std::move(simulation_));
+}
+
+grpc::Status LinearizeAnswer::make() {
+  simulation_ = session_->lease(request_.from());
+  return grpc::Status::OK;
+}
+
+grpc::Status LinearizeAnswer::begin() {
+  auto what = read(request_);
+  if (!what) return what.error();
+  auto made = Linearization::make(session_->scene(), *std::move(what), *simulation_);
+  if (!made) return errors::invalid(made.error());
+  linearization_.emplace(*std::move(made));
+  if (request_.bases())
+    parts_.add(field_of("start_basis", linearization_->basis(*simulation_),
+                        linearization_->rows(), linearization_->cols()));
+  at_result_ = request_.every() > 0 || request_.from() == request_.to();
+  if (at_result_) add_result();
+  return grpc::Status::OK;
+}
+
+std::int64_t LinearizeAnswer::next_result() const {
+  if (request_.every() < 1) return request_.to();
+  const std::int64_t done = simulation_->step() - request_.from();
+  return std::min(request_.to(), request_.from() + (done / request_.every() + 1) * request_.every());
+}
+
+grpc::Status LinearizeAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
+  if (!linearization_) {
+    if (simulation_->step() == request_.from()) return begin();
+    const std::int64_t left = request_.from() - simulation_->step();
+    const std::int64_t before = simulation_->step();
+    status_ = simulation_->advance(session_->direct() ? left : std::min(steps, left), stop);
+    computed_ += session_->direct() ? 1 : simulation_->step() - before;
+  } else {
+    const std::int64_t left = next_result() - simulation_->step(), before = simulation_->step();
+    status_ = linearization_->advance(*simulation_,
+                                      session_->direct() ? left : std::min(steps, left), stop);
+    computed_ += session_->direct() ? 1 : simulation_->step() - before;
+    at_result_ = !status_.reached() || simulation_->step() == request_.to() ||
+                 (request_.every() > 0 &&
+                  (simulation_->step() - request_.from()) % request_.every() == 0);
+    if (status_.outcome == Outcome::cancelled) return errors::cancelled();
+    if (at_result_) add_result();
+  }
+  if (status_.outcome == Outcome::cancelled) return errors::cancelled();
+  if (!status_.reached()) at_result_ = true;
+  return grpc::Status::OK;
+}
+
+void LinearizeAnswer::add_result() {
+  if (!linearization_) return;
+  const Eigen::MatrixXd V = linearization_->vectors(*simulation_);
+  finite_ = finite_ && V.allFinite();
+  const bool blocks = request_.vectors().shape_size() == 3;
+  parts_.add(blocks ? field_of("vectors", V, linearization_->rows(), linearization_->cols())
+                    : matrix_field(V));
+  if (request_.bases())
+    parts_.add(field_of("basis", linearization_->basis(*simulation_), linearization_->rows(),
+                        linearization_->cols()));
+}
+
+bool LinearizeAnswer::next(v1::LinearizeResponse& message) {
+  message.Clear();
+  message.set_step(simulation_->step());
+  message.set_time(session_->scene().time(simulation_->step()));
+  if (!parts_.empty()) parts_.take(part_bytes, message.mutable_fields());
+  message.set_result_continues(!parts_.empty());
+  message.set_computed_steps(computed_);
+  if (!std::exchange(priced_, true))
+    to_proto(work_, result_bytes(*session_, request_) * results_of(request_),
+             bound_of_steps(*session_), session_->simulation_bytes() + memory_,
+             message.mutable_price());
+  if (!parts_.empty()) return false;
+  at_result_ = false;
+  const bool last = !status_.reached() || simulation_->step() >= request_.to();
+  if (last) {
+    to_proto(status_, message.mutable_run_status());
+    demand_finite(finite_, message.mutable_run_status());
+  }
+  return last;
+}
+
+}  // namespace stiefel::server

@@ -1,0 +1,266 @@
+#include "stiefel/linearization.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/catalogue/system_entry.h"
+#include "engine/catalogue/two_form.h"
+#include "engine/laws/derivative.h"
+#include "stiefel/catalogue.h"
+#include "tests/support/scenes/any_scene.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+Scene scene_of(const std::string& system, const std::string& method, unsigned seed, int N = 4,
+               int order = 0, int substeps = 1) {
+  auto description = testing::any_scene(system, method, seed, 0.1, N);
+  if (order > 0) description.method->order = order;
+  if (substeps > 1) description.method->substeps = substeps;
+  auto scene = Scene::resolve(std::move(description));
+  if (!scene) throw std::runtime_error(scene.error().front().rule);
+  return *std::move(scene);
+}
+
+/// Returns the state's blocks, stacked.
+Dense state_of(const Simulation& motion, Eigen::Index rows, Eigen::Index cols) {
+  Dense x(rows, cols);
+  Eigen::Index top = 0;
+  for (std::size_t i = 0; i < motion.block_count() && top < rows; ++i) {
+    const Dense block = motion.get(motion.fields()[i].name);
+    x.middleRows(top, block.rows()) = block;
+    top += block.rows();
+  }
+  return x;
+}
+
+/// Returns vector k of V, numbers row by row, as blocks.
+Dense blocks_of(const Linearization& tangent, const Dense& V, Eigen::Index k) {
+  return V.col(k).reshaped<Eigen::RowMajor>(tangent.rows(), tangent.cols());
+}
+
+Linearization made(const Scene& scene, const Simulation& start, LinearizationDescription what = {}) {
+  auto tangent = Linearization::make(scene, std::move(what), start);
+  if (!tangent) throw std::runtime_error(tangent.error().front().rule);
+  return *std::move(tangent);
+}
+
+/// Moves the basis of the tangent space, as blocks.
+LinearizationDescription basis_as_blocks(const Scene& scene, const Simulation& start) {
+  const Linearization coordinates = made(scene, start);
+  return {coordinates.basis(start), true, false, false};
+}
+
+bool has_tangent(const std::string& method) { return method != "adaptive"; }
+
+/// The tangent of one step against central differences of the step itself.
+void expect_derivative_of_step(const Scene& scene, const std::string& what) {
+  const auto motion = make_simulation(scene);
+  Linearization tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
+  const Dense start = tangent.vectors(*motion);
+  if (scene.system() == "double_bracket" || scene.system() == "reduced_rigid_body" ||
+      scene.system() == "stiefel_momentum")
+    return;  // their blocks are not the state's rows
+  const Dense x = state_of(*motion, tangent.rows(), tangent.cols());
+  const auto before = make_simulation(scene);
+  ASSERT_TRUE(tangent.advance(*motion, 1).reached()) << what;
+  const Dense end = tangent.vectors(*motion);
+  const auto phi = [&](const Dense& y) {
+    std::optional<Dense> z = y;
+    for (int k = 0; k < scene.substeps() && z; ++k) z = before->image(*z);
+    return z;
+  };
+  for (Eigen::Index k = 0; k < start.cols(); ++k) {
+    const auto expected = derivative<double>(phi, x, blocks_of(tangent, start, k));
+    ASSERT_TRUE(expected) << what;
+    EXPECT_LT((blocks_of(tangent, end, k) - *expected).norm(), 2e-11 * expected->norm())
+        << what << " vector " << k;
+  }
+}
+
+TEST(Linearization, IsTheDerivativeOfTheStep) {
+  for (const SystemInfo& system : catalogue().systems)
+    for (const MethodOnSystem& on : system.methods) {
+      const std::string method(on.method);
+      if (!has_tangent(method)) continue;
+      for (const int N : {3, 4}) {
+        if (N != 3 && (method == "preprocessed_variational" || method == "splitting")) continue;
+        const std::string name(system.name);
+        expect_derivative_of_step(scene_of(name, method, 3, N),
+                                  name + " " + method + " " + std::to_string(N));
+      }
+    }
+}
+
+TEST(Linearization, OfCompositionsAndSubsteps) {
+  for (const char* system : {"rigid_body", "stiefel"})
+    for (const int order : {4, 6, 8})
+      expect_derivative_of_step(scene_of(system, "variational", 5, 5, order),
+                                std::string(system) + " of order " + std::to_string(order));
+  expect_derivative_of_step(scene_of("rigid_body", "variational", 5, 5, 2, 3), "substeps");
+  for (const int order : {6, 10, 16})
+    expect_derivative_of_step(scene_of("rigid_body", "preprocessed_variational", 5, 3, order),
+                              "preprocessed " + std::to_string(order));
+}
+
+/// ω(Φu, Φv) = ω(u, v), relative to the lengths of Φu and Φv.
+TEST(Linearization, OfSymplecticMethodsKeepsTheForm) {
+  struct Case {
+    const char *system, *method;
+    int N;
+  };
+  for (const auto& [system, method, N] :
+       {Case{"rigid_body", "variational", 3}, Case{"rigid_body", "variational", 5},
+        Case{"rigid_body", "preprocessed_variational", 3}, Case{"stiefel", "variational", 5}}) {
+    const Scene scene = scene_of(system, method, 7, N);
+    const auto motion = make_simulation(scene);
+    Linearization tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
+    const TwoForm& form = *system_entry(scene.system())->two_forms.front();
+    const FormSpace space = form.space(scene);
+    const Dense start = tangent.vectors(*motion);
+    const Dense x = state_of(*motion, tangent.rows(), tangent.cols());
+    ASSERT_TRUE(tangent.advance(*motion, 10000).reached());
+    const Dense end = tangent.vectors(*motion);
+    const Dense y = state_of(*motion, tangent.rows(), tangent.cols());
+    const double size = end.norm();
+    for (Eigen::Index i = 0; i < start.cols(); ++i)
+      for (Eigen::Index j = 0; j < i; ++j)
+        EXPECT_NEAR(space.form(y, blocks_of(tangent, end, i), blocks_of(tangent, end, j)),
+                    space.form(x, blocks_of(tangent, start, i), blocks_of(tangent, start, j)),
+                    1e-12 * size * size)
+            << system << " " << method << " " << N;
+  }
+}
+
+/// dI Φv = dI v for m = QMQᵀ and the energy.
+TEST(Linearization, KeepsTheDerivativesOfIntegrals) {
+  for (const int N : {3, 5}) {
+    const Scene scene = scene_of("rigid_body", "variational", 9, N);
+    const auto motion = make_simulation(scene);
+    Linearization tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
+    const auto of = [&](const Dense& V, Eigen::Index k) {
+      const Dense x = state_of(*motion, 2 * N, N), u = blocks_of(tangent, V, k);
+      const Dense Q = x.topRows(N), M = x.bottomRows(N), dQ = u.topRows(N), dM = u.bottomRows(N);
+      double dE = 0;
+      for (int i = 0; i < N; ++i)
+        for (int j = 0; j < i; ++j)
+          dE += M(i, j) * dM(i, j) / (scene.inertia()(i) + scene.inertia()(j));
+      const Dense dm = dQ * M * Q.transpose() + Q * dM * Q.transpose() + Q * M * dQ.transpose();
+      return std::pair(dm, dE);
+    };
+    const Dense start = tangent.vectors(*motion);
+    std::vector<std::pair<Dense, double>> before;
+    for (Eigen::Index k = 0; k < start.cols(); ++k) before.push_back(of(start, k));
+    ASSERT_TRUE(tangent.advance(*motion, 1000).reached());
+    const Dense end = tangent.vectors(*motion);
+    for (Eigen::Index k = 0; k < start.cols(); ++k) {
+      const auto [dm, dE] = of(end, k);
+      const auto& [dm_0, dE_0] = before[static_cast<std::size_t>(k)];
+      EXPECT_LT((dm - dm_0).norm(), 1e-12 * end.norm()) << N;
+      EXPECT_NEAR(dE, dE_0, 1e-12 * end.norm()) << N;
+    }
+  }
+}
+
+/// The derivatives by λ and by the step, against differences of simulations.
+TEST(Linearization, ByParameters) {
+  for (const char* method : {"variational", "rk4", "exact", "implicit_midpoint"}) {
+    const Scene scene = scene_of("rigid_body", method, 4, 3);
+    const auto motion = make_simulation(scene);
+    Linearization tangent =
+        made(scene, *motion, {Dense::Identity(6, 6), false, true, true});
+    ASSERT_EQ(tangent.count(), 10);
+    ASSERT_TRUE(tangent.advance(*motion, 5).reached());
+    const Dense columns = tangent.vectors(*motion).rightCols(4);
+    const auto state = [&](int parameter, double change) {
+      SceneDescription description = scene.description();
+      if (parameter < 3)
+        description.inertia[static_cast<std::size_t>(parameter)] += change;
+      else
+        *description.step += change;
+      const auto moved = make_simulation(*Scene::resolve(description));
+      EXPECT_TRUE(moved->advance(5).reached());
+      return std::pair(moved->get("Q"), moved->get("M"));
+    };
+    for (int k = 0; k < 4; ++k) {
+      constexpr double delta = 1e-4;
+      // Fourth order: (8 (f(δ) − f(−δ)) − (f(2δ) − f(−2δ))) / 12δ.
+      const auto [Qa, Ma] = state(k, delta);
+      const auto [Qb, Mb] = state(k, -delta);
+      const auto [Qc, Mc] = state(k, 2 * delta);
+      const auto [Qd, Md] = state(k, -2 * delta);
+      const Dense dQ = (8 * (Qa - Qb) - (Qc - Qd)) / (12 * delta);
+      const Dense dM = (8 * (Ma - Mb) - (Mc - Md)) / (12 * delta);
+      const Dense eta = motion->get("Q").inverse() * dQ;
+      const Eigen::VectorXd expected =
+          (Eigen::VectorXd(6) << (eta(2, 1) - eta(1, 2)) / 2, (eta(0, 2) - eta(2, 0)) / 2,
+           (eta(1, 0) - eta(0, 1)) / 2, dM(2, 1), dM(0, 2), dM(1, 0))
+              .finished();
+      EXPECT_LT((columns.col(k) - expected).norm(), 1e-9 * (1 + expected.norm()))
+          << method << " parameter " << k;
+    }
+  }
+}
+
+/// The states are those of a simulation alone, and the vectors do not depend on how the steps are
+/// divided into calls, nor on the vectors beside them.
+TEST(Linearization, ChangesNoBit) {
+  for (const char* system : {"rigid_body", "stiefel"}) {
+    const Scene scene = scene_of(system, "variational", 11, 4);
+    const auto alone = make_simulation(scene), motion = make_simulation(scene),
+               other = make_simulation(scene);
+    ASSERT_TRUE(alone->advance(50).reached());
+    const LinearizationDescription all = basis_as_blocks(scene, *motion);
+    Linearization whole = made(scene, *motion, all);
+    LinearizationDescription one = all;
+    one.vectors = all.vectors->col(all.vectors->cols() - 1);
+    Linearization part = made(scene, *other, one);
+    ASSERT_TRUE(whole.advance(*motion, 50).reached());
+    for (int k = 0; k < 50; ++k) ASSERT_TRUE(part.advance(*other, 1).reached());
+    std::vector<double> a(alone->saved_size()), b(a);
+    alone->save(a);
+    motion->save(b);
+    EXPECT_EQ(a, b);
+    EXPECT_EQ(whole.vectors(*motion).rightCols(1), part.vectors(*other));
+  }
+}
+
+TEST(Linearization, RefusesWhatItCannot) {
+  const Scene adaptive = scene_of("rigid_body", "adaptive", 1);
+  const auto at = make_simulation(adaptive);
+  const auto refused = Linearization::make(adaptive, {}, *at);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().front().field, "method");
+  const Scene scene = scene_of("rigid_body", "variational", 1);
+  const auto motion = make_simulation(scene);
+  const auto off = Linearization::make(scene, {Dense::Ones(32, 1), true, false, false}, *motion);
+  ASSERT_FALSE(off);
+  EXPECT_EQ(off.error().front().field, "vectors[0]");
+  EXPECT_FALSE(Linearization::make(scene, {Dense::Ones(5, 1), false, false, false}, *motion));
+}
+
+/// A closed form has no steps in between: the derivative over 10⁸ steps is that by the formula.
+TEST(Linearization, OfAClosedFormIsDirect) {
+  const Scene scene = scene_of("rigid_body", "exact", 2, 3);
+  const auto motion = make_simulation(scene), near = make_simulation(scene);
+  Linearization tangent = made(scene, *motion), twice = made(scene, *near);
+  ASSERT_TRUE(tangent.advance(*motion, 100'000'000).reached());
+  const Dense Phi = tangent.vectors(*motion);
+  EXPECT_TRUE(Phi.allFinite());
+  // Φ keeps the volume.
+  EXPECT_NEAR(Phi.determinant(), 1, 1e-4);
+  // Two halves multiply to the whole.
+  ASSERT_TRUE(twice.advance(*near, 300).reached());
+  const Dense first = twice.vectors(*near);
+  Linearization rest = made(scene, *near);
+  ASSERT_TRUE(rest.advance(*near, 500).reached());
+  const auto end = make_simulation(scene);
+  Linearization direct = made(scene, *end);
+  ASSERT_TRUE(direct.advance(*end, 800).reached());
+  const Dense expected = direct.vectors(*end);
+  EXPECT_LT((rest.vectors(*near) * first - expected).norm(), 1e-12 * expected.norm());
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,107 @@
+"""The derivative of the computed steps, against differences of sessions."""
+import numpy as np
+import pytest
+
+import stiefel
+
+BODY = {"system": "rigid_body", "method": {"name": "variational", "order": 4}, "step": 0.05, "inertia": [2.5, 1.5, 0.5],
+        "initial": {"Q": np.eye(3), "M": [[0, -0.3, 2], [0.3, 0, -1], [-2, 1, 0]]}}
+
+
+def vee(A):
+    return np.array([A[2, 1], A[0, 2], A[1, 0]])
+
+
+def hat(v):
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+
+def exp(v):
+    angle = np.linalg.norm(v)
+    return np.eye(3) + np.sin(angle) / angle * hat(v) + (1 - np.cos(angle)) / angle**2 * hat(v) @ hat(v)
+
+
+@pytest.fixture
+def session(client):
+    with client.create(BODY) as session:
+        yield session
+
+
+def test_the_matrix_is_that_of_differences(client, session):
+    moved = session.state_transition(to=40)
+    assert moved.matrix.shape == (6, 6) and moved.step == 40 and moved.outcome == "REACHED"
+    last, d = session.step(to=40, fields=["Q", "M"]), 1e-4
+    for k in range(6):
+        ends = []
+        for sign in (1, -1):
+            v = sign * d * np.eye(6)[k]
+            Q = exp(v[:3]) if k < 3 else np.eye(3)
+            M = np.array(BODY["initial"]["M"]) + hat(v[3:])
+            with client.create({**BODY, "initial": {"Q": Q, "M": M}}) as other:
+                state = other.step(to=40, fields=["Q", "M"])
+            ends.append((state["Q"], state["M"]))
+        eta = last["Q"].T @ (ends[0][0] - ends[1][0]) / (2 * d)
+        slope = np.hstack([vee((eta - eta.T) / 2), vee(ends[0][1] - ends[1][1]) / (2 * d)])
+        np.testing.assert_allclose(moved.matrix[:, k], slope, atol=1e-6)
+
+
+def test_vectors_as_blocks_and_by_coordinates_agree(session):
+    whole = session.state_transition(to=30)
+    by_coordinates = session.state_transition(to=30, vectors=np.eye(6)[[1, 4]])
+    blocks = session.state_transition(to=30, vectors=whole.start_basis[[1, 4]])
+    assert (by_coordinates.matrix == whole.matrix[:, [1, 4]]).all() and blocks.matrix is None
+    np.testing.assert_allclose(np.einsum("dk,drc->krc", by_coordinates.matrix, whole.basis), blocks.vectors, atol=1e-13)
+
+
+def test_results_on_the_way_are_those_of_calls_of_their_own(session):
+    run = session.state_transition(to=25, start=5, every=10)
+    assert run.step.tolist() == [5, 15, 25] and (run.matrix[0] == np.eye(6)).all()
+    assert (run.matrix[1] == session.state_transition(to=15, start=5).matrix).all()
+
+
+def test_a_covariance_is_moved(session):
+    P0 = np.diag([1e-6, 2e-6, 3e-6, 1e-4, 2e-4, 3e-4])
+    Phi = session.state_transition(to=20).matrix
+    np.testing.assert_allclose(session.covariance(P0, to=20), Phi @ P0 @ Phi.T, rtol=1e-15)
+    with pytest.raises(stiefel.InvalidArgument, match="P0"):
+        session.covariance(np.eye(5), to=20)
+
+
+def test_a_gradient_by_state_inertia_and_step(client, session):
+    """Of m_1 at the last state."""
+    slope = np.eye(6)[3]
+    gradient = session.state_transition(to=20, inertia=True, step=True).gradient(slope)
+    assert gradient.shape == (10,)
+    for k in range(4):
+        ends = []
+        for change in (1e-5, -1e-5):
+            inertia, step = list(BODY["inertia"]), BODY["step"]
+            if k < 3:
+                inertia[k] += change
+            else:
+                step += change
+            with client.create({**BODY, "inertia": inertia, "step": step}) as other:
+                ends.append(vee(other.step(to=20, fields="M")["M"])[0])
+        assert gradient[6 + k] == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-5, abs=1e-7)
+
+
+def test_frames_have_an_orthonormal_basis(client):
+    scene = {"system": "stiefel", "method": {"name": "variational"}, "step": 0.02, "inertia": [1, 2, 3, 4, 5],
+             "initial": {"Q": np.eye(2, 5), "S": np.hstack([np.zeros((2, 2)), [[1, 0.2, 0.3], [0.1, -1, 0.5]]])}}
+    with client.create(scene) as session:
+        moved = session.state_transition(to=10)
+    d = 2 * 10 - 6
+    assert moved.matrix.shape == (d, d) and moved.basis.shape == (d, 4, 5)
+    flat = moved.basis.reshape(d, -1)
+    np.testing.assert_allclose(flat @ flat.T, np.eye(d), atol=1e-14)
+
+
+def test_what_has_no_tangent_is_refused(client):
+    with client.create({**BODY, "method": {"name": "adaptive"}}) as session:
+        with pytest.raises(stiefel.InvalidArgument, match="method"):
+            session.state_transition(to=3)
+    with client.create(BODY) as session:
+        with pytest.raises(stiefel.InvalidArgument, match="vectors"):
+            session.state_transition(to=3, vectors=np.ones((1, 6, 3)))
+        with pytest.raises(stiefel.InvalidArgument, match="vectors"):
+            session.state_transition(to=3, vectors=np.ones((1, 5)))
