@@ -7,7 +7,6 @@
 #include <boost/numeric/odeint/util/resizer.hpp>
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "engine/frames/geodesics/geodesic_flow.h"
 #include "engine/frames/geodesics/path.h"
@@ -108,11 +107,6 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
   BodyJacobiFlow(const VectorXd& lambda, Index n) : JacobiFlowBy(lambda, n), root_(degrees()) {
     for (Index j = 0, k = 0; j < N_; ++j)
       for (Index i = 0; i < j; ++i, ++k) root_(k) = std::sqrt(lambda(i) + lambda(j));
-    // R(u, v)v is made of ∇∇ and ∇ of a bracket, and ∇ of two brackets and a half in the metric.
-    const double least = root_.minCoeff(), largest = root_.maxCoeff();
-    curvature_ = 3 * std::numbers::sqrt2 * largest / (least * least);
-    if (lambda.minCoeff() > 0)
-      curvature_ = std::min(curvature_, std::sqrt(2 * lambda.maxCoeff()) / (least * least));
   }
 
   MatrixXd basis(const MatrixXd& Q) const override {
@@ -129,8 +123,7 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
 
   Coordinates coordinates(const State& x) const override {
     const auto all = fields(const_cast<State&>(x));
-    const MatrixXd Q = frame(x), M = field_.block(x, 1),
-                   Omega = inverse_inertia<double>(lambda_, M);
+    const MatrixXd Q = frame(x), M = field_.block(x, 1), Omega = inverse(M);
     Coordinates out{MatrixXd(degrees(), all.cols()), MatrixXd(degrees(), all.cols())};
     for (Index k = 0; k < all.cols(); ++k) {
       const MatrixXd turn = Q.transpose() * all.col(k).head(N_ * N_).reshaped(N_, N_),
@@ -144,14 +137,34 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
     return out;
   }
 
-  double curvature(const State&) const override { return curvature_; }
+  /// Computes R from D_t²η = −Rη for the fields with D_tη = 0, for which δΩ = −Lη.
+  double curvature(const State& x) const override {
+    const MatrixXd M = field_.block(x, 1), Omega = inverse(M), torque = bracket(M, Omega),
+                   rate = inverse(torque);
+    const auto L = [&](const MatrixXd& omega, const MatrixXd& m, const MatrixXd& eta) -> MatrixXd {
+      return (bracket(eta, omega) - inverse(bracket(inertia(eta), omega) + bracket(m, eta))) / 2;
+    };
+    MatrixXd R(degrees(), degrees());
+    for (Index j = 0, k = 0; j < N_; ++j)
+      for (Index i = 0; i < j; ++i, ++k) {
+        MatrixXd eta = MatrixXd::Zero(N_, N_);
+        eta(i, j) = 1 / root_(k);
+        eta(j, i) = -eta(i, j);
+        const MatrixXd l = L(Omega, M, eta),
+                       second = L(rate, torque, eta) + L(Omega, M, bracket(eta, Omega) - l) -
+                                inverse(bracket(inertia(l), Omega) + bracket(M, l));
+        R.col(k) = -root_.cwiseProduct(upper(second));
+      }
+    return std::sqrt(R.norm());
+  }
 
   MatrixXd velocity(const State& x) const override {
-    return frame(x) * inverse_inertia<double>(lambda_, MatrixXd(field_.block(x, 1)));
+    return frame(x) * inverse(field_.block(x, 1));
   }
 
  private:
   static MatrixXd bracket(const MatrixXd& a, const MatrixXd& b) { return a * b - b * a; }
+  MatrixXd inverse(const MatrixXd& m) const { return inverse_inertia<double>(lambda_, m); }
   MatrixXd inertia(const MatrixXd& omega) const {
     return lambda_.asDiagonal() * omega + omega * lambda_.asDiagonal();
   }
@@ -163,7 +176,6 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
   }
 
   VectorXd root_;  ///< √(λ_i + λ_j), i < j
-  double curvature_;
 };
 
 }  // namespace

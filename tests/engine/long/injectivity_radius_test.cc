@@ -34,7 +34,10 @@ struct Row {
 };
 
 /// The table of docs/conjugate_points.md.
-constexpr Row table[] = {{1, 3, 2, 0}};
+constexpr Row table[] = {
+    {1, 3, 2, 2.8439795676}, {1, 3, 4, 2.5912470834}, {1, 3, 10, 2.3880632248},
+    {2, 4, 2, 2.7361678228}, {2, 4, 4, 2.3776138349}, {2, 4, 10, 2.0759368008},
+    {3, 5, 2, 2.6802731398}, {3, 5, 4, 2.2625085694}, {3, 5, 10, 1.9001898497}};
 
 TEST(InjectivityRadius, AgreesWithConnect) {
   for (const Row& row : table) {

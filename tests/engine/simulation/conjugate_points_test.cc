@@ -418,7 +418,9 @@ TEST(Connect, ProvesWhatTheInjectivityBoundProves) {
     const double found = std::sqrt(2 * joined->energy);
     EXPECT_EQ(joined->shortest == Shortest::yes, found <= bound);
     proved += joined->shortest == Shortest::yes;
-    if (found <= bound) EXPECT_NEAR(found, length, 1e-10);
+    if (found <= bound) {
+      EXPECT_NEAR(found, length, 1e-10);
+    }
   }
   EXPECT_GE(proved, 5);
 }
