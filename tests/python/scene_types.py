@@ -7,6 +7,8 @@ from __future__ import annotations
 import textwrap
 from typing import Any, Iterable
 
+from google.protobuf.descriptor import FieldDescriptor
+
 import stiefel
 from stiefel import v1 as pb
 
@@ -32,7 +34,7 @@ def literal(name: str, values: Iterable[str]) -> str:
 
 def type_of(field: Any) -> str:
     """Numbers may be quantities with units, and lists arrays, whose libraries may be absent."""
-    known = {field.CPPTYPE_STRING: "str", field.CPPTYPE_UINT32: "int"}
+    known = {FieldDescriptor.CPPTYPE_STRING: "str", FieldDescriptor.CPPTYPE_UINT32: "int"}
     if field.name in TYPES:
         return TYPES[field.name]
     return "Mapping[str, Any]" if field.message_type else known.get(field.cpp_type, "Any")

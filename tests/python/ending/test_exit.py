@@ -103,5 +103,5 @@ def test_with_the_servers_of_a_sweep(program):
     status, out, err = program(
         f"scene = {SCENE}\n"
         "found = stiefel.sweep(scene, {'body.angular_velocity[0]': [1.0, 2.0]}, to=10, summarize={'energy': 'drift'})\n"
-        "print((found.outcome == 1).all().item())")
+        "print((found['outcome'] == 1).all().item())")
     assert status == 0 and out == "True\n", err

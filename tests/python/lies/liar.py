@@ -101,7 +101,7 @@ def _changes(message, field):
         if field.message_type is None and field.cpp_type != FieldDescriptor.CPPTYPE_STRING:
             yield "other", lambda m: getattr(m, name).__setitem__(-1, 1 + getattr(m, name)[-1])
     elif field.enum_type is not None:
-        for other in [*field.enum_type.values_by_number, 99]:
+        for other in [*(value.number for value in field.enum_type.values), 99]:
             if other != value:
                 yield str(other), lambda m, other=other: setattr(m, name, other)
     elif field.cpp_type == FieldDescriptor.CPPTYPE_STRING:  # bytes too
