@@ -29,8 +29,12 @@ def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mappin
         raise refused(path, f"must be absent where {others[0]} is given")
     velocity = blocks[given[0]]
     scale = np.asarray(inertia if inertia is not None else [], float)
-    if isinstance(velocity, Mapping) or scale.shape[-1:] != velocity.shape[-1:] or scale.ndim > 2:
-        raise refused(path, "must be a matrix, and inertia must have as many numbers as it has columns")
+    if isinstance(velocity, Mapping):
+        raise refused(path, "must be a matrix of real numbers")
+    if scale.shape[-1:] != velocity.shape[-1:] or scale.ndim > 2:
+        looks = "; it looks transposed" if scale.shape == velocity.shape[-2:-1] else ""
+        raise refused(path, f"the shape {velocity.shape}: must have as many columns as inertia has numbers, "
+                            f"{scale.shape[-1]}{looks}")
     rest = {name: block for name, block in blocks.items() if name not in given}
     Lambda = scale[..., np.newaxis, :]
     if system in _FRAMES:
