@@ -71,11 +71,20 @@ int CheckedStdout::sync() {
 
 void say(const std::string& fault) { std::cerr << "stiefel: error: " + fault + '\n'; }
 
+/// Returns the option that may help; empty if none does.
+std::string remedy(const client::Error& error) {
+  const std::string what = error.what();
+  if (what.ends_with("as a server with TLS does to a client without"))
+    return ": give --tls-ca or STIEFEL_TLS_CA";
+  if (error.reason() == "TOKEN_MISSING") return "; here: --token-file or STIEFEL_TOKEN";
+  return "";
+}
+
 /// Prints an error to stderr, one line for each fault, and returns the exit status.
 ExitStatus explain(const client::Error& error, const Origin& origin) {
   for (const auto& violation : error.violations())
     say(origin.place(violation.field) + ": " + violation.description);
-  if (error.violations().empty()) say(error.what());
+  if (error.violations().empty()) say(error.what() + remedy(error));
   if (error.code() == grpc::StatusCode::INVALID_ARGUMENT || !error.violations().empty()) {
     return bad_input;
   }

@@ -27,9 +27,9 @@ nlohmann::ordered_json blocks(const v1::ConvertResponse& reply) {
   return out;
 }
 
-ExitStatus convert(const ConvertCommand& command) {
+ExitStatus convert(const ConvertCommand& command, Origin& origin) {
   v1::ConvertRequest request;
-  *request.mutable_scene() = read_scene(command.scene);
+  *request.mutable_scene() = read_scene(command.scene, origin);
   request.set_to(command.target);
   if (command.epsilon) request.set_epsilon(*command.epsilon);
   if (command.parameter) request.set_parameter(*command.parameter);
@@ -87,7 +87,7 @@ void add_convert(CLI::App& all, Command& chosen) {
     chosen.origin = {
         .file = command->scene.shown(),
         .options = {{"to", "--to"}, {"epsilon", "--epsilon"}, {"parameter", "--parameter"}}};
-    chosen.run = [command](Origin&) { return convert(*command); };
+    chosen.run = [command](Origin& origin) { return convert(*command, origin); };
   });
 }
 

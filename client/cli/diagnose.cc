@@ -25,8 +25,8 @@ struct DiagnoseCommand {
   std::optional<bool> estimate_error;
 };
 
-ExitStatus diagnose(const DiagnoseCommand& command) {
-  const v1::Scene scene = read_scene(command.scene);
+ExitStatus diagnose(const DiagnoseCommand& command, Origin& origin) {
+  const v1::Scene scene = read_scene(command.scene, origin);
   const std::int64_t to = last_step(command.scene, scene);
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
@@ -86,7 +86,7 @@ void add_diagnose(CLI::App& all, Command& chosen) {
                                  {"symplectic_test", "--symplectic"},
                                  {"forms", "--structure: forms"},
                                  {"dirac_brackets", "--structure: dirac_brackets"}}};
-    chosen.run = [command](Origin&) { return diagnose(*command); };
+    chosen.run = [command](Origin& origin) { return diagnose(*command, origin); };
   });
 }
 

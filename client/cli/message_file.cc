@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "client/cli/exit_status.h"
+#include "client/cli/input/nested_numbers.h"
 #include "client/cli/input/strict_syntax.h"
 
 namespace stiefel::cli {
@@ -21,45 +22,14 @@ namespace {
 constexpr std::size_t max_bytes = std::size_t{256} << 20;
 
 using google::protobuf::Descriptor;
-using google::protobuf::FieldDescriptor;
 
-/// Returns the object of a matrix given as rows, or as the numbers of a single row.
-nlohmann::json matrix_of(const std::string& place, const nlohmann::json& given) {
-  const bool of_rows =
-      std::ranges::any_of(given, [](const nlohmann::json& one) { return one.is_array(); });
-  const nlohmann::json rows = of_rows ? given : nlohmann::json::array({given});
-  nlohmann::json values = nlohmann::json::array();
-  for (const auto& row : rows) {
-    if (!row.is_array() || row.size() != rows[0].size())
-      throw BadInput(place + ": must be rows of one length");
-    values.insert(values.end(), row.begin(), row.end());
-  }
-  return {{"rows", rows.size()}, {"cols", rows[0].size()}, {"values", std::move(values)}};
-}
-
-/// Writes matrices that are given as rows, such as [[1, 0], [0, 1]] or [1, 0, 0], as objects with
-/// rows, cols and values. Throws BadInput with the path of a matrix whose rows differ in length.
-void write_out_matrices(const Types& types, const std::string& path, nlohmann::json& object) {
-  for (auto& [name, value] : object.items()) {
-    const FieldDescriptor* field = find_field(types, name);
-    if (field->message_type() == nullptr) continue;
-    const FieldDescriptor* of = field->is_map() ? field->message_type()->map_value() : field;
-    const auto write_out = [&](const std::string& place, nlohmann::json& one) {
-      if (one.is_array() && of->message_type() == v1::Matrix::descriptor())
-        one = matrix_of(place, one);
-      else if (one.is_object() && of->message_type() != nullptr)
-        write_out_matrices({of->message_type()}, place + ".", one);
-    };
-    const std::string place = path + name;
-    if (field->is_map()) {
-      for (auto& [key, one] : value.items()) write_out(place + "." + key, one);
-    } else if (field->is_repeated()) {
-      for (std::size_t i = 0; i < value.size(); ++i)
-        write_out(place + "[" + std::to_string(i) + "]", value[i]);
-    } else {
-      write_out(place, value);
-    }
-  }
+/// To the parser -0 is the whole number 0, which has no sign.
+template <class Json>
+void keep_the_sign_of_zero(Json& json) {
+  if (json.is_structured())
+    for (auto& one : json) keep_the_sign_of_zero(one);
+  else if (json.is_number_integer() && !json.is_number_unsigned() && json == 0)
+    json = -0.0;
 }
 
 /// Sorts the entries of maps by key; protobuf prints them in an order that changes from run to run.
@@ -79,13 +49,6 @@ void sort_maps(const Descriptor& type, nlohmann::ordered_json& json) {
       sort_maps(*field->message_type(), *found);
     }
   }
-}
-
-std::string with_matrices_as_objects(const std::string& name, const std::string& text,
-                                     const Types& types) {
-  auto json = nlohmann::json::parse(text);
-  write_out_matrices(types, name + ": ", json);
-  return json.dump();
 }
 
 }  // namespace
@@ -119,15 +82,22 @@ void parse_message(const std::string& name, const std::string& text,
 
 void parse_messages(const std::string& name, const std::string& given,
                     const std::vector<google::protobuf::Message*>& messages,
-                    const google::protobuf::Descriptor* beside) {
+                    const google::protobuf::Descriptor* beside,
+                    const std::function<void(nlohmann::json&)>& rewrite) {
   Types types;
   for (const auto* message : messages) types.push_back(message->GetDescriptor());
   if (beside != nullptr) types.push_back(beside);
   const std::string plain = without_mark(name, given);
   const Syntax syntax = check_syntax(plain, types);
   if (!syntax.fault.empty()) throw BadInput(name + ": " + syntax.fault);
-  const std::string text =
-      syntax.nested_matrices ? with_matrices_as_objects(name, plain, types) : plain;
+  std::string text = plain;
+  if (syntax.nested || rewrite) {
+    auto json = nlohmann::json::parse(plain);
+    keep_the_sign_of_zero(json);
+    if (rewrite) rewrite(json);
+    write_out_numbers(types, name + ": ", json);
+    text = json.dump();
+  }
   google::protobuf::util::JsonParseOptions options;
   // Fields of the other messages are ignored here; `syntax` has checked that all names are known.
   options.ignore_unknown_fields = types.size() > 1;
@@ -147,14 +117,16 @@ nlohmann::ordered_json to_json(const google::protobuf::Message& message) {
   const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
   if (!status.ok()) throw std::runtime_error(std::string(status.message()));
   auto json = nlohmann::ordered_json::parse(text);
+  keep_the_sign_of_zero(json);
   sort_maps(*message.GetDescriptor(), json);
+  write_as_rows(*message.GetDescriptor(), json);
   return json;
 }
 
 std::string to_text(const nlohmann::ordered_json& json, std::size_t indent) {
-  const bool flat =
+  const bool on_one_line =
       json.is_primitive() || json.empty() || (json.is_array() && json.front().is_primitive());
-  if (flat) return json.dump();
+  if (on_one_line) return json.dump();
   std::string margin(indent + 3, ' ');
   margin[0] = '\n';
   std::string text(1, json.is_array() ? '[' : '{');

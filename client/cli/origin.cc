@@ -15,7 +15,10 @@ std::string Origin::place(const std::string& field) const {
            (single_pair && field.starts_with(only) ? field.substr(only.size()) : field);
   }
   if (field == "scene") return file;
-  return name == "scene" ? file + ": " + field.substr(name.size() + 1) : field;
+  if (name != "scene") return field;
+  const std::string path = field.substr(name.size() + 1);
+  const auto given = renamed.find(path);
+  return file + ": " + (given == renamed.end() ? path : given->second);
 }
 
 std::string Origin::index_of_time(const std::string& index) const {

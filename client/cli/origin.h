@@ -14,6 +14,8 @@ struct Origin {
   bool single_pair = false;    ///< whether the file gives one pair of frames outside of `pairs`
   /// Fields that come from options: {"fields", "--fields"}.
   std::map<std::string, std::string> options = {};
+  /// Blocks that stand for others, which the user gave: {"initial.M", "initial.Omega"}.
+  std::map<std::string, std::string> renamed = {};
   /// Indices of the request's times in the file that the user gave; empty without such a file.
   std::vector<std::size_t> times = {};
 

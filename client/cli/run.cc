@@ -148,7 +148,7 @@ void add_run(CLI::App& all, Command& chosen) {
                                  {"fields", "--fields"},
                                  {"times", "--times"}}};
     chosen.run = [command](Origin& origin) {
-      return run(*command, read_scene(command->scene, &command->epoch), origin);
+      return run(*command, read_scene(command->scene, origin, &command->epoch), origin);
     };
   });
 }

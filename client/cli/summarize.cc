@@ -146,10 +146,10 @@ nlohmann::ordered_json to_json(const v1::SummarizeResponse& end, nlohmann::order
   return out;
 }
 
-ExitStatus summarize(const SummarizeCommand& command) {
+ExitStatus summarize(const SummarizeCommand& command, Origin& origin) {
   if (command.every <= 0)
     throw BadInput("--every: " + std::to_string(command.every) + " must be positive");
-  const v1::Scene scene = read_scene(command.scene);
+  const v1::Scene scene = read_scene(command.scene, origin);
   v1::SummarizeRequest request = request_of(command);
   request.set_to(last_step(command.scene, scene));
   if (request.quantities().empty() && request.events().empty())
@@ -223,7 +223,7 @@ void add_summarize(CLI::App& all, Command& chosen) {
                                  {"every", "--every"},
                                  {"events", "--request: events"},
                                  {"fields", "--request: fields"}}};
-    chosen.run = [command](Origin&) { return summarize(*command); };
+    chosen.run = [command](Origin& origin) { return summarize(*command, origin); };
   });
 }
 

@@ -194,12 +194,12 @@ Answer measure(const v1::MeasureTradeoffRequest& request, const Remote& server) 
   return answer;
 }
 
-ExitStatus tradeoff(const TradeoffCommand& command) {
+ExitStatus tradeoff(const TradeoffCommand& command, Origin& origin) {
   const bool json = command.output.ends_with(".json"), csv = command.output.ends_with(".csv");
   if (!command.output.empty() && !json && !csv)
     throw BadInput("--output: " + command.output + " must end in .json or .csv");
   v1::MeasureTradeoffRequest request;
-  *request.mutable_scene() = read_scene(command.scene);
+  *request.mutable_scene() = read_scene(command.scene, origin);
   if (command.horizon) request.set_horizon(*command.horizon);
   if (command.budget) request.set_budget(*command.budget);
   if (command.repeats) request.set_repeats(*command.repeats);
@@ -248,7 +248,7 @@ void add_tradeoff(CLI::App& all, Command& chosen) {
     chosen.origin = {
         .file = command->scene.shown(),
         .options = {{"horizon", "--horizon"}, {"budget", "--budget"}, {"repeats", "--repeats"}}};
-    chosen.run = [command](Origin&) { return tradeoff(*command); };
+    chosen.run = [command](Origin& origin) { return tradeoff(*command, origin); };
   });
 }
 

@@ -72,7 +72,10 @@ Credentials tls_credentials(const Tls& tls, grpc::ChannelArguments& arguments) {
   if (tls.certificate.empty() != tls.key.empty())
     refuse("tls: certificate and key: one needs the other");
   if (!tls.name.empty()) arguments.SetSslTargetNameOverride(tls.name);
-  return grpc::SslCredentials({read_file("tls: ca", tls.ca), read_file("tls: key", tls.key),
+  const std::string authorities = read_file("tls: ca", tls.ca);
+  if (!tls.ca.empty() && !authorities.contains("CERTIFICATE-----"))
+    refuse("tls: ca: " + tls.ca + ": must hold certificates in PEM");
+  return grpc::SslCredentials({authorities, read_file("tls: key", tls.key),
                                read_file("tls: certificate", tls.certificate)});
 }
 

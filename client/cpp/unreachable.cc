@@ -84,7 +84,8 @@ bool is_closed_at_once(const std::string& message) {
 /// UNKNOWN: ipv4:10.0.0.1:50551: REASON".
 std::string innermost(const std::string& message) {
   const std::size_t last = message.rfind(": ");
-  return last == std::string::npos ? message : message.substr(last + 2);
+  return last == std::string::npos || last + 2 == message.size() ? message
+                                                                 : message.substr(last + 2);
 }
 
 }  // namespace

@@ -128,7 +128,10 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
     if (found == offered.end()) {
       std::string rule;
       for (const Field& field : offered) rule += (rule.empty() ? "" : ", ") + field.name;
-      refuse(i, "must be one of " + rule + did_you_mean(names[i], offered, &Field::name));
+      const bool no_frame = names[i] == "Q" && !session.scene().has_frame();
+      refuse(i, "must be one of " + rule +
+                    (no_frame ? "; the initial state has no Q"
+                              : did_you_mean(names[i], offered, &Field::name)));
     } else if (std::ranges::find(selected, index) != selected.end()) {
       refuse(i, "is named twice");
     } else {

@@ -106,7 +106,8 @@ TEST(MessageFile, NamesAWrongTypeByItsPathAndSaysWhatItMustBe) {
            {R"({"inertia": {"x": 1}})", "inertia: an object: must be a list: [...]"},
            {R"({"inertia": [1, "a"]})", "inertia[1]: \"a\": must be a number"},
            {R"({"inertia": [1, null]})", "inertia[1]: null: must be a number"},
-           {R"({"inertia": [[1, 2]]})", "inertia[0]: a list: must be a number"},
+           {R"({"inertia": [[[[1]]]]})", "inertia[0][0][0]: a list: must be a number"},
+           {R"({"inertia": [[1, 2], [3]]})", "inertia: must be rows of one length"},
            {R"({"members": 1.5})", "members: 1.5: must be a whole number of at least 0"},
            {R"({"members": -1})", "members: -1: must be a whole number of at least 0"},
            {R"({"members": "x"})", "members: \"x\": must be a whole number of at least 0"},
@@ -150,12 +151,36 @@ TEST(MessageFile, AMatrixMayBeItsRows) {
             "f: initial.Q: must be rows of one length");
   EXPECT_EQ(fault<S>(R"({"initial": {"Q": [1, [3]]}})"),
             "f: initial.Q: must be rows of one length");
-  EXPECT_EQ(fault<S>(R"({"initial": {"Q": [[[1]]]}})"),
-            "f: initial.Q[0][0]: a list: must be a number");
+  EXPECT_EQ(fault<S>(R"({"initial": {"Q": [[[[1]]]]}})"),
+            "f: initial.Q[0][0][0]: a list: must be a number");
   EXPECT_EQ(fault<S>(R"({"initial": {"Q": [["a"]]}})"),
             "f: initial.Q[0][0]: \"a\": must be a number");
   EXPECT_EQ(fault<S>(R"({"initial": {"Q": [{"rows": 1}]}})"),
             "f: initial.Q[0]: an object: must be a row of numbers");
+}
+
+TEST(MessageFile, ListsMayHaveAListForEachMember) {
+  v1::Scene nested, flat;
+  parse_message("f", R"({"inertia": [[1, 2], [3, 4]], "initial": {"Q": [[[1, 2]], [[3, 4]]],
+                         "P": {"values": [[1, 2]], "imaginary": [[3, 4]]}}})",
+                &nested);
+  parse_message("f", R"({"inertia": [1, 2, 3, 4], "initial": {
+                         "Q": {"rows": 2, "cols": 2, "values": [1, 2, 3, 4]},
+                         "P": {"rows": 1, "cols": 2, "values": [1, 2], "imaginary": [3, 4]}}})",
+                &flat);
+  EXPECT_EQ(to_json(nested), to_json(flat));
+}
+
+TEST(MessageFile, MatricesAreWrittenAsTheirRows) {
+  v1::Scene scene;
+  parse_message("f", R"({"initial": {"Q": {"rows": 2, "cols": 1, "values": [-0.0, 0.1]},
+                         "P": {"rows": 1, "cols": 2, "values": [1, 2], "imaginary": [3, 4]}}})",
+                &scene);
+  EXPECT_EQ(to_json(scene).dump(),
+            R"({"initial":{"P":{"values":[[1,2]],"imaginary":[[3,4]]},"Q":[[-0.0],[0.1]]}})");
+  v1::Scene again;
+  parse_message("f", to_json(scene).dump(), &again);
+  EXPECT_EQ(to_json(again), to_json(scene));
 }
 
 TEST(MessageFile, AByteOrderMarkIsNoPartOfTheText) {

@@ -16,6 +16,12 @@ TEST(Origin, AFieldOfTheSceneIsInTheFile) {
   EXPECT_EQ(run.place("epsilon"), "epsilon") << "of the request, and of no option";
 }
 
+TEST(Origin, ABlockThatStandsForAnotherHasTheNameInTheFile) {
+  const Origin run{.file = "a.json", .renamed = {{"initial.M", "initial.Omega"}}};
+  EXPECT_EQ(run.place("scene.initial.M"), "a.json: initial.Omega");
+  EXPECT_EQ(run.place("scene.initial.Q"), "a.json: initial.Q");
+}
+
 TEST(Origin, AFieldOfAWholeRequestIsInTheFile) {
   const Origin connect{.file = "a.json", .whole_request = true};
   EXPECT_EQ(connect.place("pairs[0].Q_0.rows"), "a.json: pairs[0].Q_0.rows");

@@ -139,6 +139,21 @@ def test_the_first_call_from_go(first: Path, server: stiefel.Server) -> None:
     assert run(["gofmt", "-l", "main.go"], first) == ""
 
 
+def test_the_first_call_from_rust(first: Path, server: stiefel.Server) -> None:
+    tools.program("cargo")
+    part = re.search(r"^## Rust\n(.*?)(?=^## )", PAGE, re.DOTALL | re.MULTILINE)
+    assert part is not None
+    (commands,), (build, main) = (re.findall(rf"```{language}\n(.*?)```", part[1], re.DOTALL) for language in ("sh", "rust"))
+    assert len((build + main).splitlines()) <= 15 and PRINTED in main
+    *made, start = commands.splitlines()
+    run(["sh", "-ec", "\n".join(made)], first)
+    (first / "build.rs").write_text(build)
+    (first / "src/main.rs").write_text(main.replace(PRINTED, server.address))
+    target = tools.from_cargo(first)
+    assert start == "cargo run"
+    assert run(["cargo", "run", "--quiet"], first, CARGO_TARGET_DIR=str(target)).strip() == stiefel.__version__
+
+
 def test_a_server_gives_its_proto_files(server: stiefel.Server, tmp_path: Path) -> None:
     command = re.search(r"```sh\n(grpcurl .*)\n```", PAGE)
     assert command is not None

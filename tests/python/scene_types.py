@@ -24,6 +24,8 @@ from typing import Any, Iterable, Literal, Mapping, TypedDict, Union
 FIELDS = "Fields = Union[FieldName, Iterable[FieldName]]  #: one field of a state or several\n"
 #: Blocks that the client makes another block of.
 CLIENT_BLOCKS = {"Omega": "M", "Qdot": "S, P or M"}
+#: What the client writes in other fields of a body.
+BODY_FORMS = {"order": 'Literal["wxyz", "xyzw"]', "mrp": "Any", "angular_momentum": "Any", "frame": 'Literal["body", "space"]'}
 TYPES = {"system": "SystemName", "method": "Method", "body": "Body", "initial": "Blocks", "name": "MethodName"}
 
 
@@ -55,11 +57,11 @@ def text(catalogue: pb.DescribeResponse) -> str:
     blocks = sorted({block.name for system in catalogue.systems for block in system.blocks} | set(CLIENT_BLOCKS))
     return (HEAD + "".join(literal(name, values) for name, values in names.items()) + FIELDS
             + typed("Method", "How a system becomes a map of one step.", keys_of(pb.Method))
-            + typed("Body", "A body in three dimensions, in SI units.", keys_of(pb.Body))
+            + typed("Body", "A body in three dimensions, in SI units.", {**keys_of(pb.Body), **BODY_FORMS})
             + typed("Blocks", "The blocks of an initial state: matrices, one for each name that the system has.",
                     dict.fromkeys(blocks, "Any"))
             + typed("Scene", "Everything that determines a motion, and the instant of its time 0.",
-                    {**keys_of(pb.Scene), "epoch": "Any"}) + "\n")
+                    {**keys_of(pb.Scene), "normalize": "bool", "epoch": "Any"}) + "\n")
 
 
 if __name__ == "__main__":

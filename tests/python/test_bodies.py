@@ -178,7 +178,7 @@ def test_a_frame_by_its_velocity(client, system):
         assert np.allclose(session.step(to=0, fields="Qdot")["Qdot"], Qdot, rtol=0, atol=1e-13)
     with pytest.raises(stiefel.InvalidArgument, match="initial.Qdot: must be absent where S is given"):
         client.create({**scene, "initial": {**scene["initial"], "S": Qdot}})
-    for change, told in (({"initial": {"Q": Q.T, "Qdot": Qdot.T}}, r"initial.Qdot: the shape \(5, 2\): .* is it transposed\?"),
+    for change, told in (({"initial": {"Q": Q.T, "Qdot": Qdot.T}}, r"initial.Qdot: the shape \(5, 2\): .* it looks transposed"),
                          ({"inertia": None}, "scene.inertia: absent"), ({"inertia": [1, 2, 3]}, r"the shape \(2, 5\): .* has numbers, 3$")):
         with pytest.raises(stiefel.InvalidArgument, match=told):
             client.create({**scene, **change})
@@ -243,3 +243,34 @@ def test_the_axes_of_an_ellipsoid_decide_its_moments():
     by_axes = stiefel.tumbling(3600.0, 36000.0, "SAM", axis_ratios=[3, 2, 1])
     by_moments = stiefel.tumbling(3600.0, 36000.0, "SAM", moments=[5, 10, 13])
     assert by_axes["body"]["angular_velocity"] == pytest.approx(by_moments["body"]["angular_velocity"], rel=1e-12)
+
+
+def test_an_error_names_what_was_given(client):
+    """Omega and Qdot, of which the client makes the blocks that the server knows."""
+    W = np.array([[0, 1, 2, 3], [-1, 0, 4, 5], [-2, -4, 0, 6], [-3, -5, -6, 0.5]])
+    body = {"system": "rigid_body", "step": 0.1, "inertia": [1, 2, 3, 4], "initial": {"Q": np.eye(4), "Omega": W}}
+    frame = {"system": "stiefel", "step": 0.1, "inertia": [1, 2, 3], "initial": {"Q": np.eye(2, 3), "Qdot": np.ones((2, 3))}}
+    for scene, name in ((body, "Omega"), (frame, "Qdot")):
+        with pytest.raises(stiefel.InvalidArgument, match=rf"^scene\.initial\.{name}: ") as caught:
+            client.create(scene)
+        assert caught.value.violations[0].field == f"scene.initial.{name}"
+    frame["initial"] = {"Q": np.eye(3, 2), "Qdot": np.ones((3, 2))}
+    with pytest.raises(stiefel.InvalidArgument, match=r"as many columns as inertia has numbers, 3; it looks transposed"):
+        client.create(frame)
+
+
+def test_a_scene_has_the_forms_of_body(client):
+    """`order`, `mrp`, matrices, `frame`, `angular_momentum`: a dict and a file mean what stiefel.body makes of them."""
+    Q = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+    for forms in ({"attitude": [0, 0, 0.6, 0.8], "order": "xyzw", "angular_velocity": [1, 2, 3], "frame": "space"},
+                  {"mrp": [0.1, 0.2, 0.3], "angular_momentum": [1, 2, 3]}, {"attitude": Q, "angular_momentum": [1, 2, 3], "frame": "space"}):
+        scene = {"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], **forms}}
+        assert stiefel.to_message(scene) == stiefel.to_message(stiefel.body(moments=[1, 2, 3], step=0.1, **forms))
+    with pytest.raises(stiefel.InvalidArgument, match=r"scene\.body\.order: 'zyx': must be one of wxyz, xyzw"):
+        stiefel.to_message({"system": "rigid_body", "body": {"order": "zyx"}})
+    rounded = {"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], "attitude": [0.7071, 0, 0, 0.7071], "angular_velocity": [1, 2, 3]}}
+    with pytest.raises(stiefel.InvalidArgument, match="norm"):
+        client.create(rounded)
+    assert client.create({**rounded, "normalize": True}).scene["body"]["attitude"] == pytest.approx([0.5**0.5, 0, 0, 0.5**0.5])
+    with pytest.raises(stiefel.InvalidArgument, match=r"scene\.normalize: 1: must be true or false"):
+        client.create({**rounded, "normalize": 1})

@@ -83,7 +83,7 @@ def test_the_token_over_a_unix_socket_and_loopback(token, listen, monkeypatch):
                     assert drive.step(7).step == 7
         with stiefel.Client(server.address) as nobody, pytest.raises(stiefel.Unauthenticated, match="needs a token") as refused:
             nobody.describe()
-        assert refused.value.reason == "TOKEN_MISSING"
+        assert refused.value.reason == "TOKEN_MISSING" and str(refused.value).endswith("here: give `token`")
         monkeypatch.setenv("STIEFEL_TOKEN", token[0])
         with stiefel.Client(server.address) as known:
             assert known.describe().version
@@ -128,6 +128,8 @@ def test_files_that_are_not_there():
     for tls in ("/none/ca.pem", stiefel.Tls(certificate="/none/c.pem", key="/none/k.pem")):
         with pytest.raises(stiefel.InvalidArgument, match="/none/.*No such file"):
             stiefel.Client("127.0.0.1:1", tls=tls)
+    with pytest.raises(stiefel.InvalidArgument, match="test_security.py: must hold certificates in PEM"):
+        stiefel.Client("127.0.0.1:1", tls=__file__)
     with pytest.raises(stiefel.InvalidArgument, match="one needs the other"):
         stiefel.Client("127.0.0.1:1", tls=stiefel.Tls(certificate=os.devnull))
     with pytest.raises(stiefel.InvalidArgument, match="a Unix socket has no TLS"):

@@ -152,3 +152,8 @@ def test_a_fork_with_other_blocks(client):
         assert np.allclose(there, session.step(time=0.2 + 1.0)["Q"], rtol=0, atol=1e-9)
         with pytest.raises(stiefel.InvalidArgument, match="initial.T: unknown block; the blocks are Q, S"):
             session.fork(at=4, initial={"T": state["S"]})
+
+
+def test_a_frame_that_the_scene_does_not_have_is_told():
+    with pytest.raises(stiefel.InvalidArgument, match="must be one of M, Omega; the initial state has no Q"):
+        stiefel.simulate({"system": "rigid_body", "step": 0.1, "inertia": [1, 2, 3, 4], "initial": {"Omega": np.zeros((4, 4))}}, to=1, fields="Q")

@@ -14,7 +14,8 @@ struct EmbeddedFile {
 /// The scenes of client/examples/scenes, and frames to connect.
 std::span<const EmbeddedFile> examples();
 
-/// The page of `stiefel report`, in which "@DATA@" stands for its data as JSON.
+/// The page of `stiefel report`: page.html, in which "@DATA@" stands for its data as JSON and
+/// @FILE@ for each of the other files.
 std::span<const EmbeddedFile> pages();
 
 }  // namespace stiefel::cli

@@ -1,8 +1,5 @@
 #include "client/cli/input/scene_source.h"
 
-#include <google/protobuf/descriptor.h>
-#include <google/protobuf/descriptor.pb.h>
-
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -12,31 +9,12 @@
 
 #include "client/cli/exit_status.h"
 #include "client/cli/input/embedded.h"
+#include "client/cli/input/scene_forms.h"
 #include "client/cli/message_file.h"
 #include "engine/scene/near_name.h"
 
 namespace stiefel::cli {
 namespace {
-
-/// What a scene file has besides the fields of a scene.
-const google::protobuf::Descriptor* beside_the_scene() {
-  static google::protobuf::DescriptorPool pool;
-  static const google::protobuf::Descriptor* const type = [] {
-    google::protobuf::FileDescriptorProto file;
-    file.set_name("beside_the_scene.proto");
-    file.set_syntax("proto3");
-    auto* message = file.add_message_type();
-    message->set_name("BesideTheScene");
-    auto* field = message->add_field();
-    field->set_name("epoch");
-    field->set_json_name("epoch");
-    field->set_number(1);
-    field->set_type(google::protobuf::FieldDescriptorProto::TYPE_STRING);
-    field->set_label(google::protobuf::FieldDescriptorProto::LABEL_OPTIONAL);
-    return pool.BuildFile(file)->message_type(0);
-  }();
-  return type;
-}
 
 std::string example_name(const EmbeddedFile& example) {
   return std::string(example.name.substr(0, example.name.rfind('.')));
@@ -89,17 +67,28 @@ std::string read_source(const std::string& given) {
   return read_text(given);
 }
 
-v1::Scene read_scene(const SceneSource& source, std::string* epoch) {
+v1::Scene read_scene(const SceneSource& source, Origin& origin, std::string* epoch) {
   v1::Scene scene;
   const std::string name = source.shown(), text = read_source(source.name);
-  parse_messages(name, text, {&scene}, beside_the_scene());
-  if (source.changes.empty() && text.find("\"epoch\"") == std::string::npos) return scene;
+  const auto read = [&](const std::string& shown, const std::string& json) {
+    scene.Clear();
+    parse_messages(shown, json, {&scene}, beside_the_scene(), [&](nlohmann::json& object) {
+      if (const auto instant = object.value("epoch", nlohmann::json());
+          epoch && instant.is_string())
+        *epoch = instant.get<std::string>();
+      origin.renamed = write_out_forms(shown, object);
+    });
+  };
+  if (source.changes.empty()) {
+    read(name, text);
+    return scene;
+  }
+  parse_messages(name, text, {&scene}, beside_the_scene(), [](nlohmann::json& object) {
+    object = nlohmann::json::object();  // the forms may be complete only with the changes
+  });
   auto json = nlohmann::json::parse(without_mark(name, text));
   for (const std::string& one : source.changes) change(json, one);
-  if (!source.changes.empty())
-    parse_messages(name + " with --set", json.dump(), {&scene}, beside_the_scene());
-  if (epoch != nullptr && json.value("epoch", nlohmann::json()).is_string())
-    *epoch = json["epoch"].get<std::string>();
+  read(name + " with --set", json.dump());
   return scene;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/origin.h"
 #include "stiefel/v1/scene.pb.h"
 
 namespace stiefel::cli {
@@ -23,10 +24,11 @@ struct SceneSource {
 /// Reads the example of this name, stdin for "-", or a file. Throws BadInput.
 std::string read_source(const std::string& name);
 
-/// Reads a scene and changes it. A scene may also have an `epoch`, the instant of its time 0, a
-/// text that goes into files as it is; `epoch` gets it. Throws BadInput that names the source and
-/// the fault.
-v1::Scene read_scene(const SceneSource& source, std::string* epoch = nullptr);
+/// Reads a scene and changes it. It may have the forms of scene_forms.h; `origin` gets the names of
+/// the blocks that stand for others. It may also have an `epoch`, the instant of its time 0, a text
+/// that goes into files as it is; `epoch` gets it. Throws BadInput that names the source and the
+/// fault.
+v1::Scene read_scene(const SceneSource& source, Origin& origin, std::string* epoch = nullptr);
 
 /// Returns the end of a run in steps, which is a whole number where the time is one to rounding.
 /// Without `to` and `time` it is the scene's horizon. Throws BadInput where there is none, and for

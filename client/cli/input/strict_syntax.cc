@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "engine/scene/near_name.h"
-#include "stiefel/v1/tensor.pb.h"
+#include "stiefel/v1/scene.pb.h"
 
 namespace stiefel::cli {
 
@@ -112,6 +112,14 @@ bool takes(const FieldDescriptor* field, Kind kind, const std::string& text, dou
   }
 }
 
+/// Whether a list of numbers may have an inner list for each member, each row or each axis.
+bool may_be_nested(const FieldDescriptor* field) {
+  const Descriptor* of = field->containing_type();
+  return field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE &&
+         (of == v1::Matrix::descriptor() || of == v1::Scene::descriptor() ||
+          of == v1::Body::descriptor() || of->file()->name() == beside_file);
+}
+
 class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
  public:
   /// `types`: the messages whose fields the whole object may have.
@@ -154,7 +162,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  enum class Place { object, list, matrix, row };
+  enum class Place { object, list, numbers };
 
   /// An open object or array. A level whose fault was left to protobuf has no types, map or next.
   struct Level {
@@ -162,6 +170,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
     const FieldDescriptor* map = nullptr;   ///< the field of an object that is a map
     const FieldDescriptor* next = nullptr;  ///< the field to which the next value belongs
     Place place = Place::object;
+    int deeper = 0;         ///< how many lists may stand inside each other in a list of numbers
     std::size_t index = 0;  ///< the index of an array's next element
     std::string at;         ///< the last name read in an object
     std::set<std::string> names = {};
@@ -173,7 +182,7 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
   bool value(Kind kind, const std::string& shown, const std::string& text = {}, double x = 0) {
     if (levels_.empty()) return refuse(shown, "must be an object: {...}");
     const Level& here = levels_.back();
-    if (here.place == Place::matrix || here.place == Place::row) {
+    if (here.place == Place::numbers) {
       if (kind != Kind::number) return refuse(shown, "must be a number");
     } else if (const FieldDescriptor* field = here.next; field != nullptr) {
       // null means absent, but it is no element of a list.
@@ -196,17 +205,22 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
     if (levels_.empty()) {
       if (array) return refuse(shown, "must be an object: {...}");
       inner.types = types_;
-    } else if (const Level& here = levels_.back(); here.place == Place::row) {
-      return refuse(shown, "must be a number");
-    } else if (here.place == Place::matrix) {
-      if (!array) return refuse(shown, "must be a row of numbers");
-      inner.place = Place::row;
+    } else if (const Level& here = levels_.back(); here.place == Place::numbers) {
+      if (!array || here.deeper == 0)
+        return refuse(shown, here.deeper == 2 ? "must be a row of numbers" : "must be a number");
+      inner.place = Place::numbers;
+      inner.deeper = here.deeper - 1;
     } else if (const FieldDescriptor* field = here.next) {
       const bool one = !field->is_map() && field->is_repeated() == (here.place == Place::list);
       const bool matrix = one && field->message_type() == v1::Matrix::descriptor();
       if (array && matrix) {
-        inner.place = Place::matrix;
-        found.nested_matrices = true;
+        inner.place = Place::numbers;
+        inner.deeper = 2;  // rows, or the rows of each member
+        found.nested = true;
+      } else if (array && one && field->is_repeated() && may_be_nested(field)) {
+        inner.place = Place::numbers;
+        inner.deeper = 1;
+        found.nested = true;
       } else if (one && (array || field->message_type() == nullptr)) {
         return refuse(shown, "must be " + rule_of(field));
       } else if (array && field->is_map()) {
@@ -218,7 +232,10 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
       } else if (field->is_map()) {
         inner.map = field;
       } else {
-        inner.types = {field->message_type()};
+        for (const Descriptor* type : here.types)
+          if (const FieldDescriptor* same = find_field({type}, here.at))
+            if (same->message_type() != nullptr) inner.types.push_back(same->message_type());
+        if (inner.types.empty()) inner.types = {field->message_type()};  // of a list or a map
       }
     }
     levels_.push_back(std::move(inner));

@@ -18,9 +18,12 @@ std::string name_of(const google::protobuf::FieldDescriptor* field);
 /// messages do not have it.
 const google::protobuf::FieldDescriptor* find_field(const Types& types, const std::string& name);
 
+/// The file of the messages of what a scene file has beside the fields of a scene.
+inline constexpr const char* beside_file = "beside_the_scene.proto";
+
 struct Syntax {
-  std::string fault;             ///< the first fault with its path; empty if there is none
-  bool nested_matrices = false;  ///< whether a Matrix is given as rows: [[1, 0], [0, 1]]
+  std::string fault;    ///< the first fault with its path; empty if there is none
+  bool nested = false;  ///< whether numbers are given in nested lists: [[1, 0], [0, 1]]
 };
 
 /// Finds what protobuf's parser accepts or reports without its place and in its own terms: syntax

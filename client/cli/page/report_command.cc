@@ -135,13 +135,18 @@ nlohmann::ordered_json data(const client::Client& client, const client::Session&
 std::string page(const nlohmann::ordered_json& data) {
   std::string block;
   for (const char c : data.dump()) c == '<' ? block += "\\u003c" : block += c;
-  std::string page(pages().front().text);
-  constexpr std::string_view place = "@DATA@";
-  return page.replace(page.find(place), place.size(), block);
+  std::string page(std::ranges::find(pages(), "page.html", &EmbeddedFile::name)->text);
+  const auto put = [&](const std::string& place, std::string_view text) {
+    page.replace(page.find(place), place.size(), text);
+  };
+  for (const EmbeddedFile& file : pages())
+    if (file.name != "page.html") put(std::string("@").append(file.name) + "@", file.text);
+  put("@DATA@", block);
+  return page;
 }
 
-ExitStatus report_page(const ReportCommand& command) {
-  const v1::Scene scene = read_scene(command.scene);
+ExitStatus report_page(const ReportCommand& command, Origin& origin) {
+  const v1::Scene scene = read_scene(command.scene, origin);
   const auto to = static_cast<std::int64_t>(std::ceil(end_in_steps(command.scene, scene)));
   if (command.member >= std::max(scene.members(), 1u))
     throw BadInput("--member: " + std::to_string(command.member) + " is not a member of the scene");
@@ -197,7 +202,7 @@ void add_report(CLI::App& all, Command& chosen) {
   app->callback([=, &chosen] {
     chosen.origin = {.file = command->scene.shown(),
                      .options = {{"to", command->scene.time ? "--time" : "--to"}}};
-    chosen.run = [command](Origin&) { return report_page(*command); };
+    chosen.run = [command](Origin& origin) { return report_page(*command, origin); };
   });
 }
 

@@ -1,4 +1,6 @@
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "client/cli/message_file.h"
 #include "client/cli/sinks/destination.h"
@@ -15,15 +17,37 @@ void append_json(std::string& text, double number) {
   std::isfinite(number) ? append_number(text, number) : void(text += "null");
 }
 
-/// Appends a list of every `parts`-th number of a field, beginning with number `part`.
-void append_numbers(std::string& text, const char* name, const client::FieldView& field,
-                    std::size_t part, std::size_t parts) {
-  text.append(", \"").append(name).append("\": [");
-  for (std::size_t j = part; j < field.size(); j += parts) {
-    if (j > part) text += ", ";
-    append_json(text, field[j]);
+/// The lists around the numbers of a field, from the outermost: their lengths.
+std::vector<std::size_t> lengths(const client::FieldView& field) {
+  std::vector<std::size_t> all;
+  if (field.members) all.push_back(field.members);
+  const int axes = kind_of(field.name).axes;
+  if (axes == 2) all.push_back(field.rows);
+  if (axes > 0) all.push_back(field.cols);
+  return all;
+}
+
+/// Appends nested lists of every `parts`-th number of a field, beginning with number `at`, which
+/// becomes that of the next list.
+void append_lists(std::string& text, const client::FieldView& field,
+                  std::span<const std::size_t> lengths, std::size_t parts, std::size_t& at) {
+  if (lengths.empty()) {
+    append_json(text, field[at]);
+    at += parts;
+    return;
   }
-  text += "]";
+  text += '[';
+  for (std::size_t i = 0; i < lengths[0]; ++i) {
+    if (i) text += ", ";
+    append_lists(text, field, lengths.subspan(1), parts, at);
+  }
+  text += ']';
+}
+
+std::string lists(const client::FieldView& field, std::size_t part, std::size_t parts) {
+  std::string text;
+  append_lists(text, field, lengths(field), parts, part);
+  return text;
 }
 
 void append_sample(std::string& text, const SampleView& sample) {
@@ -32,19 +56,16 @@ void append_sample(std::string& text, const SampleView& sample) {
   text += ", \"fields\": {";
   for (int i = 0; i < sample.field_count(); ++i) {
     const auto field = sample.field(i);
-    text += (i ? ", " : "") + nlohmann::json(field.name).dump() + ": {" +
-            (field.members ? "\"members\": " + std::to_string(field.members) + ", " : "") +
-            "\"rows\": " + std::to_string(field.rows) + ", \"cols\": " + std::to_string(field.cols);
-    const std::size_t parts = field.complex ? 2 : 1;
-    append_numbers(text, "values", field, 0, parts);
-    if (field.complex) append_numbers(text, "imaginary", field, 1, parts);
-    text += "}";
+    text += (i ? ", " : "") + nlohmann::json(field.name).dump() + ": " +
+            (field.complex ? "{\"values\": " + lists(field, 0, 2) +
+                                 ", \"imaginary\": " + lists(field, 1, 2) + "}"
+                           : lists(field, 0, 1));
   }
   text += "}}";
 }
 
-/// Writes {"samples": [...], "outcome": ..., "diagnosis": {...}, "scene": ...}, in the order in which
-/// these parts become known. A number of a member that has stopped is null.
+/// Writes {"samples": [...], "outcome": ..., "diagnosis": {...}, "scene": ...}, in the order in
+/// which these parts become known. A number of a member that has stopped is null.
 class JsonSink : public Sink {
  public:
   explicit JsonSink(const std::string& path) {
@@ -64,8 +85,7 @@ class JsonSink : public Sink {
     cli::write(out(), text_);
   }
 
-  void finish(const nlohmann::ordered_json& report,
-              const nlohmann::ordered_json& ending) override {
+  void finish(const nlohmann::ordered_json& report, const nlohmann::ordered_json& ending) override {
     nlohmann::ordered_json last = report;
     if (ending.is_object()) last.update(ending);  // none of a run that was interrupted
     last.update(description_.json());

@@ -6,8 +6,10 @@
 #include <fstream>
 #include <memory>
 #include <sstream>
+#include <vector>
 
 #include "client/cli/exit_status.h"
+#include "client/cli/input/nested_numbers.h"
 #include "client/cli/sinks/description.h"
 
 namespace stiefel::cli {
@@ -41,12 +43,12 @@ std::string current_array(unzFile archive) {
 }
 
 SavedRun from_npz(const std::string& path) {
-  const std::unique_ptr<void, int (*)(void*)> archive(unzOpen64(path.c_str()), [](void* one) {
-    return one ? unzClose(one) : 0;
-  });
+  const std::unique_ptr<void, int (*)(void*)> archive(
+      unzOpen64(path.c_str()), [](void* one) { return one ? unzClose(one) : 0; });
   if (!archive) throw not_saved(path, "no archive");
   SavedRun found;
-  for (int at = unzGoToFirstFile(archive.get()); at == UNZ_OK; at = unzGoToNextFile(archive.get())) {
+  for (int at = unzGoToFirstFile(archive.get()); at == UNZ_OK;
+       at = unzGoToNextFile(archive.get())) {
     char name[256] = {};
     unz_file_info64 info;
     unzGetCurrentFileInfo64(archive.get(), &info, name, sizeof name - 1, nullptr, 0, nullptr, 0);
@@ -72,9 +74,28 @@ SavedRun from_csv(const std::string& path) {
   return found;
 }
 
+/// Writes the fields of a sample as nested lists where an earlier version wrote objects with rows
+/// and cols.
+void in_lists(ordered_json& sample) {
+  if (!sample.is_object() || !sample.contains("fields")) return;
+  for (auto& [name, field] : sample["fields"].items()) {
+    if (!field.is_object() || !field.contains("rows")) continue;
+    std::vector<std::size_t> lengths;
+    if (field.contains("members")) lengths.push_back(field["members"].get<std::size_t>());
+    if (kind_of(name).axes == 2) lengths.push_back(field["rows"].get<std::size_t>());
+    if (kind_of(name).axes > 0) lengths.push_back(field.at("cols").get<std::size_t>());
+    field = nested_matrix(field, lengths);
+  }
+}
+
 SavedRun from_json(const std::string& path) {
   SavedRun found{ordered_json::parse(whole(path), nullptr, false), ""};
   if (!found.description.is_object()) return found;
+  try {
+    for (auto& sample : found.description["samples"]) in_lists(sample);
+  } catch (const nlohmann::json::exception& error) {
+    throw not_saved(path, error.what());
+  }
   found.samples = found.description.value("samples", ordered_json::array()).dump();
   found.description.erase("samples");
   return found;

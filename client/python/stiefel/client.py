@@ -19,7 +19,7 @@ from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
-from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
+from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch, with_given_names
 from stiefel.session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
@@ -106,7 +106,7 @@ class Client:
         try:
             return created(self._connection, message, id, checkpoint, epoch)
         except InvalidArgument as error:
-            raise (error if normalize else with_hint(error, message)) from None
+            raise with_given_names(error if normalize else with_hint(error, message), scene) from None
 
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""

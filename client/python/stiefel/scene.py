@@ -10,16 +10,20 @@ from typing import Any, Mapping, Optional, Union
 
 import numpy as np
 from google.protobuf import json_format
+from numpy.typing import NDArray
 
 from stiefel import v1 as pb
+from stiefel._given.bodies import has_forms, with_fields
 from stiefel._given.examples import examples, near
 from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import parse
+from stiefel._given.normalized import normalized
 from stiefel._given.numbers import number, refused
 from stiefel._given.typed import Scene
 from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, owner_of, unit_of
 from stiefel._given.velocities import with_momenta
 from stiefel._wire.arrays import decode, matrix, put_block, to_array
+from stiefel.errors import InvalidArgument, Violation
 
 SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 
@@ -28,11 +32,13 @@ def to_message(scene: SceneLike) -> pb.Scene:
     """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
-    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix or a Solid, an
-    attitude a rotation matrix or a Rotation of scipy. In an ensemble, blocks may be (members, n, N), and lists of which each
-    member has its own (members, numbers). In `initial`, Omega may stand instead of the momentum of a body in N dimensions,
-    and Qdot instead of S, P or M. Raises InvalidArgument that names the first wrong number, unit or shape, or the paths of
-    all unknown keys and values of a wrong type.
+    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix or a Solid. In an
+    ensemble, blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`,
+    Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. In `body`, `attitude`
+    may be a rotation matrix, a Rotation of scipy or a quaternion in the `order` "xyzw", or `mrp` may stand instead, and
+    `angular_velocity` or `angular_momentum` may be in the axes `frame`, as in `stiefel.body`. `normalize`: True makes an
+    initial state that was rounded to a few digits fit. Raises InvalidArgument that names the first wrong number, unit or
+    shape, or the paths of all unknown keys and values of a wrong type.
 
     A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
     """
@@ -45,22 +51,43 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     if isinstance(scene, pb.Scene):
         return scene, None
     description = _by_name(scene if isinstance(scene, Mapping) else _read(scene), pb.Scene)
-    epoch = description.pop("epoch", None)
-    return _message(description), None if epoch is None else epoch_text(epoch)
+    epoch, normalize = description.pop("epoch", None), description.pop("normalize", None)
+    if not isinstance(normalize, (bool, type(None))):
+        raise refused("scene.normalize", f"{reprlib.repr(normalize)}: must be true or false")
+    message = _message(description, bool(normalize))
+    return normalized(message) if normalize else message, None if epoch is None else epoch_text(epoch)
 
 
-def _message(description: dict[str, Any]) -> pb.Scene:
+def with_given_names(error: InvalidArgument, scene: SceneLike) -> InvalidArgument:
+    """Returns the error of a scene, which names Omega or Qdot where the scene has it instead of the block of the system."""
+    description = scene if isinstance(scene, Mapping) else {} if isinstance(scene, pb.Scene) else _read(scene)
+    initial: Any = description.get("initial")
+    given = next((name for name in ("Omega", "Qdot") if isinstance(initial, Mapping) and name in initial), None)
+    if given is None or error.violations is None:
+        return error
+    told = tuple(Violation(f"scene.initial.{given}" if one.field in (f"scene.initial.{name}" for name in "MSP") else one.field,
+                           one.description) for one in error.violations)
+    if told and told != error.violations:
+        error._say("; ".join(f"{one.field}: {one.description}" for one in told))
+        error.violations = told
+    return error
+
+
+def _message(description: dict[str, Any], normalize: bool) -> pb.Scene:
     ensemble, arrays = Ensemble.of(description.get("members")), {}
     if isinstance(description.get("initial"), Mapping):
         blocks: Mapping[str, Any] = {
-            name: block if isinstance(block, Mapping) else block_of(f"scene.initial.{name}", block, ensemble)
-            for name, block in description["initial"].items()}
+            name: _block(f"scene.initial.{name}", block, ensemble) for name, block in description["initial"].items()}
         ensemble = ensemble.with_blocks(blocks.values())
         blocks = with_momenta(description.get("system"), blocks, description.get("inertia"))
         arrays = {name: block for name, block in blocks.items() if not isinstance(block, Mapping)}
         description["initial"] = {name: block for name, block in blocks.items() if name not in arrays}
-    if isinstance(inner := description.get("body"), Mapping) and isinstance(inner.get("body"), Mapping):
-        raise refused("scene.body", "is a whole scene, as stiefel.body returns it: give it in place of the scene, {**stiefel.body(...), ...}")
+    body = description.get("body")
+    if isinstance(body, Mapping) and isinstance(body.get("body"), Mapping):
+        raise refused("scene.body", "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
+                      "{**stiefel.body(...), ...}")
+    if isinstance(body, Mapping) and has_forms(body):
+        description["body"] = with_fields(_by_name(body, pb.Body), "scene.body.", normalize)
     for name, kind in (("body", pb.Body), ("method", pb.Method)):
         if isinstance(description.get(name), Mapping):
             description[name] = _with_numbers(f"{name}.", _by_name(description[name], kind), ensemble)
@@ -101,9 +128,7 @@ def member_of(scene: pb.Scene, member: int) -> pb.Scene:
     alone, members = pb.Scene(), scene.members
     alone.CopyFrom(scene)
     alone.ClearField("members")
-    blocks = {**{name: to_array(block) for name, block in scene.initial.items()},
-              **{name: decode(tensor) for name, tensor in scene.initial_tensors.items()}}
-    own = {name: block.reshape(members, -1, block.shape[-1])[member] for name, block in blocks.items()}
+    own = {name: block.reshape(members, -1, block.shape[-1])[member] for name, block in blocks_of(scene).items()}
     for name, block in own.items():
         put_block(alone, name, block)
     ensemble = Ensemble().with_blocks(own.values())
@@ -168,19 +193,47 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
 
 
 def to_dict(scene: SceneLike) -> dict[str, Any]:
-    """Returns the JSON form of a scene as a dict, with the proto's field names, and its epoch if it has one."""
+    """Returns the JSON form of a scene as a dict: the proto's field names, blocks as nested lists, and its epoch if it has
+    one. A complex block is a dict of two nested lists, `values` and `imaginary`."""
     message, epoch = with_epoch(scene)
     description: dict[str, Any] = json_format.MessageToDict(message, preserving_proto_field_name=True)
+    if description.pop("initial_tensors", None) or "initial" in description:
+        description["initial"] = {name: _lists(block) for name, block in blocks_of(message).items()}
     return description if epoch is None else {**description, "epoch": epoch}
+
+
+def blocks_of(scene: pb.Scene) -> dict[str, NDArray[Any]]:
+    """Returns the blocks of the initial state, (rows, cols) or, where they are given so, (members, rows, cols)."""
+    return {**{name: to_array(block) for name, block in sorted(scene.initial.items())},
+            **{name: decode(tensor) for name, tensor in sorted(scene.initial_tensors.items())}}
+
+
+def _lists(block: NDArray[Any]) -> Any:
+    return {"values": block.real.tolist(), "imaginary": block.imag.tolist()} if np.iscomplexobj(block) else block.tolist()
 
 
 def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
     """Returns the message of an array, nested list or mapping. `path` is its name in errors."""
-    if not isinstance(block, Mapping):
-        return matrix(block_of(path, block))
+    given = _block(path, block)
+    if not isinstance(given, Mapping):
+        return matrix(given)
     message = pb.Matrix()
-    parse(_in_json(_plain(block)), message, path)
+    parse(_in_json(_plain(given)), message, path)
     return message
+
+
+def _block(path: str, block: Any, ensemble: Ensemble = Ensemble()) -> Any:
+    """Returns a block as an array, or the mapping of a Matrix with its rows and cols."""
+    if not isinstance(block, Mapping):
+        return block_of(path, block, ensemble)
+    if not isinstance(block.get("values"), (list, tuple)) or not block["values"] or not isinstance(block["values"][0], (list, tuple)):
+        return block
+    if (unknown := sorted({*block} - {"values", "imaginary"})):
+        raise refused(f"{path}.{unknown[0]}", "must be absent where values are nested lists")
+    parts = [block_of(f"{path}.{name}", block[name], ensemble) for name in ("values", "imaginary") if name in block]
+    if len(parts) == 2 and parts[0].shape != parts[1].shape:
+        raise refused(f"{path}.imaginary", f"the shape {parts[1].shape}: must be that of values, {parts[0].shape}")
+    return parts[0] if len(parts) == 1 else parts[0] + 1j * parts[1]
 
 
 def _plain(value: Any) -> Any:

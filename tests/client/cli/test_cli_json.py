@@ -54,6 +54,6 @@ def test_a_member_that_has_stopped_is_null(stiefel, files):
     """The members have 9 numbers each in M: those of the first are numbers, those of the second are not."""
     samples = strict(stiefel("run", files["stops"], "--times", files["times"], "--fields", "M").out)["samples"]
     assert [sample["time"] for sample in samples] == [0.5, 2, 7.25]
-    values = np.array([sample["fields"]["M"]["values"] for sample in samples], dtype=object).reshape(3, 2, 9)
+    values = np.array([sample["fields"]["M"] for sample in samples], dtype=object).reshape(3, 2, 9)
     assert all(isinstance(number, float) for number in values[:, 0].ravel())
     assert all(number is None for number in values[1:, 1].ravel())

@@ -59,7 +59,7 @@ def test_other_samples_are_told(stiefel, tmp_path, extension):
         np.savez(file, **changed)
     elif extension == "json":
         changed = json.loads(file.read_text())
-        values = changed["samples"][2]["fields"]["quaternion"]["values"]
+        values = changed["samples"][2]["fields"]["quaternion"]
         values[0] = np.nextafter(values[0], 2)
         file.write_text(json.dumps(changed))
     else:
@@ -120,3 +120,18 @@ def test_a_diagnosis_on_a_terminal_is_a_table(tmp_path):
     assert table.startswith("REACHED at step 100, time ") and "spatial_momentum[0,1]" in table and "estimated error at t = " in table
     assert len({line.index("exact") for line in table.splitlines() if " exact" in line}) == 1
     assert json.loads(on_terminal("--json"))["outcome"] == "REACHED"
+
+
+def test_a_file_of_an_earlier_version_is_run_again(stiefel, write, scene, tmp_path):
+    """In which a field was an object with rows, cols and values, as a block of a scene may be."""
+    assert stiefel("run", write(scene), "--to", 6, "--fields", "Q,quaternion", "--output", "out.json").status == 0
+    new = json.loads((tmp_path / "out.json").read_text())
+    old = json.loads((tmp_path / "out.json").read_text())
+    for sample in old["samples"]:
+        sample["fields"] = {"Q": {"rows": 3, "cols": 3, "values": sum(sample["fields"]["Q"], [])},
+                            "quaternion": {"rows": 1, "cols": 4, "values": sample["fields"]["quaternion"]}}
+    old["scene"]["initial"] = {name: {"rows": 3, "cols": 3, "values": sum(block, [])} for name, block in old["scene"]["initial"].items()}
+    (tmp_path / "old.json").write_text(json.dumps(old))
+    again = stiefel("rerun", "old.json", "--output", "again.json")
+    assert again.status == 0 and "the same samples" in again.out, again
+    assert json.loads((tmp_path / "again.json").read_text()) == new

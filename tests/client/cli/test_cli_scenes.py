@@ -15,7 +15,7 @@ NAMES = sorted(file.stem for file in EXAMPLES.glob("*.json"))
 
 
 def omega(result):
-    return {sample["time"]: sample["fields"]["angular_velocity"]["values"] for sample in result.json["samples"]}
+    return {sample["time"]: sample["fields"]["angular_velocity"] for sample in result.json["samples"]}
 
 
 def test_every_example_is_in_the_command(stiefel):

@@ -1,5 +1,6 @@
 """`--tls-ca` and `--token-file`: the command at a server that is closed."""
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -48,7 +49,32 @@ def test_without_a_token(stiefel, closed):
     address, ca, _ = closed
     result = stiefel("describe", "--server", address, "--tls-ca", ca)
     assert result.status == 1 and result.err == ("stiefel: error: this server needs a token: send the metadata "
-                                                 "'authorization: Bearer TOKEN'\n")
+                                                 "'authorization: Bearer TOKEN'; here: --token-file or STIEFEL_TOKEN\n")
+
+
+def test_without_tls(stiefel, closed):
+    address, _, token = closed
+    result = stiefel("describe", "--server", address, "--token-file", token)
+    assert result.status == 4 and result.err == (f"stiefel: error: cannot reach {address}: it closes the connection, as a server with "
+                                                 "TLS does to a client without: give --tls-ca or STIEFEL_TLS_CA\n")
+
+
+def test_the_commands_of_the_page_of_operations(tmp_path):
+    """A server with TLS and a token, and its client, as printed."""
+    page = (Path(__file__).parents[3] / "docs/operations.md").read_text(encoding="utf-8")
+    started, asked = re.search(r"^### Certificates\n.*?```sh\n(.*?)```.*?```sh\n(.*?)```", page, re.DOTALL | re.MULTILINE).groups()
+    path = os.pathsep.join(str(Path(os.environ[name]).parent) for name in ("STIEFEL_SERVER", "STIEFEL_CLI"))
+    environment = {**os.environ, "PATH": path + os.pathsep + os.environ["PATH"]}
+    *made, start = started.strip().rsplit("\n", 1)
+    assert subprocess.run(["sh", "-ec", *made], cwd=tmp_path, env=environment, capture_output=True, timeout=120).returncode == 0
+    start = start.replace("127.0.0.1:50551", "127.0.0.1:0") + " --exit-with-parent"
+    with subprocess.Popen(["sh", "-ec", f"exec {start}"], cwd=tmp_path, env=environment, stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
+        port = server.stdout.readline().strip().rpartition(":")[2]
+        done = subprocess.run(["sh", "-ec", asked.replace("50551", port)], cwd=tmp_path, env=environment, capture_output=True,
+                              text=True, timeout=120)
+        server.stdin.close()
+    assert done.returncode == 0 and done.stdout.startswith("stiefel "), done.stderr
 
 
 def test_an_authority_that_is_not_the_servers(stiefel, closed, tmp_path):
@@ -67,6 +93,7 @@ def test_no_token_in_plaintext_beyond_this_machine(stiefel, closed):
     (["--server", "127.0.0.1:1", "--token-file", "/none"], "token: /none: No such file or directory"),
     (["--server", "127.0.0.1:1", "--token-file", os.devnull], f"token: {os.devnull}: it is empty"),
     (["--server", "127.0.0.1:1", "--tls-ca", "/none"], "tls: ca: /none: No such file or directory"),
+    (["--server", "127.0.0.1:1", "--tls-ca", __file__], f"tls: ca: {__file__}: must hold certificates in PEM"),
     (["--token-file", "/none"], "--server"),
 ])
 def test_files_that_are_none(stiefel, arguments, rule):

@@ -11,7 +11,7 @@ def test_statistics_are_those_of_the_samples(stiefel, write, scene):
                      "--quantity", "M=min,max,sign_changes")
     assert result.status == 0, result.err
     samples = stiefel("run", path, "--to", 100, "--every", 3, "--fields", "M").json["samples"]
-    M = np.array([sample["fields"]["M"]["values"] for sample in samples])
+    M = np.reshape([sample["fields"]["M"] for sample in samples], (-1, 9))
     found = result.json
     assert found["outcome"] == "REACHED" and found["last_step"] == 100 and found["samples"] == len(M) == 35
     assert found["statistics"]["M.min"] == {"shape": [3, 3], "values": M.min(0).tolist()}

@@ -43,10 +43,10 @@ def error(result, expected):
     fields = result.json["samples"][-1]["fields"]
 
     def of(name, values):
-        found = np.array(fields[name]["values"])
-        if "imaginary" in fields[name]:
-            found = found + 1j * np.array(fields[name]["imaginary"])
-        return np.abs(found.reshape(values.shape) - values).max() / np.abs(values).max()
+        found = fields[name]
+        if isinstance(found, dict):
+            found = np.array(found["values"]) + 1j * np.array(found["imaginary"])
+        return np.abs(np.reshape(found, values.shape) - values).max() / np.abs(values).max()
 
     return max(of(name, values) for name, values in expected.items())
 
@@ -58,7 +58,7 @@ def test_the_discrete_body(stiefel, write, case, system):
     step, steps = float(case["h"]), case["steps"]
     if system == "moser_veselov_pair":  # the pair that belongs to (Q, M) is one step of the map away
         first = stiefel("run", write(scene("moser_veselov", case, {"Q": Q0, "M": M0}, step=step)), "--to", 1)
-        Q1 = np.reshape(first.json["samples"][-1]["fields"]["Q"]["values"], Q0.shape)
+        Q1 = np.array(first.json["samples"][-1]["fields"]["Q"])
         path = write(scene(system, case, {"Q_prev": Q0, "Q": Q1}, step=step))
         assert error(stiefel("run", path, "--to", steps - 1, "--fields", "Q"), {"Q": Q}) < 1e-11
     else:

@@ -5,7 +5,6 @@ import json
 import os
 import re
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ import pytest
 from pages import EXAMPLES, Elements, Page
 from stiefel._report import page, run
 
-TEMPLATE = Path(page.__file__).with_name("page.html").read_text(encoding="utf-8")
+TEMPLATE = page.template()
 MOST_OF = {"rigid_body_8": 200, "double_bracket": 100, "moser_veselov": 300, "stiefel": 100, "right_rigid_body": 100}
 
 

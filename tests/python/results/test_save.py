@@ -126,5 +126,5 @@ def test_nan_is_null_in_json(tmp_path):
     status = stiefel.RunStatus(stiefel.Outcome.LEFT_DOMAIN, largest_step=np.inf)
     stiefel.Trajectory(np.arange(2), np.array([0.0, np.nan]), {"x": values}, status, 0).save(tmp_path / "run.json")
     found = json.loads((tmp_path / "run.json").read_text(), parse_constant=refuse)
-    assert [sample["fields"]["x"]["values"] for sample in found["samples"]] == [[1.5, None], [None, None]]
+    assert [sample["fields"]["x"] for sample in found["samples"]] == [[[1.5, None]], [[None, None]]]
     assert [sample["time"] for sample in found["samples"]] == [0.0, None] and "largest_step" not in found

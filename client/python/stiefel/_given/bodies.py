@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import operator
 from functools import reduce
-from typing import Any, Optional
+from typing import Any, Mapping, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel._given.attitudes import matrices, of_mrp, quaternions
+from stiefel._given.attitudes import ORDERS, matrices, of_mrp, quaternions
 from stiefel._given.instants import epoch_text
 from stiefel._given.numbers import SECONDS, number, numbers, refused
 from stiefel._given.shapes import of_symmetric
@@ -17,6 +17,7 @@ from stiefel._given.typed import Method, Scene
 from stiefel.solids import Solid
 
 FRAMES = ("body", "space")
+FORMS = ("order", "mrp", "angular_momentum", "frame")  #: of `body` in a scene, that no message has
 _PLACES = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  #: of the matrix entries in Ixx, Iyy, Izz, Ixy, Ixz, Iyz
 
 
@@ -38,28 +39,63 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
         scene = stiefel.body(inertia_tensor=I, attitude=[0, 0, 0.7071, 0.7071], order="xyzw", normalize=True,
                              angular_velocity=np.radians([0.1, 2, 0.1]), frame="space", epoch="2026-03-01T00:00:00Z")
     """
-    if frame not in FRAMES:
-        raise refused("frame", f"{frame!r}: must be one of {', '.join(FRAMES)}")
-    if mrp is not None and attitude is not None:
-        raise refused("mrp", "must be absent where attitude is given")
     if (angular_velocity is None) == (angular_momentum is None):
         raise refused("angular_velocity", "exactly one of angular_velocity and angular_momentum must be given")
-    inertia, tensor = _inertia(moments, inertia_tensor)
-    q = (of_mrp("mrp", mrp) if mrp is not None else np.array([1.0, 0, 0, 0]) if attitude is None
-         else quaternions("attitude", attitude, order, normalize))
-    name, unit = ("angular_velocity", "rad/s") if angular_momentum is None else ("angular_momentum", "kg*m**2/s")
-    vector = numbers(name, angular_velocity if angular_momentum is None else angular_momentum, unit)
-    if vector.shape[-1:] != (3,) or vector.ndim > 2:
-        raise refused(name, f"the shape {vector.shape}: must be (3) or (members, 3)")
-    if frame == "space":
-        vector = np.einsum("...ji,...j->...i", matrices("attitude", q), vector)
-    if angular_momentum is not None:
-        vector = np.linalg.solve(tensor, vector[..., np.newaxis])[..., 0]
+    given = dict(attitude=attitude, order=order, mrp=mrp, angular_velocity=angular_velocity,
+                 angular_momentum=angular_momentum, frame=frame)
+    inertia, _ = _inertia("", moments, inertia_tensor)
+    fields = with_fields({**inertia, **{name: value for name, value in given.items() if value is not None}}, "", normalize)
+    vector = np.asarray(fields["angular_velocity"])
     scene: Scene = {"system": "rigid_body", "step": _step(vector) if step is None else step,
-                    "body": {**inertia, "attitude": q.tolist(), "angular_velocity": vector.tolist()}}  # type: ignore[typeddict-item]
+                    "body": {"attitude": [1.0, 0.0, 0.0, 0.0], **fields}}  # type: ignore[typeddict-item]
     if epoch is not None:
         scene["epoch"] = epoch_text(epoch)
     return _with(scene, horizon=horizon, method=method, tolerance=tolerance, members=members)
+
+
+def has_forms(given: Mapping[str, Any]) -> bool:
+    """Returns whether the `body` of a scene has what `with_fields` writes in other fields."""
+    attitude = given.get("attitude")
+    if any(name in given for name in FORMS) or hasattr(attitude, "as_quat"):
+        return True
+    try:
+        return np.shape(attitude)[-2:] == (3, 3)
+    except ValueError:  # lists of different length
+        return False
+
+
+def with_fields(given: Mapping[str, Any], path: str, normalize: bool) -> dict[str, Any]:
+    """Returns the `body` of a scene with the fields that the server knows: `order` and `mrp` become `attitude`, and
+    `angular_momentum` and `frame` become `angular_velocity`. `path`: what stands before the names in errors."""
+    fields = {name: value for name, value in given.items() if name not in FORMS and value is not None}
+    order, mrp, momentum, frame = (given.get(name) for name in FORMS)
+    for name, value, choices in (("order", order, ORDERS), ("frame", frame, FRAMES)):
+        if value is not None and value not in choices:
+            raise refused(path + name, f"{value!r}: must be one of {', '.join(choices)}")
+    attitude = fields.get("attitude")
+    if mrp is not None and attitude is not None:
+        raise refused(path + "mrp", "must be absent where attitude is given")
+    if momentum is not None and "angular_velocity" in fields:
+        raise refused(path + "angular_momentum", "must be absent where angular_velocity is given")
+    q = (of_mrp(path + "mrp", mrp) if mrp is not None else np.array([1.0, 0, 0, 0]) if attitude is None
+         else quaternions(path + "attitude", attitude, order or "wxyz", normalize))
+    if mrp is not None or attitude is not None:
+        fields["attitude"] = q.tolist()
+    name, unit = ("angular_velocity", "rad/s") if momentum is None else ("angular_momentum", "kg*m**2/s")
+    moving = fields.get(name) if momentum is None else momentum
+    if moving is None:
+        return fields
+    vector = numbers(path + name, moving, unit)
+    if vector.shape[-1:] != (3,) or vector.ndim > 2:
+        raise refused(path + name, f"the shape {vector.shape}: must be (3) or (members, 3)")
+    if frame == "space":
+        vector = np.einsum("...ji,...j->...i", matrices(path + "attitude", q), vector)
+    if momentum is not None:
+        inertia, tensor = _inertia(path, fields.get("moments"), fields.get("inertia_tensor"))
+        vector = np.linalg.solve(tensor, vector[..., np.newaxis])[..., 0]
+        fields.update(inertia)
+    fields["angular_velocity"] = vector.tolist()
+    return fields
 
 
 def tumbling(P_phi: Any, P_psi: Any, mode: str, *, moments: Any = None, axis_ratios: Any = None, pole: Any = (0.0, 0.0, 1.0),
@@ -136,24 +172,24 @@ def _momentum_and_energy(P_phi: float, P_psi: float, I: NDArray[Any]) -> tuple[f
     return turns(low)[0] / P_psi, low
 
 
-def _inertia(moments: Any, inertia_tensor: Any) -> tuple[dict[str, Any], NDArray[Any]]:
+def _inertia(path: str, moments: Any, inertia_tensor: Any) -> tuple[dict[str, Any], NDArray[Any]]:
     """Returns the fields of the scene, and the matrices (3, 3) or (members, 3, 3)."""
     if (moments is None) == (inertia_tensor is None):
-        raise refused("moments", "exactly one of moments and inertia_tensor must be given")
+        raise refused(path + "moments", "exactly one of moments and inertia_tensor must be given")
     if moments is not None:
-        I = numbers("moments", moments, "kg*m**2")
+        I = numbers(path + "moments", moments, "kg*m**2")
         if I.shape[-1:] != (3,) or I.ndim > 2:
-            raise refused("moments", f"the shape {I.shape}: must be (3) or (members, 3)")
+            raise refused(path + "moments", f"the shape {I.shape}: must be (3) or (members, 3)")
         return {"moments": I.tolist()}, I[..., np.newaxis] * np.eye(3)
     if isinstance(inertia_tensor, Solid):
         inertia_tensor = inertia_tensor.inertia_tensor
     elif isinstance(inertia_tensor, (list, tuple)) and inertia_tensor and all(isinstance(one, Solid) for one in inertia_tensor):
         inertia_tensor = reduce(operator.add, inertia_tensor).inertia_tensor
-    array = numbers("inertia_tensor", inertia_tensor, "kg*m**2")
+    array = numbers(path + "inertia_tensor", inertia_tensor, "kg*m**2")
     if array.shape[-2:] == (3, 3) and array.ndim <= 3:
-        array = of_symmetric("inertia_tensor", array)
+        array = of_symmetric(path + "inertia_tensor", array)
     elif array.shape[-1:] != (6,) or array.ndim > 2:
-        raise refused("inertia_tensor", f"the shape {array.shape}: must be (3, 3), (6), (members, 3, 3) or (members, 6)")
+        raise refused(path + "inertia_tensor", f"the shape {array.shape}: must be (3, 3), (6), (members, 3, 3) or (members, 6)")
     return {"inertia_tensor": array.tolist()}, array[..., _PLACES]
 
 

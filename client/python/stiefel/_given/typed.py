@@ -37,6 +37,10 @@ class Body(TypedDict, total=False):
     moments: Any
     attitude: Any
     angular_velocity: Any
+    order: Literal["wxyz", "xyzw"]
+    mrp: Any
+    angular_momentum: Any
+    frame: Literal["body", "space"]
 
 class Blocks(TypedDict, total=False):
     """The blocks of an initial state: matrices, one for each name that the system has."""
@@ -71,4 +75,5 @@ class Scene(TypedDict, total=False):
     members: int
     initial_tensors: Mapping[str, Any]
     verification: str
+    normalize: bool
     epoch: Any

@@ -31,11 +31,12 @@ def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mappin
     scale = np.asarray(inertia if inertia is not None else [], float)
     if inertia is None:
         raise refused("scene.inertia", f"absent: must be given where {given[0]} is, one number for each column")
-    if isinstance(velocity, Mapping) or scale.shape[-1:] != velocity.shape[-1:] or scale.ndim > 2:
-        shape = "" if isinstance(velocity, Mapping) else f"the shape {velocity.shape}: "
-        turned = not isinstance(velocity, Mapping) and scale.shape[-1:] == velocity.shape[-2:-1] != velocity.shape[-1:]
-        raise refused(path, f"{shape}must be a matrix with as many columns as inertia has numbers, {scale.shape[-1]}"
-                            + "; is it transposed? Frames have their vectors as rows" * turned)
+    if isinstance(velocity, Mapping):
+        raise refused(path, "must be a matrix of real numbers")
+    if scale.shape[-1:] != velocity.shape[-1:] or scale.ndim > 2:
+        turned = scale.shape[-1:] == velocity.shape[-2:-1]
+        raise refused(path, f"the shape {velocity.shape}: must have as many columns as inertia has numbers, {scale.shape[-1]}"
+                            + "; it looks transposed: frames have their vectors as rows" * turned)
     _check(path, given[0], velocity)
     rest = {name: block for name, block in blocks.items() if name not in given}
     Lambda = scale[..., np.newaxis, :]

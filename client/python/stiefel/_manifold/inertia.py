@@ -58,7 +58,7 @@ def sums(inertia: Array) -> Array:
 def initial_velocity(scene: Any) -> Array:
     """Returns the velocity at time 0 of a motion of `rigid_body` or `stiefel`."""
     inertia = np.asarray(scene["inertia"], float)
-    blocks = {name: np.reshape(block["values"], (block["rows"], -1)) for name, block in scene["initial"].items()}
+    blocks = {name: np.asarray(block, float) for name, block in scene["initial"].items()}
     velocity: Array = blocks["Q"] @ (blocks["M"] / sums(inertia)) if "M" in blocks else blocks["S"] / inertia
     return velocity
 

@@ -1,10 +1,11 @@
-"""The page of a run: the template `page.html` with the data of one run in it as JSON."""
+"""The page of a run: the files of `page` in one, with the data of the run in it as JSON."""
 from __future__ import annotations
 
 import base64
 import json
 import math
 import os
+import re
 from pathlib import Path
 from typing import Any, Optional
 
@@ -21,7 +22,7 @@ Trajectory = Any  # a `stiefel.Trajectory`
 
 CHEAP = 5e9  #: instructions of a measurement that nobody asked for: about a second
 LARGEST_SCENE = 600_000  #: characters; the page of a larger scene has not the arrays of its initial state
-TEMPLATE = Path(__file__).with_name("page.html")
+FILES = Path(__file__).with_name("page")
 
 
 def report(trajectory: Trajectory, path: "str | os.PathLike[str]", name: Optional[str], member: int,
@@ -43,7 +44,14 @@ def write(path: "str | os.PathLike[str]", session: Session, to: int, name: Optio
 def html(content: dict[str, Any]) -> str:
     """Returns the template with the data. No text in it can end the script that holds it."""
     block = json.dumps(_finite(content), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    return TEMPLATE.read_text(encoding="utf-8").replace("@DATA@", block, 1)
+    return template().replace("@DATA@", block, 1)
+
+
+def template() -> str:
+    """Returns page.html, in which each @FILE@ is replaced by that file: style and script in one page."""
+    def text(name: str) -> str:
+        return (FILES / name).read_text(encoding="utf-8")
+    return re.sub(r"@(\w+\.\w+)@", lambda found: text(found[1]), text("page.html"))
 
 
 def data(session: Session, to: int, name: Optional[str] = None, member: int = 0, estimate_error: bool = True,

@@ -21,10 +21,7 @@ def beginning(run: Trajectory) -> dict[str, Any]:
     """Returns what is known before the first sample: what `stiefel rerun` needs, and the fields."""
     described: dict[str, Any] = {"format": FORMAT}
     if run.origin is not None:
-        scene = dict(run.scene)
-        if "initial" in scene:  # a map, whose order changes from process to process
-            scene["initial"] = dict(sorted(scene["initial"].items()))
-        described.update(numerics_id=run.build, scene=scene, run=asked(run))
+        described.update(numerics_id=run.build, scene=run.scene, run=asked(run))
     described["fields"] = {name: {"shape": list(values.shape[1:]), "dtype": values.dtype.newbyteorder("<").str}
                            for name, values in run.fields.items()}
     described["units"] = {name: run.units[name] for name in ("time", *run.fields) if name in run.units}

@@ -4,7 +4,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any, Callable, Iterable, Mapping, Optional, cast
+from typing import Any, Callable, Mapping, Optional, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,20 +89,30 @@ def _json(path: str) -> Read:
     described = json.loads(Path(path).read_text(encoding="utf-8-sig"))
     samples = described.pop("samples")
     fields = {}
-    for name, first in (samples[0]["fields"] if samples else {}).items():
-        blocks = [sample["fields"][name] for sample in samples]
-        values = _numbers(block["values"] for block in blocks)
-        if "imaginary" in first:
-            values = values + 1j * _numbers(block["imaginary"] for block in blocks)
-        members = (first["members"],) if "members" in first else ()
-        values = as_named(name, values.reshape(len(samples), *members, first["rows"], first["cols"]))
+    for name in samples[0]["fields"] if samples else ():
+        values = _field(name, [sample["fields"][name] for sample in samples])
         fields[name] = values.astype(described.get("fields", {}).get(name, {}).get("dtype", values.dtype))
     step, time = ([sample[name] for sample in samples] for name in ("step", "time"))
     return np.array(step, np.int64), np.array(time, float), fields, described
 
 
-def _numbers(blocks: Iterable[Any]) -> NDArray[Any]:
-    return np.array(list(blocks), float)  # null becomes NaN
+def _field(name: str, samples: list[Any]) -> NDArray[Any]:
+    """Returns the field of samples given as nested lists; a complex one, and every one in files of earlier versions, is an
+    object, there with `rows` and `cols` around flat lists."""
+    first = samples[0]
+    if not isinstance(first, Mapping):
+        return _numbers(samples)
+    values = _numbers([sample["values"] for sample in samples])
+    if "imaginary" in first:
+        values = values + 1j * _numbers([sample["imaginary"] for sample in samples])
+    if "rows" not in first:
+        return values
+    members = (first["members"],) if "members" in first else ()
+    return as_named(name, values.reshape(len(samples), *members, first["rows"], first["cols"]))
+
+
+def _numbers(samples: list[Any]) -> NDArray[Any]:
+    return np.array(samples, float)  # null becomes NaN
 
 
 def _hdf5(path: str) -> Read:

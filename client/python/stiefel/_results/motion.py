@@ -128,7 +128,7 @@ def start_of(scene: Mapping[str, Any]) -> tuple[NDArray[Any], NDArray[Any], NDAr
                              [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
                              [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
         return I, axes, attitude, I * (axes.T @ body["angular_velocity"])
-    blocks = {name: _matrix(block) for name, block in scene["initial"].items()}
+    blocks = {name: np.asarray(block, float) for name, block in scene["initial"].items()}
     shape = next(iter(blocks.values())).shape
     if shape != (3, 3):
         raise ValueError(f"a closed form is known in three dimensions: the blocks of this {system} are {shape}")
@@ -157,9 +157,3 @@ _MOMENTUM: dict[str, Callable[[NDArray[Any], Mapping[str, NDArray[Any]]], NDArra
     "stiefel_momentum": lambda Q, blocks: blocks["M"],
     "stiefel_costate": lambda Q, blocks: _of_product(Q, blocks["P"]),
 }
-
-
-def _matrix(block: Any) -> NDArray[Any]:
-    if isinstance(block, Mapping):
-        return np.reshape(block["values"], (block["rows"], block["cols"]))
-    return np.asarray(block, float)

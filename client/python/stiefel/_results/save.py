@@ -12,7 +12,6 @@ import numpy as np
 from stiefel._results import about
 from stiefel._results.base import Array
 from stiefel._results.extras import imported
-from stiefel._results.kinds import as_matrix
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
@@ -82,7 +81,7 @@ def _json(run: Trajectory, part: str) -> None:
         out.write('{"samples": [')
         separator = "\n"
         for step, time, fields in _samples(run):
-            blocks = ", ".join(f"{json.dumps(name)}: {_block(name, values)}" for name, values in fields.items())
+            blocks = ", ".join(f"{json.dumps(name)}: {_block(values)}" for name, values in fields.items())
             out.write(f'{separator}{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}')
             separator = ",\n"
         rest = {**about.ending(run), **about.beginning(run)}
@@ -118,18 +117,15 @@ def _parquet(run: Trajectory, part: str) -> None:
     parquet.write_table(pyarrow.table(columns).replace_schema_metadata({about.KEY: described}), part)
 
 
-def _block(name: str, values: Array) -> str:
-    """Returns one field of one sample in the JSON form of a Matrix, for ensembles with the number of members."""
-    values = as_matrix(name, values)
-    members = f'"members": {values.shape[0]}, ' if values.ndim == 3 else ""
-    rows, cols = values.shape[-2:]
-    parts = {"values": np.real(values), "imaginary": np.imag(values)} if np.iscomplexobj(values) else {"values": values}
-    lists = ", ".join(f'"{name}": [{_join(part)}]' for name, part in parts.items())
-    return f'{{{members}"rows": {rows}, "cols": {cols}, {lists}}}'
+def _block(values: Array) -> str:
+    """Returns one field of one sample as nested lists; a complex one as an object of two such lists."""
+    if np.iscomplexobj(values):
+        return f'{{"values": {_lists(values.real.tolist())}, "imaginary": {_lists(values.imag.tolist())}}}'
+    return _lists(values.tolist())
 
 
-def _join(values: Array) -> str:
-    return ", ".join(map(_in_json, values.ravel().tolist()))
+def _lists(values: Any) -> str:
+    return f"[{', '.join(map(_lists, values))}]" if isinstance(values, list) else _in_json(values)
 
 
 def _in_json(value: float) -> str:

@@ -44,7 +44,8 @@ def from_status(status: pb.Status) -> StiefelError:
             elif kind == "ErrorInfo":
                 info = pb.ErrorInfo.FromString(detail.value)
     error_type = _BY_CODE.get(status.code, StiefelError)
-    error = error_type(status.message, tuple(violations), info.reason, dict(info.metadata))
+    remedy = "; here: give `token`" if info.reason == "TOKEN_MISSING" else ""
+    error = error_type(status.message + remedy, tuple(violations), info.reason, dict(info.metadata))
     error.quota = tuple(quota)
     if retry.HasField("retry_delay"):
         error.retry_delay = retry.retry_delay.seconds + 1e-9 * retry.retry_delay.nanos

@@ -95,7 +95,10 @@ def _tls(given: TlsLike, address: str) -> Optional[Tls]:
 def _credentials(tls: Tls) -> grpc.ChannelCredentials:
     if (tls.certificate is None) != (tls.key is None):
         raise InvalidArgument("tls: certificate and key: one needs the other")
-    return grpc.ssl_channel_credentials(_read("ca", tls.ca), _read("key", tls.key), _read("certificate", tls.certificate))
+    authorities = _read("ca", tls.ca)
+    if authorities is not None and b"CERTIFICATE-----" not in authorities:
+        raise InvalidArgument(f"tls: ca: {tls.ca}: must hold certificates in PEM")
+    return grpc.ssl_channel_credentials(authorities, _read("key", tls.key), _read("certificate", tls.certificate))
 
 
 def _read(what: str, path: Optional[str]) -> Optional[bytes]:

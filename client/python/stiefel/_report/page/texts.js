@@ -1,0 +1,73 @@
+// Titles, captions, tables, and the scene.
+function pretty(value, indent = "") {
+  if (value === null || typeof value !== "object") return JSON.stringify(value);
+  const inner = indent + "  ";
+  if (Array.isArray(value)) {
+    if (value.every(v => typeof v !== "object")) return `[${value.map(v => JSON.stringify(v)).join(", ")}]`;
+    return `[\n${value.map(v => inner + pretty(v, inner)).join(",\n")}\n${indent}]`;
+  }
+  return `{\n${Object.entries(value).map(([k, v]) => `${inner}${JSON.stringify(k)}: ${pretty(v, inner)}`).join(",\n")}\n${indent}}`;
+}
+function errorText() {
+  const e = D.error.last;
+  if (!e) return "The error was not estimated.";
+  if (e.missing) return `Not estimated: ${e.missing}.`;
+  const known = ["attitude", "momentum"].map(name => `${name} ${typeof e[name] === "number" ? short(e[name], 2) : `below ${short(2 * e.reference_error, 2)}`}`);
+  return `At the last step: ${known.join(", ")}, beside ${e.reference}.`;
+}
+function describe() {
+  const s = D.scene, method = s.method ? s.method.name + (s.method.order ? ` of order ${s.method.order}` : "") : "a discrete system";
+  document.title = `${D.name} \u2013 stiefel`;
+  $("title").textContent = D.name;
+  $("subtitle").textContent = `${s.system}, ${method}, ${D.to} steps of ${short(s.step, 6)}${seconds}` +
+    (s.method && s.method.substeps > 1 ? ` with ${s.method.substeps} substeps each` : "") +
+    `, up to time ${short(whole, 6)}${seconds}` + (D.epoch ? ` after ${D.epoch}` : "") + (D.member === null ? "" : `; member ${D.member} of ${s.members}`);
+  if (rigid) {
+    const m = momentum(0), L = norm(m), E = dot(m, velocity(m)) / 2, level = 2 * E / L ** 2, shift = level * middle - 1;
+    const kind = !(L > 0) ? "The body is at rest." : !threeMoments ? "Two moments are equal: the momentum moves on a circle about the third axis."
+      : Math.abs(shift) < 1e-9 ? "The motion is on the separatrix or a spin about the middle axis."
+      : shift < 0 ? `Short-axis mode: the momentum circles axis ${inertia.names[2]}, that of the largest moment.`
+      : `Long-axis mode: the momentum circles axis ${inertia.names[0]}, that of the smallest moment.`;
+    $("character").textContent = `${kind} |L| = ${short(L, 5)}, energy ${short(E, 5)}` +
+      (D.turn ? `, about ${short(Math.abs(whole) / D.turn, 3)} turns.` : ".");
+  }
+  $("shown").textContent = Math.abs(span) < Math.abs(whole) * (1 - 1e-9)
+    ? `The body and the rates are shown up to time ${short(at[count - 1], 5)}${seconds} in ${count} samples; drift and error over the whole run.`
+    : `${count} samples.`;
+  if (D.choice) $("shown").textContent += ` The method was chosen: ${D.choice}`;
+  if (D.outcome !== "REACHED") {
+    $("stopped").hidden = false;
+    $("stopped").textContent = `${D.outcome} after step ${D.to}: ${D.message}`;
+  }
+  $("build").textContent = `stiefel ${D.version}, numerics id ${D.numerics_id}. ` +
+    "A build with this numerics id gives the same numbers to the last bit.";
+  $("again").textContent = `stiefel report ${D.file} --to ${D.to}\n\nimport stiefel\nstiefel.simulate("${D.file}", to=${D.to}).report("report.html")`;
+  $("scene").textContent = D.whole_scene ? pretty(s) : "The arrays of the initial state are too large for this page: " + pretty(s);
+  $("save").hidden = !D.whole_scene;
+  $("save").addEventListener("click", () => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([pretty(s) + "\n"], { type: "application/json" }));
+    link.download = D.file.endsWith(".json") ? D.file : D.file + ".json";
+    link.click();
+  });
+  const row = (cells, kind) => { const tr = $("invariants").insertRow(); for (const c of cells) { const cell = document.createElement(kind); cell.textContent = c; tr.append(cell); } };
+  row(["family", "invariants", "largest drift over the run", "the method keeps it"], "th");
+  for (const f of D.drift.families) row([f.name, f.count || "", short(Math.max(...f.drift), 2), f.conservation], "td");
+  const caption = (id, text) => { document.querySelector(`#${id} figcaption`).textContent = text; document.querySelector(`#${id} canvas`).setAttribute("aria-label", text); };
+  document.querySelector("#body h2").textContent = bodies ? "The body in space" : "The frame, projected on three coordinates";
+  caption("body", bodies ? `A box with the body's moments of inertia, its principal axes ${inertia.names.join(", ")} (moments ${inertia.moments.map(I => short(I)).join(", ")}), ` +
+    "the constant angular momentum L and the spin axis \u03c9 (dashed) with its path. Drag or use the arrow keys to turn the view."
+    : (vectors === 1 ? "The vector q, with the path of its end over about a turn." : `${byRows ? "Rows" : "Columns"} 0 to ${vectors - 1} of Q, with the paths of their ends over about a turn.`)
+      + (coordinates > 3 ? " An end inside the circle has components along other coordinates too." : ""));
+  caption("polhode", rigid ? `The momentum in the body, divided by its norm, on axes ${inertia.names.join(", ")} (smallest to largest moment). ` +
+    (threeMoments ? "Dashed: the separatrix; grey: other energies. " : "") + "The dot is the present." : "");
+  document.querySelector("#rates h2").textContent = rigid ? "Angular velocity in body axes" : `${rate ? "Rates" : "Frame"}: the entries that vary most`;
+  caption("rates", "Click, drag or use the arrow keys to move the time.");
+  caption("drift", "The largest relative drift in each family of invariants, not below the rounding unit 1.1e-16. A small drift does not mean a small error.");
+  caption("error", (errors.length ? "On the scale of the drifts. An error too small to tell is drawn as its bound. " : "") + errorText());
+  document.querySelector("#error canvas").hidden = !errors.length;
+  if (D.tradeoff) caption("front", `Horizon ${short(D.tradeoff.horizon)}${seconds}. No point beats those of the Pareto front in both work and error.`);
+  $("front").hidden = !D.tradeoff;
+  $("polhode").hidden = !rigid;
+  $("body").hidden = !Q || complex;
+}
