@@ -35,10 +35,10 @@ for axes in (whole, near):
     axes.set_axis_off()
     axes.view_init(*np.degrees([-np.arcsin(q[2]), np.arctan2(q[1], q[0]) + np.pi]))
 whole.plot(*(q * semi_axes)[:, None], "ko", markersize=3)
-whole.set_box_aspect(semi_axes)
+whole.set_box_aspect(semi_axes, zoom=1.5)
 centre, width = ends.mean(axis=0), np.ptp(ends, axis=0).max()
-near.set(xlim=centre[0] + width * np.array([-1, 1]), ylim=centre[1] + width * np.array([-1, 1]),
-         zlim=centre[2] + width * np.array([-1, 1]))
+near.set(xlim=centre[0] + width * np.array([-0.6, 0.6]), ylim=centre[1] + width * np.array([-0.6, 0.6]),
+         zlim=centre[2] + width * np.array([-0.6, 0.6]))
 whole.set_title("geodesics up to their first conjugate point")
 near.set_title("the conjugate locus has four cusps")
 figure.savefig(sys.argv[1], dpi=100)

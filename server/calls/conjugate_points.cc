@@ -1,6 +1,6 @@
-#include "server/convert/conjugate_points.h"
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
+#include "server/convert/answers.h"
 #include "server/convert/memory_price.h"
 
 namespace stiefel::server {

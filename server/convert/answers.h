@@ -3,6 +3,7 @@
 #include <grpcpp/support/status.h>
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "stiefel/connect.h"
 #include "stiefel/conversion.h"
 #include "stiefel/tradeoff.h"
+#include "stiefel/v1/conjugate.pb.h"
 #include "stiefel/v1/connect.pb.h"
 #include "stiefel/v1/conversion.pb.h"
 #include "stiefel/v1/tradeoff.pb.h"
@@ -88,6 +90,33 @@ class ConnectAnswer {
   const std::uint64_t memory_;
   std::size_t pair_ = 0;  ///< the next pair to join
   Parts trajectory_;      ///< what is left to send of the pair before
+};
+
+/// Answers a ConjugatePoints in messages of limited size.
+class ConjugateAnswer {
+ public:
+  /// `memory`: the bytes that the call holds.
+  ConjugateAnswer(const v1::ConjugatePointsRequest& request, std::uint64_t memory)
+      : request_(request), memory_(memory) {}
+
+  /// Returns the bytes that a search takes.
+  static std::uint64_t workspace(const v1::ConjugatePointsRequest& request);
+  /// Returns the most instructions that a search takes.
+  static double work();
+
+  /// Writes the next message over `response`; the first call searches. A stop request ends the
+  /// search with the outcome CANCELLED.
+  grpc::Status next(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
+  bool done() const { return started_ && points_.empty(); }
+
+ private:
+  grpc::Status along_a_geodesic(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
+  grpc::Status of_the_radius(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
+
+  const v1::ConjugatePointsRequest& request_;
+  const std::uint64_t memory_;
+  bool started_ = false;
+  std::deque<v1::ConjugatePoint> points_;  ///< not yet sent
 };
 
 }  // namespace stiefel::server

@@ -80,8 +80,8 @@ def test_what_completion_shows_of_an_object(client):
     with client.create({"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], "angular_velocity": [1, 0, 1]}}) as session:
         shown = {one: " ".join(name for name in dir(one) if not name.startswith("_")) for one in (client, session, session.drive())}
     assert list(shown.values()) == [
-        "address any_build channel close closed connect convert create delete describe geodesic get list stub timeout tradeoff "
-        "tradeoff_parts",
+        "address any_build channel close closed conjugate_points connect convert create delete describe geodesic get injectivity_radius list "
+        "stub timeout tradeoff tradeoff_parts",
         "choice created delete diagnose drive epoch error_at events fork id message resolved scene step step_price stream stream_events summarize "
         "trajectory",
         "close step"]

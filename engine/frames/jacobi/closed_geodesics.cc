@@ -70,9 +70,9 @@ std::optional<ClosedCurve> closed_near(const ShortConjugates& metric, const Matr
   auto rest = miss(Q, V, length);
   double damping = 1;
   for (int k = 0; k < iterations && rest; ++k) {
+    if (!(length > first / 8 && length < 4 * first)) return {};
     const double size_of_rest = rest->cwiseAbs().maxCoeff();
     if (size_of_rest <= closed) return ClosedCurve{Q, V, length, size_of_rest};
-    if (!(length > first / 8 && length < 4 * first)) return {};
     const MatrixXd Z = tangent_basis(Q);
     const Index d = Z.cols();
     MatrixXd J = MatrixXd::Zero(2 * size, 2 * d + 1);

@@ -47,7 +47,7 @@ std::optional<ConnectRefusal> refused(const GeodesicRay& ray) {
 }
 
 /// Moves `search` up to `limit`, and takes over what it finds.
-void follow(ConjugateSearch& search, double limit, double speed, ConjugatePoints& found) {
+void follow(ConjugateSearch& search, double limit, double speed, FoundConjugatePoints& found) {
   constexpr double at_the_end = 1e-10;
   std::vector<Crossing> crossings;
   while (search.length() < limit) {
@@ -72,11 +72,11 @@ void follow(ConjugateSearch& search, double limit, double speed, ConjugatePoints
 
 }  // namespace
 
-std::expected<ConjugatePoints, ConnectRefusal> conjugate_points(const GeodesicRay& ray) {
+std::expected<FoundConjugatePoints, ConnectRefusal> conjugate_points(const GeodesicRay& ray) {
   if (const auto refusal = refused(ray)) return std::unexpected(*refusal);
   const PosedMetric metric(ray.inertia);
   const MatrixXd Q = repaired(ray.Q);
-  ConjugatePoints found;
+  FoundConjugatePoints found;
   const double size = ray.Qdot.cwiseAbs().maxCoeff();
   if (size == 0) {
     found.until = ray.time;

@@ -37,7 +37,7 @@ struct ConjugatePoint {
   double gap;
 };
 
-struct ConjugatePoints {
+struct FoundConjugatePoints {
   std::vector<ConjugatePoint> points;  ///< all with 0 < time ≤ min(T, until), in their order
   /// The time up to which every conjugate point is in the list: T, or less where `status` is not
   /// `reached`.
@@ -51,7 +51,7 @@ struct ConjugatePoints {
 /// singular, only upwards, so that their sum counts the conjugate points with multiplicity, of even
 /// multiplicity too. Steps are so short that |Δ Σθ_k| < π/2 by a bound of |R|. Times are located by
 /// Newton's method on tan θ_k; those closer than `merged` times the time are one point.
-std::expected<ConjugatePoints, ConnectRefusal> conjugate_points(const GeodesicRay& ray);
+std::expected<FoundConjugatePoints, ConnectRefusal> conjugate_points(const GeodesicRay& ray);
 
 /// Returns a proven lower bound r of the injectivity radius of tr(ΛQ̇ᵀQ̇), in its lengths; 0 for
 /// n = N with a λ_i ≤ 0. With λ_1 ≤ λ_2 ≤ ... ≤ λ_N,

@@ -83,6 +83,12 @@ def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest)
     return read(Geodesic, first, scene=scene, shortest=shortest, trajectory=trajectory, run_status=status)
 
 
+def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:
+    require((matrix.rows, matrix.cols) == shape and len(matrix.values) == shape[0] * shape[1] and not matrix.imaginary,
+            f"a block is not {shape[0]} x {shape[1]}")
+    return to_array(matrix)
+
+
 def _first_of_points(messages: Sequence[pb.ConjugatePointsResponse], with_radius: bool) -> pb.ConjugatePointsResponse:
     for message in messages:
         require(message.continues == (message is not messages[-1]), "a part of the points is missing")
@@ -96,8 +102,8 @@ def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb
     first, shape = _first_of_points(messages, False), (request.q.rows, request.q.cols)
     points = []
     for point in (point for message in messages for point in message.points):
-        kernel = [to_array(one) for one in point.kernel]
-        require(len(kernel) == point.multiplicity > 0 and all(one.shape == shape for one in kernel), "a kernel has another dimension")
+        require(len(point.kernel) == point.multiplicity > 0, "a kernel has another dimension")
+        kernel = [_block(one, shape) for one in point.kernel]
         points.append(read(ConjugatePoint, point, kernel=np.stack(kernel)))
     return read(ConjugatePoints, first, points=tuple(points), run_status=run_status(first.run_status), price=price(first.price))
 
@@ -106,8 +112,8 @@ def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: 
     """Reads the messages of one call."""
     first = _first_of_points(messages, True)
     found = complete(first.radius, "q", "qdot")
-    Q, Qdot = to_array(found.q), to_array(found.qdot)
-    require(Q.shape == Qdot.shape == (request.radius.n, len(request.inertia)), "the geodesic has another shape")
+    shape = (request.radius.n, len(request.inertia))
+    Q, Qdot = _block(found.q, shape), _block(found.qdot, shape)
     return read(InjectivityRadius, found, Q=Q, Qdot=Qdot, witness=name_of(pb.RadiusWitness, found.witness).lower(),
                 run_status=run_status(first.run_status))
 
