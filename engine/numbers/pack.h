@@ -191,10 +191,20 @@ struct Pack {
   /// ab + c, rounded once.
   [[gnu::always_inline]] friend Pack fused(Pack a, Pack b, Pack c) requires(isa != Isa::baseline) {
     return of_parts([&](int p) __attribute__((always_inline)) {
-      Part sum;
+#ifdef STIEFEL_X86_64
+      // The compiler does not put all products of elements together again.
+      if constexpr (std::is_same_v<Scalar, double> && width == 8)
+        return reinterpret_cast<Part>(_mm512_fmadd_pd(a.v[p], b.v[p], c.v[p]));
+      else if constexpr (std::is_same_v<Scalar, double> && width == 4)
+        return reinterpret_cast<Part>(_mm256_fmadd_pd(a.v[p], b.v[p], c.v[p]));
+      else
+#endif
+      {
+        Part sum;
 #pragma GCC unroll 16
-      for (int k = 0; k < width; ++k) sum[k] = fused_element(a.v[p][k], b.v[p][k], c.v[p][k]);
-      return sum;
+        for (int k = 0; k < width; ++k) sum[k] = fused_element(a.v[p][k], b.v[p][k], c.v[p][k]);
+        return sum;
+      }
     });
   }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/rigid_body/coordinates/exact_body.h"
 #include "engine/run/groups.h"
@@ -18,15 +19,12 @@ class PackedClosedForms final : public PackedBodies {
     for (std::size_t lane = 0; lane * each < start.size(); ++lane)
       bodies_.push_back(top_in_time(bodies[std::min(lane, bodies.size() - 1)],
                                     start.subspan(lane * each, each - 1)));
-    const auto some =
-        std::ranges::find_if(bodies_, [](TopInTime& body) { return body.theta().has_value(); });
-    for (int lane = 0; lane < lanes() && some != bodies_.end(); ++lane)
-      side_by_side_.put(lane, bodies_[lane].theta() ? *bodies_[lane].theta() : *some->theta());
   }
 
   int lanes() const override { return ThetaTop::lanes(); }
 
   Progress advance(std::span<double> states, std::int64_t steps) override {
+    if (!std::exchange(ready_, true)) put_side_by_side();
     const std::size_t each = states.size() / bodies_.size();
     unsigned easy = 0;
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
@@ -54,11 +52,21 @@ class PackedClosedForms final : public PackedBodies {
  private:
   static constexpr double largest = 0x1p53;  ///< numbers of steps below are exact
 
+  /// Computes the constants of the motions, which takes longer than many states: at the first
+  /// advance, for which an ensemble uses all cores.
+  void put_side_by_side() {
+    const auto some =
+        std::ranges::find_if(bodies_, [](TopInTime& body) { return body.theta().has_value(); });
+    for (int lane = 0; lane < lanes() && some != bodies_.end(); ++lane)
+      side_by_side_.put(lane, bodies_[lane].theta() ? *bodies_[lane].theta() : *some->theta());
+  }
+
   std::vector<TopInTime> bodies_;
   ThetaTops side_by_side_;
   ThetaTop::Times times_{};
   ThetaTop::Lanes states_;
   int substeps_;
+  bool ready_ = false;
 };
 
 }  // namespace
