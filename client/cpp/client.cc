@@ -133,19 +133,30 @@ std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) c
   auto replies =
       connection_->call_all(&Stub::Connect, request, connection_->options.compute_timeout);
   std::vector<v1::ConnectResponse> geodesics;
-  std::vector<Assembly> trajectories;
+  std::vector<Assembly> arrays;
   for (auto& reply : replies) {
     if (geodesics.empty() || geodesics.back().pair() != reply.pair()) {
-      require(reply.pair() == geodesics.size() && std::cmp_less(reply.pair(), request.pairs_size()),
-              "a pair is missing");
       geodesics.push_back(reply);
-      trajectories.emplace_back();
+      geodesics.back().clear_scene_arrays();
+      arrays.emplace_back();
     }
-    if (reply.has_trajectory()) trajectories.back().take(reply.mutable_trajectory());
+    if (reply.has_velocity()) arrays.back().take(reply.mutable_velocity());
+    for (auto& part : *reply.mutable_scene_arrays()) arrays.back().take(&part);
+    if (reply.has_trajectory()) arrays.back().take(reply.mutable_trajectory());
   }
   for (std::size_t i = 0; i < geodesics.size(); ++i) {
-    for (auto& whole : trajectories[i].finish())
-      *geodesics[i].mutable_trajectory() = std::move(whole);
+    for (auto& whole : arrays[i].finish()) {
+      if (whole.name() == "Q")
+        *geodesics[i].mutable_trajectory() = std::move(whole);
+      else if (whole.name() == "Qdot")
+        *geodesics[i].mutable_velocity() = std::move(whole);
+      else
+        set_array(whole, geodesics[i].mutable_scene());
+    }
+  }
+  std::ranges::sort(geodesics, {}, &v1::ConnectResponse::pair);
+  for (std::size_t i = 0; i < geodesics.size(); ++i) {
+    require(geodesics[i].pair() == i && std::cmp_less(i, request.pairs_size()), "a pair is missing");
     check_geodesic(geodesics[i], request);
   }
   if (std::cmp_not_equal(geodesics.size(), request.pairs_size()))

@@ -104,20 +104,27 @@ void check_diagnosis(const v1::DiagnoseResponse& reply, const v1::DiagnoseReques
 void check_geodesic(const v1::ConnectResponse& reply, const v1::ConnectRequest& request) {
   check_present(reply, {"run_status", "price"});
   check_outcome(reply.run_status());
-  require(reply.has_scene() == (reply.run_status().outcome() == v1::OUTCOME_REACHED),
-          "a geodesic has a scene");
-  if (!reply.has_scene()) return;
+  const bool reached = reply.run_status().outcome() == v1::OUTCOME_REACHED;
+  require(reply.has_velocity() == (reached && request.steps() == 0), "a geodesic has a velocity");
+  if (!reached) return;
   check_present(reply, {"shortest"});
-  check_blocks(reply.scene());
+  const auto& pair = request.pairs(static_cast<int>(reply.pair()));
+  const std::uint64_t n = pair.has_q_0() ? pair.q_0().rows() : pair.q_0_tensor().shape(0),
+                      N = pair.has_q_0() ? pair.q_0().cols() : pair.q_0_tensor().shape(1);
+  const bool bent = (request.metric() == v1::METRIC_CANONICAL ||
+                     (request.metric() == v1::METRIC_BETA && request.beta() != 1)) &&
+                    1 < n && n < N;
+  require(reply.has_scene() == (request.view() != v1::GEODESIC_VIEW_VELOCITY && !bent),
+          "the scene is not what was asked for");
+  if (reply.has_scene()) check_blocks(reply.scene());
   require(v1::Shortest_IsValid(reply.shortest()), "Shortest " + std::to_string(reply.shortest()));
-  const auto& frame = request.pairs(static_cast<int>(reply.pair())).q_0();
   const std::uint64_t steps = request.steps() > 0 ? request.steps() : request.samples();
   const auto& shape = reply.trajectory().value().shape();
   const bool as_asked =
       steps == 0 ? !reply.has_trajectory()
                  : reply.trajectory().value().data_type() == v1::DATA_TYPE_FLOAT64 &&
-                       std::ranges::equal(shape, std::initializer_list<std::uint64_t>{
-                                                     steps + 1, frame.rows(), frame.cols()});
+                       std::ranges::equal(
+                           shape, std::initializer_list<std::uint64_t>{steps + 1, n, N});
   require(as_asked, "the trajectory is not the one that was asked for");
 }
 

@@ -170,7 +170,9 @@ grpc::Status with_price(const grpc::Status& status, const grpc::ClientContext& c
   char seconds[32];
   std::snprintf(seconds, sizeof seconds, "%.2g",
                 std::strtod(work.c_str(), nullptr) / work_per_second);
-  return {status.error_code(), status.error_message() + "; it takes at most " + seconds +
+  const bool capped = metadata.contains("stiefel-work-bound");
+  return {status.error_code(), status.error_message() + "; it takes " +
+                                   (capped ? "at most " : "about ") + seconds +
                                    " s of one core (" + work + " instructions)"};
 }
 

@@ -7,6 +7,7 @@
 #include "engine/methods/variational.h"
 #include "engine/rigid_body/body/rigid_body.h"
 #include "engine/frames/body/stiefel.h"
+#include "engine/frames/geodesics/round_logarithm.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -23,7 +24,10 @@ std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, co
   SceneDescription d;
   d.system = body ? RigidBody<SoN<double>>::name : Stiefel<double>::name;
   d.method = std::move(method);
-  d.inertia = {problem.inertia.begin(), problem.inertia.end()};
+  if (problem.beta)
+    d.inertia.assign(static_cast<std::size_t>(Q_0.cols()), body ? *problem.beta : 1.0);
+  else
+    d.inertia = {problem.inertia.begin(), problem.inertia.end()};
   d.initial["Q"] = Q_0;
   d.initial[body ? "M" : "S"] = body ? answer.M : answer.S;
   d.step = step;
@@ -45,37 +49,55 @@ std::vector<Eigen::MatrixXd> followed(const Scene& scene, int samples,
   return frames;
 }
 
-std::expected<JoiningScene, ConnectRefusal> discrete(const TwoPointProblem& problem, int steps) {
+std::expected<JoiningScene, ConnectRefusal> discrete(const TwoPointProblem& problem, int steps,
+                                                     bool with_scene) {
   const auto answer = connect(problem, steps);
   if (!answer) return std::unexpected(answer.error());
   auto scene = scene_of(problem, *answer, answer->Q[0], {Variational::traits.name, 2, 1, ""},
                         problem.time / steps);
   if (!scene) return std::unexpected(std::move(scene.error()));
-  return JoiningScene{*std::move(scene), answer->energy,   answer->residual,
-                      Shortest::unknown, answer->distinct, answer->Q};
+  JoiningScene out{
+      {}, {}, answer->energy, answer->residual, Shortest::unknown, answer->distinct, answer->Q};
+  if (with_scene) out.scene = *std::move(scene);
+  return out;
 }
 
-std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& problem,
-                                                       int samples) {
-  const auto answer = connect(problem);
+std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& problem, int samples,
+                                                       bool with_scene) {
+  auto answer = connect(problem);
   if (!answer) return std::unexpected(answer.error());
-  const double step = problem.time / std::max(samples, 1);
-  const double wanted = std::ceil(answer->Qdot.norm() * step / turn_per_step);
-  const int substeps = static_cast<int>(std::clamp(wanted, 1.0, 1e6));
-  const auto scene =
-      scene_of(problem, *answer, answer->Q, {Variational::traits.name, 8, substeps, ""}, step);
-  if (!scene) return std::unexpected(scene.error());
-  auto trajectory = followed(*scene, samples, problem.stop);
+  JoiningScene out{{},
+                   {},
+                   answer->energy,
+                   answer->residual,
+                   answer->shortest,
+                   answer->distinct,
+                   {}};
+  const bool has_scene = answer->S.size() > 0;
+  if (has_scene && (with_scene || samples > 0)) {
+    const double step = problem.time / std::max(samples, 1);
+    const double wanted = std::ceil(answer->Qdot.norm() * step / turn_per_step);
+    const int substeps = static_cast<int>(std::clamp(wanted, 1.0, 1e6));
+    auto scene =
+        scene_of(problem, *answer, answer->Q, {Variational::traits.name, 8, substeps, ""}, step);
+    if (!scene) return std::unexpected(scene.error());
+    out.trajectory = followed(*scene, samples, problem.stop);
+    if (with_scene) out.scene = *std::move(scene);
+  } else if (samples > 0) {
+    out.trajectory =
+        round_geodesic(answer->Q, answer->Qdot * problem.time, *problem.beta, samples);
+  }
+  out.Qdot = std::move(answer->Qdot);
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
-  return JoiningScene{*scene,           answer->energy,   answer->residual,
-                      answer->shortest, answer->distinct, std::move(trajectory)};
+  return out;
 }
 
 }  // namespace
 
 std::expected<JoiningScene, ConnectRefusal> joining_scene(const TwoPointProblem& problem, int steps,
-                                                          int samples) {
-  return steps > 0 ? discrete(problem, steps) : continuous(problem, samples);
+                                                          int samples, bool with_scene) {
+  return steps > 0 ? discrete(problem, steps, with_scene)
+                   : continuous(problem, samples, with_scene);
 }
 
 }  // namespace stiefel

@@ -69,27 +69,46 @@ struct ConnectTask {
   std::vector<TwoPointProblem> problems;
   int steps = 0;
   int samples = 0;
+  bool with_scene = true;
 };
 OrStatus<ConnectTask> read(const v1::ConnectRequest& request);
+/// Returns how many pairs are joined at a time, of searches that take so many bytes each.
+std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t bytes_each);
 
-/// Answers a Connect pair by pair, in messages of limited size.
+/// Answers a Connect in messages of limited size. Joins some pairs at a time, on the threads of the
+/// crew. A pair whose search takes more than a limit is joined again, without that limit, after all
+/// others.
 class ConnectAnswer {
  public:
-  /// `memory`: the bytes that the call holds.
-  ConnectAnswer(ConnectTask task, std::uint64_t memory) : task_(std::move(task)), memory_(memory) {}
+  /// `memory`: the bytes that the call holds; `at_once`: how many searches that is enough for.
+  ConnectAnswer(ConnectTask task, std::uint64_t memory, std::size_t at_once);
 
   /// Writes the next message over `response`. A stop request ends the search for a geodesic, with
   /// the outcome CANCELLED for the pair.
   grpc::Status next(const std::stop_token& stop, v1::ConnectResponse& response);
-  bool done() const { return pair_ == task_.problems.size() && trajectory_.empty(); }
+  bool done() const { return waiting_.empty() && slow_.empty() && joined_.empty(); }
 
  private:
-  grpc::Status join(const std::stop_token& stop, v1::ConnectResponse& response);
+  /// The answer of a pair, and what does not fit into its first message.
+  struct Joined {
+    std::size_t pair;
+    grpc::Status status = {};
+    bool deferred = false;
+    bool begun = false;
+    v1::ConnectResponse first = {};
+    Parts velocity = {}, scene_arrays = {}, trajectory = {};
+  };
+
+  /// Joins the pairs that come next.
+  void join_some(const std::stop_token& stop);
+  /// Joins one pair with at most `most_work` operations.
+  void join(const std::stop_token& stop, double most_work, Joined& joined) const;
 
   const ConnectTask task_;
   const std::uint64_t memory_;
-  std::size_t pair_ = 0;  ///< the next pair to join
-  Parts trajectory_;      ///< what is left to send of the pair before
+  const std::size_t at_once_;
+  std::deque<std::size_t> waiting_, slow_;
+  std::deque<Joined> joined_;  ///< in the order of their messages
 };
 
 /// Answers a ConjugatePoints in messages of limited size.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 #include "engine/numbers/to_text.h"
@@ -9,6 +10,7 @@
 #include "server/convert/errors.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/conjugate_points.h"
+#include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {
@@ -48,7 +50,12 @@ class ConnectReader {
     common.seed = request_.seed();
     if (request_.has_restarts())
       common.restarts = static_cast<int>(std::min(request_.restarts(), max_restarts));
-    ConnectTask task{{}, static_cast<int>(request_.steps()), static_cast<int>(request_.samples())};
+    if (request_.metric() == v1::METRIC_CANONICAL) common.beta = 0.5;
+    if (request_.metric() == v1::METRIC_BETA) common.beta = request_.beta();
+    ConnectTask task{{},
+                     static_cast<int>(request_.steps()),
+                     static_cast<int>(request_.samples()),
+                     request_.view() != v1::GEODESIC_VIEW_VELOCITY};
     for (int i = 0; i < std::min(request_.pairs_size(), max_pairs); ++i) {
       stop_point();
       TwoPointProblem one = problem(i, common);
@@ -74,35 +81,52 @@ class ConnectReader {
       refuse("pairs", std::to_string(request_.pairs_size()) + " pairs",
              "must be 1 to " + std::to_string(max_pairs));
     const v1::Metric metric = request_.metric();
-    if (metric == v1::METRIC_EUCLIDEAN && request_.inertia_size() > 0)
+    if (!v1::Metric_IsValid(metric))
+      return refuse("metric", std::to_string(metric), "must be a value of stiefel.v1.Metric");
+    const bool has_inertia = metric == v1::METRIC_LAMBDA || metric == v1::METRIC_UNSPECIFIED;
+    if (!has_inertia && request_.inertia_size() > 0)
       refuse("inertia", std::to_string(request_.inertia_size()) + " numbers",
-             "must be absent with METRIC_EUCLIDEAN");
-    if (metric == v1::METRIC_CANONICAL)
-      refuse("metric", "METRIC_CANONICAL",
-             "must be METRIC_LAMBDA or METRIC_EUCLIDEAN: geodesics of the canonical metric are not "
-             "searched");
-    else if (!v1::Metric_IsValid(metric))
-      refuse("metric", std::to_string(metric), "must be a value of stiefel.v1.Metric");
+             "must be absent with " + v1::Metric_Name(metric));
+    if (request_.has_beta() != (metric == v1::METRIC_BETA))
+      refuse("beta", request_.has_beta() ? to_text(request_.beta()) : "absent",
+             request_.has_beta() ? "must be absent without METRIC_BETA" : "must be given");
+    if (!v1::GeodesicView_IsValid(request_.view()))
+      refuse("view", std::to_string(request_.view()), "must be a value of stiefel.v1.GeodesicView");
   }
 
-  Eigen::MatrixXd frame(const Path& path, bool present, const v1::Matrix& given) {
-    if (!present) {
+  Eigen::MatrixXd frame(const Path& pair, const char* name, const v1::Matrix* matrix,
+                        const v1::Tensor* tensor) {
+    const std::string tensor_name = std::string(name) + "_tensor";
+    const Path path(pair, name), tensor_path(pair, tensor_name.c_str());
+    if (matrix && tensor) {
+      faults_.add(tensor_path, "given", std::string("must be absent where ") + name + " is given");
+    } else if (tensor) {
+      Block block;
+      read_block(tensor_path, *tensor, block, faults_);
+      if (tensor->shape_size() != 2 || block.imaginary.size() > 0)
+        faults_.add(tensor_path, std::to_string(tensor->shape_size()) + " axes",
+                    "must be real numbers of shape (n, N)");
+      return std::move(block.values);
+    } else if (matrix) {
+      if (auto block = read_matrix(path, *matrix, faults_)) return std::move(block->values);
+    } else {
       faults_.add(path, "absent", "must be given");
-      return {};
     }
-    const auto block = read_matrix(path, given, faults_);
-    return block ? Eigen::MatrixXd(block->values) : Eigen::MatrixXd();
+    return {};
   }
 
   TwoPointProblem problem(int index, TwoPointProblem out) {
     const v1::FramePair& given = request_.pairs(index);
     const Path pairs("pairs"), pair(pairs, index);
-    out.Q_0 = frame(Path(pair, "Q_0"), given.has_q_0(), given.q_0());
-    out.Q_T = frame(Path(pair, "Q_T"), given.has_q_t(), given.q_t());
-    out.inertia = request_.metric() == v1::METRIC_EUCLIDEAN
-                      ? Eigen::VectorXd::Ones(out.Q_0.cols())
-                      : Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(request_.inertia().data(),
-                                                                          request_.inertia_size()));
+    out.Q_0 = frame(pair, "Q_0", given.has_q_0() ? &given.q_0() : nullptr,
+                    given.has_q_0_tensor() ? &given.q_0_tensor() : nullptr);
+    out.Q_T = frame(pair, "Q_T", given.has_q_t() ? &given.q_t() : nullptr,
+                    given.has_q_t_tensor() ? &given.q_t_tensor() : nullptr);
+    if (request_.metric() == v1::METRIC_EUCLIDEAN)
+      out.inertia = Eigen::VectorXd::Ones(out.Q_0.cols());
+    else if (!out.beta)
+      out.inertia = Eigen::Map<const Eigen::VectorXd>(request_.inertia().data(),
+                                                      request_.inertia_size());
     return out;
   }
 
@@ -122,16 +146,6 @@ std::optional<grpc::Status> fault(const ConnectRefusal& refusal, std::size_t pai
   return std::nullopt;
 }
 
-/// Returns what `connect` refuses before it searches, by a search that is stopped at once.
-std::optional<grpc::Status> check(TwoPointProblem problem, std::size_t pair) {
-  std::stop_source stopped;
-  stopped.request_stop();
-  problem.stop = stopped.get_token();
-  problem.restarts = std::min(problem.restarts, 0);
-  const auto answer = connect(problem);
-  return answer ? std::nullopt : fault(answer.error(), pair);
-}
-
 std::uint64_t trajectory_bytes(const TwoPointProblem& problem, const ConnectTask& task) {
   const int samples = task.steps > 0 ? task.steps : task.samples;
   return samples > 0 ? sizeof(double) * static_cast<std::uint64_t>(samples + 1) *
@@ -139,18 +153,45 @@ std::uint64_t trajectory_bytes(const TwoPointProblem& problem, const ConnectTask
                      : 0;
 }
 
-v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
+v1::Field field_of(const char* name, std::initializer_list<Eigen::Index> shape) {
   v1::Field out;
-  out.set_name("Q");
+  out.set_name(name);
   v1::Tensor& tensor = *out.mutable_value();
   tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
-  tensor.add_shape(frames.size());
-  tensor.add_shape(static_cast<std::uint64_t>(frames[0].rows()));
-  tensor.add_shape(static_cast<std::uint64_t>(frames[0].cols()));
-  for (const RowMatrix frame : frames)
-    tensor.mutable_data()->append(reinterpret_cast<const char*>(frame.data()),
-                                  static_cast<std::size_t>(frame.size()) * sizeof(double));
+  for (const Eigen::Index extent : shape) tensor.add_shape(static_cast<std::uint64_t>(extent));
   return out;
+}
+void append(const Eigen::MatrixXd& block, v1::Field& out) {
+  const RowMatrix rows = block;
+  out.mutable_value()->mutable_data()->append(reinterpret_cast<const char*>(rows.data()),
+                                              static_cast<std::size_t>(rows.size()) *
+                                                  sizeof(double));
+}
+
+v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
+  v1::Field out = field_of("Q", {std::ssize(frames), frames[0].rows(), frames[0].cols()});
+  for (const Eigen::MatrixXd& frame : frames) append(frame, out);
+  return out;
+}
+
+v1::Field velocity_field(const Eigen::MatrixXd& V) {
+  v1::Field out = field_of("Qdot", {V.rows(), V.cols()});
+  append(V, out);
+  return out;
+}
+
+/// Moves arrays of at most `room` bytes to `out`, and reduces `room`; no more fit where it is 0.
+void fill(Parts& parts, std::size_t& room, Parts::Fields* out) {
+  if (parts.empty() || room == 0) return;
+  parts.take(room, out);
+  std::size_t taken = 0;
+  for (const v1::Field& field : *out) taken += field.value().data().size();
+  room = parts.empty() && taken < room ? room - taken : 0;
+}
+void fill(Parts& parts, std::size_t& room, const auto& field_of_message) {
+  Parts::Fields taken;
+  fill(parts, room, &taken);
+  if (!taken.empty()) field_of_message()->Swap(taken.Mutable(0));
 }
 
 Eigen::VectorXd inertia(const v1::ConjugatePointsRequest& request) {
@@ -189,51 +230,116 @@ OrStatus<ConnectTask> read(const v1::ConnectRequest& request) {
   if (!task) return task;
   for (std::size_t i = 0; i < task->problems.size(); ++i) {
     stop_point();
-    if (const auto status = check(task->problems[i], i)) return std::unexpected(*status);
+    const auto refusal = refusal_of(task->problems[i]);
+    if (const auto status = refusal ? fault(*refusal, i) : std::nullopt)
+      return std::unexpected(*status);
   }
   return *std::move(task);
 }
 
-grpc::Status ConnectAnswer::join(const std::stop_token& stop, v1::ConnectResponse& response) {
-  TwoPointProblem problem = task_.problems[pair_];
+std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t bytes_each) {
+  constexpr std::uint64_t most_bytes = std::uint64_t{64} << 20, most = 16;
+  const auto pairs = static_cast<std::uint64_t>(std::max(request.pairs_size(), 1));
+  return std::clamp<std::uint64_t>(most_bytes / std::max<std::uint64_t>(bytes_each, 1), 1,
+                                   std::min(pairs, most));
+}
+
+ConnectAnswer::ConnectAnswer(ConnectTask task, std::uint64_t memory, std::size_t at_once)
+    : task_(std::move(task)), memory_(memory), at_once_(at_once) {
+  for (std::size_t i = 0; i < task_.problems.size(); ++i) waiting_.push_back(i);
+}
+
+void ConnectAnswer::join(const std::stop_token& stop, double most_work, Joined& joined) const {
+  TwoPointProblem problem = task_.problems[joined.pair];
+  const double whole_work = problem.most_work;
   problem.stop = stop;
-  const auto joined = joining_scene(problem, task_.steps, task_.samples);
+  problem.most_work = std::min(most_work, whole_work);
+  v1::ConnectResponse& response = joined.first;
+  response.set_pair(static_cast<std::uint32_t>(joined.pair));
+  const auto found = joining_scene(problem, task_.steps, task_.samples, task_.with_scene);
   RunStatus run_status;
-  if (joined) {
-    to_proto(joined->scene.description(), response.mutable_scene());
-    response.set_energy(joined->energy);
-    response.set_residual(joined->residual);
-    response.set_shortest(shortest(joined->shortest));
-    response.set_distinct(static_cast<std::uint32_t>(joined->distinct));
-    if (!joined->trajectory.empty()) trajectory_.add(trajectory_field(joined->trajectory));
-  } else if (const auto status = fault(joined.error(), pair_)) {
-    return *status;
-  } else if (const auto* missed = std::get_if<refusal::NotConverged>(&joined.error())) {
+  bool finite = true;
+  if (found) {
+    if (found->scene) {
+      const SceneDescription& scene = found->scene->description();
+      const auto left_out =
+          write_view(scene, {}, v1::SCENE_VIEW_FULL, response.mutable_scene());
+      for (const SceneArray& array : arrays_of(scene))
+        if (std::ranges::find(left_out, array.path) != left_out.end())
+          joined.scene_arrays.add(to_field(array));
+    }
+    response.set_energy(found->energy);
+    response.set_residual(found->residual);
+    response.set_shortest(shortest(found->shortest));
+    response.set_distinct(static_cast<std::uint32_t>(found->distinct));
+    const auto send = [&](v1::Field field, Parts& parts) {
+      finite = finite && is_finite(field.value());
+      parts.add(std::move(field));
+    };
+    if (found->Qdot.size() > 0) send(velocity_field(found->Qdot), joined.velocity);
+    if (!found->trajectory.empty()) send(trajectory_field(found->trajectory), joined.trajectory);
+  } else if (const auto status = fault(found.error(), joined.pair)) {
+    joined.status = *status;
+  } else if (const auto* missed = std::get_if<refusal::NotConverged>(&found.error())) {
+    joined.deferred = std::isinf(missed->residual) && problem.most_work < whole_work;
     run_status.outcome = Outcome::solver_stalled;
     response.set_residual(missed->residual);
   } else {
     run_status.outcome = Outcome::cancelled;
   }
   to_proto(run_status, response.mutable_run_status());
-  to_proto(problem.most_work, trajectory_bytes(problem, task_), v1::PRICE_BOUND_AT_MOST, memory_,
+  demand_finite(finite && is_finite(response), response.mutable_run_status());
+  to_proto(whole_work, trajectory_bytes(problem, task_), v1::PRICE_BOUND_AT_MOST, memory_,
            response.mutable_price());
-  ++pair_;
-  return grpc::Status::OK;
+}
+
+void ConnectAnswer::join_some(const std::stop_token& stop) {
+  constexpr double quick = 3e9;  // operations of a pair that is not deferred
+  constexpr double nanoseconds_each = 3e5;
+  constexpr std::size_t most_bytes = std::size_t{8} << 20;  // of answers that wait to be sent
+  const bool again = waiting_.empty();
+  const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
+  std::deque<std::size_t>& queue = again ? slow_ : waiting_;
+  const TwoPointProblem& one = task_.problems[queue.front()];
+  const std::size_t bytes =
+      trajectory_bytes(one, task_) + 4 * sizeof(double) * static_cast<std::size_t>(one.Q_0.size());
+  // A batch is sent when its last pair is joined, so that slow pairs come in small batches.
+  const std::size_t count =
+      std::min({queue.size(), again ? std::min(cores, at_once_) : at_once_,
+                std::max<std::size_t>(1, most_bytes / bytes)});
+  std::vector<Joined> some;
+  for (std::size_t i = 0; i < count; ++i) some.push_back({queue[i]});
+  queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(count));
+  const double most_work = again || task_.problems.size() == 1 ? one.most_work : quick;
+  const auto join_one = [&](std::size_t i) { join(stop, most_work, some[i]); };
+  if (Crew* crew = count > 1 ? CrewOfThisThread::find() : nullptr)
+    crew->run(
+        count, nanoseconds_each * static_cast<double>(count),
+        [](void* context, std::size_t i) { (*static_cast<decltype(join_one)*>(context))(i); },
+        const_cast<void*>(static_cast<const void*>(&join_one)));
+  else
+    for (std::size_t i = 0; i < count; ++i) join_one(i);
+  for (Joined& pair : some) {
+    if (pair.deferred)
+      slow_.push_back(pair.pair);
+    else
+      joined_.push_back(std::move(pair));
+  }
 }
 
 grpc::Status ConnectAnswer::next(const std::stop_token& stop, v1::ConnectResponse& response) {
+  while (joined_.empty()) join_some(stop);
+  Joined& now = joined_.front();
+  if (!now.status.ok()) return now.status;
   response.Clear();
-  if (trajectory_.empty()) {
-    const grpc::Status status = join(stop, response);
-    if (!status.ok()) return status;
-  }
-  response.set_pair(static_cast<std::uint32_t>(pair_ - 1));
-  if (!trajectory_.empty()) {
-    Parts::Fields parts;
-    trajectory_.take(part_bytes, &parts);
-    response.mutable_trajectory()->Swap(parts.Mutable(0));
-  }
-  demand_finite(is_finite(response), response.mutable_run_status());
+  if (!std::exchange(now.begun, true)) response.Swap(&now.first);
+  response.set_pair(static_cast<std::uint32_t>(now.pair));
+  std::size_t room = part_bytes;
+  fill(now.velocity, room, [&] { return response.mutable_velocity(); });
+  fill(now.scene_arrays, room, response.mutable_scene_arrays());
+  fill(now.trajectory, room, [&] { return response.mutable_trajectory(); });
+  if (now.velocity.empty() && now.scene_arrays.empty() && now.trajectory.empty())
+    joined_.pop_front();
   return grpc::Status::OK;
 }
 

@@ -104,8 +104,13 @@ std::uint64_t conversion_workspace(const v1::Scene& scene) {
 
 std::uint64_t connect_workspace(const v1::ConnectRequest& request) {
   std::uint64_t largest = 0;
-  for (const auto& pair : request.pairs())
-    largest = std::max(largest, geodesic(pair.q_0().rows(), pair.q_0().cols(), request));
+  for (const auto& pair : request.pairs()) {
+    const auto& shape = pair.q_0_tensor().shape();
+    const bool is_tensor = shape.size() == 2;
+    const double n = is_tensor ? static_cast<double>(shape[0]) : pair.q_0().rows(),
+                 N = is_tensor ? static_cast<double>(shape[1]) : pair.q_0().cols();
+    largest = std::max(largest, geodesic(n, N, request));
+  }
   return largest;
 }
 

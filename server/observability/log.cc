@@ -2,11 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <stdexcept>
+#include <string_view>
 
 #include "server/convert/errors.h"
 #include "server/observability/metrics.h"
@@ -156,6 +158,11 @@ bool CallLog::tell_price() const {
   std::array<char, 16> text;
   std::snprintf(text.data(), text.size(), "%.2e", price_);
   context_->AddInitialMetadata("stiefel-work", text.data());
+  // These calls end when they have taken their price; the price of others is expected.
+  static constexpr std::array<std::string_view, 4> capped = {"Connect", "Convert", "CreateSession",
+                                                             "MeasureTradeoff"};
+  if (std::ranges::find(capped, std::string_view(method_)) != capped.end())
+    context_->AddInitialMetadata("stiefel-work-bound", "at_most");
   return true;
 }
 

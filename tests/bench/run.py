@@ -99,7 +99,8 @@ def geodesics(build: Path, repeats: int) -> list[dict]:
         return []
     done = subprocess.run([python, Path(__file__).parent / "peers/geodesics.py", build / "tests/bench/bench_geodesics", str(repeats)],
                           check=True, stdout=subprocess.PIPE, text=True,
-                          env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
+                          env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(build / "python"),
+                               "STIEFEL_SERVER": str(build / "bin/stiefel-server")})
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 

@@ -159,7 +159,7 @@ TEST(Late, SaysWhereTheSessionStandsAndHowLongTheStepsTake) {
         session.summarize(request, [](const v1::SummarizeResponse&) { return true; });
       }};
   const std::regex told(
-      "the call took longer than its timeout; it takes at most (\\S+) s of one core \\((\\S+) "
+      "the call took longer than its timeout; it takes about (\\S+) s of one core \\((\\S+) "
       "instructions\\): step 1000000000000 was not reached; the session stands at step ([0-9]+), "
       "from where the same call goes on");
   for (const auto& call : calls) {

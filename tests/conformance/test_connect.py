@@ -4,8 +4,6 @@ import pytest
 
 import scenes
 import stiefel
-from stiefel import v1 as pb
-from stiefel.scene import to_matrix
 
 
 def ends(n, N, seed):
@@ -76,21 +74,78 @@ def test_the_euclidean_metric_is_that_of_the_identity(client):
     pair = ends(2, 4, 1)
     euclidean, = client.connect([pair], metric="euclidean")
     assert euclidean.energy == client.geodesic(np.ones(4), *pair).energy
-    request = pb.ConnectRequest(pairs=[pb.FramePair(q_0=to_matrix(pair[0], "Q_0"), q_t=to_matrix(pair[1], "Q_T"))], time=1,
-                                metric=pb.METRIC_CANONICAL)
-    with pytest.raises(stiefel.InvalidArgument, match="metric: METRIC_CANONICAL"):
-        client._connection.call_all("Connect", request)
+
+
+def moved(Q, V, beta, t=1.0):
+    """The frame at t of the geodesic of beta, from the group that acts on frames (Hüper, Markina and Silva Leite 2021)."""
+    U, A = Q.T, Q @ V.T
+    H = V.T - U @ A
+    X = 2 * beta * U @ A @ U.T + H @ U.T - U @ H.T
+    turned = [np.linalg.eig(t * skew) for skew in (X, (1 - 2 * beta) * A)]
+    left, right = ((vectors * np.exp(values)) @ np.linalg.inv(vectors) for values, vectors in turned)
+    return (left @ U @ right).real.T
+
+
+@pytest.mark.parametrize("metric, beta", [("canonical", 0.5), ("beta", 0.3)])
+def test_metrics_without_a_scene_have_a_velocity(client, metric, beta):
+    Q_0, Q_T = ends(3, 8, 1)
+    found, = client.connect([(Q_0, Q_T)], metric=metric, beta=beta if metric == "beta" else None, time=2.0, samples=4)
+    assert found.outcome == stiefel.Outcome.REACHED and found.scene is None and found.residual <= 1e-11
+    for k, frame in enumerate(found.trajectory):
+        np.testing.assert_allclose(frame, moved(Q_0, 2 * found.velocity, beta, k / 4), atol=1e-12)
+    np.testing.assert_allclose(found.trajectory[-1], Q_T, atol=1e-12)
+    A = found.velocity @ Q_0.T
+    assert found.energy == pytest.approx((np.sum(found.velocity**2) - (1 - beta) * np.sum(A**2)) / 2, rel=1e-12)
+
+
+def test_the_view_decides_whether_there_is_a_scene(client):
+    pair = ends(2, 4, 1)
+    whole, = client.connect([pair], metric="euclidean")
+    bare, = client.connect([pair], metric="euclidean", scenes=False)
+    assert bare.scene is None and whole.scene is not None
+    np.testing.assert_array_equal(bare.velocity, whole.velocity)
+    start = {name: np.reshape(block["values"], (2, 4)) for name, block in whole.scene["initial"].items()}
+    np.testing.assert_array_equal(start["S"], whole.velocity)
+
+
+def test_frames_larger_than_a_reply_arrive(client):
+    """The arrays of 2 x 200000 frames take 3.2 MB each, and a reply 4 MiB."""
+    random = np.random.default_rng(5)
+    Q_0, Q_T = (np.linalg.qr(random.standard_normal((200_000, 2)))[0].T for _ in range(2))
+    found, = client.connect([(Q_0, Q_T)], metric="euclidean")
+    np.testing.assert_allclose(found.velocity @ Q_0.T, -(found.velocity @ Q_0.T).T, atol=1e-14)
+    assert len(found.scene["inertia"]) == 200_000
+    np.testing.assert_array_equal(np.reshape(found.scene["initial"]["S"]["values"], (2, -1)), found.velocity)
+
+
+def test_a_batch_has_the_bits_of_each_pair_alone(client):
+    pairs = [ends(2, 5, seed) for seed in range(60)]
+    inertia = np.geomspace(1, 100, 5)
+    for some, alone in zip(client.connect(pairs, inertia=inertia, scenes=False), pairs):
+        one, = client.connect([alone], inertia=inertia, scenes=False)
+        np.testing.assert_array_equal(some.velocity, one.velocity)
+        assert (some.energy, some.residual, some.shortest) == (one.energy, one.residual, one.shortest)
+
+
+def test_one_bad_pair_of_many_is_named_before_anything_moves(client):
+    pairs = [ends(2, 4, seed) for seed in range(200)]
+    for poison, said in ((np.nan, "finite"), (2.0, "orthonormal")):
+        bad = pairs[137][1].copy()
+        bad[0, 0] = poison
+        with pytest.raises(stiefel.InvalidArgument, match=rf"pairs\[137\].Q_T.*{said}"):
+            client.connect([*pairs[:137], (pairs[137][0], bad), *pairs[138:]], metric="canonical")
 
 
 @pytest.mark.parametrize("change, fault", [
     ({"time": 0.0}, "time"), ({"time": float("nan")}, "time"), ({"inertia": [1, 2]}, "inertia"),
     ({"inertia": [1, 2, -3]}, "inertia"), ({"Q_T": [[1, 1, 0]]}, "Q_T.*orthonormal"), ({"Q_T": np.eye(3)}, "Q_T"),
-    ({"steps": 10**6}, "steps"), ({"samples": 10**6}, "samples"), ({"restarts": 10**6}, "restarts"),
+    ({"metric": "canonical"}, "inertia"), ({"metric": "beta"}, "beta"), ({"beta": 0.5}, "beta"),
+    ({"inertia": [], "metric": "beta", "beta": -1.0}, "beta"), ({"steps": 10**6}, "steps"), ({"samples": 10**6}, "samples"), ({"restarts": 10**6}, "restarts"),
 ], ids=lambda value: None if isinstance(value, str) else "".join(value))
 def test_what_has_no_meaning_names_the_field(client, change, fault):
     problem = {"inertia": [1, 2, 3], "Q_0": [[1, 0, 0]], "Q_T": [[0, 1, 0]], **change}
     with pytest.raises(stiefel.InvalidArgument, match=fault):
-        client.geodesic(**problem)
+        client.connect([(problem.pop("Q_0"), problem.pop("Q_T"))], **problem)
 
 
 def test_frames_of_any_size_are_joined(client):

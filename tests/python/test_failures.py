@@ -158,7 +158,7 @@ def test_a_call_that_took_too_long_says_how_long_it_takes_and_where_it_stands(cl
     with client.create(SLOW) as session:
         with pytest.raises(stiefel.DeadlineExceeded) as caught:
             late(session, to)
-        told = re.search(r"took longer than its timeout of 0.3 s; it takes at most (\S+) s of one core \((\S+) instructions\): "
+        told = re.search(r"took longer than its timeout of 0.3 s; it takes about (\S+) s of one core \((\S+) instructions\): "
                          rf"step {to} was not reached; the session stands at step (\d+), from where", str(caught.value))
         seconds, work, stands = float(told[1]), float(told[2]), int(told[3])
         assert work == pytest.approx(to * session.step_price.work, rel=0.1)

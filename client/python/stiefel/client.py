@@ -6,12 +6,14 @@ import os
 from typing import Any, Iterable, Iterator, Optional, Sequence
 
 import grpc
+import numpy as np
 
 from stiefel import v1 as pb
 from stiefel._given.normalized import normalized, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
+from stiefel._wire.arrays import LARGE, set_tensor
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreation import route
 from stiefel._wire.replies import complete, described, require
@@ -153,7 +155,7 @@ class Client:
         trajectory after the first, 0 for none. `seed` and `restarts`: the seed and the number of the searches that
         start from random frames.
         """
-        pair = pb.FramePair(q_0=to_matrix(Q_0, "Q_0"), q_t=to_matrix(Q_T, "Q_T"))
+        pair = _frame_pair(Q_0, Q_T, "")
         try:
             return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
                                  restarts=restarts, timeout=timeout)[0]
@@ -163,22 +165,25 @@ class Client:
 
     def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
                 steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
-                timeout: Optional[float] = None) -> tuple[Geodesic, ...]:
+                timeout: Optional[float] = None, beta: Optional[float] = None, scenes: bool = True) -> tuple[Geodesic, ...]:
         """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs.
 
-        `metric`: "lambda" (that of `inertia`) or "euclidean" (Lambda = I, without `inertia`). The other arguments are
-        those of `geodesic`.
+        `metric`: "lambda" (that of `inertia`), "euclidean" (Lambda = I), "canonical", or "beta" with the number `beta`
+        (Hüper, Markina and Silva Leite 2021); the last three without `inertia`. `scenes`: whether each answer has its
+        scene beside its velocity, where the metric has one. The other arguments are those of `geodesic`.
         """
-        messages = [pb.FramePair(q_0=to_matrix(Q_0, f"pairs[{i}].Q_0"), q_t=to_matrix(Q_T, f"pairs[{i}].Q_T"))
-                    for i, (Q_0, Q_T) in enumerate(pairs)]
+        messages = [_frame_pair(Q_0, Q_T, f"pairs[{i}].") for i, (Q_0, Q_T) in enumerate(pairs)]
         return self._connect(messages, inertia=inertia, metric=_metric(metric), time=time, steps=steps, samples=samples,
-                             seed=seed, restarts=restarts, timeout=timeout)
+                             seed=seed, restarts=restarts, timeout=timeout, beta=beta, scenes=scenes)
 
     def _connect(self, pairs: Sequence[pb.FramePair], timeout: Optional[float], inertia: Any, time: Any,
-                 restarts: Optional[int], metric: Any = None, **counts: int) -> tuple[Geodesic, ...]:
+                 restarts: Optional[int], metric: Any = None, beta: Optional[float] = None, scenes: bool = True,
+                 **counts: int) -> tuple[Geodesic, ...]:
         request = pb.ConnectRequest(
             pairs=pairs, metric=metric, inertia=_lambdas(inertia), time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts),
+            beta=None if beta is None else number("beta", beta),
+            view=pb.GEODESIC_VIEW_SCENE if scenes else pb.GEODESIC_VIEW_VELOCITY,
             **{name: whole(name, count) for name, count in counts.items()})
         replies: dict[int, Any] = {}
         for reply in self._connection.call_all("Connect", request, timeout):
@@ -283,6 +288,18 @@ def _lambdas(inertia: Any) -> Any:
     if given.ndim != 1:
         raise refused("inertia", f"the shape {given.shape}: must be (numbers)")
     return given.tolist()
+
+
+def _frame_pair(Q_0: Any, Q_T: Any, path: str) -> pb.FramePair:
+    """Returns two frames as a message, large arrays as bytes. `path` is that of the pair in errors."""
+    pair = pb.FramePair()
+    for name, frame in (("Q_0", Q_0), ("Q_T", Q_T)):
+        matrix, tensor = (pair.q_0, pair.q_0_tensor) if name == "Q_0" else (pair.q_t, pair.q_t_tensor)
+        if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > LARGE:
+            set_tensor(tensor, frame)
+        else:
+            matrix.CopyFrom(to_matrix(frame, path + name))
+    return pair
 
 
 def _metric(name: str) -> int:

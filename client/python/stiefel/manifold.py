@@ -20,8 +20,8 @@ from typing import Any, Iterator, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stiefel._manifold.beta import BetaMetric, logarithm
-from stiefel._manifold.inertia import InertiaMetric, initial_velocity
+from stiefel._manifold.beta import BetaMetric
+from stiefel._manifold.inertia import InertiaMetric
 from stiefel.client import Client
 from stiefel.errors import StiefelError
 from stiefel.simulation import own_client
@@ -124,29 +124,15 @@ class _Manifold:
         frames, others = np.broadcast_arrays(self._frame(Q), self._frame(P))
         axes = frames.shape[:-2]
         pairs = list(zip(frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)))
-        if isinstance(self._metric, BetaMetric) and self._metric.is_joined_here(self.n, self.N):
-            return self._joined_here(pairs, frames.shape)
         found = [geodesic for some in _chunks(pairs)
-                 for geodesic in self._client().connect(some, restarts=restarts, seed=seed, **self._metric.request)]
-        missed = [i for i, geodesic in enumerate(found) if geodesic.scene is None]
+                 for geodesic in self._client().connect(some, restarts=restarts, seed=seed, scenes=False, **self._metric.request)]
+        missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
         if missed:
             raise NotJoined(missed, len(pairs), found[missed[0]].run_status.message)
-        V = np.stack([initial_velocity(geodesic.scene) for geodesic in found]).reshape(frames.shape)
+        V = np.reshape([geodesic.velocity for geodesic in found], frames.shape)
         return Joined(self._out(V), np.sqrt(self._metric.inner(frames, V, V)),
                       np.reshape([geodesic.residual for geodesic in found], axes),
                       np.reshape([geodesic.shortest for geodesic in found], axes))
-
-    def _joined_here(self, pairs: list[tuple[Array, Array]], shape: tuple[int, ...]) -> Joined:
-        assert isinstance(self._metric, BetaMetric)
-        found = [logarithm(Q.T, P.T, self._metric.beta) for Q, P in pairs]
-        missed = [i for i, V in enumerate(found) if V is None]
-        if missed:
-            raise NotJoined(missed, len(pairs), "the iteration did not converge, as happens far beyond the injectivity radius")
-        frames, others = (np.stack(some) for some in zip(*pairs))
-        V = np.stack([V.T for V in found if V is not None])
-        miss = np.abs(self._metric.flow(frames, V, np.ones(1))[0] - others).max(axis=(-2, -1))
-        return Joined(self._out(V.reshape(shape)), np.sqrt(self._metric.inner(frames, V, V)).reshape(shape[:-2]),
-                      miss.reshape(shape[:-2]), np.full(shape[:-2], "unknown"))
 
     def log(self, Q: ArrayLike, P: ArrayLike) -> Array:
         """Returns the velocity V of a geodesic with exp(Q, V) = P: the shortest one if P is nearer than the injectivity
@@ -245,14 +231,17 @@ class Stiefel(_Manifold):
     def injectivity_radius(self) -> Optional[float]:
         """The length up to which geodesics are shortest and unique, where it is known; else None.
 
-        pi for n = 1 and for "euclidean" with n < N (Zimmermann and Stoye 2024); pi sqrt(2 beta) for n = N > 1, where the
-        closed geodesics are turns of a plane, which have twice this length.
+        pi for n = 1 and for "euclidean" with n < N (Zimmermann and Stoye 2024); pi sqrt(4/5) for "canonical" with 1 < n < N,
+        a bound below the radius (Rentmeesters 2013); pi sqrt(2 beta) for n = N > 1, where the closed geodesics are turns of
+        a plane, which have twice this length.
         """
         if isinstance(self._metric, InertiaMetric):
             return None
         if self.n == self.N:
             return math.pi * math.sqrt(2 * self._metric.beta) if self.n > 1 else None
-        return math.pi if self.n == 1 or self._metric.beta == 1 else None
+        if self.n == 1 or self._metric.beta == 1:
+            return math.pi
+        return math.pi * math.sqrt(0.8) if self._metric.beta == 0.5 else None
 
 
 class SpecialOrthogonal(_Manifold):

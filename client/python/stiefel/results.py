@@ -274,7 +274,10 @@ class Conversion(ByValue):
 class Geodesic(Ended, ByValue):
     """The geodesic that joins two frames. If `outcome` is not REACHED, none was found."""
 
-    scene: Optional[dict[str, Any]]  #: the scene of the motion from Q_0 at time 0 to Q_T at the given time
+    #: the scene of the motion from Q_0 at time 0 to Q_T at the given time; None where it was not asked for, and in a metric
+    #: that no Lambda has
+    scene: Optional[dict[str, Any]]
+    velocity: Optional[Array]  #: Qdot at Q_0; None for the discrete problem
     energy: float
     residual: float  #: max |Q(time) - Q_T|
     #: whether it is the shortest geodesic between the frames: "yes" is proved; "none_shorter_found": a search was

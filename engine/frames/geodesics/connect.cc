@@ -28,16 +28,35 @@ using Eigen::VectorXd;
 
 bool is_body(const MatrixXd& Q) { return Q.rows() == Q.cols(); }
 
-double defect(const MatrixXd& Q) {
-  return Q.allFinite() ? orthogonality_defect(Q) : std::numeric_limits<double>::infinity();
+/// Returns max |QQᵀ − I| from QQᵀ; infinite where it is not finite.
+double defect(const MatrixXd& product) {
+  const double largest =
+      (product - MatrixXd::Identity(product.rows(), product.rows())).cwiseAbs().maxCoeff();
+  return product.allFinite() ? largest : std::numeric_limits<double>::infinity();
 }
 
-/// The defects of Q_0 and Q_T.
-struct Defects {
-  double Q_0, Q_T;
-};
+/// Whether the metric is one of β whose geodesics are not those of Λ = I.
+bool is_bent(const TwoPointProblem& p) {
+  return p.beta && *p.beta != 1 && p.Q_0.rows() > 1 && !is_body(p.Q_0);
+}
 
-std::optional<ConnectRefusal> refused(const TwoPointProblem& p, Defects& defects) {
+/// Calls `solve` with a problem that has a Λ; for a metric of β with the Λ of the same geodesics
+/// and energy, or Λ = I where `is_bent`.
+template <class Solve>
+auto with_inertia(const TwoPointProblem& given, const Solve& solve) -> decltype(solve(given)) {
+  if (!given.beta) return solve(given);
+  if (!(std::isfinite(*given.beta) && *given.beta > 0))
+    return std::unexpected(
+        refusal::Invalid{"beta", to_text(*given.beta), "must be positive and finite"});
+  if (given.inertia.size() > 0)
+    return std::unexpected(refusal::Invalid{
+        "inertia", std::to_string(given.inertia.size()) + " numbers", "must be absent with beta"});
+  TwoPointProblem problem = given;
+  problem.inertia = VectorXd::Constant(given.Q_0.cols(), is_body(given.Q_0) ? *given.beta : 1);
+  return solve(problem);
+}
+
+std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
   const auto invalid = [](std::string field, std::string value, std::string rule) {
     return ConnectRefusal(refusal::Invalid{std::move(field), std::move(value), std::move(rule)});
   };
@@ -56,7 +75,7 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p, Defects& defects
     if (!std::isfinite(p.inertia(k)))
       return invalid("inertia[" + std::to_string(k) + "]", to_text(p.inertia(k)), "must be finite");
   VectorXd sorted = p.inertia;
-  std::sort(sorted.begin(), sorted.end());
+  std::partial_sort(sorted.begin(), sorted.begin() + 2, sorted.end());
   if (n < N && !(sorted(0) > 0))
     return invalid("inertia", "smallest " + to_text(sorted(0)), "must be positive for n < N");
   if (n == N && !(sorted(0) + sorted(1) > 0))
@@ -66,22 +85,33 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p, Defects& defects
     return invalid("time", to_text(p.time), "must be positive and finite");
   if (p.restarts < 0)
     return invalid("restarts", std::to_string(p.restarts), "must not be negative");
-  defects = {defect(p.Q_0), defect(p.Q_T)};
-  for (const auto& [field, error] : {std::pair("Q_0", defects.Q_0), std::pair("Q_T", defects.Q_T)})
-    if (!(error <= Scene::frame_tolerance)) return refusal::NotOrthonormal{field, error};
-  if (n == N) {
+  return {};
+}
+
+/// Refuses what is no frame, and frames that no path joins.
+std::optional<ConnectRefusal> refused(const TwoPointProblem& p, const FrameProducts& products) {
+  for (const auto& [field, product] :
+       {std::pair("Q_0", &products.of_Q_0), std::pair("Q_T", &products.of_Q_T)})
+    if (const double error = defect(*product); !(error <= Scene::frame_tolerance))
+      return refusal::NotOrthonormal{field, error};
+  if (is_body(p.Q_0)) {
     const int first = p.Q_0.determinant() < 0 ? -1 : 1, last = p.Q_T.determinant() < 0 ? -1 : 1;
     if (first != last) return refusal::UnequalDeterminants{first, last};
   }
   return {};
 }
 
-/// Refuses a path of K steps whose relaxation would need too much memory: five d × d blocks and a
-/// basis of d directions for every inner frame, for all starts at once.
+/// Refuses a path of K steps whose relaxation would need too much memory. Dense: five d × d blocks
+/// and a basis of d directions for every inner frame, for all starts at once; else the equations of
+/// the multipliers, and the eigenvectors of K n.
 std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
   const double nN = static_cast<double>(p.Q_0.size()), n = static_cast<double>(p.Q_0.rows());
   const double d = nN - n * (n + 1) / 2;
-  const double each = 8 * (5 * d * d + nN * d + nN * (p.restarts + 3.0));
+  const bool dense = d <= most_dense_degrees || !(p.inertia.minCoeff() > 0);
+  const double unknowns = std::min(K * n * (n + 1) / 2, static_cast<double>(Relaxation::most_dense));
+  const double each =
+      8 * (dense ? 5 * d * d + nN * d + nN * (p.restarts + 3.0)
+                 : 2 * unknowns * unknowns / K + 6 * n * n * K + nN * (p.restarts + 12.0));
   if (each * K <= static_cast<double>(TwoPointProblem::most_bytes)) return {};
   const auto most = static_cast<int>(static_cast<double>(TwoPointProblem::most_bytes) / each);
   return refusal::Invalid{"steps", std::to_string(K),
@@ -113,15 +143,17 @@ std::optional<ConnectRefusal> too_large(const TwoPointProblem& p) {
           " MiB, and takes " + std::to_string(static_cast<std::int64_t>(bytes) >> 20)};
 }
 
-/// Returns what `repaired` does for a frame of a known defect.
-MatrixXd repaired(const MatrixXd& Q, double defect) {
-  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
-  return defect > rounding ? nearest_orthogonal<double>(Q) : Q;
+/// Whether `repaired` leaves a frame as it is.
+bool is_orthonormal(const MatrixXd& Q, const MatrixXd& product) {
+  return defect(product) <= 4 * static_cast<double>(Q.cols()) * 0x1p-53;
 }
 
-Posed posed(const TwoPointProblem& p, const Defects& defects) {
+Posed posed(const TwoPointProblem& p, const FrameProducts& products) {
+  const auto frame = [](const MatrixXd& Q, const MatrixXd& product) {
+    return is_orthonormal(Q, product) ? Q : nearest_orthogonal<double>(Q);
+  };
   const double scale = std::exp2(std::ilogb(p.inertia.cwiseAbs().maxCoeff()));
-  return {p.inertia / scale, scale, repaired(p.Q_0, defects.Q_0), repaired(p.Q_T, defects.Q_T)};
+  return {p.inertia / scale, scale, frame(p.Q_0, products.of_Q_0), frame(p.Q_T, products.of_Q_T)};
 }
 
 /// Runs `search` within the work and the stop token of the problem.
@@ -141,35 +173,55 @@ double energy(const VectorXd& lambda, const MatrixXd& V) {
   return (V.cwiseAbs2() * lambda).sum() / 2;
 }
 
-/// Searches where no closed form is the answer; Λ = λI is `round`.
-Found searched(const Posed& p, const TwoPointProblem& problem, bool round) {
-  constexpr double most_degrees = 128;  // of a dense search
+std::optional<RoundGeodesic> logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0,
+                                       const MatrixXd& Q_T, const FrameProducts& products,
+                                       bool thorough = false,
+                                       const MatrixXd* euclidean = nullptr) {
+  const bool bent = is_bent(problem);
+  return round_logarithm(Q_0, Q_T, products,
+                         {bent ? *problem.beta : 1, thorough,
+                          bent && thorough ? problem.restarts : 0, problem.seed, euclidean});
+}
+
+/// Searches a geodesic of β by way of one for Λ = I, and shorter ones if asked for.
+std::optional<RoundGeodesic> bent_logarithm(const Posed& p, const TwoPointProblem& problem,
+                                            const FrameProducts& products) {
+  Found euclidean;
+  TwoPointProblem direct = problem;
+  direct.restarts = 0;
+  if (search_bytes(direct) <= static_cast<double>(TwoPointProblem::most_bytes))
+    euclidean = by_multipliers(p, direct);
+  return logarithm(problem, p.Q_0, p.Q_T, products, true,
+                   euclidean.V.size() > 0 ? &euclidean.V : nullptr);
+}
+
+Found found(RoundGeodesic geodesic, Shortest otherwise) {
+  return {std::move(geodesic.V), geodesic.shortest ? Shortest::yes : otherwise, geodesic.distinct,
+          geodesic.start, geodesic.residual, geodesic.length};
+}
+
+/// Searches where no closed form is the answer. `round` is what the logarithm of Λ = λI found.
+Found searched(const Posed& p, const TwoPointProblem& problem, bool is_round,
+               std::optional<RoundGeodesic> round) {
   constexpr double most_of_round =
       3e7;  // bytes of a search beyond the radius that nobody asked for
-  std::optional<RoundGeodesic> logarithm;
-  const auto within_radius = [](const MatrixXd& V) {
-    return V.norm() <= (1 + 1e-12) * std::numbers::pi;
-  };
-  if (round) {
-    logarithm = round_logarithm(p.Q_0, p.Q_T);
-    if (logarithm && within_radius(logarithm->V))
-      return {logarithm->V, Shortest::yes, 1, 0, logarithm->residual};
-  }
   const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
-  const double most = logarithm && problem.restarts == 0
+  const double most = round && problem.restarts == 0
                           ? most_of_round
                           : static_cast<double>(TwoPointProblem::most_bytes);
-  if (logarithm && search_bytes(problem) > most)
-    return {logarithm->V, Shortest::unknown, 1, 0, logarithm->residual};
+  if (round && search_bytes(problem) > most) return found(*std::move(round), Shortest::unknown);
   Found best;
   if (p.lambda.minCoeff() > 0 && search_bytes(problem) <= most) best = by_multipliers(p, problem);
-  if (best.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_degrees) best = by_paths(p, problem);
-  if (best.V.size() == 0) return best;
-  if (logarithm && logarithm->V.norm() < (1 - 1e-12) * best.V.norm()) {
-    best.V = logarithm->V;
-    best.residual = logarithm->residual;
+  if (best.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_dense_degrees) best = by_paths(p, problem);
+  if (best.V.size() == 0 && is_round && !round)
+    round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true);
+  if (best.V.size() == 0)
+    return round ? found(*std::move(round), Shortest::unknown) : std::move(best);
+  if (round && round->length < (1 - 1e-12) * best.V.norm()) {
+    best.V = round->V;
+    best.residual = round->residual;
   }
-  if (round && within_radius(best.V)) best.shortest = Shortest::yes;
+  if (is_round && best.V.norm() <= (1 + 1e-12) * std::numbers::pi) best.shortest = Shortest::yes;
   return best;
 }
 
@@ -188,11 +240,19 @@ void judge(const Posed& p, Found& best) {
   if (passed && !passed->points.empty()) best.shortest = Shortest::no;
 }
 
-Found found(const Posed& p, const TwoPointProblem& problem) {
+Found found(const Posed& p, const TwoPointProblem& problem, std::optional<RoundGeodesic> round) {
   if (p.Q_0 == p.Q_T) return {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0, 0};
   if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T))
     return {std::move(closed->V), Shortest::yes, closed->distinct, closed->start};
-  Found best = searched(p, problem, is_round(p.lambda) && !is_body(p.Q_0));
+  const bool shoots = is_round(p.lambda) && !is_body(p.Q_0);
+  const bool bent = is_bent(problem);
+  if (shoots && !round)
+    round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T));
+  if (bent && (!round || problem.restarts > 0))
+    round = bent_logarithm(p, problem, frame_products(p.Q_0, p.Q_T));
+  if (round && (round->shortest || bent)) return found(*std::move(round), Shortest::unknown);
+  if (bent) return {};
+  Found best = searched(p, problem, shoots, std::move(round));
   judge(p, best);
   return best;
 }
@@ -204,33 +264,51 @@ double residual_of(const TwoPointProblem& problem, const Geodesic& answer, const
   return end ? (*end - Q_T).cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
 }
 
-std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem,
-                                               const Defects& defects) {
-  const Posed p = posed(problem, defects);
-  Found best = found(p, problem);
+/// Returns what was found from the frame Q_0 as an answer.
+std::expected<Geodesic, ConnectRefusal> answered(const TwoPointProblem& problem, Found best,
+                                                 const MatrixXd& Q_0, const MatrixXd& Q_T) {
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
   if (best.V.size() == 0) return std::unexpected(refusal::NotConverged{best.residual});
-
   Geodesic answer;
   answer.shortest = best.shortest;
   answer.distinct = best.distinct;
   answer.start = best.start;
-  answer.Q = p.Q_0;
-  answer.Qdot = best.V / problem.time;
-  answer.S = answer.Qdot * problem.inertia.asDiagonal();
-  if (is_body(p.Q_0)) answer.M = momentum(problem.inertia, p.Q_0, answer.Qdot);
-  answer.energy = energy(problem.inertia, answer.Qdot);
+  answer.Q = Q_0;
+  answer.Qdot = std::move(best.V);
+  if (problem.time != 1) answer.Qdot /= problem.time;
+  if (!is_bent(problem)) answer.S = answer.Qdot * problem.inertia.asDiagonal();
+  if (is_body(Q_0)) answer.M = momentum(problem.inertia, Q_0, answer.Qdot);
+  answer.energy = best.length ? *best.length * (*best.length * problem.inertia(0)) / 2 /
+                                    (problem.time * problem.time)
+                              : energy(problem.inertia, answer.Qdot);
+  if (!std::isfinite(answer.energy))
+    return std::unexpected(
+        refusal::Invalid{"time", to_text(problem.time), "makes an energy that is not finite"});
   answer.residual =
-      std::isfinite(best.residual) ? best.residual : residual_of(problem, answer, p.Q_T);
+      std::isfinite(best.residual) ? best.residual : residual_of(problem, answer, Q_T);
   if (!(answer.residual <= TwoPointProblem::joined))
     return std::unexpected(refusal::NotConverged{answer.residual});
   return answer;
 }
 
+std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem,
+                                               const FrameProducts& products) {
+  const MatrixXd &Q_0 = problem.Q_0, &Q_T = problem.Q_T;
+  std::optional<RoundGeodesic> round;
+  if (1 < Q_0.rows() && Q_0.rows() < Q_0.cols() && is_round(problem.inertia) && Q_0 != Q_T &&
+      is_orthonormal(Q_0, products.of_Q_0) && is_orthonormal(Q_T, products.of_Q_T)) {
+    round = logarithm(problem, Q_0, Q_T, products);
+    if (round && (round->shortest || (is_bent(problem) && problem.restarts == 0)))
+      return answered(problem, found(*std::move(round), Shortest::unknown), Q_0, Q_T);
+  }
+  const Posed p = posed(problem, products);
+  return answered(problem, found(p, problem, std::move(round)), p.Q_0, p.Q_T);
+}
+
 std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& problem,
-                                                       const Defects& defects, int K) {
+                                                       const FrameProducts& products, int K) {
   constexpr double tolerance = 1e-10, stationary = 1e-12;
-  const Posed p = posed(problem, defects);
+  const Posed p = posed(problem, products);
   std::vector<RelaxedPath> all = relaxed(p, problem, K, tolerance);
   std::erase_if(all, [](const RelaxedPath& c) { return !c.settled; });
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
@@ -254,19 +332,43 @@ std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& pr
 
 }  // namespace
 
-std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem) {
-  Defects defects;
-  if (const auto refusal = refused(problem, defects)) return std::unexpected(*refusal);
-  if (const auto refusal = too_large(problem)) return std::unexpected(*refusal);
-  return within(problem, [&] { return search(problem, defects); });
+std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& given) {
+  const auto checked = with_inertia(
+      given, [](const TwoPointProblem& problem) -> std::expected<void, ConnectRefusal> {
+        if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+        const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
+        if (const auto refusal = refused(problem, products)) return std::unexpected(*refusal);
+        if (const auto refusal = too_large(problem)) return std::unexpected(*refusal);
+        return {};
+      });
+  return checked ? std::nullopt : std::optional(checked.error());
 }
 
-std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K) {
-  Defects defects;
-  if (const auto refusal = refused(problem, defects)) return std::unexpected(*refusal);
-  if (K < 1) return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});
-  if (const auto refusal = too_large(problem, K)) return std::unexpected(*refusal);
-  return within(problem, [&] { return search(problem, defects, K); });
+std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& given) {
+  return with_inertia(
+      given, [](const TwoPointProblem& problem) -> std::expected<Geodesic, ConnectRefusal> {
+        if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+        const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
+        if (const auto refusal = refused(problem, products)) return std::unexpected(*refusal);
+        if (const auto refusal = too_large(problem)) return std::unexpected(*refusal);
+        return within(problem, [&] { return search(problem, products); });
+      });
+}
+
+std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& given, int K) {
+  return with_inertia(
+      given, [&](const TwoPointProblem& problem) -> std::expected<DiscreteGeodesic, ConnectRefusal> {
+        if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
+        if (K < 1)
+          return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});
+        if (is_bent(problem))
+          return std::unexpected(refusal::Invalid{
+              "steps", std::to_string(K), "must be 0 in a metric of beta without a Lambda"});
+        const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
+        if (const auto refusal = refused(problem, products)) return std::unexpected(*refusal);
+        if (const auto refusal = too_large(problem, K)) return std::unexpected(*refusal);
+        return within(problem, [&] { return search(problem, products, K); });
+      });
 }
 
 }  // namespace stiefel

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "engine/frames/geodesics/path.h"
@@ -24,6 +25,7 @@ struct Found {
   Shortest shortest = Shortest::none_shorter_found;
   int distinct = 0, start = 0;
   double residual = std::numeric_limits<double>::infinity();  ///< the best where V is empty
+  std::optional<double> length = {};  ///< of V at Λ = I or β, where it is known
 };
 
 /// Searches by the multipliers, n ≤ N and every λ_i > 0: relaxes the starts (`starts`) at 9 nodes,
@@ -45,7 +47,11 @@ struct RelaxedPath {
   bool settled;  ///< whether the path is a local minimum; else relaxing it took too long
 };
 
-/// Returns the different paths of K steps that the starts lead to, sorted by the action.
+/// Degrees of freedom up to which paths are relaxed by dense Newton steps.
+inline constexpr double most_dense_degrees = 128;
+
+/// Returns the different paths of K steps that the starts lead to, sorted by the action: by dense
+/// Newton steps up to `most_dense_degrees`, and where a λ_i is not positive, else by the multipliers.
 std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& problem, int K,
                                  double tolerance);
 

@@ -56,6 +56,24 @@ Nodes lobatto(int K) {
   return nodes;
 }
 
+Nodes equally_spaced(int K) {
+  Nodes nodes;
+  nodes.times = VectorXd::LinSpaced(K + 1, 0, 1);
+  nodes.weights = VectorXd::Constant(K + 1, 1.0 / K);
+  nodes.weights(0) = nodes.weights(K) = 0.5 / K;
+  nodes.start = Eigen::RowVectorXd::Zero(K + 1);
+  nodes.start(0) = -K;
+  nodes.start(1) = K;
+  nodes.stiffness = MatrixXd::Zero(K + 1, K + 1);
+  nodes.stiffness.diagonal().setConstant(2 * K);
+  nodes.stiffness(0, 0) = nodes.stiffness(K, K) = K;
+  nodes.stiffness.diagonal(1).setConstant(-K);
+  nodes.stiffness.diagonal(-1).setConstant(-K);
+  const MatrixXd inner = nodes.stiffness.block(1, 1, K - 1, K - 1);
+  nodes.inverse_root = Eigen::SelfAdjointEigenSolver<MatrixXd>(inner).operatorInverseSqrt();
+  return nodes;
+}
+
 MatrixXd interpolation(const VectorXd& from, const VectorXd& to) {
   MatrixXd L = MatrixXd::Ones(to.size(), from.size());
   for (Index i = 0; i < to.size(); ++i)

@@ -21,6 +21,10 @@ struct Nodes {
 /// smooth.
 Nodes lobatto(int K);
 
+/// Returns K + 1 equally spaced nodes: S is that of differences, the action of K steps of the
+/// variational method of order 2.
+Nodes equally_spaced(int K);
+
 /// Returns the matrix that takes the values at `from` to those of their polynomial at `to`.
 Eigen::MatrixXd interpolation(const Eigen::VectorXd& from, const Eigen::VectorXd& to);
 

@@ -101,11 +101,6 @@ class Model {
     for (const VectorXd& x : step_) largest = std::max(largest, x.cwiseAbs().maxCoeff());
     return largest;
   }
-  double largest_gradient() const {
-    double largest = 0;
-    for (const VectorXd& x : gradient_) largest = std::max(largest, x.cwiseAbs().maxCoeff());
-    return largest;
-  }
   Path moved(const Path& path) const {
     Path result = path;
     for (std::size_t k = 0; k < step_.size(); ++k) {
@@ -163,8 +158,14 @@ double action(const VectorXd& lambda, const Path& path) {
 }
 
 double largest_gradient(const VectorXd& lambda, const Path& path) {
-  return Model(lambda, path).largest_gradient() /
-         (static_cast<double>(steps(path)) * lambda.maxCoeff());
+  double largest = 0;
+  for (std::size_t k = 1; k + 1 < path.size(); ++k) {
+    stop_point(work_on(path, connect_work::action) / static_cast<double>(path.size()));
+    const MatrixXd g = (2 * path[k] - path[k + 1] - path[k - 1]) * lambda.asDiagonal(),
+                   B = g * path[k].transpose();
+    largest = std::max(largest, (g - (B + B.transpose()) / 2 * path[k]).cwiseAbs().maxCoeff());
+  }
+  return largest / lambda.maxCoeff();
 }
 
 Path refined(const Path& path) {

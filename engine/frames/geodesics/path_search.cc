@@ -1,8 +1,11 @@
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
+#include "engine/frames/geodesics/connect_work.h"
 #include "engine/frames/geodesics/geodesic_search.h"
+#include "engine/frames/geodesics/relaxation.h"
 #include "engine/frames/geodesics/shoot.h"
 #include "engine/frames/geodesics/starts.h"
 
@@ -56,11 +59,23 @@ Shot solved(const Posed& p, RelaxedPath& c, const std::stop_token& stop) {
 std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& problem, int K,
                                  double tolerance) {
   const VectorXd times = VectorXd::LinSpaced(K + 1, 0, 1);
+  const double n = static_cast<double>(posed.Q_0.rows()), N = static_cast<double>(posed.Q_0.cols());
+  const bool dense = connect_work::degrees(n, N) <= most_dense_degrees ||
+                     !(posed.lambda.minCoeff() > 0) || K == 1;
+  std::optional<Relaxation> relaxation;
+  if (!dense) relaxation.emplace(posed.lambda, posed.Q_0, posed.Q_T, equally_spaced(K));
   std::vector<RelaxedPath> all;
   int start = 0;
   for (Path& path :
        starts(posed.Q_0, posed.Q_T, times, problem.restarts, problem.seed, posed.wide())) {
-    const bool settled = relax(posed.lambda, path, tolerance, problem.stop);
+    bool settled = false;
+    if (dense) {
+      settled = K == 1 || relax(posed.lambda, path, tolerance, problem.stop);
+    } else {
+      relaxation->set_path(path);
+      settled = relaxation->relax(tolerance);
+      path = relaxation->path();
+    }
     const double reached = action(posed.lambda, path);
     all.push_back({std::move(path), reached, start++, settled});
   }

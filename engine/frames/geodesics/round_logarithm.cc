@@ -5,11 +5,16 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <random>
 
 #include "engine/frames/geodesics/anderson.h"
 #include "engine/frames/geodesics/connect_work.h"
-#include "engine/linalg/lie/exponential.h"
+#include "engine/frames/geodesics/frame_span.h"
+#include "engine/frames/geodesics/path.h"
 #include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/skew_flow.h"
+#include "engine/numbers/small_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -19,219 +24,239 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-template <int n>
-MatrixXd gram_of(const MatrixXd& A, const MatrixXd& B) {
-  using Column = Eigen::Map<const Eigen::Matrix<double, n, 1>>;
-  constexpr Index chunk = 256;  // sums of chunks keep the rounding of a long sum small
-  Eigen::Matrix<double, n, n> sum = Eigen::Matrix<double, n, n>::Zero();
-  for (Index from = 0; from < A.cols(); from += chunk) {
-    Eigen::Matrix<double, n, n> part = Eigen::Matrix<double, n, n>::Zero();
-    for (Index j = from; j < std::min(A.cols(), from + chunk); ++j)
-      part.noalias() += Column(A.data() + n * j) * Column(B.data() + n * j).transpose();
-    sum += part;
-  }
-  return sum;
+/// Matrices whose columns are padded with zeros to a multiple of 8 numbers, which is what
+/// `small_product` takes.
+Index padded(Index rows) { return (rows + 7) / 8 * 8; }
+MatrixXd padded(const MatrixXd& A) {
+  MatrixXd out = MatrixXd::Zero(padded(A.rows()), A.cols());
+  out.topRows(A.rows()) = A;
+  return out;
 }
 
-template <int n>
-void add_product_of(const MatrixXd& C, const MatrixXd& A, MatrixXd& out) {
-  const Eigen::Matrix<double, n, n> fixed = C;
-  for (Index j = 0; j < A.cols(); ++j)
-    Eigen::Map<Eigen::Matrix<double, n, 1>>(out.data() + n * j).noalias() +=
-        fixed * Eigen::Map<const Eigen::Matrix<double, n, 1>>(A.data() + n * j);
-}
-
-bool is_tall(const MatrixXd& A) { return A.cols() > 1000; }
-
-/// Return ABᵀ, and add CA to `out`, for n × N blocks; faster than Eigen's kernels where n is small
-/// and N is large.
-MatrixXd gram(const MatrixXd& A, const MatrixXd& B) {
-  if (is_tall(A)) switch (A.rows()) {
-      case 2:
-        return gram_of<2>(A, B);
-      case 3:
-        return gram_of<3>(A, B);
-      case 4:
-        return gram_of<4>(A, B);
-      case 5:
-        return gram_of<5>(A, B);
-      case 6:
-        return gram_of<6>(A, B);
-    }
-  return A * B.transpose();
-}
-void add_product(const MatrixXd& C, const MatrixXd& A, MatrixXd& out) {
-  if (is_tall(A)) switch (A.rows()) {
-      case 2:
-        return add_product_of<2>(C, A, out);
-      case 3:
-        return add_product_of<3>(C, A, out);
-      case 4:
-        return add_product_of<4>(C, A, out);
-      case 5:
-        return add_product_of<5>(C, A, out);
-      case 6:
-        return add_product_of<6>(C, A, out);
-    }
-  out.noalias() += C * A;
-}
-
-/// The span of two frames with the orthonormal rows [Q_0; K]; a matrix X of n + p rows stands for
-/// the n × N block Xᵀ[Q_0; K].
-class Span {
+/// Computes exp(Θ) − I for a padded skew matrix Θ, m × m, by its Taylor polynomial of degree 9, 12
+/// or 16 in the fewest products (Paterson and Stockmeyer), with doublings where Θ is large. The
+/// error is below rounding; |θ| ≤ (‖Θ²‖_F / √2)^{1/2} for every eigenvalue iθ. Of eigenvalues above
+/// 10⁶, which leave no digits, it makes NaN.
+class SmallExponential {
  public:
-  Span(const MatrixXd& Q_0, const MatrixXd& Q_T)
-      : Q_0_(Q_0), n_(Q_0.rows()), p_(std::min(n_, Q_0.cols() - n_)) {
-    const double n = static_cast<double>(n_), N = static_cast<double>(Q_0.cols());
-    stop_point(connect_work::span(n, N));
-    const MatrixXd C = gram(Q_T, Q_0);
-    K_ = Q_T;
-    add_product(-C, Q_0, K_);
-    target_.resize(n_ + p_, n_);
-    target_.topRows(n_) = C.transpose();
-    if (p_ == n_ && orthonormalised()) return;
-    MatrixXd both(Q_0.cols(), 2 * n_);
-    both << Q_0.transpose(), (Q_T - C * Q_0).transpose();
-    K_ = orthonormal_columns(both, n_ + p_).rightCols(p_).transpose();
-    to_K_ = MatrixXd::Identity(p_, p_);
-    target_.bottomRows(p_).noalias() = K_ * Q_T.transpose();
+  explicit SmallExponential(Index m)
+      : m_(m), powers_{MatrixXd::Zero(padded(m), m), {}, {}, {}}, product_(powers_[0]) {
+    std::ranges::fill(powers_, product_);
   }
 
-  /// Returns the X of Q_T.
-  const MatrixXd& target() const { return target_; }
-
-  MatrixXd lifted(const MatrixXd& X) const {
-    const MatrixXd of_K = X.bottomRows(p_).transpose() * to_K_;
-    MatrixXd out = MatrixXd::Zero(n_, Q_0_.cols());
-    add_product(X.topRows(n_).transpose(), Q_0_, out);
-    if (p_ == n_)
-      add_product(of_K, K_, out);
-    else
-      out.noalias() += of_K * K_;
-    return out;
+  void operator()(const MatrixXd& theta, MatrixXd& D) {
+    powers_[0] = theta;
+    times(theta, theta, powers_[1]);
+    const double largest = std::sqrt(powers_[1].norm() / std::numbers::sqrt2);
+    if (!(largest < 1e6)) {
+      D = MatrixXd::Constant(theta.rows(), m_, std::numeric_limits<double>::quiet_NaN());
+      return;
+    }
+    const int doublings = largest > 0.9 ? static_cast<int>(std::ceil(std::log2(largest / 0.9))) : 0;
+    const double scale = std::exp2(-doublings), size = largest * scale;
+    if (doublings > 0) {
+      powers_[0] *= scale;
+      powers_[1] *= scale * scale;
+    }
+    const int degree = size <= 0.11 ? 9 : size <= 0.33 ? 12 : 16, s = degree == 9 ? 3 : 4;
+    times(powers_[1], powers_[0], powers_[2]);
+    if (s == 4) times(powers_[1], powers_[1], powers_[3]);
+    D = coefficient(degree) * powers_[at(s)];
+    for (int block = degree - s; block >= 0; block -= s) {
+      for (int k = 1; k < s; ++k) D += coefficient(block + k) * powers_[at(k)];
+      if (block == 0) break;
+      for (Index i = 0; i < m_; ++i) D(i, i) += coefficient(block);
+      times(powers_[at(s)], D, product_);
+      D.swap(product_);
+    }
+    for (int k = 0; k < doublings; ++k) {
+      times(D, D, product_);
+      D = 2 * D + product_;
+    }
   }
 
  private:
-  /// Finds the matrix that makes the rows of Q_T − CQ_0 orthonormal, by the Cholesky factors of
-  /// their products; the product of the transposed factors is the lower part of the target. Short
-  /// or almost dependent rows take a second pass, which first removes what rounding left of Q_0 in
-  /// them. Returns false where they are nearly dependent.
-  bool orthonormalised() {
-    constexpr double good = 0.05, least = 1e-9;  // squares of ratios of singular values
-    MatrixXd whole = MatrixXd::Identity(n_, n_);
-    to_K_ = whole;
-    for (int pass = 0; pass < 2; ++pass) {
-      if (pass > 0) {
-        K_ = (to_K_ * K_).eval();
-        to_K_.setIdentity();
-        add_product(-gram(K_, Q_0_), Q_0_, K_);
-      }
-      const Eigen::LLT<MatrixXd> llt(gram(K_, K_));
-      if (llt.info() != Eigen::Success) return false;
-      const MatrixXd L = llt.matrixL();
-      const VectorXd squares = L.diagonal().cwiseAbs2();
-      const double shortest = squares.minCoeff(), ratio = shortest / squares.maxCoeff();
-      if (!(ratio > least)) return false;
-      to_K_ = L.triangularView<Eigen::Lower>().solve(MatrixXd::Identity(n_, n_));
-      whole = (whole * L).eval();
-      if (ratio > good && shortest > good) break;
-    }
-    target_.bottomRows(n_) = whole.transpose();
-    return true;
+  static std::size_t at(int power) { return static_cast<std::size_t>(power - 1); }
+  /// Returns 1/k!.
+  static double coefficient(int k) {
+    static constexpr auto all = [] {
+      std::array<double, 17> factorials{1};
+      for (std::size_t i = 1; i < factorials.size(); ++i)
+        factorials[i] = factorials[i - 1] * static_cast<double>(i);
+      for (double& factorial : factorials) factorial = 1 / factorial;
+      return factorials;
+    }();
+    return all[static_cast<std::size_t>(k)];
+  }
+  void times(const MatrixXd& A, const MatrixXd& B, MatrixXd& out) const {
+    multiply_(A.rows(), m_, m_, A.data(), A.rows(), B.data(), B.rows(), out.data(), out.rows());
   }
 
-  const MatrixXd& Q_0_;
-  Index n_, p_;
-  MatrixXd K_, to_K_, target_;  ///< the orthonormal rows are to_K_ · K_
+  Index m_;
+  std::array<MatrixXd, 4> powers_;
+  MatrixXd product_;
+  SmallProduct multiply_ = small_product();
 };
 
-/// The iteration for the frames I and T in R^{n+p}, T with n orthonormal columns.
+/// The iteration for the frames I and T in R^{n+p}, T with n orthonormal columns. Velocities are
+/// packed into vectors x of their degrees of freedom, with ‖x‖ the Euclidean norm.
 class Shooting {
  public:
-  explicit Shooting(const MatrixXd& T)
+  Shooting(const MatrixXd& T, double beta)
       : n_(T.cols()),
         p_(T.rows() - n_),
-        T_(T),
-        V_(n_ + p_, n_),
-        W_(n_ + p_, n_ + p_),
+        beta_(beta),
+        T_(padded(T)),
+        V_(MatrixXd::Zero(T_.rows(), n_)),
+        W_(MatrixXd::Zero(T_.rows(), n_ + p_)),
         turn_(W_),
-        back_(n_, n_),
-        quarter_back_(n_, n_),
+        back_(MatrixXd::Zero(padded(n_), n_)),
+        quarter_back_(back_),
+        S_(back_),
+        product_(V_),
+        transposed_(MatrixXd::Zero(padded(n_), n_ + p_)),
         exp_W_(n_ + p_),
         exp_A_(n_) {
-    Y_.fill(MatrixXd::Identity(n_ + p_, n_));
+    Y_.fill(MatrixXd::Identity(T_.rows(), n_));
   }
 
-  /// Iterates from the direction of the chord. Returns whether the miss became rounding.
-  bool converge() {
-    constexpr int most = 60;
-    constexpr double rounding = 4e-15, nearly = 2e-13;
-    MatrixXd chord = T_ - Y_[0], D = chord;
+  void set_target(const MatrixXd& T) { T_ = padded(T); }
+  void set_beta(double beta) { beta_ = beta; }
+
+  /// Returns the direction of the chord with its length; 0 where it has none.
+  VectorXd chord() {
+    MatrixXd D = T_ - Y_[0];
+    const double length = D.norm();
     project(Y_[0], D);
-    if (!(D.norm() > 0)) return false;
-    D *= chord.norm() / D.norm();
-    VectorXd x = packed(D);
+    if (D.norm() > 0) D *= length / D.norm();
+    return packed(D);
+  }
+
+  /// Iterates from x. Returns whether the miss became rounding; x is then the solution.
+  bool converge(VectorXd& x) {
+    constexpr int most = 60;
     Anderson accelerate(x.size(), 10);
     VectorXd best;
+    MatrixXd D;
     double least = std::numeric_limits<double>::infinity();
     int idle = 0;
     for (int k = 0; k < most && idle < 3; ++k) {
-      stop_point(connect_work::shot(static_cast<double>(n_), static_cast<double>(p_)));
-      unpack(x);
-      go();
-      D = Y_[4] - T_;
-      const double miss = D.cwiseAbs().maxCoeff();
+      const double miss = shoot(x);
       if (!std::isfinite(miss)) return false;
       idle = least < nearly && miss > least / 2 ? idle + 1 : 0;
       if (miss < least) least = miss, best = x;
       if (miss <= rounding) break;
+      D = Y_[4] - T_;
       for (std::size_t node = 5; node-- > 0;) project(Y_[node], D);
       accelerate(x, -packed(D));
     }
     if (!(least <= nearly)) return false;
-    unpack(best);
-    go();
+    x = best;
     return true;
   }
 
-  /// Return the velocity at t = 0, and the frame at t = 1.
-  const MatrixXd& V() const { return V_; }
-  const MatrixXd& end() const { return Y_[4]; }
-
- private:
-  /// Computes the frames at t = 1/4, 1/2, 3/4 and 1.
-  void go() {
-    const auto A = V_.topRows(n_), B = V_.bottomRows(p_);
-    W_.setZero();
-    W_.topLeftCorner(n_, n_) = A / 2;
-    W_.bottomLeftCorner(p_, n_) = B / 4;
-    W_.topRightCorner(n_, p_) = -B.transpose() / 4;
-    quarter_back_ = -A / 4;
-    exp_W_(W_, turn_);
-    exp_A_(quarter_back_, back_);
-    for (std::size_t k = 0; k < 4; ++k) {
-      product_ = Y_[k];
-      product_.noalias() += turn_ * Y_[k];
-      Y_[k + 1] = product_;
-      Y_[k + 1].noalias() += product_ * back_;
+  /// Minimises the miss from x by the method of Levenberg and Marquardt, with a Jacobian by
+  /// differences. Returns as `converge` does.
+  bool minimise(VectorXd& x) {
+    constexpr int most = 60;
+    constexpr double change = 0x1p-26, near = 1e-4;
+    const Index d = x.size();
+    shoot(x);
+    MatrixXd J(T_.size(), d), normal;
+    VectorXd miss = (Y_[4] - T_).reshaped();
+    double damping = 1e-3;
+    for (int k = 0; k < most; ++k) {
+      if (miss.norm() <= near) return converge(x);
+      for (Index i = 0; i < d; ++i) {
+        VectorXd moved = x;
+        moved(i) += change;
+        shoot(moved);
+        J.col(i) = ((Y_[4] - T_).reshaped() - miss) / change;
+      }
+      const VectorXd slope = J.transpose() * miss;
+      normal.noalias() = J.transpose() * J;
+      if (!(slope.norm() > 1e-9 * miss.norm())) return false;  // a minimum that is no solution
+      for (bool better = false; !better; damping *= better ? 0.1 : 4) {
+        if (damping > 1e8) return false;
+        MatrixXd damped = normal;
+        damped.diagonal().array() += damping;
+        const VectorXd next = x - damped.llt().solve(slope);
+        if (!std::isfinite(shoot(next))) continue;
+        const VectorXd there = (Y_[4] - T_).reshaped();
+        better = there.norm() < miss.norm();
+        if (better) x = next, miss = there;
+      }
     }
+    return false;
   }
 
-  /// Removes from D what is not tangent at Y.
-  void project(const MatrixXd& Y, MatrixXd& D) {
-    S_.noalias() = Y.transpose() * D;
-    back_ = (S_ + S_.transpose()) / 2;
-    D.noalias() -= Y * back_;
-  }
-
+  /// Returns the degrees of freedom of a velocity, of n + p rows or padded.
   VectorXd packed(const MatrixXd& D) const {
     VectorXd x(n_ * (n_ - 1) / 2 + p_ * n_);
     Index at = 0;
     for (Index j = 0; j < n_; ++j)
       for (Index i = 0; i < j; ++i) x(at++) = (D(i, j) - D(j, i)) / std::sqrt(2.0);
-    x.tail(p_ * n_) = D.bottomRows(p_).reshaped();
+    x.tail(p_ * n_) = D.middleRows(n_, p_).reshaped();
     return x;
   }
+
+  /// Shoots with x. Returns the largest miss of a number.
+  double shoot(const VectorXd& x) {
+    stop_point(connect_work::shot(static_cast<double>(n_), static_cast<double>(p_)));
+    unpack(x);
+    go();
+    return Y_[4].allFinite() ? (Y_[4] - T_).cwiseAbs().maxCoeff()
+                             : std::numeric_limits<double>::infinity();
+  }
+
+  /// Return the velocity at t = 0, and the frame at t = 1, of the last shot.
+  MatrixXd V() const { return V_.topRows(n_ + p_); }
+  MatrixXd end() const { return Y_[4].topRows(n_ + p_); }
+  double length() const {
+    return std::sqrt(beta_ * V_.topRows(n_).squaredNorm() + V_.middleRows(n_, p_).squaredNorm());
+  }
+
+ private:
+  static constexpr double rounding = 4e-15, nearly = 2e-13;
+
+  /// Computes the frames at t = 1/4, 1/2, 3/4 and 1.
+  void go() {
+    const auto A = V_.topRows(n_), B = V_.middleRows(n_, p_);
+    W_.topLeftCorner(n_, n_) = (beta_ / 2) * A;
+    W_.block(n_, 0, p_, n_) = B / 4;
+    W_.topRightCorner(n_, p_) = -B.transpose() / 4;
+    exp_W_(W_, turn_);
+    const bool turns_back = beta_ != 0.5;
+    if (turns_back) {
+      quarter_back_.topRows(n_) = ((1 - 2 * beta_) / 4) * A;
+      exp_A_(quarter_back_, back_);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      times(turn_, n_ + p_, Y_[k], product_);
+      product_ += Y_[k];
+      if (!turns_back) {
+        Y_[k + 1] = product_;
+        continue;
+      }
+      times(product_, n_, back_, Y_[k + 1]);
+      Y_[k + 1] += product_;
+    }
+  }
+
+  /// Removes from D what is not tangent at Y.
+  void project(const MatrixXd& Y, MatrixXd& D) {
+    transposed_.topRows(n_) = Y.topRows(n_ + p_).transpose();
+    times(transposed_, n_ + p_, D, S_);
+    back_.topRows(n_) = (S_.topRows(n_) + S_.topRows(n_).transpose()) / 2;
+    times(Y, n_, back_, product_);
+    D -= product_;
+  }
+
+  /// Sets out = AB, n columns, for padded matrices, of which A has k columns.
+  void times(const MatrixXd& A, Index k, const MatrixXd& B, MatrixXd& out) const {
+    multiply_(A.rows(), k, n_, A.data(), A.rows(), B.data(), B.rows(), out.data(), out.rows());
+  }
+
   void unpack(const VectorXd& x) {
     V_.setZero();
     Index at = 0;
@@ -240,25 +265,133 @@ class Shooting {
         V_(i, j) = x(at++) / std::sqrt(2.0);
         V_(j, i) = -V_(i, j);
       }
-    V_.bottomRows(p_).reshaped() = x.tail(p_ * n_);
+    V_.middleRows(n_, p_) = x.tail(p_ * n_).reshaped(p_, n_);
   }
 
   Index n_, p_;
-  MatrixXd T_, V_, W_, turn_, back_, quarter_back_, product_, S_;
+  double beta_;
+  MatrixXd T_, V_, W_, turn_, back_, quarter_back_, S_, product_, transposed_;
   std::array<MatrixXd, 5> Y_;
-  SkewExponential<double> exp_W_, exp_A_;
+  SmallExponential exp_W_, exp_A_;
+  SmallProduct multiply_ = small_product();
 };
+
+/// Follows the solution from x for the target T of `shooting`: through frames near the chord, in
+/// more and more steps; through other β, from 1; and from the chord by `minimise`.
+/// `euclidean`: the solution for β = 1 if it is known, else empty.
+bool follow(Shooting& shooting, const MatrixXd& T, double beta, const VectorXd& euclidean,
+            VectorXd& x) {
+  const Index n = T.cols();
+  const MatrixXd I = MatrixXd::Identity(T.rows(), n);
+  for (const int steps : {4, 8, 16}) {
+    bool found = true;
+    for (int k = 1; k <= steps && found; ++k) {
+      const double s = static_cast<double>(k) / steps;
+      shooting.set_target(k == steps ? T : polar((I + s * (T - I)).transpose()).transpose());
+      x = k == 1 ? shooting.chord() : VectorXd(x * k / (k - 1));
+      found = shooting.converge(x);
+    }
+    shooting.set_target(T);
+    if (found) return true;
+  }
+  if (beta != 1) {
+    x = euclidean.size() > 0 ? euclidean : shooting.chord();
+    constexpr int steps = 8;
+    bool found = true;
+    for (int k = 0; k <= steps && found; ++k) {
+      shooting.set_beta(std::pow(beta, static_cast<double>(k) / steps));
+      VectorXd next = x;
+      found = shooting.converge(next) || (next = x, k > 0 && shooting.minimise(next));
+      x = next;
+    }
+    shooting.set_beta(beta);
+    if (found) return true;
+  }
+  x = shooting.chord();
+  return shooting.minimise(x);
+}
+
+/// Returns a proved lower bound of the injectivity radius in the norm of β, where one is known:
+/// π for β = 1 (Zimmermann and Stoye 2024) and √(4/5) π for β = 1/2 (Rentmeesters 2013).
+double least_radius(double beta) {
+  constexpr double rounding = 1 + 1e-12;
+  if (beta == 1) return rounding * std::numbers::pi;
+  return beta == 0.5 ? std::sqrt(0.8) * std::numbers::pi : 0;
+}
 
 }  // namespace
 
-std::optional<RoundGeodesic> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T) {
-  const Span span(Q_0, Q_T);
-  Shooting shooting(span.target());
-  if (!shooting.converge()) return {};
+std::optional<RoundGeodesic> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T,
+                                             const FrameProducts& products,
+                                             const RoundSearch& search) {
+  constexpr Index most_degrees = 600;  // of a Jacobian by differences
+  constexpr double same = 1e-6;
+  const FrameSpan span(Q_0, Q_T, products);
+  Shooting shooting(span.target(), search.beta);
+  std::vector<VectorXd> found;
+  RoundGeodesic best{{}, std::numeric_limits<double>::infinity(), 0, false, 0, 0};
+  VectorXd chosen;
+  const auto keep = [&](const VectorXd& x, int start) {
+    if (std::ranges::any_of(found, [&](const VectorXd& y) { return (x - y).norm() <= same; })) return;
+    found.push_back(x);
+    shooting.shoot(x);
+    if (!(shooting.length() < best.length)) return;
+    best.length = shooting.length();
+    best.start = start;
+    chosen = x;
+  };
+  const VectorXd chord = shooting.chord();
+  VectorXd x = chord;
+  const bool few = chord.size() <= most_degrees;
+  const bool has_chord = chord.norm() > 0;
+  if (has_chord && shooting.converge(x))
+    keep(x, 0);
+  else if (search.thorough && few) {
+    const VectorXd euclidean =
+        search.euclidean ? shooting.packed(span.coordinates(*search.euclidean)) : VectorXd();
+    if (follow(shooting, span.target(), search.beta, euclidean, x)) keep(x, 0);
+  }
+  std::mt19937_64 generator(search.seed);
+  std::normal_distribution<double> normal;
+  for (int k = 1; k <= search.restarts; ++k) {
+    for (double& number : x) number = normal(generator);
+    x = chord + (std::numbers::pi / x.norm()) * x;
+    VectorXd other = x;
+    if (shooting.converge(x) || (few && (x = other, shooting.minimise(x)))) keep(x, k);
+  }
+  if (found.empty()) return {};
   stop_point(connect_work::span(static_cast<double>(Q_0.rows()), static_cast<double>(Q_0.cols())));
-  MatrixXd V = span.lifted(shooting.V());
-  const double residual = (shooting.end() - span.target()).colwise().norm().maxCoeff();
-  return RoundGeodesic{std::move(V), residual};
+  shooting.shoot(chosen);
+  best.V = span.lifted(shooting.V());
+  best.residual = (shooting.end() - span.target()).colwise().norm().maxCoeff();
+  best.shortest = best.length <= least_radius(search.beta);
+  best.distinct = static_cast<int>(found.size());
+  return best;
+}
+
+std::vector<MatrixXd> round_geodesic(const MatrixXd& Q_0, const MatrixXd& V, double beta,
+                                     int samples) {
+  const Index n = Q_0.rows(), N = Q_0.cols(), p = std::min(n, N - n);
+  MatrixXd both(N, 2 * n);
+  both << Q_0.transpose(), V.transpose();
+  MatrixXd rows = orthonormal_columns(both, n + p).transpose();
+  rows.topRows(n) = Q_0;
+  const MatrixXd X = rows * V.transpose();
+  const MatrixXd A = (X.topRows(n) - X.topRows(n).transpose()) / 2;
+  MatrixXd W = MatrixXd::Zero(n + p, n + p);
+  W.topLeftCorner(n, n) = 2 * beta * A;
+  W.bottomLeftCorner(p, n) = X.bottomRows(p);
+  W.topRightCorner(n, p) = -X.bottomRows(p).transpose();
+  SkewFlow<double> by_W(W), by_A((1 - 2 * beta) * A);
+  MatrixXd turn(n + p, n + p), back(n, n);
+  std::vector<MatrixXd> out = {Q_0};
+  for (int k = 1; k <= samples; ++k) {
+    const double t = static_cast<double>(k) / samples;
+    by_W(t, turn);
+    by_A(t, back);
+    out.push_back((turn.leftCols(n) * back).transpose() * rows);
+  }
+  return out;
 }
 
 }  // namespace stiefel

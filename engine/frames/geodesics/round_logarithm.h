@@ -1,28 +1,61 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
+#include <vector>
+
+#include "engine/frames/geodesics/frame_span.h"
 
 namespace stiefel {
 
-/// A geodesic of the metric ‖Q̇‖² (Λ = I, the Euclidean metric) between two frames.
+/// A geodesic between two frames of a metric
+///
+///     ‖Q̇‖² = β tr(AAᵀ) + tr(HHᵀ),   Q̇ = AQ + H, HQᵀ = 0
+///
+/// (Hüper, Markina and Silva Leite 2021): β = 1 is the Euclidean metric, Λ = I, and β = 1/2 the
+/// canonical one.
 struct RoundGeodesic {
   Eigen::MatrixXd V;  ///< Q̇(0) for T = 1, n × N
+  double length;      ///< ‖V‖
   double residual;    ///< bound of max |Q(1) − Q_T|: the largest 2-norm of a row
+  bool shortest;      ///< whether the length is within a proved bound of the injectivity radius
+  int distinct;       ///< number of different geodesics found
+  int start;          ///< index of the start that led to this one; 0 is the chord
 };
 
-/// Finds a geodesic from Q_0 to Q_T for Λ = I and n < N, by shooting in the span of both frames:
-/// with K orthonormal rows that complete Q_0, n + p in all, p = min(n, N − n),
+/// The metric of a search, and how far it goes.
+struct RoundSearch {
+  double beta = 1;
+  bool thorough = false;
+  int restarts = 0;
+  std::uint64_t seed = 0;
+  const Eigen::MatrixXd* euclidean = nullptr;  ///< V of a geodesic for β = 1, n × N, if one is known
+};
+
+/// Finds a geodesic from Q_0 to Q_T, n < N, by shooting in the span of both frames: with K
+/// orthonormal rows that complete Q_0, n + p in all, p = min(n, N − n),
 ///
-///     Q(t)ᵀ = [Q_0; K]ᵀ exp(tW) [I; 0] e^{−tA},   W = [[2A, −Bᵀ], [B, 0]],   V = −A Q_0 + BᵀK
+///     Q(t)ᵀ = [Q_0; K]ᵀ exp(tW) [I; 0] e^{(1 − 2β)tA},   W = [[2βA, −Bᵀ], [B, 0]],
+///     V = −A Q_0 + BᵀK
 ///
 /// (Edelman, Arias and Smith 1998). An iteration takes the miss at t = 1 back to t = 0 by
 /// projections onto the tangent spaces at t = 1, 3/4, 1/2, 1/4 and 0 and subtracts it from (A, B)
 /// (Zimmermann and Hüper 2022, "p-shooting"), and Anderson's method accelerates the iterations. It
 /// takes 6 to 16 of them for lengths up to 0.8 π, and its work is proportional to
-/// Nn² + (n + p)³. Returns nothing where the iterations do not converge, which only happens beyond
-/// the injectivity radius, ‖V‖ = π, or next to it.
-std::optional<RoundGeodesic> round_logarithm(const Eigen::MatrixXd& Q_0,
-                                             const Eigen::MatrixXd& Q_T);
+/// Nn² + (n + p)³.
+///
+/// Where the iterations do not converge, which only happens beyond the injectivity radius or next
+/// to it, and `thorough` is set, follow the solutions for nearer frames, for other β, and the method
+/// of Levenberg and Marquardt. `restarts` further searches start from random velocities of `seed`;
+/// the shortest geodesic counts. Returns nothing where none was found.
+std::optional<RoundGeodesic> round_logarithm(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
+                                             const FrameProducts& products,
+                                             const RoundSearch& search);
+
+/// Returns the frames at `samples` + 1 equally spaced times of [0, 1] of the geodesic of β from the
+/// n × N frame Q_0, n < N, with the velocity V.
+std::vector<Eigen::MatrixXd> round_geodesic(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& V,
+                                            double beta, int samples);
 
 }  // namespace stiefel

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <expected>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <variant>
@@ -22,6 +23,10 @@ namespace stiefel {
 ///     Σ ½ ‖(Q_{k+1} − Q_k) Λ^{1/2}‖² / h .
 struct TwoPointProblem {
   Eigen::VectorXd inertia;  ///< Λ: n < N: every λ_i > 0; n = N: λ_i + λ_j > 0 for i ≠ j
+  /// β > 0, with an empty `inertia`: the metric E = ½ (β tr(AAᵀ) + tr(HHᵀ)), Q̇ = AQ + H, HQᵀ = 0
+  /// (Hüper, Markina and Silva Leite 2021) in place of that of Λ. β = 1 is Λ = I, β = 1/2 the
+  /// canonical metric. For 1 < n < N and β ≠ 1 no Λ has these geodesics.
+  std::optional<double> beta = {};
   /// n × N with orthonormal rows to Scene::frame_tolerance; each is replaced by the nearest frame,
   /// as the Q of a scene is.
   Eigen::MatrixXd Q_0, Q_T;
@@ -47,19 +52,21 @@ struct TwoPointProblem {
 ///  ways
 ///                      round are compared; n = 1 or n = N with Λ = λI); or Λ = λI and ‖Q̇‖_F T ≤ π,
 ///                      the injectivity radius for n < N in the metric ‖Q̇‖_F (Zimmermann and Stoye
-///                      2024); or √(2E) T is at most `injectivity_bound` (conjugate_points.h).
+///                      2024); or β = 1/2 and a length up to √(4/5) π (Rentmeesters 2013); or √(2E) T is
+///                      at most `injectivity_bound` (conjugate_points.h).
 ///  no:                 a shorter path was seen whose geodesic could not be computed to `joined`; or
 ///                      the geodesic passes a conjugate point, beyond which none is the shortest.
 ///  none_shorter_found: every start led to a minimum and none of these is shorter, which proves
 ///                      nothing about minima that no start leads to.
-///  unknown:            a start did not lead to a minimum; or the discrete problem.
+///  unknown:            a start did not lead to a minimum; or the discrete problem; or a metric of
+///                      β without a proof.
 enum class Shortest { yes, no, none_shorter_found, unknown };
 
 /// The geodesic from Q_0 to Q_T, given by its state at time 0.
 struct Geodesic {
   Eigen::MatrixXd Q;     ///< Q_0, n × N
   Eigen::MatrixXd Qdot;  ///< Q̇(0), n × N
-  Eigen::MatrixXd S;     ///< Q̇(0)Λ, n × N: with Q a state of [ST] (37)–(39)
+  Eigen::MatrixXd S;     ///< Q̇(0)Λ, n × N: with Q a state of [ST] (37)–(39); empty without a Λ
   Eigen::MatrixXd M;  ///< n = N: ΛΩ + ΩΛ, Ω = QᵀQ̇, a state of [RB] (2.2), (2.3); else empty
   double energy = 0;    ///< E
   double residual = 0;  ///< max |Q(T) − Q_T| of the motion from this state
@@ -108,18 +115,26 @@ using ConnectRefusal =
     std::variant<refusal::Invalid, refusal::NotOrthonormal, refusal::UnequalDeterminants,
                  refusal::NotConverged, refusal::Cancelled>;
 
+/// Returns what `connect` refuses before it searches.
+std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& problem);
+
 /// Solves the two-point problem; with K its discrete form. For Λ = λI and n < N the answer comes from
-/// shooting in the span of both frames, at the cost O(Nn² + n³). Otherwise the search relaxes paths
+/// shooting in the span of both frames, at the cost O(Nn² + n³), as it does for β, whose `restarts`
+/// are random velocities. Otherwise the search relaxes paths
 /// to minima of the action by the multipliers of QQᵀ = I, at the cost O(Nn⁴ + n⁶) whatever Λ is, and
 /// corrects the initial velocity of the shortest path until its geodesic ends at Q_T. Where that
 /// fails, and at n = N with a λ_i ≤ 0, dense Newton steps of whole paths follow for up to 128 degrees
-/// of freedom; they cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem does.
+/// of freedom; they cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem does up
+/// to that d. Beyond, the multipliers solve it too, at the cost O(N (Kn)² n² + (Kn²)³).
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
 
 /// The geodesic between two frames as a scene.
 struct JoiningScene {
-  Scene scene;  ///< starts from Q_0: `rigid_body` where n = N, else `stiefel`; `variational`
+  /// Starts from Q_0: `rigid_body` where n = N, else `stiefel`; `variational`. Absent where it was
+  /// not asked for, and where a metric of β has no Λ.
+  std::optional<Scene> scene;
+  Eigen::MatrixXd Qdot;  ///< Q̇(0); empty for the discrete problem
   double energy;
   double residual;
   Shortest shortest;
@@ -132,6 +147,6 @@ struct JoiningScene {
 /// and the scene takes `steps` steps of order 2 to Q_T. Otherwise the scene's step is time /
 /// max(samples, 1), its method has order 8, and h‖Q̇‖ is 0.02 with its number of substeps.
 std::expected<JoiningScene, ConnectRefusal> joining_scene(const TwoPointProblem& problem, int steps,
-                                                          int samples);
+                                                          int samples, bool with_scene = true);
 
 }  // namespace stiefel

@@ -1,5 +1,5 @@
-// Joins pairs of frames with Λ = λI. Arguments: n, N, a file of the pairs: Q_0, Q_T and Q̇(0) for
-// each, as rows of doubles. For every index of a pair that it reads from stdin it writes the
+// Joins pairs of frames in the metric of β. Arguments: n, N, β, a file of the pairs: Q_0, Q_T and
+// Q̇(0) for each, as rows of doubles. For every index of a pair that it reads from stdin it writes the
 // seconds of a search and the largest error of its velocity.
 #include <cstdlib>
 #include <fstream>
@@ -14,7 +14,8 @@ int main(int, char** argv) {
   using namespace stiefel;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const int n = std::stoi(argv[1]), N = std::stoi(argv[2]);
-  std::ifstream file(argv[3], std::ios::binary);
+  const double beta = std::stod(argv[3]);
+  std::ifstream file(argv[4], std::ios::binary);
   const auto block = [&] {
     RowMajor rows(n, N);
     file.read(reinterpret_cast<char*>(rows.data()),
@@ -25,7 +26,10 @@ int main(int, char** argv) {
   std::vector<Eigen::MatrixXd> velocities;
   while (file.peek() != std::ifstream::traits_type::eof()) {
     TwoPointProblem problem;
-    problem.inertia.setOnes(N);
+    if (beta == 1)
+      problem.inertia.setOnes(N);
+    else
+      problem.beta = beta;
     problem.Q_0 = block();
     problem.Q_T = block();
     problems.push_back(std::move(problem));

@@ -39,8 +39,15 @@ def test_a_fault_is_where_the_file_has_it(stiefel, write):
     assert many.status == 2 and "scene.json: pairs[1].Q_T" in many.err
     both = stiefel("connect", write({"inertia": [1, 2, 3], "pairs": pairs, "Q_0": good, "time": 1}))
     assert both.status == 2 and "scene.json: pairs: must be absent when Q_0 or Q_T is given" in both.err
-    canonical = stiefel("connect", write({"metric": "METRIC_CANONICAL", "pairs": pairs[:1], "time": 1}))
-    assert canonical.status == 2 and "scene.json: metric: " in canonical.err
+    canonical = stiefel("connect", write({"metric": "METRIC_BETA", "pairs": pairs[:1], "time": 1}))
+    assert canonical.status == 2 and "scene.json: beta: " in canonical.err
+
+
+def test_a_metric_without_a_scene_has_a_velocity(stiefel, write):
+    Q_0, Q_T = np.eye(2, 5), np.eye(5)[[4, 1]]
+    done = stiefel("connect", write({"metric": "METRIC_CANONICAL", "Q_0": matrix(Q_0), "Q_T": matrix(Q_T), "time": 1}))
+    assert done.status == 0 and "scene" not in done.json and done.json["residual"] < 1e-11
+    np.testing.assert_allclose(done.json["velocity"]["values"], [0, 0, 0, 0, np.pi / 2, 0, 0, 0, 0, 0], atol=1e-13)
 
 
 def test_connect_names_what_is_wrong(stiefel, write):

@@ -33,7 +33,7 @@ TEST(ConnectDiscrete, IsATrajectoryOfTheMoserVeselovMap) {
 /// [ST] (54) with differences: (Q_{k+1} − 2Q_k + Q_{k−1})Λ = BQ_k with symmetric B, its momentum
 /// Q_kΛQ_{k+1}ᵀ − Q_{k+1}ΛQ_kᵀ is the same at every k, and S is the momentum at Q_0.
 TEST(ConnectDiscrete, SatisfiesTheDiscreteEulerLagrangeEquations) {
-  for (const auto& [n, N] : {std::pair(1, 3), {2, 5}, {3, 5}}) {
+  for (const auto& [n, N] : {std::pair(1, 3), {2, 5}, {3, 5}, {2, 100}, {6, 40}}) {
     const int K = 24;
     TwoPointProblem p = random_frames(n, N, 4, 8);
     p.time = 1.5;

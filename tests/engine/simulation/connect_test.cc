@@ -368,7 +368,7 @@ TEST(Connect, RepairsFramesAsAScene) {
   d.method = {"variational", 2, 1, ""};
   d.step = 0.1;
   EXPECT_EQ(Scene::resolve(d).value().Q(), answer->Q);
-  EXPECT_EQ(joining_scene(p, 0, 0).value().scene.Q(), answer->Q);
+  EXPECT_EQ(joining_scene(p, 0, 0).value().scene->Q(), answer->Q);
 }
 
 TEST(Connect, DividesByNoInertiaOfABody) {

@@ -7,7 +7,7 @@ metric, beta = 1/2 the canonical one. Arrays may have leading axes. With columns
 """
 from __future__ import annotations
 
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,78 +88,13 @@ class Geodesic:
         return B, K
 
 
-def logarithm(U: Array, P: Array, beta: float) -> Optional[Array]:
-    """Returns a velocity V with exp_U(V) = P, both N x n, or None where none was found.
-
-    Where the iteration from the chord does not converge, it follows the frames on the chord in 4, 8 and 16 steps.
-    """
-    n = U.shape[-1]
-    UC = np.concatenate([U, np.linalg.qr(np.concatenate([U, P], axis=-1))[0][:, n:]], axis=-1)
-    I, T = np.eye(UC.shape[1])[:, :n], UC.T @ P
-    for steps in (1, 4, 8, 16):
-        V: Optional[Array] = None
-        for k in range(1, steps + 1):
-            left, _, right = np.linalg.svd(I + (T - I) * (k / steps), full_matrices=False)
-            V = _shoot(T if k == steps else left @ right, beta, None if V is None else V * (k / (k - 1)))
-            if V is None:
-                break
-        if V is not None:
-            found: Array = UC @ V
-            return found
-    return None
-
-
-def _shoot(T: Array, beta: float, V: Optional[Array]) -> Optional[Array]:
-    """Returns the velocity from I to T, iterated from V or from the direction of the chord.
-
-    The iteration takes the miss at t = 1 back to t = 0 by projections onto the tangent spaces at t = 1, 3/4, 1/2, 1/4 and 0
-    and subtracts it from V (Zimmermann and Hüper 2022, "p-shooting"), in the span of both frames. Anderson's method
-    accelerates it.
-    """
-    I = np.eye(*T.shape)
-
-    def tangent(Y: Array, D: Array) -> Array:
-        S = Y.T @ D
-        return D - Y @ (S + S.T) / 2
-
-    if V is None:
-        D = tangent(I, T - I)
-        V = D * (np.linalg.norm(T - I) / max(float(np.linalg.norm(D)), 1e-300))
-    best, least, idle = V, np.inf, 0
-    points: list[Array] = []
-    changes: list[Array] = []
-    for _ in range(60):
-        geodesic = Geodesic(I, V, beta)
-        miss = geodesic.at(1.0)[0] - T
-        size = float(np.max(np.abs(miss)))
-        idle = idle + 1 if least < 2e-13 and size > least / 2 else 0
-        best, least = (V, size) if size < least else (best, least)
-        if not np.isfinite(size) or size <= 4e-15 or idle == 3:
-            break
-        for t in (1, 0.75, 0.5, 0.25, 0):
-            miss = tangent(geodesic.at(t)[0], miss)
-        points, changes = points[-10:] + [V], changes[-10:] + [-miss]
-        V = V - miss
-        if len(points) > 1:
-            of_points = np.stack([(b - a).ravel() for a, b in zip(points, points[1:])], axis=1)
-            of_changes = np.stack([(b - a).ravel() for a, b in zip(changes, changes[1:])], axis=1)
-            g = np.linalg.lstsq(of_changes, changes[-1].ravel(), rcond=1e-12)[0]
-            V = tangent(I, V - ((of_points + of_changes) @ g).reshape(V.shape))
-    return best if least <= 2e-13 else None
-
-
 class BetaMetric:
     """The metric of one beta. Frames and vectors are n x N here, as everywhere in stiefel."""
 
-    #: Connect joins frames in this metric.
-    request: dict[str, Any] = {"metric": "euclidean"}
-
     def __init__(self, beta: float):
         self.beta = beta
-
-    def is_joined_here(self, n: int, N: int) -> bool:
-        """Whether the geodesics differ from those of the Euclidean metric, which are also those of n = 1 and n = N."""
-        return self.beta != 1 and 1 < n < N
+        #: what Connect is asked for
+        self.request: dict[str, Any] = {"metric": "euclidean"} if beta == 1 else {"metric": "beta", "beta": beta}
 
     def __repr__(self) -> str:
         return f"beta = {self.beta:g}"

@@ -55,14 +55,6 @@ def sums(inertia: Array) -> Array:
     return factors
 
 
-def initial_velocity(scene: Any) -> Array:
-    """Returns the velocity at time 0 of a motion of `rigid_body` or `stiefel`."""
-    inertia = np.asarray(scene["inertia"], float)
-    blocks = {name: np.asarray(block, float) for name, block in scene["initial"].items()}
-    velocity: Array = blocks["Q"] @ (blocks["M"] / sums(inertia)) if "M" in blocks else blocks["S"] / inertia
-    return velocity
-
-
 class InertiaMetric:
     """The metric of one Lambda. A server follows its geodesics, as motions of `rigid_body` (n = N) or `stiefel`."""
 

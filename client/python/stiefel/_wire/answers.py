@@ -65,22 +65,30 @@ def conversion(messages: Sequence[pb.ConvertResponse], request: pb.ConvertReques
 
 def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest) -> Geodesic:
     """Reads all messages of one pair."""
-    arrays = Assembly()
+    assembly = Assembly()
     for message in messages:
-        if message.HasField("trajectory"):
-            arrays.take([message.trajectory])
+        for name in ("velocity", "trajectory"):
+            if message.HasField(name):
+                assembly.take([getattr(message, name)])
+        assembly.take(message.scene_arrays)
     first = complete(messages[0], "run_status", "price")
     status, scene, shortest = run_status(first.run_status), None, "unspecified"
-    trajectory = next(iter(arrays.finish().values()), None)
-    require(first.HasField("scene") == (status.outcome == Outcome.REACHED), "a geodesic has a scene")
-    if first.HasField("scene"):
-        scene, shortest = to_dict(first.scene), name_of(pb.Shortest, first.shortest).lower()
-        first_frame = request.pairs[first.pair].q_0
+    arrays = assembly.finish()
+    velocity, trajectory = arrays.pop("Qdot", None), arrays.pop("Q", None)
+    if status.outcome == Outcome.REACHED:
+        shortest = name_of(pb.Shortest, first.shortest).lower()
+        pair = request.pairs[first.pair]
+        n, N = (pair.q_0.rows, pair.q_0.cols) if pair.HasField("q_0") else pair.q_0_tensor.shape
         steps = request.steps or request.samples
-        asked = (np.dtype(np.float64), (steps + 1, first_frame.rows, first_frame.cols)) if steps else None
-        require((trajectory if trajectory is None else (trajectory.dtype, trajectory.shape)) == asked,
-                "the trajectory is not the one that was asked for")
-    return read(Geodesic, first, scene=scene, shortest=shortest, trajectory=trajectory, run_status=status)
+        for array, shape in ((velocity, None if request.steps else (n, N)), (trajectory, (steps + 1, n, N) if steps else None)):
+            require((array if array is None else (array.dtype, array.shape)) == (shape and (np.dtype(np.float64), shape)),
+                    "velocity or trajectory are not those that were asked for")
+        bent = 1 < n < N and (request.metric == pb.METRIC_CANONICAL or request.metric == pb.METRIC_BETA and request.beta != 1)
+        require(first.HasField("scene") == (request.view == pb.GEODESIC_VIEW_SCENE and not bent), "a geodesic has a scene")
+        if first.HasField("scene"):
+            put(arrays, first.scene)
+            scene = to_dict(first.scene)
+    return read(Geodesic, first, scene=scene, velocity=velocity, shortest=shortest, trajectory=trajectory, run_status=status)
 
 
 def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:

@@ -160,12 +160,11 @@ class Connection:
 
 def _takes(failure: Any) -> str:
     """How long a failed call takes, as its server told at the beginning; empty if it told nothing."""
-    metadata = failure.initial_metadata() if hasattr(failure, "initial_metadata") else None
-    for key, value in metadata or ():
-        if key == "stiefel-work":
-            work = float(value)
-            return f"; it takes at most {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)"
-    return ""
+    told = dict((failure.initial_metadata() if hasattr(failure, "initial_metadata") else None) or ())
+    if "stiefel-work" not in told:
+        return ""
+    work, bound = float(told["stiefel-work"]), "at most" if "stiefel-work-bound" in told else "about"
+    return f"; it takes {bound} {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)"
 
 
 def _is_watched(state: Any) -> bool:
