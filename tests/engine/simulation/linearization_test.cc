@@ -112,7 +112,7 @@ TEST(Linearization, OfSymplecticMethodsKeepsTheForm) {
   };
   for (const auto& [system, method, N] :
        {Case{"rigid_body", "variational", 3}, Case{"rigid_body", "variational", 5},
-        Case{"rigid_body", "preprocessed_variational", 3}, Case{"stiefel", "variational", 5}}) {
+        Case{"stiefel", "variational", 5}}) {
     const Scene scene = scene_of(system, method, 7, N);
     const auto motion = make_simulation(scene);
     Linearization tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
