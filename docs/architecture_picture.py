@@ -30,7 +30,7 @@ ORDER = [
     ("engine/frames", ["body", "passes", "geodesics"], ENGINE),
     ("engine", ["scene", "stepping", "catalogue"], ENGINE),
     ("engine", ["rigid_body", "frames", "double_bracket", "parametric", "run"], ENGINE),
-    ("engine", ["accuracy", "conversion", "diagnosis", "summary"], ENGINE),
+    ("engine", ["tangent", "accuracy", "conversion", "diagnosis", "summary"], ENGINE),
     ("server", ["scheduling", "sessions", "sessions/store", "convert"], SERVER),
     ("server", ["connections", "observability", "calls"], SERVER),
     ("client", ["cpp", "python", "cli", "examples"], CLIENT),

@@ -7,7 +7,7 @@
 #include <iostream>
 #include <numbers>
 
-#include "client/cli/message_file.h"
+#include "client/cli/input/message_file.h"
 #include "engine/numbers/to_text.h"
 
 namespace stiefel::cli {

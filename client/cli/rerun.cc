@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "client/cli/command.h"
-#include "client/cli/message_file.h"
+#include "client/cli/input/message_file.h"
 #include "client/cli/options.h"
 #include "client/cli/run.h"
 #include "client/cli/sinks/saved_run.h"

@@ -104,6 +104,11 @@ Block block_of(const Simulation& now, std::size_t index) {
 
 }  // namespace
 
+double conversion_products(std::string_view to) {
+  const Representation* target = representation_of(to);
+  return target ? target->work : 0;
+}
+
 Place place_of_result(const ConversionTarget& target) {
   Place place = Place::made_of(target.to);
   if (target.epsilon) place.with("epsilon", "epsilon");

@@ -28,6 +28,7 @@ WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&
 
 }  // namespace
 
-constinit const Representation representations::interpolation = {true, nullptr, write};
+constinit const Representation representations::interpolation = {
+    .square = true, .read = nullptr, .write = write, .work = 1000};
 
 }  // namespace stiefel

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/linalg/lie/so_3.h"
+#include "engine/methods/exact.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/scene_draft.h"
 #include "engine/stepping/observed_simulation.h"
@@ -33,7 +34,7 @@ Eigen::VectorXd all_inertia(const Scene& scene) {
 
 /// Whether the closed form of the scene holds for its Λ alone: it has no derivative by Λ.
 bool is_bound_to_inertia(const Scene& scene) {
-  return scene.method() == "exact" && scene.dimension() != 3;
+  return scene.method() == Exact::traits.name && scene.dimension() != 3;
 }
 
 Violations cannot(const Place& place, std::string_view field, std::string value, std::string rule) {
@@ -63,7 +64,7 @@ class Linearization::Vectors {
   Vectors(const Scene& scene, const Tangents& tangents, const LinearizationDescription& what,
           const Simulation& start)
       : as_blocks_(what.as_blocks),
-        exact_body_(scene.axes() && scene.method() == "exact"),
+        exact_body_(scene.axes() && scene.method() == Exact::traits.name),
         first_(start.step()) {
     if (scene.axes()) R_ = scene.axes()->rotation;
     const Dense x = blocks(start);

@@ -61,8 +61,7 @@ Service::Writing<v1::LinearizeResponse> Service::Linearize(Context& context, Cal
     return errors::invalid("every", std::to_string(request.every()), "must be at least 0");
   const double work =
       linearize_work(**session, request, (*session)->start_for(request.from()));
-  const double of_step = linearization_work((*session)->scene(), (*session)->most_work(0, 1),
-                                            most_vectors(**session, request));
+  const double of_step = work_of_vectors(**session, request);
   const JobKind kind = kind_with(**session, of_step);
   const double step_cost = (*session)->step_cost() + of_step / instructions_a_nanosecond;
   MemoryLease memory(log.account().memory(),

@@ -8,7 +8,7 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/memory_price.h"
-#include "server/convert/stream_messages.h"
+#include "server/convert/messages.h"
 #include "server/convert/work_price.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"

@@ -108,17 +108,21 @@ std::int64_t most_vectors(const Session& session, const v1::LinearizeRequest& re
   return given + (request.inertia() ? session.scene().dimension() : 0) + (request.step() ? 1 : 0);
 }
 
+double work_of_vectors(const Session& session, const v1::LinearizeRequest& request) {
+  return linearization_work(session.scene(), session.most_work(0, 1),
+                            most_vectors(session, request));
+}
+
 double linearize_work(const Session& session, const v1::LinearizeRequest& request,
                       std::int64_t start) {
   const auto results = static_cast<std::int64_t>(results_of(request));
   const double steps = session.most_work(start, request.to(), results);
   const std::int64_t count = steps_of(request, start);
   if (count < 1) return steps;
-  const double each = session.most_work(0, 1);
   const double moved = static_cast<double>(session.direct() ? results : request.to() - request.from());
   const auto size = static_cast<double>(std::min(state_size(session),
                                                  Linearization::largest_in_coordinates));
-  return steps + moved * linearization_work(session.scene(), each, most_vectors(session, request)) +
+  return steps + moved * work_of_vectors(session, request) +
          static_cast<double>(results + 1) * 12 * size * size * size;
 }
 

@@ -16,6 +16,8 @@ namespace stiefel::server {
 /// Returns the most vectors that a Linearize moves: those of its request or, without, the numbers of
 /// the state; and those of parameters.
 std::int64_t most_vectors(const Session& session, const v1::LinearizeRequest& request);
+/// Returns the predicted instructions of the vectors in one step.
+double work_of_vectors(const Session& session, const v1::LinearizeRequest& request);
 /// Returns the predicted instructions of a Linearize that starts from the state at `start`.
 double linearize_work(const Session& session, const v1::LinearizeRequest& request,
                       std::int64_t start);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "server/convert/resolve.h"
-#include "server/convert/summary_messages.h"
+#include "server/convert/messages.h"
 #include "server/scheduling/memory_budget.h"
 #include "server/sessions/session.h"
 #include "stiefel/summary.h"

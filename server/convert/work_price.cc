@@ -7,6 +7,7 @@
 #include "server/scheduling/slice.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/connect.h"
+#include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/invariant_names.h"
 #include "stiefel/price.h"
@@ -39,12 +40,8 @@ double dimension(const v1::Scene& scene) {
 double of_creation(double N, double members) {
   return members * (40 * N * N * N + 4000 * N * N + 1e4);
 }
-/// Outside the domain of J_D⁻¹ a conversion to these pairs looks for the domain's edge, which takes up
-/// to 70 times the work of the inverse.
-double of_conversion(std::string_view to, double N, double members) {
-  const bool inverts_J_D = to == "moser_veselov_pair" || to == "discrete_stiefel";
-  const double products = inverts_J_D ? 42000 : to == "interpolation" ? 1000 : 120;
-  return members * (products * N * N * N + 1e5);
+double of_conversion(const std::string& to, double N, double members) {
+  return members * (conversion_products(to) * N * N * N + 1e5);
 }
 
 /// Returns the predicted instructions of reading a field, or the invariants of that name, from one

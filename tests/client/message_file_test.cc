@@ -1,5 +1,5 @@
 // Faults of a file are reported with their paths and the name that was meant.
-#include "client/cli/message_file.h"
+#include "client/cli/input/message_file.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <cstring>
 
 #include "client/cli/exit_status.h"
-#include "client/cli/message_file.h"
+#include "client/cli/input/message_file.h"
 #include "stiefel/v1/tensor.pb.h"
 
 /// What the address sanitizer does not take for a leak. OpenSSL keeps data for each thread until

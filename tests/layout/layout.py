@@ -37,6 +37,7 @@ ENGINE = [
     ["engine/rigid_body"],
     ["engine/frames", "engine/double_bracket", "engine/parametric"],
     ["engine/run"],
+    ["engine/tangent"],
     ["engine/accuracy"],
     ["engine/conversion"],
     ["engine/diagnosis"],

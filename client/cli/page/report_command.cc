@@ -8,7 +8,7 @@
 #include "client/cli/input/embedded.h"
 #include "client/cli/input/scene_source.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/message_file.h"
+#include "client/cli/input/message_file.h"
 #include "client/cli/options.h"
 #include "client/cli/page/run_data.h"
 #include "client/cli/progress/progress.h"

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "client/cli/message_file.h"
+#include "client/cli/input/message_file.h"
 
 namespace stiefel::cli {
 

@@ -2,7 +2,7 @@
 #include <span>
 #include <vector>
 
-#include "client/cli/message_file.h"
+#include "client/cli/input/message_file.h"
 #include "client/cli/sinks/destination.h"
 #include "client/cli/sinks/sink.h"
 #include "stiefel/client/samples.h"

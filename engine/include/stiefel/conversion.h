@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -39,6 +40,10 @@ struct Conversion {
 ///   interpolation:     n = N: Q_prev, Q, Q_next, P, Sigma, Lambda_k, [RB] (7.15)–(7.21), with the
 ///                      scene's step as h.
 inline constexpr const char* other_targets[] = {"velocity", "angular_velocity", "interpolation"};
+
+/// Returns the most instructions over N³ that a conversion of one state to a system, or to one of
+/// `other_targets`, takes; 0 for another name.
+double conversion_products(std::string_view to);
 
 struct ConversionTarget {
   std::string name;  ///< a system, or one of `other_targets`

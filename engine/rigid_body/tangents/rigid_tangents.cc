@@ -2,7 +2,7 @@
 #include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
-#include "engine/rigid_body/exact/steady_tangent.h"
+#include "engine/rigid_body/tangents/steady_tangent.h"
 #include "engine/rigid_body/j_d/dual_j_d.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/symmetric/dual_psi.h"

@@ -1,4 +1,4 @@
-#include "client/cli/message_file.h"
+#include "client/cli/input/message_file.h"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/util/json_util.h>

@@ -1,4 +1,4 @@
-#include "engine/rigid_body/exact/steady_tangent.h"
+#include "engine/rigid_body/tangents/steady_tangent.h"
 
 #include "engine/linalg/lie/general_exponential.h"
 #include "engine/linalg/lie/principal_moments_3.h"
