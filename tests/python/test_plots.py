@@ -55,6 +55,18 @@ def test_drift_and_error_come_from_the_server_of_the_process_too():
     assert max(figure.axes[0].lines[0].get_xdata()) == 20
 
 
+def test_a_notebook_shows_a_figure_once(run, monkeypatch):
+    """It shows what pyplot holds, and the value of a cell besides."""
+    own = plt.figure()
+    run.plot(figure=own), run.polhode(), run.plot3d()
+    assert len(plt.get_fignums()) == 3
+    plt.close("all")
+    monkeypatch.setattr(plt, "get_backend", lambda: "module://matplotlib_inline.backend_inline")
+    own = plt.figure()
+    for figure in (run.plot(figure=own), run.plot(), run.polhode(), run.plot3d()):
+        assert figure.axes and plt.get_fignums() == [own.number]
+
+
 def test_the_spin_axis_is_a_unit_vector_in_space(run, client):
     axes, = run.plot(["spin_axis"]).axes
     axis = np.stack([curves(axes)[name] for name in "XYZ"], axis=1)

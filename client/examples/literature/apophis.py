@@ -4,9 +4,9 @@
 
 P. Pravec et al. (2014) found two periods in the light of Apophis, precession P_phi = 27.38 h and rotation P_psi = 263 h, in
 a short axis mode, and fitted moments in the ratios I_1 / I_3 = 0.61 and I_2 / I_3 = 0.965. This program makes the motion
-from these, reads both periods off its attitude, and predicts two numbers of the paper that did not go in: the energy
-over that of a rotation about the short axis with the same momentum, E / E_0 = 1.024 +- 0.013, and the period of the
-strongest signal, 30.56 h. The long axis precesses in this period, since 1 / 30.56 = 1 / 27.38 - 1 / 263.
+from these, reads both periods off its attitude, and predicts a number of the paper that did not go in: the energy over
+that of a rotation about the short axis with the same momentum, E / E_0 = 1.024 +- 0.013. The long axis precesses in
+30.56 h, since 1 / 30.56 = 1 / 27.38 - 1 / 263.
 """
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def main() -> None:
     figure.savefig(picture, dpi=80)
 
     print(f"Apophis: a {motion.kind} with P_phi = {seen_phi:.2f} h and P_psi = {seen_psi:.1f} h as observed; predicted are "
-          f"E/E_0 = {energy:.4f}, observed 1.024 +- 0.013, and {long_axis:.2f} h for the long axis, observed 30.56 h.")
+          f"E/E_0 = {energy:.4f}, observed 1.024 +- 0.013, and {long_axis:.2f} h for the long axis, as 1 / (1 / P_phi - 1 / P_psi).")
 
 
 if __name__ == "__main__":

@@ -38,9 +38,10 @@ def plot(trajectory: Trajectory, panels: Optional[Sequence[str]], member: int, t
     if not panels or not set(panels) <= set(possible):
         raise ValueError(f"panels: {list(panels)}: must be among {', '.join(possible)}, the panels of these fields")
     rows = [name for name in panels if name != "polhode"]
+    made = figure is None
     with plt.rc_context(STYLE):
         square = "polhode" in panels
-        if figure is None:
+        if made:
             height = max(2.0 * len(rows) + 0.5, 4.2 if square else 0)
             width = (11.5 if rows else 5) if square else 8.5
             figure = plt.figure(figsize=(width, height), layout="constrained")
@@ -63,6 +64,14 @@ def plot(trajectory: Trajectory, panels: Optional[Sequence[str]], member: int, t
                 axes.tick_params(labelbottom=False)
         if square:
             sphere.polhode(figure.add_subplot(grid[:, -1]), scene, trajectory, of)
+    return _shown_once(figure) if made else figure
+
+
+def _shown_once(figure: Any) -> Any:
+    """A notebook shows the figures that pyplot holds at the end of a cell, and the cell's value besides."""
+    plt = imported("matplotlib.pyplot", "plot")
+    if "inline" in plt.get_backend():
+        plt.close(figure)
     return figure
 
 
@@ -176,10 +185,11 @@ def polhode(trajectory: Trajectory, axes: Any, member: int) -> Any:
     scene, of = scene_of(trajectory), member_of(trajectory, member)
     if not body.is_body(scene, trajectory):
         raise ValueError("the trajectory has no momentum or angular velocity of a body in three dimensions")
-    if axes is None:
+    made = axes is None
+    if made:
         _, axes = plt.subplots(figsize=(5, 5.2), layout="constrained")
     sphere.polhode(axes, scene, trajectory, of)
-    return axes.figure
+    return _shown_once(axes.figure) if made else axes.figure
 
 
 def plot3d(trajectory: Trajectory, axes: Any, coordinates: Sequence[int], member: int) -> Any:
@@ -200,8 +210,9 @@ def plot3d(trajectory: Trajectory, axes: Any, coordinates: Sequence[int], member
     three = tuple(coordinates)
     if len(three) != 3 or any(not 0 <= one < max(size, 3) for one in three):
         raise ValueError(f"coordinates: {coordinates!r}: must be three of 0 to {size - 1}")
-    if axes is None:
+    made = axes is None
+    if made:
         figure = plt.figure(figsize=(6.6, 5.4))
         axes = figure.add_axes((0.02, 0.04, 0.74, 0.92), projection="3d")
     sphere.frames(axes, frames, three)
-    return axes.figure
+    return _shown_once(axes.figure) if made else axes.figure
