@@ -137,11 +137,11 @@ class ExplicitMap {
     return {};
   }
 
-  /// Makes the step in the lanes where the products of any two numbers stay finite and returns
-  /// them. The states in the other lanes become undefined.
-  Mask<typename S::Scalar> step_where_easy(State& state) {
+  /// For packs: makes the step in the lanes where the products of any two numbers stay finite and
+  /// returns them. The states in the other lanes become undefined.
+  [[gnu::always_inline]] Mask<typename S::Scalar> step_where_easy(State& state) {
     using Scalar = typename S::Scalar;
-    static_cast<Derived*>(this)->displacement(state.x.value, dx_);
+    static_cast<Derived*>(this)->inlined_displacement(state.x.value, dx_);
     state.x.add(dx_);
     Scalar sum(0);
     for (Eigen::Index i = 0; i < dx_.size(); ++i) sum += state.x.value(i) * state.x.value(i);
