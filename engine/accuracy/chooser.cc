@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/to_text.h"
 #include "engine/catalogue/methods/step_weight.h"
+#include "engine/numbers/to_text.h"
 
 namespace stiefel {
 namespace {

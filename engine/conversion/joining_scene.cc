@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/to_text.h"
-#include "engine/methods/variational.h"
-#include "engine/rigid_body/body/rigid_body.h"
 #include "engine/frames/body/stiefel.h"
+#include "engine/methods/variational.h"
+#include "engine/numbers/to_text.h"
+#include "engine/rigid_body/body/rigid_body.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "engine/rigid_body/moser_veselov/discrete_bodies.h"
 #include "engine/methods/rk4.h"
+#include "engine/rigid_body/body/rigid_body.h"
 #include "engine/rigid_body/j_d/discrete_body_3.h"
 #include "engine/rigid_body/j_d/discrete_body_4.h"
+#include "engine/rigid_body/moser_veselov/discrete_bodies.h"
 #include "engine/run/packed_bodies.h"
-#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
 

@@ -4,9 +4,9 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/methods/support/matrix_system.h"
 #include "engine/methods/support/method.h"
 #include "engine/stepping/observables.h"
-#include "engine/methods/support/matrix_system.h"
 
 namespace stiefel {
 

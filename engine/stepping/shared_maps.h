@@ -1,9 +1,9 @@
 #pragma once
 
 #include "engine/frames/passes/rattle_stiefel.h"
-#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
 #include "engine/methods/exact.h"
 #include "engine/methods/support/composition.h"
+#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
 #include "engine/stepping/make_simulation.h"
 
 namespace stiefel {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <memory>
 
+#include "engine/frames/passes/frame_pass.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/frames/passes/frame_pass.h"
 #include "engine/methods/support/map.h"
 
 namespace stiefel {

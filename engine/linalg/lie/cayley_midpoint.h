@@ -1,9 +1,9 @@
 #pragma once
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/linalg/matrix_equations/lu.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/numbers/scalar.h"
 #include "engine/numbers/stoppable_product.h"
-#include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel {
 

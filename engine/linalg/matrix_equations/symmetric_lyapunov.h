@@ -2,8 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/numbers/quadruple.h"
 #include "engine/linalg/matrix_equations/householder.h"
+#include "engine/numbers/quadruple.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

@@ -4,11 +4,11 @@
 #include <optional>
 #include <string_view>
 
+#include "engine/methods/support/map.h"
+#include "engine/methods/support/system_traits.h"
+#include "engine/methods/support/type_list.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/lanes.h"
-#include "engine/methods/support/map.h"
-#include "engine/methods/support/type_list.h"
-#include "engine/methods/support/system_traits.h"
 #include "stiefel/conservation.h"
 
 namespace stiefel {

@@ -4,8 +4,8 @@
 #include <stop_token>
 #include <vector>
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 

@@ -1,7 +1,7 @@
 #include "engine/rigid_body/coordinates/exact_body.h"
 
-#include "engine/rigid_body/exact/euler_top.h"
 #include "engine/methods/exact.h"
+#include "engine/rigid_body/exact/euler_top.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_body_observables.h"
 #include "engine/scene/extended_body.h"

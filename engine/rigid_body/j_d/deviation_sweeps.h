@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/compensated.h"
 #include "engine/linalg/iteration/lagged_anderson.h"
 #include "engine/linalg/lie/mirror.h"
+#include "engine/numbers/compensated.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

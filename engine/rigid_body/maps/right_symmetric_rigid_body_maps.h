@@ -1,10 +1,10 @@
 #pragma once
 
-#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
-#include "engine/rigid_body/maps/turned_bodies.h"
-#include "engine/rigid_body/symmetric/transposed.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/maps/turned_bodies.h"
+#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
 #include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/transposed.h"
 
 namespace stiefel {
 

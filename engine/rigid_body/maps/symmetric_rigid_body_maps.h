@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
-#include "engine/rigid_body/maps/turned_bodies.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/maps/turned_bodies.h"
+#include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 
 namespace stiefel {

@@ -1,8 +1,8 @@
 #include "engine/rigid_body/moser_veselov/j_d_inverse.h"
 
 #include "engine/linalg/iteration/continuation.h"
-#include "engine/rigid_body/j_d/cayley_n.h"
 #include "engine/rigid_body/body/skew_norm.h"
+#include "engine/rigid_body/j_d/cayley_n.h"
 
 namespace stiefel {
 

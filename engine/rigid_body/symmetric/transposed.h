@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/numbers/compensated.h"
 #include "engine/methods/support/map.h"
+#include "engine/numbers/compensated.h"
 
 namespace stiefel {
 

@@ -2,8 +2,6 @@
 
 #include <random>
 
-#include "engine/numbers/compensated.h"
-#include "engine/numbers/split_product.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/iteration/history.h"
 #include "engine/linalg/iteration/lagged_anderson.h"
@@ -12,6 +10,8 @@
 #include "engine/linalg/lie/so_n.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/split_product.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/body_state.h"
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <random>
 
+#include "engine/frames/stiefel_maps.h"
 #include "engine/linalg/special_functions/carlson.h"
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
-#include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/reference_cases.h"

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "engine/frames/body/stiefel.h"
 #include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
-#include "engine/frames/body/stiefel.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/random_frame.h"
 

@@ -3,14 +3,14 @@
 #include <array>
 #include <cmath>
 
-#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/gauss4.h"
 #include "engine/methods/implicit_midpoint.h"
 #include "engine/methods/munthe_kaas4.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/body/body_invariants.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/body_state.h"
 

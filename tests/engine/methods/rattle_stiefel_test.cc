@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "engine/frames/body/stiefel_invariants.h"
-#include "engine/linalg/lie/orthogonal.h"
 #include "engine/frames/ellipsoid_maps.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/frames/stiefel_maps.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/integrate.h"
 #include "tests/support/linalg/constraint_riccati_spectral.h"
 #include "tests/support/linalg/quadruple.h"

@@ -2,16 +2,16 @@
 
 #include <cmath>
 
-#include "engine/rigid_body/body/body_invariants.h"
-#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/munthe_kaas4.h"
-#include "engine/rigid_body/symmetric/psi.h"
-#include "engine/rigid_body/symmetric/mclachlan_scovel.h"
-#include "engine/rigid_body/symmetric/reduced_rigid_body.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/rigid_body/body/right_rigid_body.h"
-#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
 #include "engine/rigid_body/body/rigid_body.h"
+#include "engine/rigid_body/symmetric/mclachlan_scovel.h"
+#include "engine/rigid_body/symmetric/psi.h"
+#include "engine/rigid_body/symmetric/reduced_rigid_body.h"
+#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 #include "tests/support/flow.h"
 #include "tests/support/linalg/dual.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
-#include "engine/rigid_body/symmetric/scaling.h"
 #include "engine/accuracy/reference.h"
+#include "engine/rigid_body/symmetric/scaling.h"
 #include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
 #include "tests/support/scenes/any_scene.h"

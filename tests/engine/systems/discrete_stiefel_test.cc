@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
+#include "engine/frames/body/stiefel.h"
 #include "engine/frames/body/stiefel_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/frames/body/stiefel.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_frame.h"

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "engine/double_bracket/double_bracket_invariants.h"
-#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/methods/munthe_kaas4.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 #include "tests/support/flow.h"

@@ -2,17 +2,17 @@
 
 #include <cmath>
 
-#include "engine/rigid_body/body/discrete_body_invariants.h"
 #include "engine/frames/body/stiefel_invariants.h"
-#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/moser_veselov/moser_veselov_pair.h"
+#include "engine/methods/variational.h"
+#include "engine/rigid_body/body/discrete_body_invariants.h"
 #include "engine/rigid_body/maps/right_rigid_body_maps.h"
 #include "engine/rigid_body/maps/right_symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
-#include "engine/methods/variational.h"
+#include "engine/rigid_body/moser_veselov/moser_veselov_pair.h"
 #include "engine/rigid_body/symmetric/psi.h"
+#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"

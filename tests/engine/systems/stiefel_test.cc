@@ -4,10 +4,10 @@
 
 #include <unsupported/Eigen/AutoDiff>
 
-#include "engine/frames/body/ellipsoid_invariants.h"
-#include "engine/frames/body/stiefel_invariants.h"
 #include "engine/frames/body/ellipsoid.h"
+#include "engine/frames/body/ellipsoid_invariants.h"
 #include "engine/frames/body/stiefel_costate.h"
+#include "engine/frames/body/stiefel_invariants.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/representations/frames.h"
