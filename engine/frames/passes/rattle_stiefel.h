@@ -227,7 +227,7 @@ void RattleStiefel<Scalar>::add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar
   sum += (h * h) * VV + found_ + found_.transpose();
 }
 
-// Compiled once, in rattle_stiefel.cc and rattle_stiefel_float.cc.
+// Compiled once, in rattle_stiefel.cc.
 extern template class RattleStiefel<float>;
 extern template class RattleStiefel<double>;
 

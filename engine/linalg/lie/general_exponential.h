@@ -67,7 +67,7 @@ void GeneralExponential<Scalar>::operator()(const Matrix<Scalar>& A, Matrix<Scal
   }
 }
 
-// Compiled once, in general_exponential.cc.
+// Compiled once, in exponential.cc.
 extern template class GeneralExponential<double>;
 extern template class GeneralExponential<long double>;
 

@@ -4,5 +4,6 @@ namespace stiefel {
 
 template class Lyapunov<double>;
 template class Lyapunov<long double>;
+template class Lyapunov<float>;
 
 }  // namespace stiefel

@@ -3,5 +3,7 @@
 namespace stiefel {
 
 template class AngularVelocity<double>;
+template class AngularVelocity<long double>;
+template class AngularVelocity<Quad>;
 
 }  // namespace stiefel

@@ -67,5 +67,7 @@ Matrix<Scalar> AngularVelocity<Scalar>::dense() const {
 
 // Compiled once, in angular_velocity.cc.
 extern template class AngularVelocity<double>;
+extern template class AngularVelocity<long double>;
+extern template class AngularVelocity<Quad>;
 
 }  // namespace stiefel

@@ -142,7 +142,7 @@ void DeviationSweeps<Scalar>::set(const Matrix<Scalar>& X, const Matrix<Scalar>&
   form_X();
 }
 
-// Compiled once, in deviation_n.cc.
+// Compiled once, in j_d_n.cc.
 extern template class DeviationSweeps<double>;
 extern template class DeviationSweeps<float>;
 
