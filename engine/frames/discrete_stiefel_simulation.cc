@@ -2,7 +2,6 @@
 #include "engine/frames/body/stiefel_invariants.h"
 #include "engine/frames/stiefel_forms.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/rigid_forms.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "stiefel/invariant_names.h"
@@ -48,7 +47,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   observables.speed = [=, h = scene.step()](const Eigen::MatrixXd& x) {
     return (x.bottomRows(n) - x.topRows(n)).norm() / std::abs(h);
   };
-  return make_discrete_simulation(scene, Map(lambda, n), shared(observables), stiefel_cost(n, N));
+  return make_discrete_simulation(scene, Map(lambda, n), shared(observables));
 }
 
 }  // namespace

@@ -24,8 +24,7 @@ class ObservedSimulation : public Simulation {
   double step_cost() const final { return step_cost_; }
 
  protected:
-  /// `step_cost` is the number of nanoseconds for a step of the map.
-  ObservedSimulation(const Scene& scene, SharedObservables observables, double step_cost);
+  ObservedSimulation(const Scene& scene, SharedObservables observables);
 
   /// The state as a point of the Observables.
   virtual const Eigen::MatrixXd& point() const = 0;

@@ -37,4 +37,7 @@ class StackedObservables final : public Observables {
   std::vector<Value> values_;
 };
 
+/// Returns the start of a scene: its block `first` over `second`.
+Eigen::MatrixXd stacked(const Scene& scene, const char* first, const char* second);
+
 }  // namespace stiefel

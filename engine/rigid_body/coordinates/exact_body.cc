@@ -63,7 +63,7 @@ bool is_exact_body(const Scene& scene) {
 
 std::unique_ptr<Simulation> exact_body(const Scene& scene) {
   return make_simulation_by<Exact>(scene, BodyAsGiven{*extended_body(scene)},
-                                   rigid_body_observables(scene), rigid_body_cost(3));
+                                   rigid_body_observables(scene));
 }
 
 }  // namespace stiefel

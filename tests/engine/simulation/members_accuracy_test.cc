@@ -104,8 +104,7 @@ TEST(ChoiceForMembers, LooksAtMoreThanTheFastest) {
     const auto now = make_simulation(Scene::resolve(plain).value());
     const auto exact = make_simulation(Scene::resolve(fine).value());
     ASSERT_TRUE(now->advance(80).reached() && exact->advance(80).reached());
-    EXPECT_LE((now->get("Q") - exact->get("Q")).cwiseAbs().maxCoeff(), 1e-8)
-        << choice->reason;
+    EXPECT_LE((now->get("Q") - exact->get("Q")).cwiseAbs().maxCoeff(), 1e-8) << choice->reason;
   }
 }
 

@@ -90,12 +90,14 @@ TEST(Simulation, StopsAtTheLastGoodState) {
 }
 
 TEST(Simulation, TellsThatTheControllerHasNoSubstepsLeft) {
-  const Scene scene = Scene::resolve(testing::description(RandomBody(3, 1), 1e7, "adaptive")).value();
+  const Scene scene =
+      Scene::resolve(testing::description(RandomBody(3, 1), 1e7, "adaptive")).value();
   RunStatus status = make_simulation(scene)->advance(1);
   ASSERT_EQ(status.outcome, Outcome::solver_stalled);
   EXPECT_TRUE(to_sentence(status, scene).starts_with("the step-size control of adaptive"));
   status.member = 7;
-  EXPECT_TRUE(to_sentence(status, scene).starts_with("member 7: the step-size control of adaptive"));
+  EXPECT_TRUE(
+      to_sentence(status, scene).starts_with("member 7: the step-size control of adaptive"));
 }
 
 /// The largest step that a run with substeps names works from the last good state, and one longer
