@@ -7,7 +7,6 @@
 #include "engine/double_bracket/double_bracket.h"
 #include "engine/double_bracket/double_bracket_invariants.h"
 #include "engine/rigid_body/body/body_invariants.h"
-#include "engine/stepping/at_rest.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "engine/stepping/stacked_observables.h"

@@ -27,8 +27,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       const Matrix<Wide> m = discrete_momentum<Wide>(wide_lambda, Q_prev, Q);
       for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index j = i + 1; j < n; ++j)
-          out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j),
-                  m(i, j), wide_lambda.maxCoeff());
+          out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j), m(i, j),
+                  wide_lambda.maxCoeff());
     }
     if (!out.wants(family::lax, N <= largest_lax_unasked)) return;
     const int K = static_cast<int>(N);

@@ -6,8 +6,8 @@
 #include "engine/frames/body/stiefel_momenta.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/rigid_body/body/rigid_velocity.h"
-#include "engine/stepping/at_rest.h"
+#include "engine/rigid_body/body/angular_velocity.h"
+#include "engine/stepping/stacked_observables.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {

@@ -61,7 +61,7 @@ using SizeOf = std::function<double(const Eigen::MatrixXd& x)>;
 SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate);
 
 /// Adds m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow. The
-/// scales are E and ‖S‖_F, and at rest (at_rest.h) those of an S of the size of its terms.
+/// scales are E and ‖S‖_F, and at rest (is_rounding) those of an S of the size of its terms.
 void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
                      std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms);
 

@@ -1,4 +1,4 @@
-#include "engine/rigid_body/maps/right_symmetric_rigid_body_maps.h"
+#include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/symmetric_data.h"
 #include "engine/stepping/methods_on.h"

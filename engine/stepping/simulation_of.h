@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 #include "engine/stepping/coordinates.h"
 #include "engine/stepping/observed_simulation.h"
 #include "stiefel/stop.h"

@@ -9,7 +9,7 @@
 #include "engine/frames/geodesics/anderson.h"
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/linalg/lie/exponential.h"
-#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

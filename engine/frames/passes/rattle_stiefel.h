@@ -7,7 +7,7 @@
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 
 namespace stiefel {
 

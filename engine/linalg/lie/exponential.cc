@@ -1,5 +1,6 @@
-#include "engine/linalg/lie/cayley_midpoint.h"
 #include "engine/linalg/lie/exponential.h"
+
+#include "engine/linalg/lie/cayley_midpoint.h"
 #include "engine/linalg/lie/general_exponential.h"
 #include "engine/linalg/lie/skew_flow.h"
 

@@ -4,9 +4,8 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 #include "engine/methods/support/system_traits.h"
-#include "engine/methods/support/type_list.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/lanes.h"
 #include "stiefel/conservation.h"
@@ -96,6 +95,15 @@ constexpr Conservation conservation_by(std::string_view invariant) {
     return M::template conservation<S>(invariant);
   else
     return M::conservation(system_traits<S>, invariant);
+}
+
+template <class... T>
+struct TypeList {};
+
+/// Calls visit(static_cast<T*>(nullptr)) for every T in the list.
+template <class... T, class Visit>
+void for_each_type(TypeList<T...>, Visit&& visit) {
+  (visit(static_cast<T*>(nullptr)), ...);
 }
 
 /// The methods with a map made for S, a TypeList. A specialisation stands in the wing of S.

@@ -1,10 +1,10 @@
-#include "engine/rigid_body/coordinates/exact_body.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
 
 #include "engine/methods/exact.h"
 #include "engine/rigid_body/exact/euler_top.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_body_observables.h"
-#include "engine/scene/extended_body.h"
+#include "engine/scene/given_body.h"
 #include "engine/stepping/make_simulation_by.h"
 
 namespace stiefel {

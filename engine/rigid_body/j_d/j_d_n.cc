@@ -1,5 +1,6 @@
-#include "engine/rigid_body/j_d/deviation_n.h"
 #include "engine/rigid_body/j_d/j_d_n.h"
+
+#include "engine/rigid_body/j_d/deviation_n.h"
 
 namespace stiefel {
 

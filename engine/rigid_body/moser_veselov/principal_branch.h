@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "engine/linalg/iteration/continuation.h"
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 #include "engine/numbers/compensated.h"
 
 namespace stiefel {

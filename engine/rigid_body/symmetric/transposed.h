@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 #include "engine/numbers/compensated.h"
 
 namespace stiefel {
