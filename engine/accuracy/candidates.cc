@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "engine/numbers/to_text.h"
 #include "engine/catalogue/methods/step_weight.h"
+#include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/invariant_names.h"
 #include "stiefel/stop.h"

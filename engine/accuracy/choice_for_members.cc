@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "engine/numbers/to_text.h"
 #include "engine/accuracy/chooser.h"
+#include "engine/numbers/to_text.h"
 #include "engine/scene/members.h"
 
 namespace stiefel {

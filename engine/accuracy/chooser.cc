@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/to_text.h"
 #include "engine/catalogue/methods/step_weight.h"
+#include "engine/numbers/to_text.h"
 
 namespace stiefel {
 namespace {
@@ -300,8 +300,8 @@ std::string Chooser::why_not() const {
   if (!reaches_horizon()) {
     const double part = static_cast<double>(samples().last()) / static_cast<double>(steps_);
     return "cannot be verified" + to + ": the reference, " + samples().reference +
-           ", takes about " + short_text(samples().work / part) +
-           " instructions, and may take " + short_text(reference_share * budget_) + or_accept;
+           ", takes about " + short_text(samples().work / part) + " instructions, and may take " +
+           short_text(reference_share * budget_) + or_accept;
   }
   if (const auto estimate = cheapest_estimate())
     return "cannot be verified" + to + ": the whole run of " + to_text(estimate->method) +

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/to_text.h"
 #include "engine/accuracy/measurement.h"
 #include "engine/catalogue/methods/step_weight.h"
+#include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <functional>
 
-#include "engine/numbers/quadruple.h"
-#include "engine/rigid_body/exact/euler_top.h"
-#include "engine/frames/geodesics/isotropic_geodesic.h"
-#include "engine/rigid_body/exact/two_valued_body.h"
 #include "engine/accuracy/presentation.h"
 #include "engine/accuracy/series_equations.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/frames/geodesics/isotropic_geodesic.h"
+#include "engine/numbers/quadruple.h"
+#include "engine/rigid_body/exact/euler_top.h"
+#include "engine/rigid_body/exact/two_valued_body.h"
 
 namespace stiefel {
 namespace {

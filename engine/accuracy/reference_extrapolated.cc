@@ -6,8 +6,8 @@
 
 #include "engine/accuracy/extrapolated_motion.h"
 #include "engine/accuracy/reference.h"
-#include "engine/catalogue/vector_field.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/catalogue/vector_field.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {

@@ -2,15 +2,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/quadruple.h"
-#include "engine/double_bracket/taylor_double_bracket.h"
-#include "engine/linalg/special_functions/taylor_motion.h"
-#include "engine/parametric/taylor_parametric_rigid_body.h"
-#include "engine/rigid_body/body/taylor_rigid_body.h"
-#include "engine/frames/body/taylor_stiefel.h"
 #include "engine/accuracy/presentation.h"
 #include "engine/accuracy/series_equations.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/double_bracket/taylor_double_bracket.h"
+#include "engine/frames/body/taylor_stiefel.h"
+#include "engine/linalg/special_functions/taylor_motion.h"
+#include "engine/numbers/quadruple.h"
+#include "engine/parametric/taylor_parametric_rigid_body.h"
+#include "engine/rigid_body/body/taylor_rigid_body.h"
 
 namespace stiefel {
 namespace {
@@ -200,3 +200,12 @@ std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const Refer
 }
 
 }  // namespace stiefel
+
+namespace stiefel::series_equations {
+
+constinit const SeriesEquations rigid_body = {taylor_rigid_body, closed_form_of_body};
+constinit const SeriesEquations parametric_rigid_body = {taylor_parametric_rigid_body};
+constinit const SeriesEquations stiefel = {taylor_stiefel, closed_form_of_geodesic};
+constinit const SeriesEquations double_bracket = {taylor_double_bracket};
+
+}  // namespace stiefel::series_equations

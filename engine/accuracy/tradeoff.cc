@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/numbers/to_text.h"
 #include "engine/accuracy/error_growth.h"
 #include "engine/accuracy/measured_motions.h"
 #include "engine/accuracy/pareto_front.h"
 #include "engine/catalogue/methods/step_weight.h"
+#include "engine/numbers/to_text.h"
 #include "engine/scene/members.h"
 #include "stiefel/version.h"
 

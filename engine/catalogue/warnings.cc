@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <numbers>
 
-#include "engine/numbers/to_text.h"
-#include "engine/methods/exact.h"
 #include "engine/catalogue/methods/motion_rates.h"
 #include "engine/catalogue/methods/step_weight.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/methods/exact.h"
+#include "engine/numbers/to_text.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {

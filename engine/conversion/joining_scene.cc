@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/to_text.h"
-#include "engine/methods/variational.h"
-#include "engine/rigid_body/body/rigid_body.h"
 #include "engine/frames/body/stiefel.h"
 #include "engine/frames/geodesics/round_logarithm.h"
+#include "engine/methods/variational.h"
+#include "engine/numbers/to_text.h"
+#include "engine/rigid_body/body/rigid_body.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {

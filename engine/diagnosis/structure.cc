@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "engine/catalogue/system_entry.h"
+#include "engine/catalogue/two_form.h"
 #include "engine/laws/dirac_bracket.h"
 #include "engine/laws/symplectic_defect.h"
 #include "engine/laws/tangent_spaces.h"
-#include "engine/catalogue/two_form.h"
-#include "engine/catalogue/system_entry.h"
 #include "engine/scene/near_name.h"
 #include "engine/scene/scene_draft.h"
 #include "stiefel/simulation.h"

@@ -2,11 +2,11 @@
 
 #include <string_view>
 
-#include "engine/numbers/complex_as_real.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/methods/support/concepts.h"
+#include "engine/numbers/complex_as_real.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {

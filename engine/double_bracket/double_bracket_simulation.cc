@@ -7,8 +7,6 @@
 #include "engine/double_bracket/double_bracket.h"
 #include "engine/double_bracket/double_bracket_invariants.h"
 #include "engine/rigid_body/body/body_invariants.h"
-#include "engine/rigid_body/rigid_body_data.h"
-#include "engine/stepping/at_rest.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "engine/stepping/stacked_observables.h"
@@ -77,7 +75,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     return casimirs<double>(xi)(0);  // U and V form one real skew matrix
   };
   stop_point();
-  return make_simulation(scene, *system, shared(observables), 4 * rigid_body_cost(p + q + 1));
+  return make_simulation(scene, *system, shared(observables));
 }
 
 }  // namespace

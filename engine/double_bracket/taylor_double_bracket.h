@@ -3,10 +3,10 @@
 #include <functional>
 #include <vector>
 
-#include "engine/numbers/complex_as_real.h"
-#include "engine/numbers/quadruple.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
+#include "engine/numbers/complex_as_real.h"
+#include "engine/numbers/quadruple.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

@@ -2,7 +2,6 @@
 #include "engine/frames/body/stiefel_invariants.h"
 #include "engine/frames/stiefel_forms.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/rigid_forms.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "stiefel/invariant_names.h"
@@ -28,8 +27,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       const Matrix<Wide> m = discrete_momentum<Wide>(wide_lambda, Q_prev, Q);
       for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index j = i + 1; j < n; ++j)
-          out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j),
-                  m(i, j), wide_lambda.maxCoeff());
+          out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j), m(i, j),
+                  wide_lambda.maxCoeff());
     }
     if (!out.wants(family::lax, N <= largest_lax_unasked)) return;
     const int K = static_cast<int>(N);
@@ -48,7 +47,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   observables.speed = [=, h = scene.step()](const Eigen::MatrixXd& x) {
     return (x.bottomRows(n) - x.topRows(n)).norm() / std::abs(h);
   };
-  return make_discrete_simulation(scene, Map(lambda, n), shared(observables), stiefel_cost(n, N));
+  return make_discrete_simulation(scene, Map(lambda, n), shared(observables));
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "engine/frames/body/ellipsoid.h"
 #include "engine/frames/passes/rattle_stiefel.h"
 #include "engine/methods/variational.h"
-#include "engine/frames/body/ellipsoid.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {

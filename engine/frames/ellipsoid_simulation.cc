@@ -1,10 +1,9 @@
 #include "engine/frames/body/ellipsoid_invariants.h"
 #include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/stiefel_forms.h"
-#include "engine/rigid_body/rigid_forms.h"
-#include "engine/stepping/at_rest.h"
 #include "engine/stepping/methods_on.h"
 #include "engine/stepping/shared_maps.h"
+#include "engine/stepping/stacked_observables.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -59,10 +58,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                 coefficients[k - 1][j], size);
     }
   };
-  const double cost = 300 + 20 * static_cast<double>(lambda.size());
-  if (costate)
-    return make_simulation(scene, EllipsoidCostate<double>(lambda), shared(observables), cost);
-  return make_simulation(scene, Ellipsoid<double>(lambda), shared(observables), cost);
+  if (costate) return make_simulation(scene, EllipsoidCostate<double>(lambda), shared(observables));
+  return make_simulation(scene, Ellipsoid<double>(lambda), shared(observables));
 }
 
 /// Returns why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.

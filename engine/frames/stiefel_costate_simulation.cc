@@ -1,7 +1,6 @@
 #include "engine/frames/body/stiefel_costate.h"
 #include "engine/frames/body/stiefel_invariants.h"
 #include "engine/frames/stiefel_forms.h"
-#include "engine/rigid_body/rigid_forms.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "stiefel/invariant_names.h"
@@ -39,8 +38,7 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
       for (Eigen::Index j = 0; j < n; ++j)
         out.add(family::PQt, indexed(family::PQt, i, j), A(i, j), scale);
   };
-  return make_simulation(scene, StiefelCostate<double>(lambda, n), shared(observables),
-                         3 * stiefel_cost(n, N));
+  return make_simulation(scene, StiefelCostate<double>(lambda, n), shared(observables));
 }
 
 }  // namespace

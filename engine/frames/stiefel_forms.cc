@@ -6,8 +6,8 @@
 #include "engine/frames/body/stiefel_momenta.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/rigid_body/body/rigid_velocity.h"
-#include "engine/stepping/at_rest.h"
+#include "engine/rigid_body/body/angular_velocity.h"
+#include "engine/stepping/stacked_observables.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -142,9 +142,19 @@ SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate) {
       [=](const Eigen::MatrixXd& x) { return costate ? kappa * x.bottomRows(n).stableNorm() : 0; };
 }
 
-double stiefel_cost(Eigen::Index n, Eigen::Index N) {
-  const double rows = static_cast<double>(n), columns = static_cast<double>(N);
-  return 1000 + 200 * rows * rows * rows + 5 * columns * rows * rows;
+template <class Scalar>
+SeriesStart<Scalar> start_of_costate(const Given<Scalar>& g, const char* frame,
+                                     const char* costate) {
+  Matrix<Scalar> Q = g.block(frame);
+  for (int k = 0; k < 2; ++k) {
+    const Matrix<Scalar> defect = Matrix<Scalar>::Identity(Q.rows(), Q.rows()) - Q * Q.transpose();
+    Q += (defect * Q / 2).eval();
+  }
+  return g.start(series_equations::stiefel, Q,
+                 Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
 }
+template SeriesStart<long double> start_of_costate(const Given<long double>&, const char*,
+                                                   const char*);
+template SeriesStart<Quad> start_of_costate(const Given<Quad>&, const char*, const char*);
 
 }  // namespace stiefel

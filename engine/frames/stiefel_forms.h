@@ -41,15 +41,11 @@ inline constexpr Eigen::Index largest_written_M = 4096;
 /// of two iterations of Newton and Schulz squares the defect, which is 1e-16 at first.
 template <class Scalar>
 SeriesStart<Scalar> start_of_costate(const Given<Scalar>& g, const char* frame,
-                                     const char* costate) {
-  Matrix<Scalar> Q = g.block(frame);
-  for (int k = 0; k < 2; ++k) {
-    const Matrix<Scalar> defect = Matrix<Scalar>::Identity(Q.rows(), Q.rows()) - Q * Q.transpose();
-    Q += (defect * Q / 2).eval();
-  }
-  return g.start(series_equations::stiefel, Q,
-                 Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
-}
+                                     const char* costate);
+// Compiled once, in stiefel_forms.cc.
+extern template SeriesStart<long double> start_of_costate(const Given<long double>&, const char*,
+                                                          const char*);
+extern template SeriesStart<Quad> start_of_costate(const Given<Quad>&, const char*, const char*);
 
 /// Recommendations for costates on V(n, N). At n = 1 the motion is integrable, and its condition
 /// stays small while its speed varies up to the root of λ_max/λ_min.
@@ -65,11 +61,8 @@ using SizeOf = std::function<double(const Eigen::MatrixXd& x)>;
 SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate);
 
 /// Adds m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow. The
-/// scales are E and ‖S‖_F, and at rest (at_rest.h) those of an S of the size of its terms.
+/// scales are E and ‖S‖_F, and at rest (is_rounding) those of an S of the size of its terms.
 void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
                      std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms);
-
-/// Returns the rough number of nanoseconds for a step.
-double stiefel_cost(Eigen::Index n, Eigen::Index N);
 
 }  // namespace stiefel

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "engine/frames/passes/rattle_stiefel.h"
+#include "engine/frames/body/stiefel.h"
 #include "engine/frames/geodesics/isotropic_geodesic.h"
+#include "engine/frames/passes/rattle_stiefel.h"
 #include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
-#include "engine/frames/body/stiefel.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {

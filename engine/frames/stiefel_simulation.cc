@@ -1,7 +1,6 @@
 #include "engine/frames/body/stiefel_momenta.h"
 #include "engine/frames/stiefel_forms.h"
 #include "engine/frames/stiefel_maps.h"
-#include "engine/rigid_body/rigid_forms.h"
 #include "engine/stepping/methods_on.h"
 #include "engine/stepping/shared_maps.h"
 
@@ -22,9 +21,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
         [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
   const auto fields = shared(std::move(observables));
   if (scene.in_float())
-    return make_simulation(scene, Stiefel<float>(rounded_to<float>(scene.inertia()), n), fields,
-                           stiefel_cost(n, N));
-  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), fields, stiefel_cost(n, N));
+    return make_simulation(scene, Stiefel<float>(rounded_to<float>(scene.inertia()), n), fields);
+  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), fields);
 }
 
 }  // namespace

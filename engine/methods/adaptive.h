@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "engine/methods/support/adaptive_substeps.h"
-#include "engine/methods/support/method.h"
 #include "engine/methods/support/concepts.h"
+#include "engine/methods/support/method.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {

@@ -24,7 +24,9 @@ struct PreprocessedVariational {
   template <class S>
   struct MapOf;
   template <class S>
-  static constexpr bool has_map_for = requires { typename MapOf<S>::type; };
+  static constexpr bool has_map_for = requires {
+    typename MapOf<S>::type;
+  };
   template <class>
   static constexpr Conservation conservation(std::string_view) {
     return Conservation::exact;

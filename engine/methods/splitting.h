@@ -27,7 +27,9 @@ struct Splitting {
   template <class S>
   struct MapOf;
   template <class S>
-  static constexpr bool has_map_for = requires { typename MapOf<S>::type; };
+  static constexpr bool has_map_for = requires {
+    typename MapOf<S>::type;
+  };
   template <class S>
   static constexpr Conservation conservation(std::string_view invariant) {
     return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;

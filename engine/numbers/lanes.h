@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "engine/numbers/scalar.h"
 #include "engine/numbers/pack.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel {
 

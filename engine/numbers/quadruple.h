@@ -6,6 +6,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "engine/numbers/eigen_products.h"
+
 namespace stiefel {
 
 /// IEEE quadruple precision, 113 bits: wraps the compiler's own type in a class, so that
@@ -106,3 +108,5 @@ class std::numeric_limits<stiefel::Quad> {
 
 template <>
 struct Eigen::NumTraits<stiefel::Quad> : Eigen::GenericNumTraits<stiefel::Quad> {};
+
+STIEFEL_EIGEN_PRODUCTS(extern, stiefel::Quad)

@@ -1,6 +1,5 @@
 #include "engine/parametric/parametric_forms.h"
 #include "engine/parametric/parametric_moser_veselov.h"
-#include "engine/rigid_body/rigid_body_data.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 
@@ -12,7 +11,7 @@ using Map = ParametricMoserVeselov<double>;
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_discrete_simulation(
       scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
-      shared(parametric_observables(scene, scene.step())), 2 * rigid_body_cost(scene.dimension()));
+      shared(parametric_observables(scene, scene.step())));
 }
 
 }  // namespace

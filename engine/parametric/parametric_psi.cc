@@ -4,7 +4,6 @@
 #include <complex>
 #include <limits>
 
-#include "engine/linalg/matrix_equations/principal_root.h"
 #include "engine/linalg/matrix_equations/spectrum.h"
 #include "engine/rigid_body/symmetric/scaling.h"
 

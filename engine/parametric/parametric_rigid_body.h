@@ -3,11 +3,11 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/general_exponential.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/methods/support/concepts.h"
+#include "engine/numbers/stoppable_product.h"
 #include "stiefel/conservation.h"
 #include "stiefel/invariant_names.h"
 

@@ -1,6 +1,5 @@
 #include "engine/parametric/parametric_forms.h"
 #include "engine/parametric/parametric_rigid_body.h"
-#include "engine/rigid_body/rigid_body_data.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 
@@ -10,7 +9,7 @@ namespace {
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_simulation(
       scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
-      shared(parametric_observables(scene, 1)), 2 * rigid_body_cost(scene.dimension()));
+      shared(parametric_observables(scene, 1)));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "engine/catalogue/representation.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "engine/rigid_body/moser_veselov/interpolation.h"
-#include "engine/rigid_body/moser_veselov/j_d_inverse.h"
 #include "engine/rigid_body/symmetric/psi.h"
 
 namespace stiefel {

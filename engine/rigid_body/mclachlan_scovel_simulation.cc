@@ -16,8 +16,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
       observables, scene,
       {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
        .M = [N](const auto& x) { return M_of_B<double>(x.topRows(N), x.bottomRows(N)); }});
-  return make_simulation(scene, McLachlanScovel<double>(scene.inertia()), shared(observables),
-                         rigid_body_cost(N));
+  return make_simulation(scene, McLachlanScovel<double>(scene.inertia()), shared(observables));
 }
 
 }  // namespace

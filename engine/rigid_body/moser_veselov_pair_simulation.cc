@@ -30,7 +30,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     add_discrete_hamiltonian(lambda, Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h), h,
                              out);
   };
-  return make_discrete_simulation(scene, Map(lambda, h), shared(observables), rigid_body_cost(N));
+  return make_discrete_simulation(scene, Map(lambda, h), shared(observables));
 }
 
 }  // namespace

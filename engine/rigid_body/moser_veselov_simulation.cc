@@ -1,5 +1,5 @@
-#include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/stepping/methods_on.h"
 
 namespace stiefel {

@@ -26,7 +26,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
        .scaled = true,
        .terms = [terms = A.stableNorm() / std::abs(epsilon)](const auto&) { return terms; }});
   return make_simulation(scene, ReducedRigidBody<double>(scene.inertia(), A, epsilon),
-                         shared(observables), rigid_body_cost(N));
+                         shared(observables));
 }
 
 }  // namespace

@@ -15,8 +15,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
                     {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
                      .M = [N](const auto& x) { return x.bottomRows(N).eval(); },
                      .side = Side::right});
-  return make_simulation(scene, RightRigidBody<double>(scene.inertia()), shared(observables),
-                         rigid_body_cost(N));
+  return make_simulation(scene, RightRigidBody<double>(scene.inertia()), shared(observables));
 }
 
 }  // namespace

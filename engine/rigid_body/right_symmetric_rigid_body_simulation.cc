@@ -1,4 +1,4 @@
-#include "engine/rigid_body/maps/right_symmetric_rigid_body_maps.h"
+#include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/symmetric_data.h"
 #include "engine/stepping/methods_on.h"
@@ -9,8 +9,7 @@ namespace {
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_simulation(scene, RightSymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
-                         shared(symmetric_observables(scene, Side::right)),
-                         rigid_body_cost(scene.dimension()));
+                         shared(symmetric_observables(scene, Side::right)));
 }
 
 }  // namespace

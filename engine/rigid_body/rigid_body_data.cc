@@ -10,8 +10,7 @@
 #include "engine/linalg/lie/so_3.h"
 #include "engine/rigid_body/exact/turned_body.h"
 #include "engine/rigid_body/rigid_body_invariants.h"
-#include "engine/scene/given_axes.h"
-#include "engine/scene/principal_axes.h"
+#include "engine/scene/given_body.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {

@@ -28,7 +28,4 @@ inline constexpr Recommendation closed_form_of_body = {
 /// For bodies whose M is a product of the blocks; the error of M grows with the square of the time.
 inline constexpr std::array for_products = {closed_form_of_body, with_error_control(5e-14)};
 
-/// Returns the rough number of nanoseconds for a step of the rigid body.
-inline double rigid_body_cost(double N) { return N == 3 ? 300 : 1000 + 50 * N * N + 5 * N * N * N; }
-
 }  // namespace stiefel

@@ -17,7 +17,7 @@ std::vector<InvariantInfo> rigid_body_invariant_infos(Side side = Side::left);
 /// Adds the values of the invariants, computed in extended precision: QMQᵀ on the left, QᵀMQ on the
 /// right. Q is empty in a momentum-only scene. The Manakov coefficients cost N⁵ operations, so they
 /// are included only up to N = 16 unless they are asked for. The scale of the energy is E, the
-/// other scales are powers of ‖M‖. For a body at rest, whose M is only rounding (at_rest.h), the
+/// other scales are powers of ‖M‖. For a body at rest, whose M is only rounding (is_rounding), the
 /// scales are those of an M of the size of its `terms`, the matrices whose difference is M; 0 where
 /// the state holds M itself.
 void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,

@@ -1,6 +1,5 @@
 #include "engine/catalogue/system_entry.h"
 #include "engine/rigid_body/coordinates/body_by_method.h"
-#include "engine/rigid_body/coordinates/exact_body.h"
 
 namespace stiefel {
 namespace {

@@ -61,11 +61,4 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
   };
 }
 
-Eigen::MatrixXd stacked(const Scene& scene, const char* first, const char* second) {
-  const Eigen::MatrixXd &a = scene.block(first), &b = scene.block(second);
-  Eigen::MatrixXd x(a.rows() + b.rows(), a.cols());
-  x << a, b;
-  return x;
-}
-
 }  // namespace stiefel

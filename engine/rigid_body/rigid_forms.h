@@ -24,7 +24,4 @@ SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side = Side::left);
 /// invariants.
 void report_rigid_form(StackedObservables& observables, const Scene& scene, RigidForm form);
 
-/// Returns the start of a scene: its blocks `first` over `second`, 2N × N.
-Eigen::MatrixXd stacked(const Scene& scene, const char* first, const char* second);
-
 }  // namespace stiefel

@@ -18,9 +18,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     of_body(x, out);
     add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
   };
-  return make_simulation_by<Variational>(scene,
-                                         SymmetricRigidBody<double>(scene.inertia(), epsilon),
-                                         shared(observables), rigid_body_cost(N));
+  return make_simulation_by<Variational>(
+      scene, SymmetricRigidBody<double>(scene.inertia(), epsilon), shared(observables));
 }
 
 }  // namespace

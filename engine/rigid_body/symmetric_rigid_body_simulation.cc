@@ -9,7 +9,7 @@ namespace {
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   return make_simulation(scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
-                         shared(symmetric_observables(scene)), rigid_body_cost(scene.dimension()));
+                         shared(symmetric_observables(scene)));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <tbb/global_control.h>
 
 #include "engine/catalogue/system_entry.h"
-#include "engine/rigid_body/coordinates/exact_body.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/run/groups.h"
 #include "engine/run/parallel.h"
 #include "stiefel/stop.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "engine/run/packed_bodies.h"
-#include "stiefel/simulation.h"
+#include "stiefel/price.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -36,12 +36,13 @@ void for_each_group(const Scenes& scenes, const Visit& visit) {
 std::unique_ptr<PackedBodies> pack_closed_forms(std::span<const Scene> bodies,
                                                 std::span<const double> start);
 
-/// Returns a rough number of nanoseconds for a step of a group, on all cores, for slicing. `one` is
-/// the simulation of one of its members.
+/// Returns a rough number of nanoseconds for a step of a group, for slicing. `one` is the
+/// simulation of one of its members.
 inline double group_cost(std::span<const Scene> group, const Simulation& one) {
-  const double packed = one.direct() ? 50 : 5;  // nanoseconds for one body
+  const Scene& first = group.front();
   if (group.size() == 1) return one.step_cost();
-  return packed * group.front().substeps() * static_cast<double>(group.size());
+  return first.substeps() *
+         nanoseconds(ensemble_step_price(first, group.size(), step_weight(first), 0.1));
 }
 
 }  // namespace stiefel

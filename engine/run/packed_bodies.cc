@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/catalogue/methods/step_weight.h"
+#include "engine/catalogue/system_entry.h"
 #include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/linalg/lie/so_4.h"
-#include "engine/rigid_body/coordinates/exact_body.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/methods/support/symmetric_stages.h"
-#include "engine/catalogue/system_entry.h"
+#include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/stepping/method_entry.h"
 
 namespace stiefel {
@@ -119,6 +121,15 @@ std::unique_ptr<PackedBodies> pack_bodies_in(std::span<const Scene> bodies) {
 
 std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies) {
   return bodies.front().in_float() ? pack_bodies_in<float>(bodies) : pack_bodies_in<double>(bodies);
+}
+
+double ensemble_step_price(const Scene& one, std::size_t members, double alone, double h_omega) {
+  const auto pack = can_be_packed(one) ? pack_price(one, h_omega) : std::nullopt;
+  if (!pack) return alone * static_cast<double>(members);
+  const auto lanes = static_cast<std::size_t>(pack_lanes(one));
+  const std::size_t left = members % lanes;
+  const std::size_t packs = members / lanes + (left > 1);
+  return *pack * static_cast<double>(packs) + (left == 1 ? alone : 0);
 }
 
 }  // namespace stiefel

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "engine/rigid_body/moser_veselov/discrete_bodies.h"
 #include "engine/methods/rk4.h"
+#include "engine/rigid_body/body/rigid_body.h"
 #include "engine/rigid_body/j_d/discrete_body_3.h"
 #include "engine/rigid_body/j_d/discrete_body_4.h"
+#include "engine/rigid_body/moser_veselov/discrete_bodies.h"
 #include "engine/run/packed_bodies.h"
-#include "engine/rigid_body/body/rigid_body.h"
 
 namespace stiefel {
 
@@ -29,21 +29,21 @@ class PackedBodiesOn final : public PackedBodies {
     x.x.compensated = before.x.compensated = compensated_;
     each_number(x, [&](P& number, std::ptrdiff_t i) { number = P::gather(numbers + i, stride); });
     std::int64_t step = 0;
-    unsigned further = 0;
-    for (; step < steps; ++step) {
-      before.x.assign(x.x);
-      auto easy = map_.step_where_easy(x);
-      for (int k = 1; k < substeps_; ++k) easy = easy & map_.step_where_easy(x);
-      if (all(easy)) continue;
-      further = easy.lanes_set();
-      break;
+    unsigned further = every_lane;
+    for (int k = 0; step < steps;) {
+      if (k == 0) before.x.assign(x.x);
+      further &= map_.step_where_easy(x).lanes_set();
+      if (++k < substeps_) continue;
+      if (further != every_lane) break;
+      k = 0;
+      ++step;
     }
     const auto write = [&](State& from, unsigned lanes) {
       each_number(from,
                   [&](P& number, std::ptrdiff_t i) { number.scatter(numbers + i, stride, lanes); });
     };
-    write(x, step < steps ? further : every_lane);
-    if (step < steps) write(before, every_lane & ~further);
+    write(x, further);
+    if (further != every_lane) write(before, every_lane & ~further);
     return {step, further};
   }
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/rigid_body/coordinates/exact_body.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/run/groups.h"
 
 namespace stiefel {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/numbers/to_text.h"
-#include "engine/methods/adaptive.h"
 #include "engine/catalogue/system_entry.h"
+#include "engine/methods/adaptive.h"
+#include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
 
 namespace stiefel {

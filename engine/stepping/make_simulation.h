@@ -6,43 +6,40 @@
 namespace stiefel {
 
 /// Returns the simulation of a system with matrices as states by a method that is general; null if
-/// the method is not, or needs a group that the system does not have. `cost` is a rough number of
-/// nanoseconds for a step.
+/// the method is not, or needs a group that the system does not have.
 template <HasMatrixStates S>
 std::unique_ptr<Simulation> make_matrix_simulation(const MethodEntry& method, const Scene& scene,
                                                    const S& system,
-                                                   const SharedObservables& observables,
-                                                   double cost) {
+                                                   const SharedObservables& observables) {
   using Scalar = typename S::Scalar;
   const MatrixMethod<Scalar>& matrices = method.matrices<Scalar>();
-  if (matrices.by_field) return matrices.by_field(scene, system, observables, cost);
-  if constexpr (LieSystem<S>)
-    if (matrices.by_action) return matrices.by_action(scene, system, observables, cost);
+  if (matrices.by_field) return matrices.by_field(scene, system, observables);
+  if constexpr (LieSystem<S> && !std::is_same_v<Scalar, float>)
+    if (matrices.by_action) return matrices.by_action(scene, system, observables);
   return nullptr;
 }
 
 /// Returns the simulation of `system` by the scene's method; null if the method does not apply.
 template <HasMatrixStates S>
 std::unique_ptr<Simulation> make_simulation(const Scene& scene, const S& system,
-                                            const SharedObservables& observables, double cost) {
+                                            const SharedObservables& observables) {
   constexpr bool in_float = std::is_same_v<typename S::Scalar, float>;
   std::unique_ptr<Simulation> made;
   for_each_type(typename SpecialMethods<S>::type{}, [&]<class Method>(Method*) {
     if constexpr (Method::traits.in_float || !in_float)
       if (scene.method() == Method::traits.name)
-        made = make_simulation_by<Method>(scene, system, observables, cost);
+        made = make_simulation_by<Method>(scene, system, observables);
   });
   if (made) return made;
   const MethodEntry* method = method_entry(scene.method());
-  return method ? make_matrix_simulation(*method, scene, system, observables, cost) : nullptr;
+  return method ? make_matrix_simulation(*method, scene, system, observables) : nullptr;
 }
 
 /// Returns the simulation of a discrete system, which is a map already.
 template <class Map>
 std::unique_ptr<Simulation> make_discrete_simulation(const Scene& scene, Map map,
-                                                     const SharedObservables& observables,
-                                                     double cost) {
-  return std::make_unique<SimulationOf<Map>>(scene, std::move(map), observables, cost);
+                                                     const SharedObservables& observables) {
+  return std::make_unique<SimulationOf<Map>>(scene, std::move(map), observables);
 }
 
 }  // namespace stiefel

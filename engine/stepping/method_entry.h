@@ -4,19 +4,19 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/methods/support/matrix_system.h"
 #include "engine/methods/support/method.h"
 #include "engine/stepping/observables.h"
-#include "engine/methods/support/matrix_system.h"
 
 namespace stiefel {
 
 /// Makes Simulations of systems whose states are matrices of any size. A null pointer means that
-/// the method does not move such systems. `cost` is a rough number of nanoseconds for a step.
+/// the method does not move such systems.
 template <class Scalar>
 struct MatrixMethod {
   template <class System>
   using Make = std::unique_ptr<Simulation> (*)(const Scene&, const System&,
-                                               const SharedObservables&, double cost);
+                                               const SharedObservables&);
   Make<MatrixSystem<Scalar>> by_field = nullptr;      ///< uses the vector field alone
   Make<MatrixLieSystem<Scalar>> by_action = nullptr;  ///< uses the action of a group
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/linalg/iteration/continuation.h"
+#include "stiefel/price.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -14,12 +15,11 @@ constexpr double slow_step = 1e6;
 
 }  // namespace
 
-ObservedSimulation::ObservedSimulation(const Scene& scene, SharedObservables observables,
-                                       double step_cost)
+ObservedSimulation::ObservedSimulation(const Scene& scene, SharedObservables observables)
     : observables_(std::move(observables)),
       substeps_(scene.substeps()),
       step_of_map_(std::abs(scene.description().step.value_or(0)) / substeps_),
-      step_cost_(step_cost * substeps_) {
+      step_cost_(nanoseconds(step_weight(scene)) * substeps_) {
   fields_ = observables_->fields();
   block_count_ = observables_->block_count();
 }

@@ -27,8 +27,7 @@ class ObservedSimulation : public Simulation {
   virtual const Eigen::MatrixXd& point() const = 0;
 
  protected:
-  /// `step_cost` is the number of nanoseconds for a step of the map.
-  ObservedSimulation(const Scene& scene, SharedObservables observables, double step_cost);
+  ObservedSimulation(const Scene& scene, SharedObservables observables);
 
   /// Advances while `stop` allows it.
   virtual RunStatus walk(std::int64_t steps, const std::stop_token& stop) = 0;

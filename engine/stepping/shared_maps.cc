@@ -4,12 +4,12 @@ namespace stiefel {
 
 template std::unique_ptr<Simulation> simulation_of(
     const Scene&, const MapOfLength<ClosedFormMap<Matrix<double>>>&, const SharedObservables&,
-    double, bool);
+    bool);
 template std::unique_ptr<Simulation> simulation_of(
     const Scene&, const MapOfLength<Composition<RattleStiefel<double>>>&, const SharedObservables&,
-    double, bool);
+    bool);
 template std::unique_ptr<Simulation> simulation_of(
     const Scene&, const MapOfLength<Composition<SymmetricMoserVeselov<double>>>&,
-    const SharedObservables&, double, bool);
+    const SharedObservables&, bool);
 
 }  // namespace stiefel

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 #include "engine/stepping/coordinates.h"
 #include "engine/stepping/observed_simulation.h"
 #include "stiefel/stop.h"
@@ -21,11 +21,10 @@ class SimulationOf final : public ObservedSimulation {
   /// Returns the map of a step t·h, where h is the step of the simulation's map.
   using Make = std::function<F(double t)>;
 
-  /// `step_cost` is the number of nanoseconds for a step of the map. With `make`, the largest step
-  /// in the status of a step that left the domain is that of all substeps; without, the map's.
-  SimulationOf(const Scene& scene, F map, SharedObservables observables, double step_cost,
-               Make make = nullptr)
-      : ObservedSimulation(scene, std::move(observables), step_cost),
+  /// With `make`, the largest step in the status of a step that left the domain is that of all
+  /// substeps; without, the map's.
+  SimulationOf(const Scene& scene, F map, SharedObservables observables, Make make = nullptr)
+      : ObservedSimulation(scene, std::move(observables)),
         map_(std::move(map)),
         make_(std::move(make)),
         point_(observables_->start(scene)),
@@ -110,7 +109,7 @@ class SimulationOf final : public ObservedSimulation {
       return status;
     }
     bool undoing = false;
-    for (; steps > 0; --steps) {
+    for (std::int64_t end = step_ + steps; step_ < end;) {
       if (substeps_ > 1 || stops_inside_ || (!only_rotates && since_copy_ >= between_copies)) {
         before_ = state_;
         since_copy_ = 0;
@@ -126,8 +125,8 @@ class SimulationOf final : public ObservedSimulation {
       if (!only_rotates && !(squared_norm() <= usual_) && !undoing && !is_finite()) {
         // Goes back to the copy and from there to the state before this step.
         state_ = before_;
-        step_ -= since_copy_;
-        steps = 1 + std::exchange(since_copy_, 0);
+        end = step_;
+        step_ -= std::exchange(since_copy_, 0);
         undoing = true;
         continue;
       }

@@ -29,4 +29,11 @@ std::optional<double> StackedObservables::orthogonality(const Point& x) const {
   return frame_defect ? frame_defect(x) : std::nullopt;
 }
 
+Eigen::MatrixXd stacked(const Scene& scene, const char* first, const char* second) {
+  const Eigen::MatrixXd &a = scene.block(first), &b = scene.block(second);
+  Eigen::MatrixXd x(a.rows() + b.rows(), a.cols());
+  x << a, b;
+  return x;
+}
+
 }  // namespace stiefel

@@ -5,7 +5,7 @@
 #include "engine/linalg/iteration/dual_iterations.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/dual_equations.h"
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 #include "engine/methods/support/matrix_system.h"
 #include "engine/methods/support/method.h"
 #include "engine/stepping/make_simulation_by.h"

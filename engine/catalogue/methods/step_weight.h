@@ -17,8 +17,8 @@ int pack_lanes(const Scene& one);
 /// Returns a warning where the table has no entry for a scene that has a method; else nullopt.
 std::optional<std::string> estimate_warning(const Scene& scene);
 
-/// Estimates the instructions of a step of a scene that has no entry in the table: five for each
-/// nanosecond that the system's `make` gives for a step, times the relative work of its method.
+/// Estimates the instructions of a step of a scene that has no entry in the table: those of
+/// a system of its size, times the relative work of its method.
 ///
 /// The relative work is the work of the method divided by the geometric mean of the work of all
 /// methods of the scene's system, as the other systems of the table have them at the size of the

@@ -11,8 +11,6 @@
 namespace stiefel {
 namespace {
 
-constexpr double instructions_in_a_nanosecond = 5;
-
 struct MethodAndOrder {
   std::string_view method;
   int order;
@@ -78,9 +76,8 @@ double relative_work(const Scene& scene, const FrameSize& size) {
 }  // namespace
 
 double estimated_weight(const Scene& scene, const FrameSize& size) {
-  const double nanoseconds =
-      system_entry(scene.system())->simulations.make(scene)->step_cost() / scene.substeps();
-  return instructions_in_a_nanosecond * nanoseconds * relative_work(scene, size);
+  constexpr double least = 5000, of_operation = 15;
+  return (least + of_operation * operations(size.n, size.N)) * relative_work(scene, size);
 }
 
 }  // namespace stiefel

@@ -11,8 +11,6 @@ constexpr Weight weights[] = {
 #include "engine/catalogue/methods/step_weights.inc"
 };
 
-double f(double n, double N) { return n * n * N + n * n * n + 8 * n * N; }
-
 /// A point of a curve of counts.
 struct At {
   double x, instructions;
@@ -48,6 +46,8 @@ double interpolate(const std::vector<At>& points, double x, const Scale& scale) 
 
 }  // namespace
 
+double operations(double n, double N) { return n * n * N + n * n * n + 8 * n * N; }
+
 std::span<const Weight> weight_table() { return weights; }
 
 const Weight* find_weight(std::string_view system, std::string_view method, int order,
@@ -66,16 +66,20 @@ double instructions_at(const Weight& weight, double n, double N) {
   std::vector<At> curve;
   if (n == N && std::ranges::all_of(sizes, [](const Counted& at) { return at.n == at.N; })) {
     for (const Counted& at : sizes) curve.push_back({at.n, at.instructions});
-    return interpolate(curve, n, [](double x, double last) { return f(x, x) / f(last, last); });
+    return interpolate(
+        curve, n, [](double x, double last) { return operations(x, x) / operations(last, last); });
   }
   for (const Counted* at = sizes.begin(); at != sizes.end();) {
     const double rows = at->n;
     std::vector<At> along;
     for (; at != sizes.end() && at->n == rows; ++at) along.push_back({at->N, at->instructions});
-    const auto scale = [rows](double x, double last) { return f(rows, x) / f(rows, last); };
+    const auto scale = [rows](double x, double last) {
+      return operations(rows, x) / operations(rows, last);
+    };
     curve.push_back({rows, interpolate(along, N, scale)});
   }
-  return interpolate(curve, n, [N](double x, double last) { return f(x, N) / f(last, N); });
+  return interpolate(curve, n,
+                     [N](double x, double last) { return operations(x, N) / operations(last, N); });
 }
 
 double rate_factor(const Weight& weight, double N, double h_omega) {

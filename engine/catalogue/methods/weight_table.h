@@ -32,8 +32,11 @@ std::span<const Weight> weight_table();
 const Weight* find_weight(std::string_view system, std::string_view method, int order,
                           std::string_view arithmetic, std::string_view scalar);
 
+/// Returns n²N + n³ + 8nN, to which the operations of a step are about proportional.
+double operations(double n, double N);
+
 /// Returns the instructions of a step in a size: a power law between two sizes of the table; beyond
-/// the last size that size's entry times the ratio of the two f(n, N) = n²N + n³ + 8nN.
+/// the last size that size's entry times the ratio of the two `operations`.
 double instructions_at(const Weight& weight, double n, double N);
 
 /// Returns the number of instructions at h‖Ω‖ > 0 divided by that at 0.1.

@@ -2,10 +2,10 @@
 
 #include <type_traits>
 
-#include "engine/numbers/compensated.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
+#include "engine/numbers/compensated.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

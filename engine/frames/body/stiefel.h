@@ -1,9 +1,9 @@
 #pragma once
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/frame_projection.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/methods/support/concepts.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 

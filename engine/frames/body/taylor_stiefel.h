@@ -3,9 +3,9 @@
 #include <functional>
 #include <vector>
 
-#include "engine/numbers/quadruple.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
+#include "engine/numbers/quadruple.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

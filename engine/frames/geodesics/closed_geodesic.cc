@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/linalg/special_functions/carlson.h"
 #include "engine/frames/geodesics/path.h"
 #include "engine/frames/geodesics/plane_rotations.h"
+#include "engine/linalg/special_functions/carlson.h"
 
 namespace stiefel {
 namespace {

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "engine/frames/geodesics/connect_work.h"
-#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "engine/frames/geodesics/connect_work.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
-#include "engine/frames/geodesics/connect_work.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

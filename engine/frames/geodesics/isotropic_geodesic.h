@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/skew_flow.h"
 
 namespace stiefel {

@@ -10,7 +10,7 @@
 #include "engine/frames/geodesics/geodesic_series.h"
 #include "engine/frames/geodesics/relaxation.h"
 #include "engine/frames/geodesics/starts.h"
-#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

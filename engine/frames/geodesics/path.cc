@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/frames/geodesics/connect_work.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/frames/geodesics/connect_work.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

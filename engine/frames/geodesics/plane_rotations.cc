@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/linalg/matrix_equations/stoppable_schur.h"
 #include "engine/frames/geodesics/connect_work.h"
+#include "engine/linalg/matrix_equations/stoppable_schur.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

@@ -8,10 +8,10 @@
 #include <functional>
 #include <optional>
 
-#include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/frames/geodesics/geodesic_flow.h"
 #include "engine/frames/geodesics/path.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

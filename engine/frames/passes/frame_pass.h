@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <memory>
 
+#include "engine/frames/passes/frame_moments.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/isa.h"
-#include "engine/frames/passes/frame_moments.h"
 
 namespace stiefel {
 

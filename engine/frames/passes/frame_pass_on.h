@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "engine/numbers/four_rows.h"
 #include "engine/frames/passes/frame_pass.h"
 #include "engine/frames/passes/moment_sums.h"
+#include "engine/numbers/four_rows.h"
 
 namespace stiefel {
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "engine/numbers/pack.h"
 #include "engine/frames/passes/frame_moments.h"
 #include "engine/frames/passes/frame_pass.h"
 #include "engine/frames/passes/tile.h"
+#include "engine/numbers/pack.h"
 
 namespace stiefel {
 

@@ -4,5 +4,6 @@ namespace stiefel {
 
 template class FramePass<double>;
 template class RattleStiefel<double>;
+template class RattleStiefel<float>;
 
 }  // namespace stiefel

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <memory>
 
+#include "engine/frames/passes/frame_pass.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/frames/passes/frame_pass.h"
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 
 namespace stiefel {
 
@@ -227,7 +227,7 @@ void RattleStiefel<Scalar>::add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar
   sum += (h * h) * VV + found_ + found_.transpose();
 }
 
-// Compiled once, in rattle_stiefel.cc and rattle_stiefel_float.cc.
+// Compiled once, in rattle_stiefel.cc.
 extern template class RattleStiefel<float>;
 extern template class RattleStiefel<double>;
 

@@ -14,6 +14,9 @@ namespace stiefel {
 // sizes (engine/catalogue/methods/weight_table.h). It is the same on every CPU for one build, so
 // that every machine chooses the same method.
 
+/// Returns the rough number of nanoseconds that so many instructions take.
+constexpr double nanoseconds(double instructions) { return instructions / 5; }
+
 /// The size of a scene, on which the work of a step depends.
 struct FrameSize {
   double n, N;

@@ -87,7 +87,7 @@ class Simulation {
   virtual std::span<const std::unique_ptr<Simulation>> members() const { return {}; }
 
   /// Returns a rough estimate of the nanoseconds that a step takes (if `direct()`, an advance),
-  /// from N and the method alone. It serves to slice work, not to predict times.
+  /// from its price (stiefel/price.h). It serves to slice work, not to predict times.
   virtual double step_cost() const = 0;
 
  protected:

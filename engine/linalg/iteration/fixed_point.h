@@ -96,7 +96,7 @@ void FixedPoint<Scalar>::mix(Matrix<Scalar>& z, Eigen::Index columns) {
   for (Eigen::Index i = 0; i < columns; ++i) z.reshaped() -= (scale(i) * c(i)) * dg_.col(i);
 }
 
-// Compiled once, in fixed_point.cc.
+// Compiled once, in matrix_equations/instances.cc.
 extern template class FixedPoint<double>;
 
 }  // namespace stiefel

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/linalg/matrix_equations/lu.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 
@@ -61,7 +61,7 @@ void CayleyMidpoint<SoN<Scalar>>::factor(const Matrix<Scalar>& a) {
   lu_.compute(X_);
 }
 
-// Compiled once, in cayley_midpoint.cc.
+// Compiled once, in exponential.cc.
 extern template class CayleyMidpoint<SoN<double>>;
 
 /// The transform in three dimensions: m̃ = (m − c×m)/(1 + |c|²), U = (1, c)/|(1, c)| as a

@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/numbers/scalar.h"
 #include "engine/numbers/stoppable_product.h"
-#include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/linalg/matrix_equations/lu.h"
 #include "engine/numbers/scalar.h"
 #include "engine/numbers/stoppable_product.h"
-#include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel {
 
@@ -67,7 +67,7 @@ void GeneralExponential<Scalar>::operator()(const Matrix<Scalar>& A, Matrix<Scal
   }
 }
 
-// Compiled once, in general_exponential.cc.
+// Compiled once, in exponential.cc.
 extern template class GeneralExponential<double>;
 extern template class GeneralExponential<long double>;
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/so_n.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 

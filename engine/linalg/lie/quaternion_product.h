@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/numbers/double_word.h"
 #include "engine/linalg/lie/so_3.h"
+#include "engine/numbers/double_word.h"
 
 namespace stiefel {
 

@@ -44,7 +44,7 @@ void SkewFlow<Scalar>::operator()(Scalar t, Matrix<Scalar>& E) {
   E = product_.real();
 }
 
-// Compiled once, in skew_flow.cc.
+// Compiled once, in exponential.cc.
 extern template class SkewFlow<double>;
 extern template class SkewFlow<long double>;
 

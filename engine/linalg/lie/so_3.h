@@ -19,8 +19,7 @@ struct So3 {
   using Algebra = Vector3<Scalar>;
   using Lambda = Vector3<Scalar>;
 
-  /// `moves_frame` says whether q is to be moved; a scene without a frame has q = 0.
-  explicit So3(Eigen::Index = 3, bool moves_frame = true) : moves_frame_(frame && moves_frame) {}
+  explicit So3(Eigen::Index = 3) {}
 
   static Algebra zero() { return Algebra::Zero(); }
   static auto m(const State& x) { return x.template tail<3>(); }
@@ -56,14 +55,12 @@ struct So3 {
   static void bracket(const Algebra& a, const Algebra& b, Algebra& c) { c = a.cross(b); }
 
   /// Computes (Q exp Θ − Q, exp(Θ)ᵀ M exp(Θ) − M), without cancellation for small Θ.
-  void displacement(const State& x, const Algebra& theta, State& dx) const {
-    using std::sin;
+  static void displacement(const State& x, const Algebra& theta, State& dx) {
     const Scalar angle = theta.norm();
     const Scalar s = sinc(angle / 2), c = sinc(angle / 4);
     // exp(Θ/2) as a quaternion, minus 1: (cos(θ/2) − 1, sin(θ/2)/θ Θ)
     if constexpr (frame)
-      if (moves_frame_)
-        dx.template head<4>() = quaternion_times(x, -angle * angle * c * c / 8, theta * (s / 2));
+      dx.template head<4>() = quaternion_times(x, -angle * angle * c * c / 8, theta * (s / 2));
     // exp(−Θ) m − m = −(sin θ/θ) Θ × m + ((1 − cos θ)/θ²) Θ × (Θ × m)
     const Algebra turn = theta.cross(m(x));
     dx.template tail<3>() = theta.cross(turn) * (s * s / 2) - turn * sinc(angle);
@@ -94,9 +91,6 @@ struct So3 {
     using std::sin;
     return a == Scalar(0) ? Scalar(1) : sin(a) / a;
   }
-
- private:
-  bool moves_frame_;
 };
 
 /// Returns the matrix Q of a quaternion q, without normalisation: QᵀQ = |q|⁴ I, so a drift of |q|

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "engine/numbers/scalar.h"
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/numbers/scalar.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 

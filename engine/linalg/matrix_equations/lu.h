@@ -4,6 +4,6 @@
 
 #include "engine/numbers/scalar.h"
 
-/// Eigen's LU with partial pivoting, compiled once, in lu.cc.
+/// Eigen's LU with partial pivoting, compiled once, in instances.cc.
 extern template class Eigen::PartialPivLU<stiefel::Matrix<double>>;
 extern template class Eigen::PartialPivLU<stiefel::Matrix<long double>>;

@@ -105,7 +105,7 @@ void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
   Y = Y_.real();
 }
 
-// Compiled once, in lyapunov.cc and lyapunov_float.cc.
+// Compiled once, in instances.cc.
 extern template class Lyapunov<float>;
 extern template class Lyapunov<double>;
 extern template class Lyapunov<long double>;

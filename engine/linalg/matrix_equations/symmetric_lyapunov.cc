@@ -4,5 +4,7 @@ namespace stiefel {
 
 template class SymmetricLyapunov<double>;
 template class SymmetricLyapunov<float>;
+template class SymmetricLyapunov<long double>;
+template class SymmetricLyapunov<Quad>;
 
 }  // namespace stiefel

@@ -2,8 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/numbers/quadruple.h"
 #include "engine/linalg/matrix_equations/householder.h"
+#include "engine/numbers/quadruple.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -75,7 +75,7 @@ void SymmetricLyapunov<Scalar>::solve(const Matrix<Scalar>& E, Matrix<Scalar>& X
   X.noalias() = product_ * V_.transpose();
 }
 
-// Compiled once, in symmetric_lyapunov.cc and symmetric_lyapunov_extended.cc.
+// Compiled once, in symmetric_lyapunov.cc.
 extern template class SymmetricLyapunov<double>;
 extern template class SymmetricLyapunov<float>;
 extern template class SymmetricLyapunov<long double>;

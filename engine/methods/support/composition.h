@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/linalg/iteration/continuation.h"
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
 #include "engine/methods/support/symmetric_stages.h"
 
 namespace stiefel {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <concepts>
+#include <optional>
 
 #include "engine/numbers/scalar.h"
+#include "stiefel/run_status.h"
 
 namespace stiefel {
 
@@ -26,6 +28,24 @@ concept LieSystem = System<S> &&
   system.generator(x, b);
   system.bracket(a, a, b);
   system.displacement(x, a, dx);
+};
+
+/// One step of size h. The state holds everything that the next step depends on, including solver
+/// history and carried rounding errors; `x.value` is the system's state, and `each` visits every
+/// block of numbers. A step that does not end with `reached` leaves the state unchanged.
+template <class F>
+concept Map = requires(F map, typename F::State& state, const typename F::Point& start) {
+  { map.step(state) } -> std::same_as<RunStatus>;
+  { map.start(start) } -> std::same_as<typename F::State>;
+  { map.largest_step(state, 1.0) } -> std::same_as<std::optional<double>>;
+  state.x.value;
+  state.each([](auto&) {});
+};
+
+/// A map whose `at` computes the state k steps after the start directly, for every k.
+template <class F>
+concept DirectMap = Map<F> && requires(F map, typename F::State& state) {
+  { map.at(state, Extended<typename F::Point::Scalar>(1)) } -> std::same_as<RunStatus>;
 };
 
 }  // namespace stiefel

@@ -4,11 +4,10 @@
 #include <optional>
 #include <string_view>
 
+#include "engine/methods/support/concepts.h"
+#include "engine/methods/support/system_traits.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/lanes.h"
-#include "engine/methods/support/map.h"
-#include "engine/methods/support/type_list.h"
-#include "engine/methods/support/system_traits.h"
 #include "stiefel/conservation.h"
 
 namespace stiefel {
@@ -98,6 +97,15 @@ constexpr Conservation conservation_by(std::string_view invariant) {
     return M::conservation(system_traits<S>, invariant);
 }
 
+template <class... T>
+struct TypeList {};
+
+/// Calls visit(static_cast<T*>(nullptr)) for every T in the list.
+template <class... T, class Visit>
+void for_each_type(TypeList<T...>, Visit&& visit) {
+  (visit(static_cast<T*>(nullptr)), ...);
+}
+
 /// The methods with a map made for S, a TypeList. A specialisation stands in the wing of S.
 template <class S>
 struct SpecialMethods {
@@ -137,11 +145,11 @@ class ExplicitMap {
     return {};
   }
 
-  /// Makes the step in the lanes where the products of any two numbers stay finite and returns
-  /// them. The states in the other lanes become undefined.
-  Mask<typename S::Scalar> step_where_easy(State& state) {
+  /// For packs: makes the step in the lanes where the products of any two numbers stay finite and
+  /// returns them. The states in the other lanes become undefined.
+  [[gnu::always_inline]] Mask<typename S::Scalar> step_where_easy(State& state) {
     using Scalar = typename S::Scalar;
-    static_cast<Derived*>(this)->displacement(state.x.value, dx_);
+    static_cast<Derived*>(this)->inlined_displacement(state.x.value, dx_);
     state.x.add(dx_);
     Scalar sum(0);
     for (Eigen::Index i = 0; i < dx_.size(); ++i) sum += state.x.value(i) * state.x.value(i);

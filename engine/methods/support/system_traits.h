@@ -30,9 +30,7 @@ struct SystemTraits {
 template <class S>
 inline constexpr SystemTraits system_traits = [] {
   SystemTraits traits;
-  traits.projects = requires(S & system, typename S::State & x) {
-    system.project(x);
-  };
+  traits.projects = requires(S & system, typename S::State & x) { system.project(x); };
   if constexpr (LieSystem<S>) {
     traits.lie_group = true;
     traits.conserved_on_orbits = [](std::string_view v) { return S::conserved_on_orbits(v); };

@@ -4,8 +4,8 @@
 #include <stop_token>
 #include <vector>
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 
@@ -71,7 +71,7 @@ std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Mat
   return pencil_traces<Scalar>(M, lambda2.asDiagonal(), K, stop);
 }
 
-// Compiled once, in rigid_body.cc.
+// Compiled once, in instances.cc.
 extern template Vector<double> casimirs(const Matrix<double>& M);
 
 }  // namespace stiefel

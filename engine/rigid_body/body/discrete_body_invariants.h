@@ -3,8 +3,8 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/rigid_body/body/body_invariants.h"
 
 namespace stiefel {
 

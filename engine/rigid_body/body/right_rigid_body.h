@@ -2,10 +2,10 @@
 
 #include <string_view>
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/multiplication.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/methods/support/concepts.h"
+#include "engine/numbers/stoppable_product.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {

@@ -41,7 +41,7 @@ class RigidBody {
       : lambda_(std::move(lambda)),
         has_frame_(has_frame),
         inverse_inertia_(lambda_),
-        space_(space(lambda_.size(), has_frame)),
+        space_(lambda_.size()),
         Omega_(space_.zero()) {}
 
   const Lambda& lambda() const { return lambda_; }
@@ -60,13 +60,6 @@ class RigidBody {
   }
 
  private:
-  static Space space(Eigen::Index N, bool has_frame) {
-    if constexpr (requires { Space(N, has_frame); })
-      return Space(N, has_frame);
-    else
-      return Space(N);
-  }
-
   Lambda lambda_;
   bool has_frame_;
   typename Space::InverseInertia inverse_inertia_;

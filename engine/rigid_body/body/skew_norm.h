@@ -21,7 +21,7 @@ Scalar skew_norm(const Matrix<Scalar>& M) {
   return size * sqrt(solver.eigenvalues()(M.cols() - 1));
 }
 
-// Compiled once, in skew_norm.cc.
+// Compiled once, in instances.cc.
 extern template double skew_norm(const Matrix<double>& M);
 
 }  // namespace stiefel

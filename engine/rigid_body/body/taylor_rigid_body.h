@@ -2,11 +2,11 @@
 
 #include <functional>
 
+#include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/linalg/special_functions/taylor_motion.h"
 #include "engine/numbers/quadruple.h"
 #include "engine/numbers/scalar.h"
 #include "engine/numbers/stoppable_product.h"
-#include "engine/linalg/matrix_equations/inertia_operator.h"
-#include "engine/linalg/special_functions/taylor_motion.h"
 
 namespace stiefel {
 

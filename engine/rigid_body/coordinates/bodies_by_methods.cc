@@ -28,7 +28,7 @@ template <class Scalar>
 std::unique_ptr<Simulation> body_in_matrices(const MethodEntry& method, const Scene& scene) {
   return make_matrix_simulation(method, scene,
                                 RigidBody<SoN<Scalar>>(rounded_to<Scalar>(scene.inertia())),
-                                rigid_body_observables(scene), rigid_body_cost(scene.dimension()));
+                                rigid_body_observables(scene));
 }
 template std::unique_ptr<Simulation> body_in_matrices<float>(const MethodEntry&, const Scene&);
 template std::unique_ptr<Simulation> body_in_matrices<double>(const MethodEntry&, const Scene&);

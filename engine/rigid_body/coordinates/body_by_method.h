@@ -2,9 +2,11 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
+#include "engine/rigid_body/exact/top_in_time.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 
@@ -25,5 +27,16 @@ const std::vector<BodyByMethod>& bodies_by_methods();
 /// Returns the simulation of a rigid body by the scene's method; of the discrete body, whose map is
 /// that of `variational` of order 2.
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene);
+
+/// Whether a scene has the method `exact` and a body in three dimensions of a system whose bodies
+/// advance together (SystemEntry::packed).
+bool is_exact_body(const Scene& scene);
+
+/// Returns the simulation of such a scene. A body given by `body` moves with the caller's numbers;
+/// other methods start from Λ and M rounded to doubles.
+std::unique_ptr<Simulation> exact_body(const Scene& scene);
+
+/// Returns the motion of such a body from (q; m), or from m where it has no frame.
+TopInTime top_in_time(const Scene& scene, std::span<const double> state);
 
 }  // namespace stiefel

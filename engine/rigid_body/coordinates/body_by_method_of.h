@@ -1,9 +1,9 @@
 #pragma once
 
 #include "engine/linalg/lie/so_4.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/rigid_body/coordinates/body_in_space.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/stepping/methods_on.h"
 
 namespace stiefel {

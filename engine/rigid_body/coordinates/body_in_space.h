@@ -25,9 +25,9 @@ std::unique_ptr<Simulation> body_in_space(const Scene& scene) {
   if constexpr (!applies<Method, Body>)
     return nullptr;
   else if constexpr (has_map_for<Method, Body> || !HasMatrixStates<Body>)
-    return make_simulation_by<Method>(
-        scene, Body(rounded_to<Scalar>(scene.inertia()), scene.has_frame()),
-        rigid_body_observables(scene), rigid_body_cost(scene.dimension()));
+    return make_simulation_by<Method>(scene,
+                                      Body(rounded_to<Scalar>(scene.inertia()), scene.has_frame()),
+                                      rigid_body_observables(scene));
   else
     return body_in_matrices<Scalar>(*method_entry(Method::traits.name), scene);
 }

@@ -1,12 +1,14 @@
-#include "engine/rigid_body/coordinates/exact_body.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
 
 #include <algorithm>
 
 #include "engine/catalogue/system_entry.h"
 #include "engine/methods/exact.h"
+#include "engine/rigid_body/exact/euler_top.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_body_observables.h"
-#include "engine/scene/extended_body.h"
+#include "engine/scene/given_body.h"
+#include "engine/stepping/make_simulation_by.h"
 #include "engine/stepping/moves_to_times.h"
 #include "engine/stepping/observed_simulation.h"
 

@@ -28,42 +28,8 @@ class EulerTop {
   using Point = typename So3<Scalar, frame>::State;
   using Vec = Vector3<Scalar>;
 
-  EulerTop(const PrincipalMoments3<Scalar>& body, const Point& start) : start_(start) {
-    const Vec m = start.template tail<3>();
-    const auto& [I, differences] = body;
-    bool steady = true;
-    for (int a = 0; a < 3; ++a)
-      steady = steady && (m((a + 1) % 3) == 0 || m((a + 2) % 3) == 0 || differences(a) == 0);
-    if (steady) {
-      motion_ = Steady{m.cwiseQuotient(I)};
-      return;
-    }
-    sort(differences);
-    const auto along = [&](const Vec& v) { return Vec(v(axis_[0]), v(axis_[1]), v(axis_[2])); };
-    SortedTop<Scalar> top(along(I), difference(differences, axis_[1], axis_[0]),
-                          difference(differences, axis_[2], axis_[1]),
-                          along(m).cwiseProduct(sign_));
-    flip(top);
-    const int circled = top.Delta(1) == 0
-                            ? motion_.template emplace<HyperbolicTop<Scalar>>(top).axis()
-                            : motion_.template emplace<EllipticTop<Scalar>>(top).axis();
-    e_ = sign_(circled) * Vec::Unit(axis_[circled]);
-    if constexpr (frame) {
-      Quaternion P = to_e(m);
-      P.template tail<3>() *= -1;
-      before_ = product(start.template head<4>(), P);
-    }
-  }
-
-  Point at(Scalar t) const {
-    if (const auto* steady = std::get_if<Steady>(&motion_)) return turned(steady->omega, t);
-    Point x;
-    if (const auto* elliptic = std::get_if<EllipticTop<Scalar>>(&motion_))
-      write(*elliptic, t, x);
-    else
-      write(std::get<HyperbolicTop<Scalar>>(motion_), t, x);
-    return x;
-  }
+  EulerTop(const PrincipalMoments3<Scalar>& body, const Point& start);
+  Point at(Scalar t) const;
 
  private:
   using Quaternion = Eigen::Matrix<Scalar, 4, 1>;
@@ -142,5 +108,48 @@ class EulerTop {
   Quaternion before_ = Quaternion::UnitX();  ///< q(0)∘P(m(0))*
   std::variant<Steady, EllipticTop<Scalar>, HyperbolicTop<Scalar>> motion_;
 };
+
+template <class Scalar, bool frame>
+EulerTop<Scalar, frame>::EulerTop(const PrincipalMoments3<Scalar>& body, const Point& start)
+    : start_(start) {
+  const Vec m = start.template tail<3>();
+  const auto& [I, differences] = body;
+  bool steady = true;
+  for (int a = 0; a < 3; ++a)
+    steady = steady && (m((a + 1) % 3) == 0 || m((a + 2) % 3) == 0 || differences(a) == 0);
+  if (steady) {
+    motion_ = Steady{m.cwiseQuotient(I)};
+    return;
+  }
+  sort(differences);
+  const auto along = [&](const Vec& v) { return Vec(v(axis_[0]), v(axis_[1]), v(axis_[2])); };
+  SortedTop<Scalar> top(along(I), difference(differences, axis_[1], axis_[0]),
+                        difference(differences, axis_[2], axis_[1]), along(m).cwiseProduct(sign_));
+  flip(top);
+  const int circled = top.Delta(1) == 0
+                          ? motion_.template emplace<HyperbolicTop<Scalar>>(top).axis()
+                          : motion_.template emplace<EllipticTop<Scalar>>(top).axis();
+  e_ = sign_(circled) * Vec::Unit(axis_[circled]);
+  if constexpr (frame) {
+    Quaternion P = to_e(m);
+    P.template tail<3>() *= -1;
+    before_ = product(start.template head<4>(), P);
+  }
+}
+
+template <class Scalar, bool frame>
+typename EulerTop<Scalar, frame>::Point EulerTop<Scalar, frame>::at(Scalar t) const {
+  if (const auto* steady = std::get_if<Steady>(&motion_)) return turned(steady->omega, t);
+  Point x;
+  if (const auto* elliptic = std::get_if<EllipticTop<Scalar>>(&motion_))
+    write(*elliptic, t, x);
+  else
+    write(std::get<HyperbolicTop<Scalar>>(motion_), t, x);
+  return x;
+}
+
+// Compiled once, in closed_forms.cc.
+extern template class EulerTop<long double, false>;
+extern template class EulerTop<long double, true>;
 
 }  // namespace stiefel

@@ -20,36 +20,20 @@ class BodyRotation {
   BodyRotation(const Vector<Scalar>& lambda, const Matrix<Scalar>& M)
       : motion_(motion(lambda, M)), R_(M) {}
 
-  const Matrix<Scalar>& at(Scalar t) {
-    if (auto* top = std::get_if<Top>(&motion_))
-      R_ = rotation_matrix<Scalar>(top->at(t).template head<4>());
-    else
-      R_ = std::get<TwoValuedBody<Scalar>>(motion_).at(t).topRows(R_.rows());
-    return R_;
-  }
+  const Matrix<Scalar>& at(Scalar t);
 
  private:
   using Top = EulerTop<Scalar, true>;
   using Motion = std::variant<Top, TwoValuedBody<Scalar>>;
 
-  static Motion motion(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
-    const Eigen::Index N = lambda.size();
-    if (N == 3) {
-      typename So3<Scalar, true>::State start;
-      start << 1, 0, 0, 0, vee(M);
-      return Top(PrincipalMoments3<Scalar>(lambda), start);
-    }
-    Matrix<Scalar> start(2 * N, N);
-    start << Matrix<Scalar>::Identity(N, N), M;
-    return TwoValuedBody<Scalar>(lambda, start);
-  }
+  static Motion motion(const Vector<Scalar>& lambda, const Matrix<Scalar>& M);
 
   Motion motion_;
   Matrix<Scalar> R_;
 };
 
-/// The free rigid body in variables that its rotation multiplies, in closed form. A state is a stack
-/// of N × N blocks B:
+/// The free rigid body in variables that its rotation multiplies, in closed form. A state is a
+/// stack of N × N blocks B:
 ///
 ///     left-invariant     B(t) = B(0)R(t)
 ///     right-invariant    B(t) = R(t)ᵀB(0), or R(t)ᵀB(0)R(t) for the momentum M_r
@@ -65,26 +49,56 @@ class TurnedBody {
         M_(start_.bottomRows(start_.cols())),
         by_(by) {}
 
-  const Matrix<Scalar>& at(Scalar t) {
-    const Matrix<Scalar>& R = rotation_.at(t);
-    const Eigen::Index N = R.rows();
-    if (by_ == By::right_factor) {
-      x_.noalias() = start_ * R;
-      return x_;
-    }
-    for (Eigen::Index row = 0; row < x_.rows(); row += N)
-      x_.middleRows(row, N).noalias() = R.transpose() * start_.middleRows(row, N);
-    if (by_ == By::left_factor_and_M) {
-      M_.noalias() = x_.bottomRows(N) * R;
-      x_.bottomRows(N) = (M_ - M_.transpose()) / 2;
-    }
-    return x_;
-  }
+  const Matrix<Scalar>& at(Scalar t);
 
  private:
   BodyRotation<Scalar> rotation_;
   Matrix<Scalar> start_, x_, M_;
   By by_;
 };
+
+template <class Scalar>
+const Matrix<Scalar>& BodyRotation<Scalar>::at(Scalar t) {
+  if (auto* top = std::get_if<Top>(&motion_))
+    R_ = rotation_matrix<Scalar>(top->at(t).template head<4>());
+  else
+    R_ = std::get<TwoValuedBody<Scalar>>(motion_).at(t).topRows(R_.rows());
+  return R_;
+}
+
+template <class Scalar>
+typename BodyRotation<Scalar>::Motion BodyRotation<Scalar>::motion(const Vector<Scalar>& lambda,
+                                                                   const Matrix<Scalar>& M) {
+  const Eigen::Index N = lambda.size();
+  if (N == 3) {
+    typename So3<Scalar, true>::State start;
+    start << 1, 0, 0, 0, vee(M);
+    return Top(PrincipalMoments3<Scalar>(lambda), start);
+  }
+  Matrix<Scalar> start(2 * N, N);
+  start << Matrix<Scalar>::Identity(N, N), M;
+  return TwoValuedBody<Scalar>(lambda, start);
+}
+
+template <class Scalar>
+const Matrix<Scalar>& TurnedBody<Scalar>::at(Scalar t) {
+  const Matrix<Scalar>& R = rotation_.at(t);
+  const Eigen::Index N = R.rows();
+  if (by_ == By::right_factor) {
+    x_.noalias() = start_ * R;
+    return x_;
+  }
+  for (Eigen::Index row = 0; row < x_.rows(); row += N)
+    x_.middleRows(row, N).noalias() = R.transpose() * start_.middleRows(row, N);
+  if (by_ == By::left_factor_and_M) {
+    M_.noalias() = x_.bottomRows(N) * R;
+    x_.bottomRows(N) = (M_ - M_.transpose()) / 2;
+  }
+  return x_;
+}
+
+// Compiled once, in closed_forms.cc.
+extern template class BodyRotation<long double>;
+extern template class TurnedBody<long double>;
 
 }  // namespace stiefel

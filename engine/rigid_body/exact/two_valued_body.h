@@ -82,7 +82,7 @@ Matrix<Scalar> TwoValuedBody<Scalar>::D(const Vector<Scalar>& lambda, const Matr
   return D;
 }
 
-// Compiled once, in two_valued_body.cc.
+// Compiled once, in closed_forms.cc.
 extern template class TwoValuedBody<double>;
 extern template class TwoValuedBody<long double>;
 

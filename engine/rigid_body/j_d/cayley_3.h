@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/numbers/lanes.h"
 #include "engine/linalg/lie/vector_3.h"
+#include "engine/numbers/lanes.h"
 
 namespace stiefel {
 

@@ -3,5 +3,6 @@
 namespace stiefel {
 
 template class CayleyN<double>;
+template class CayleyN<float>;
 
 }  // namespace stiefel

@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "engine/numbers/compensated.h"
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/stoppable_product.h"
 #include "engine/rigid_body/j_d/cayley_sweep.h"
 #include "stiefel/stop.h"
 

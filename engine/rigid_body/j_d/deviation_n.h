@@ -163,7 +163,7 @@ void DeviationN<Scalar>::refine() {
   }
 }
 
-// Compiled once, in deviation_n.cc.
+// Compiled once, in j_d_n.cc.
 extern template class DeviationN<double>;
 extern template class DeviationN<float>;
 

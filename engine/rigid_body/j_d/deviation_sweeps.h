@@ -3,12 +3,28 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/numbers/compensated.h"
 #include "engine/linalg/iteration/lagged_anderson.h"
-#include "engine/linalg/lie/mirror.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/scalar.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
+
+/// Sets the elements below the diagonal of a square block to `sign` times those above it, tile by
+/// tile, so that columns and rows stay in the cache.
+template <class Block>
+void mirror_upper(Block&& A, int sign = 1) {
+  using Scalar = typename std::remove_cvref_t<Block>::Scalar;
+  constexpr Eigen::Index tile = 16;
+  const Eigen::Index N = A.cols();
+  for (Eigen::Index j = 0; j < N; j += tile) {
+    const Eigen::Index width = std::min(tile, N - j);
+    for (Eigen::Index i = 0; i < j; i += tile)
+      A.block(j, i, width, tile) = Scalar(sign) * A.block(i, j, tile, width).transpose();
+    for (Eigen::Index l = j; l < j + width; ++l)
+      for (Eigen::Index k = j; k < l; ++k) A(l, k) = Scalar(sign) * A(k, l);
+  }
+}
 
 /// Finds U = J_D⁻¹(hM) in N dimensions as the deviation X = UΛ − Λ = hΩΛ + R, Ω = J⁻¹(M), R
 /// symmetric ([RB] (7.13), (7.14) with S = Λ + R + the symmetric part of hΩΛ), by the fixed-point
@@ -142,7 +158,7 @@ void DeviationSweeps<Scalar>::set(const Matrix<Scalar>& X, const Matrix<Scalar>&
   form_X();
 }
 
-// Compiled once, in deviation_n.cc.
+// Compiled once, in j_d_n.cc.
 extern template class DeviationSweeps<double>;
 extern template class DeviationSweeps<float>;
 

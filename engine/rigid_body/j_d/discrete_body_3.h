@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "engine/numbers/compensated.h"
 #include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/linalg/lie/quaternion_product.h"
 #include "engine/linalg/lie/so_3.h"
+#include "engine/numbers/compensated.h"
 #include "engine/rigid_body/j_d/cayley_3.h"
 #include "engine/rigid_body/j_d/discrete_inertia.h"
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "engine/linalg/lie/so_4.h"
 #include "engine/numbers/double_word.h"
 #include "engine/numbers/lanes.h"
-#include "engine/linalg/lie/so_4.h"
 
 namespace stiefel {
 

@@ -1,7 +1,14 @@
 #include "engine/rigid_body/j_d/j_d_n.h"
 
+#include "engine/rigid_body/j_d/deviation_n.h"
+
 namespace stiefel {
 
+template class DeviationSweeps<double>;
+template class DeviationN<double>;
+template class DeviationSweeps<float>;
+template class DeviationN<float>;
 template class JDInverseN<double>;
+template class JDInverseN<float>;
 
 }  // namespace stiefel

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "engine/rigid_body/body/right_rigid_body.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/maps/turned_bodies.h"
 #include "engine/rigid_body/symmetric/transposed.h"
-#include "engine/rigid_body/body/right_rigid_body.h"
 
 namespace stiefel {
 

@@ -1,13 +1,13 @@
 #pragma once
 
-#include "engine/rigid_body/exact/turned_body.h"
 #include "engine/methods/exact.h"
+#include "engine/rigid_body/body/right_rigid_body.h"
+#include "engine/rigid_body/exact/turned_body.h"
 #include "engine/rigid_body/symmetric/left_right.h"
+#include "engine/rigid_body/symmetric/mclachlan_scovel.h"
 #include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
 #include "engine/rigid_body/symmetric/psi.h"
-#include "engine/rigid_body/symmetric/mclachlan_scovel.h"
 #include "engine/rigid_body/symmetric/reduced_rigid_body.h"
-#include "engine/rigid_body/body/right_rigid_body.h"
 #include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 

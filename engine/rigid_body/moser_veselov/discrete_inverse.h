@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/rigid_body/moser_veselov/principal_branch.h"
 #include "engine/rigid_body/j_d/j_d_n.h"
+#include "engine/rigid_body/moser_veselov/principal_branch.h"
 
 namespace stiefel {
 

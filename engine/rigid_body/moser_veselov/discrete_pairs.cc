@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/spectrum.h"
-#include "engine/rigid_body/moser_veselov/j_d_inverse.h"
+#include "engine/rigid_body/body/skew_norm.h"
+#include "engine/rigid_body/j_d/cayley_n.h"
 
 namespace stiefel {
 
@@ -22,6 +24,25 @@ double margin_E_L(const Vector<double>& lambda, const Matrix<double>& U) {
   for (Eigen::Index j = 0; j < w.size(); ++j)
     for (Eigen::Index i = 0; i < j; ++i) margin = std::min(margin, std::abs(w(i) + w(j)));
   return margin;
+}
+
+MatrixWithin<double> J_D_inverse(const Vector<double>& lambda, const Matrix<double>& K) {
+  CayleyN<double> cayley(lambda, 1);
+  cayley.start(K);
+  if (!cayley.newton(K)) {
+    cayley.C().setZero();
+    Matrix<double> last = cayley.C();
+    const double reached = continuation(1, [&](double t) {
+      cayley.C() = last;
+      const bool found = cayley.newton(t * K);
+      if (found) last = cayley.C();
+      return found;
+    });
+    const double norm = skew_norm(K);
+    if (!(reached >= 1)) return std::unexpected(OutsideDomain{"J_D(SO(N))", norm, reached * norm});
+  }
+  const Matrix<double> I = Matrix<double>::Identity(K.rows(), K.cols());
+  return Matrix<double>((I - cayley.C()).partialPivLu().solve(I + cayley.C()));
 }
 
 }  // namespace stiefel

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/rigid_body/body/outside_domain.h"
 #include "engine/rigid_body/symmetric/psi.h"
 
 namespace stiefel {
@@ -57,5 +58,10 @@ double margin_S_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q_previous
 /// the eigenvalues w of UΛ. A pair in S_L is in E_L where this distance is positive (W ↦ ΛWU + UᵀWΛ
 /// on so(N) has the determinant ∏(w_i + w_j)); on the branch Re w > 0 it always is.
 double margin_E_L(const Vector<double>& lambda, const Matrix<double>& U);
+
+/// Returns U = J_D⁻¹(K), K = hM skew: UΛ − ΛUᵀ = K, [RB] (7.13), on the branch that starts at the
+/// identity, spec(UΛ) in Re > 0. If the branch has no solution, the error holds ‖K‖_op and, as
+/// bound, the largest ‖tK‖_op, 0 ≤ t ≤ 1, that has a solution, to 1e-3.
+MatrixWithin<double> J_D_inverse(const Vector<double>& lambda, const Matrix<double>& K);
 
 }  // namespace stiefel

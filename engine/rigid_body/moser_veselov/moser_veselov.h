@@ -1,10 +1,10 @@
 #pragma once
 
 #include "engine/linalg/lie/so_n.h"
-#include "engine/rigid_body/moser_veselov/principal_branch.h"
 #include "engine/rigid_body/j_d/j_d_3.h"
 #include "engine/rigid_body/j_d/j_d_4.h"
 #include "engine/rigid_body/j_d/j_d_n.h"
+#include "engine/rigid_body/moser_veselov/principal_branch.h"
 
 namespace stiefel {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/rigid_body/moser_veselov/principal_branch.h"
 #include "engine/rigid_body/j_d/discrete_body_3.h"
 #include "engine/rigid_body/moser_veselov/modified_series.h"
+#include "engine/rigid_body/moser_veselov/principal_branch.h"
 
 namespace stiefel {
 

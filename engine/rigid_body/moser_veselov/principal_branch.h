@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "engine/numbers/compensated.h"
 #include "engine/linalg/iteration/continuation.h"
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
+#include "engine/numbers/compensated.h"
 
 namespace stiefel {
 

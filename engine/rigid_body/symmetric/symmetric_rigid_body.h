@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/methods/support/moved_by.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 

@@ -2,11 +2,11 @@
 
 #include <optional>
 
-#include "engine/numbers/compensated.h"
-#include "engine/numbers/stoppable_product.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
-#include "engine/methods/support/map.h"
+#include "engine/methods/support/concepts.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/stoppable_product.h"
 #include "engine/rigid_body/symmetric/scaling.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 

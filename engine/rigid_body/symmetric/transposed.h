@@ -1,7 +1,7 @@
 #pragma once
 
+#include "engine/methods/support/concepts.h"
 #include "engine/numbers/compensated.h"
-#include "engine/methods/support/map.h"
 
 namespace stiefel {
 

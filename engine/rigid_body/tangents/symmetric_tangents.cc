@@ -2,7 +2,6 @@
 #include "engine/linalg/lie/dual_skew_flow.h"
 #include "engine/rigid_body/j_d/dual_j_d.h"
 #include "engine/rigid_body/maps/right_rigid_body_maps.h"
-#include "engine/rigid_body/maps/right_symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/moser_veselov/moser_veselov_pair.h"
 #include "engine/rigid_body/symmetric/dual_psi.h"

@@ -12,9 +12,9 @@
 #include <random>
 #include <sstream>
 
-#include "engine/numbers/quadruple.h"
 #include "engine/linalg/special_functions/carlson.h"
 #include "engine/linalg/special_functions/jacobi_elliptic.h"
+#include "engine/numbers/quadruple.h"
 
 namespace stiefel {
 namespace {

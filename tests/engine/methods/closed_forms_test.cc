@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "engine/linalg/lie/orthogonal.h"
 #include "engine/frames/body/stiefel.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/flow.h"

@@ -6,8 +6,8 @@
 #include "engine/linalg/iteration/newton_krylov.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/j_d/cayley_n.h"
 #include "engine/rigid_body/body/rigid_body.h"
+#include "engine/rigid_body/j_d/cayley_n.h"
 #include "stiefel/diagnosis.h"
 #include "tests/support/scenes/random_scene.h"
 

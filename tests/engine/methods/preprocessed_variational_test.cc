@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "engine/methods/exact.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/printed_series.h"

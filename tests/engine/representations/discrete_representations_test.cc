@@ -3,8 +3,8 @@
 #include "engine/laws/dirac_bracket.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "engine/linalg/matrix_equations/stein.h"
+#include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "engine/rigid_body/moser_veselov/interpolation.h"
-#include "engine/rigid_body/moser_veselov/j_d_inverse.h"
 #include "tests/support/linalg/j_d_inverse.h"
 #include "tests/support/scenes/random_matrices.h"
 

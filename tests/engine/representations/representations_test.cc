@@ -4,7 +4,9 @@
 
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/lu.h"
+#include "engine/rigid_body/body/angular_velocity.h"
 #include "engine/rigid_body/symmetric/left_right.h"
+#include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
 #include "engine/rigid_body/symmetric/scaling.h"
 #include "tests/support/representations/rigid.h"
 #include "tests/support/scenes/random_matrices.h"

@@ -2,7 +2,9 @@
 
 #include <cmath>
 
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/munthe_kaas4.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/rigid_body/body/right_rigid_body.h"
 #include "engine/rigid_body/body/rigid_body.h"
 #include "engine/rigid_body/symmetric/mclachlan_scovel.h"

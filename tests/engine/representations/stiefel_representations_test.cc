@@ -2,7 +2,7 @@
 
 #include "engine/frames/body/stiefel_legendre.h"
 #include "engine/linalg/matrix_equations/lu.h"
-#include "engine/rigid_body/body/rigid_velocity.h"
+#include "engine/rigid_body/body/angular_velocity.h"
 #include "tests/support/representations/frames.h"
 #include "tests/support/representations/rigid.h"
 #include "tests/support/scenes/random_matrices.h"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "engine/rigid_body/exact/euler_top.h"
-#include "engine/scene/extended_body.h"
+#include "engine/scene/given_body.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
 

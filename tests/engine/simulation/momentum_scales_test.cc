@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/accuracy/reference.h"
 #include "engine/rigid_body/symmetric/scaling.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/conversion.h"

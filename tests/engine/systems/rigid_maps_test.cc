@@ -3,9 +3,10 @@
 #include <cmath>
 
 #include "engine/frames/body/stiefel_invariants.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/variational.h"
+#include "engine/rigid_body/body/discrete_body_invariants.h"
 #include "engine/rigid_body/maps/right_rigid_body_maps.h"
-#include "engine/rigid_body/maps/right_symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/moser_veselov/moser_veselov_pair.h"

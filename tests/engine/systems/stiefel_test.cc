@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <unsupported/Eigen/AutoDiff>
 #include "engine/frames/body/ellipsoid.h"
+#include "engine/frames/body/ellipsoid_invariants.h"
 #include "engine/frames/body/stiefel_costate.h"
+#include "engine/frames/body/stiefel_invariants.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_frame.h"

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "engine/methods/support/map.h"
 #include "engine/accuracy/reference.h"
+#include "engine/methods/support/concepts.h"
 
 namespace stiefel::extremes {
 

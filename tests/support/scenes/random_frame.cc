@@ -4,7 +4,7 @@
 #include <random>
 #include <type_traits>
 
-#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel::testing {

@@ -1,6 +1,6 @@
 #include "tests/support/scenes/random_matrices.h"
 
-#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/lu.h"
 
 namespace stiefel::testing {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/lu.h"
 #include "tests/support/scenes/rigid_forms.h"
 

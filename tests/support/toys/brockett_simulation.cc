@@ -22,8 +22,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
               values.cwiseAbs().maxCoeff());
   };
   observables.speed = [D](const Eigen::MatrixXd& H) { return (D * H - H * D).norm(); };
-  const double cost = 500 + 5.0 * N * N * N;
-  return make_simulation(scene, Brockett<double>(scene.inertia()), shared(observables), cost);
+  return make_simulation(scene, Brockett<double>(scene.inertia()), shared(observables));
 }
 
 }  // namespace

@@ -3,9 +3,32 @@
 #include <optional>
 
 #include "engine/linalg/lie/principal_moments_3.h"
+#include "engine/numbers/quadruple.h"
+#include "engine/numbers/scalar.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
+
+/// The principal axes of a body, computed in Scalar from its doubles: I = R diag(moments) Rᵀ, det R
+/// = +1. Moments and a diagonal tensor keep their axes and their order, R = 1.
+template <class Scalar>
+struct GivenAxes {
+  Vector3<Scalar> moments;
+  Eigen::Matrix<Scalar, 3, 3> rotation;
+};
+
+template <class Scalar>
+GivenAxes<Scalar> given_axes(const BodyDescription& body);
+
+// Compiled once, in given_body.cc.
+extern template GivenAxes<long double> given_axes(const BodyDescription& body);
+extern template GivenAxes<Quad> given_axes(const BodyDescription& body);
+
+/// Returns the principal axes of an inertia tensor in kg m².
+PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor);
+
+/// Returns λ_i = ½ tr(I) − I_i, so that I_1 = λ_2 + λ_3 and cyclic.
+Eigen::Vector3d inertia_of_moments(const Eigen::Vector3d& moments);
 
 /// The body of a scene given by `body`, in extended precision. The caller's numbers are doubles,
 /// but the scene rounds Λ, M and the principal axes computed from them to doubles; the body with

@@ -1,4 +1,4 @@
-#include "engine/linalg/lie/orthonormal_columns.h"
+#include "engine/linalg/lie/orthogonal.h"
 
 #include <Eigen/QR>
 

@@ -1,0 +1,18 @@
+#include "engine/linalg/iteration/fixed_point.h"
+#include "engine/linalg/matrix_equations/constraint_riccati.h"
+#include "engine/linalg/matrix_equations/lyapunov.h"
+
+namespace stiefel {
+
+template class Lyapunov<double>;
+template class Lyapunov<long double>;
+template class Lyapunov<float>;
+
+template class ConstraintRiccati<double>;
+
+template class FixedPoint<double>;
+
+}  // namespace stiefel
+
+template class Eigen::PartialPivLU<stiefel::Matrix<double>>;
+template class Eigen::PartialPivLU<stiefel::Matrix<long double>>;

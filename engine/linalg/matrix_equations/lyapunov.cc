@@ -1,8 +1,0 @@
-#include "engine/linalg/matrix_equations/lyapunov.h"
-
-namespace stiefel {
-
-template class Lyapunov<double>;
-template class Lyapunov<long double>;
-
-}  // namespace stiefel

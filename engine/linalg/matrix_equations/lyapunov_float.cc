@@ -1,7 +1,0 @@
-#include "engine/linalg/matrix_equations/lyapunov.h"
-
-namespace stiefel {
-
-template class Lyapunov<float>;
-
-}  // namespace stiefel

@@ -1,7 +1,0 @@
-#include "engine/rigid_body/j_d/cayley_n.h"
-
-namespace stiefel {
-
-template class CayleyN<float>;
-
-}  // namespace stiefel

@@ -1,0 +1,58 @@
+#include "engine/scene/given_body.h"
+
+#include <Eigen/Eigenvalues>
+
+#include "engine/linalg/lie/so_3.h"
+
+namespace stiefel {
+
+template <class Scalar>
+GivenAxes<Scalar> given_axes(const BodyDescription& body) {
+  using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
+  const auto& given = body.inertia_tensor.empty() ? body.moments : body.inertia_tensor;
+  const auto I = [&](std::size_t k) { return Scalar(given[k]); };
+  const bool diagonal = given.size() == 3 || (given[3] == 0 && given[4] == 0 && given[5] == 0);
+  if (diagonal) return {Vector3<Scalar>(I(0), I(1), I(2)), Matrix3::Identity()};
+  Matrix3 tensor;
+  tensor << I(0), I(3), I(4),  //
+      I(3), I(1), I(5),        //
+      I(4), I(5), I(2);
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(tensor);
+  Matrix3 R = solver.eigenvectors();
+  if (R.col(0).dot(R.col(1).cross(R.col(2))) < Scalar(0)) R.col(0) = -R.col(0);
+  return {solver.eigenvalues(), R};
+}
+
+template GivenAxes<long double> given_axes(const BodyDescription& body);
+template GivenAxes<Quad> given_axes(const BodyDescription& body);
+
+PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor) {
+  if (inertia_tensor.isDiagonal(0)) return {inertia_tensor.diagonal(), Eigen::Matrix3d::Identity()};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia_tensor);
+  Eigen::Matrix3d R = solver.eigenvectors();
+  if (R.determinant() < 0) R.col(0) = -R.col(0);
+  return {solver.eigenvalues(), R};
+}
+
+Eigen::Vector3d inertia_of_moments(const Eigen::Vector3d& I) {
+  return Eigen::Vector3d(I(1) + I(2) - I(0), I(2) + I(0) - I(1), I(0) + I(1) - I(2)) / 2;
+}
+
+std::optional<ExtendedBody> extended_body(const Scene& scene) {
+  if (!scene.description().body) return std::nullopt;
+  using Wide = ExtendedBody::Wide;
+  const BodyDescription& body = *scene.description().body;
+  const auto [I, R] = given_axes<Wide>(body);
+  const Eigen::Matrix<Wide, 4, 1> axes =
+      quaternion_of(scene.axes()->rotation.cast<Wide>().transpose() * R);
+  const Vector3<Wide> omega =
+      R.transpose() * Eigen::Vector3d(body.angular_velocity.data()).cast<Wide>();
+  const Vector3<Wide> m = rotation_matrix<Wide>(axes) * I.cwiseProduct(omega);
+  return ExtendedBody{
+      {I, Vector3<Wide>(I(1) - I(2), I(2) - I(0), I(0) - I(1))},
+      m - vee(scene.M()).cast<Wide>(),
+      axes,
+  };
+}
+
+}  // namespace stiefel
