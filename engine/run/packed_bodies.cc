@@ -7,9 +7,8 @@
 #include "engine/catalogue/system_entry.h"
 #include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/linalg/lie/so_4.h"
-#include "engine/rigid_body/coordinates/body_by_method.h"
-#include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/methods/support/symmetric_stages.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
 #include "engine/stepping/method_entry.h"
 
