@@ -26,7 +26,7 @@ struct LinearizeCommand {
 };
 
 /// Returns {"shape", "values"}.
-nlohmann::ordered_json to_json(const v1::Tensor& tensor) {
+nlohmann::ordered_json nested(const v1::Tensor& tensor) {
   nlohmann::ordered_json shape = nlohmann::ordered_json::array(),
                          values = nlohmann::ordered_json::array();
   for (const auto extent : tensor.shape()) shape.push_back(extent);
@@ -53,8 +53,8 @@ v1::LinearizeRequest request_of(const LinearizeCommand& command) {
   return request;
 }
 
-ExitStatus linearize(const LinearizeCommand& command) {
-  const v1::Scene scene = read_scene(command.scene);
+ExitStatus linearize(const LinearizeCommand& command, Origin& origin) {
+  const v1::Scene scene = read_scene(command.scene, origin);
   v1::LinearizeRequest request = request_of(command);
   request.set_to(last_step(command.scene, scene));
   std::optional<Destination> destination;
@@ -70,7 +70,7 @@ ExitStatus linearize(const LinearizeCommand& command) {
       end = session.linearize(request, [&](const v1::LinearizeResponse& result) {
         progress.at(result.step());
         nlohmann::ordered_json one = {{"step", result.step()}, {"time", result.time()}};
-        for (const auto& field : result.fields()) one[field.name()] = to_json(field.value());
+        for (const auto& field : result.fields()) one[field.name()] = nested(field.value());
         results.push_back(std::move(one));
         return true;
       });
@@ -126,7 +126,7 @@ void add_linearize(CLI::App& all, Command& chosen) {
                                  {"inertia", "--inertia"},
                                  {"step", "--by-step"},
                                  {"vectors", "--request: vectors"}}};
-    chosen.run = [command](Origin&) { return linearize(*command); };
+    chosen.run = [command](Origin& origin) { return linearize(*command, origin); };
   });
 }
 

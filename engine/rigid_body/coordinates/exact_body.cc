@@ -15,9 +15,6 @@
 namespace stiefel {
 namespace {
 
-/// The closed form is computed in two words.
-constexpr double two_words = 10;
-
 std::span<const double> numbers(const Eigen::MatrixXd& point) {
   return {point.data(), static_cast<std::size_t>(point.size())};
 }
@@ -34,7 +31,7 @@ TopInTime::WidePoint padded(std::span<const double> point) {
 class ExactBody final : public ObservedSimulation, public MovesToTimes {
  public:
   explicit ExactBody(const Scene& scene)
-      : ObservedSimulation(scene, rigid_body_observables(scene), two_words * rigid_body_cost(3)),
+      : ObservedSimulation(scene, rigid_body_observables(scene)),
         h_(scene.step() / scene.substeps()),
         x_(observables_->start(scene)),
         top_(top_in_time(scene, numbers(x_))) {}

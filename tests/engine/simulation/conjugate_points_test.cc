@@ -411,7 +411,8 @@ TEST(Connect, ProvesWhatTheInjectivityBoundProves) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     GeodesicRay ray = random_ray(lambda, n, 1, seed);
     const double bound = injectivity_bound(lambda, n), length = (seed % 2 ? 0.98 : 1.15) * bound;
-    TwoPointProblem problem{lambda, ray.Q, *geodesic_end(lambda, ray.Q, length * ray.Qdot)};
+    const TwoPointProblem problem{
+        .inertia = lambda, .Q_0 = ray.Q, .Q_T = *geodesic_end(lambda, ray.Q, length * ray.Qdot)};
     const auto joined = connect(problem);
     ASSERT_TRUE(joined);
     const double found = std::sqrt(2 * joined->energy);

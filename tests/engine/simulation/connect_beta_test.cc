@@ -81,7 +81,9 @@ TEST(ConnectBeta, FindsTheDrawnGeodesicWithinTheRadius) {
         ASSERT_TRUE(answer);
         EXPECT_LT((answer->Qdot - given.velocity()).cwiseAbs().maxCoeff(), 1e-12);
         EXPECT_NEAR(answer->energy, std::pow(given.length(beta), 2) / 2, 1e-12);
-        if (beta == 0.5 || beta == 1) EXPECT_EQ(answer->shortest, Shortest::yes);
+        if (beta == 0.5 || beta == 1) {
+          EXPECT_EQ(answer->shortest, Shortest::yes);
+        }
         EXPECT_EQ(answer->S.size() > 0, beta == 1);
       }
 }
@@ -103,7 +105,9 @@ TEST(ConnectBeta, BeyondTheRadiusEndsAtTheFrameAndIsNotCalledShortest) {
         ++joined;
         const Motion found = motion(answer->Q, 2 * answer->Qdot);
         EXPECT_LT((found.at(1, beta) - p.Q_T).cwiseAbs().maxCoeff(), 1e-12);
-        if (found.length(beta) > pi) EXPECT_NE(answer->shortest, Shortest::yes);
+        if (found.length(beta) > pi) {
+          EXPECT_NE(answer->shortest, Shortest::yes);
+        }
         p.restarts = 4;
         const auto more = connect(p);
         ASSERT_TRUE(more);
