@@ -11,8 +11,7 @@ RIGID = ["right_rigid_body", "symmetric_rigid_body", "right_symmetric_rigid_body
 
 
 def array(scene, name):
-    block = scene["initial"][name]
-    return np.reshape(block["values"], (block["rows"], block["cols"]))
+    return np.array(scene["initial"][name])
 
 
 @pytest.mark.parametrize("n", [3, 5])

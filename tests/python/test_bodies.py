@@ -134,7 +134,7 @@ def test_a_scene_takes_what_a_body_takes(client):
         assert np.allclose(scene["inertia_tensor"], [6.5, 5, 2.5, 0, 0, 0], rtol=1e-15)  # m (b^2 + c^2) / 12
     both = stiefel.to_dict({"members": 2, "body": {"moments": [1, 2, 3], "attitude": [Q, Q.T]}})["body"]["attitude"]
     assert np.allclose(both, [*q, *q * [1, -1, -1, -1]], rtol=0, atol=1e-15)
-    with pytest.raises(stiefel.InvalidArgument, match=r"attitude: max .* = .*e-06: must be a rotation .*; stiefel.body\(..., normalize=True\)"):
+    with pytest.raises(stiefel.InvalidArgument, match=r"attitude: max .* = .*e-06: must be a rotation .*; normalize=True makes it so"):
         stiefel.to_dict({"body": {"attitude": np.round(Q, 5)}})
     with pytest.raises(stiefel.InvalidArgument, match="scene.body.attitude: the determinant is -1"):
         stiefel.to_dict({"body": {"attitude": -Q}})

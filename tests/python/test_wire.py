@@ -100,8 +100,8 @@ def test_many_pairs_in_their_order(client):
     with pytest.raises(stiefel.InvalidArgument, match="metric: 'manhattan': must be one of lambda, euclidean"):
         client.connect([(Q_0, ends[0])], metric="manhattan")
     with pytest.raises(stiefel.InvalidArgument) as caught:
-        client.connect([(Q_0, ends[0])], metric="canonical")
-    assert caught.value.violations[0].field == "metric"
+        client.connect([(Q_0, ends[0])], metric="beta")
+    assert caught.value.violations[0].field == "beta"
     with pytest.raises(stiefel.InvalidArgument) as caught:
         client.connect([(Q_0, ends[0]), (Q_0, [[0, 2, 0]])], inertia=[1, 2, 3])
     assert caught.value.violations[0].field.startswith("pairs[1].Q_T")

@@ -160,7 +160,8 @@ class Connection:
 
 def _takes(failure: Any) -> str:
     """How long a failed call takes, as its server told at the beginning; empty if it told nothing."""
-    told = dict((failure.initial_metadata() if hasattr(failure, "initial_metadata") else None) or ())
+    metadata = failure.initial_metadata() if hasattr(failure, "initial_metadata") else None
+    told = {key: value for key, value in metadata or ()}
     if "stiefel-work" not in told:
         return ""
     work, bound = float(told["stiefel-work"]), "at most" if "stiefel-work-bound" in told else "about"

@@ -43,23 +43,28 @@ def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, ti
 def _read(handle: Recreation, request: pb.LinearizeRequest, step: float, timeout: Optional[float]) -> StateTransition:
     steps: list[int] = []
     results: list[dict[str, Array]] = []
+    start: dict[str, Array] = {}  # the basis at the start, before the first result
     assembly = Assembly()
     price: Optional[Price] = None
     status: Optional[RunStatus] = None
     computed, last = 0, int(getattr(request, "from"))
     with closing(handle.messages("Linearize", request, timeout)) as arriving:
         for message in arriving:
-            require(status is None, "it goes on after its end")
+            require(bool(message.fields) or message.HasField("run_status"), "a message is empty")
             computed, last = message.computed_steps, message.step
             if price is None:
                 price = replies.price(complete(message, "price").price)
             assembly.take(message.fields)
             if not message.result_continues and assembly.begun:
-                steps.append(message.step)
-                results.append(assembly.finish())
+                result = {**start, **assembly.finish()}
+                start = result if list(result) == ["start_basis"] else {}
+                if not start:
+                    steps.append(message.step)
+                    results.append(result)
             if message.HasField("run_status"):
                 status = replies.run_status(message.run_status)
                 ends_at(message.run_status, last, request.to)
+                break
     require(status is not None and not assembly.begun, "it has no end")
     assert status is not None and price is not None
     return _joined(request, step, steps, results, status, computed, price)
