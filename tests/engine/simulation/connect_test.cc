@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "stiefel/conjugate_points.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/reference_motions.h"
 #include "tests/support/scenes/two_frames.h"
@@ -320,12 +321,16 @@ TEST(Connect, IsExactNextToTheCutPointsOfTheRoundMetric) {
     }
 }
 
-TEST(Connect, ProvesNothingByASearch) {
-  for (const auto& [n, N] : {std::pair(1, 3), {2, 4}, {3, 3}}) {
-    const auto answer = connect(random_frames(n, N, 4, 2));
-    ASSERT_TRUE(answer);
-    EXPECT_EQ(answer->shortest, Shortest::none_shorter_found);
-  }
+TEST(Connect, ProvesNothingByASearchBeyondTheInjectivityBound) {
+  for (const auto& [n, N] : {std::pair(1, 3), {2, 4}, {3, 3}})
+    for (const double spread : {4.0, 40.0}) {
+      const TwoPointProblem p = random_frames(n, N, spread, 2);
+      const auto answer = connect(p);
+      ASSERT_TRUE(answer);
+      const bool near = std::sqrt(2 * answer->energy) <= injectivity_bound(p.inertia, n);
+      EXPECT_EQ(answer->shortest, near ? Shortest::yes : Shortest::none_shorter_found);
+      EXPECT_FALSE(near && spread > 4);
+    }
 }
 
 TEST(Connect, GoesTheShortWayRoundACircleOfRotations) {
