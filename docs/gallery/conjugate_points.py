@@ -30,6 +30,7 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
             whole.plot(*way.T, linewidth=0.6, color="tab:blue")
         near.plot(*way[-10:].T, linewidth=0.5, color="tab:blue")
 ends = np.array(ends + ends[:1])
+assert np.allclose(np.sum((ends / semi_axes)**2, axis=1), 1, atol=1e-12)
 for axes in (whole, near):
     axes.plot(*ends.T, color="tab:red", linewidth=1.5)
     axes.set_axis_off()

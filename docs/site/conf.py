@@ -13,7 +13,8 @@ exclude_patterns = ["files"]
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
-suppress_warnings = ["myst.header"]  # pages that begin a part below the level of the part before it
+# Pages that begin a part below the level of the part before it; Client, which is also a name of stiefel.aio.
+suppress_warnings = ["myst.header", "ref.python"]
 
 html_theme = "furo"
 html_title = f"stiefel {release}"

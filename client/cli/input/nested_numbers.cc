@@ -106,7 +106,14 @@ void write_as_rows(const Descriptor& type, nlohmann::ordered_json& json) {
   if (&type == v1::Matrix::descriptor()) {
     const std::size_t lengths[] = {json.value("rows", std::size_t{0}),
                                    json.value("cols", std::size_t{0})};
-    json = nested_matrix(json, lengths);
+    // A matrix whose numbers do not fill it, or an empty one, has no rows to write.
+    const auto fills = [&](const char* name) {
+      const auto numbers = json.find(name);
+      return numbers != json.end() && numbers->size() == lengths[0] * lengths[1];
+    };
+    if (lengths[0] > 0 && lengths[1] > 0 && fills("values") &&
+        (!json.contains("imaginary") || fills("imaginary")))
+      json = nested_matrix(json, lengths);
     return;
   }
   for (int i = 0; i < type.field_count(); ++i) {

@@ -36,7 +36,7 @@ TEST(Address, RefusesWhatIsNoAddress) {
 }
 
 TEST(Address, RefusesPathsThatNoSocketHolds) {
-  const auto fault = address_fault("unix:/" + std::string(107, 'x'));
+  const auto fault = address_fault(std::string("unix:/").append(107, 'x'));
   ASSERT_TRUE(fault);
   EXPECT_EQ(*fault, "the path of 108 bytes must have at most 107");
 }
