@@ -201,7 +201,7 @@ bool LinearizeAnswer::next(v1::LinearizeResponse& message) {
   message.set_step(simulation_->step());
   message.set_time(session_->scene().time(simulation_->step()));
   if (!parts_.empty()) parts_.take(part_bytes, message.mutable_fields());
-  message.set_result_continues(!parts_.empty());
+  message.set_result_continues(!parts_.empty() || !at_result_);
   message.set_computed_steps(computed_);
   if (!std::exchange(priced_, true))
     to_proto(work_, result_bytes(*session_, request_) * results_of(request_),

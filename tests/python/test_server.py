@@ -231,4 +231,4 @@ def test_the_package_of_the_build_tree_holds_no_program():
     project = (package.parent / "pyproject.toml").read_text(encoding="utf-8")
     patterns = re.search(r"^stiefel = \[(.*)\]$", project, re.MULTILINE)[1].replace('"', "").split(", ")
     files = {file for pattern in patterns for file in package.glob(pattern)}
-    assert {file.suffix for file in files} == {".typed", ".pyi", ".json", ".html"}
+    assert {file.suffix for file in files} == {".typed", ".pyi", ".json", ".html", ".css", ".js"}

@@ -43,7 +43,6 @@ def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, ti
 def _read(handle: Recreation, request: pb.LinearizeRequest, step: float, timeout: Optional[float]) -> StateTransition:
     steps: list[int] = []
     results: list[dict[str, Array]] = []
-    start: dict[str, Array] = {}  # the basis at the start, before the first result
     assembly = Assembly()
     price: Optional[Price] = None
     status: Optional[RunStatus] = None
@@ -56,11 +55,8 @@ def _read(handle: Recreation, request: pb.LinearizeRequest, step: float, timeout
                 price = replies.price(complete(message, "price").price)
             assembly.take(message.fields)
             if not message.result_continues and assembly.begun:
-                result = {**start, **assembly.finish()}
-                start = result if list(result) == ["start_basis"] else {}
-                if not start:
-                    steps.append(message.step)
-                    results.append(result)
+                steps.append(message.step)
+                results.append(assembly.finish())
             if message.HasField("run_status"):
                 status = replies.run_status(message.run_status)
                 ends_at(message.run_status, last, request.to)
