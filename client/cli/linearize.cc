@@ -3,8 +3,9 @@
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/input/message_file.h"
+#include "client/cli/input/nested_numbers.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
@@ -25,13 +26,11 @@ struct LinearizeCommand {
   std::string output;
 };
 
-/// Returns {"shape", "values"}.
-nlohmann::ordered_json nested(const v1::Tensor& tensor) {
-  nlohmann::ordered_json shape = nlohmann::ordered_json::array(),
-                         values = nlohmann::ordered_json::array();
-  for (const auto extent : tensor.shape()) shape.push_back(extent);
+nlohmann::ordered_json as_lists(const v1::Tensor& tensor) {
+  nlohmann::ordered_json values = nlohmann::ordered_json::array();
   for (const double x : client::values(tensor)) values.push_back(x);
-  return {{"shape", shape}, {"values", values}};
+  const std::vector<std::size_t> shape(tensor.shape().begin(), tensor.shape().end());
+  return nested_matrix({{"values", std::move(values)}}, shape);
 }
 
 v1::LinearizeRequest request_of(const LinearizeCommand& command) {
@@ -70,7 +69,7 @@ ExitStatus linearize(const LinearizeCommand& command, Origin& origin) {
       end = session.linearize(request, [&](const v1::LinearizeResponse& result) {
         progress.at(result.step());
         nlohmann::ordered_json one = {{"step", result.step()}, {"time", result.time()}};
-        for (const auto& field : result.fields()) one[field.name()] = nested(field.value());
+        for (const auto& field : result.fields()) one[field.name()] = as_lists(field.value());
         results.push_back(std::move(one));
         return true;
       });
