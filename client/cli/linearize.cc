@@ -1,4 +1,3 @@
-#include <iostream>
 #include <optional>
 
 #include "client/cli/command.h"
@@ -83,14 +82,7 @@ ExitStatus linearize(const LinearizeCommand& command, Origin& origin) {
     out["message"] = end.run_status().message();
   out["results"] = std::move(results);
   const std::string text = to_text(out) + "\n";
-  if (destination) {
-    const File file = open_for_writing(destination->working_path());
-    write(file.get(), text);
-    flush(file.get());
-    destination->commit();
-  } else {
-    std::cout << text;
-  }
+  write_whole(destination, text);
   return conclude(end.run_status(), end.step());
 }
 

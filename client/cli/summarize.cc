@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cctype>
-#include <iostream>
 #include <optional>
 
 #include "client/cli/command.h"
@@ -176,14 +175,7 @@ ExitStatus summarize(const SummarizeCommand& command, Origin& origin) {
     }
   }
   const std::string text = to_text(to_json(end, std::move(events), scene.has_members())) + "\n";
-  if (destination) {
-    const File file = open_for_writing(destination->working_path());
-    write(file.get(), text);
-    flush(file.get());
-    destination->commit();
-  } else {
-    std::cout << text;
-  }
+  write_whole(destination, text);
   return conclude(end.run_status(), end.step());
 }
 

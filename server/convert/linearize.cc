@@ -31,11 +31,17 @@ std::uint64_t results_of(const v1::LinearizeRequest& request) {
   return every > 0 ? static_cast<std::uint64_t>((request.to() - request.from()) / every) + 2 : 1;
 }
 
+/// Whether coordinates are offered for the state. Where they are not, a call that needs them is
+/// refused when it begins, so that they have no price.
+bool has_coordinates(const Session& session) {
+  return state_size(session) <= Linearization::largest_in_coordinates;
+}
+
 std::uint64_t result_bytes(const Session& session, const v1::LinearizeRequest& request) {
   const auto size = static_cast<std::uint64_t>(state_size(session));
   return sizeof(double) * size *
          (static_cast<std::uint64_t>(most_vectors(session, request)) +
-          (request.bases() ? 2 * size : 0));
+          (request.bases() && has_coordinates(session) ? 2 * size : 0));
 }
 
 /// Returns a tensor of the numbers of V; each column is a tensor of this shape.
@@ -103,8 +109,8 @@ std::int64_t most_vectors(const Session& session, const v1::LinearizeRequest& re
   const std::int64_t given = request.has_vectors() && request.vectors().shape_size() > 0
                                  ? static_cast<std::int64_t>(std::min<std::uint64_t>(
                                        request.vectors().shape(0), request.ByteSizeLong()))
-                                 : std::min(state_size(session),
-                                            Linearization::largest_in_coordinates);
+                             : has_coordinates(session) ? state_size(session)
+                                                        : 0;
   return given + (request.inertia() ? session.scene().dimension() : 0) + (request.step() ? 1 : 0);
 }
 
@@ -146,6 +152,10 @@ grpc::Status LinearizeAnswer::begin() {
   if (!what) return what.error();
   auto made = Linearization::make(session_->scene(), *std::move(what), *simulation_);
   if (!made) return errors::invalid(made.error());
+  if (request_.bases() && !has_coordinates(*session_))
+    return errors::invalid("bases", "true",
+                           "must be false: coordinates are offered for states of up to " +
+                               std::to_string(Linearization::largest_in_coordinates) + " numbers");
   linearization_.emplace(*std::move(made));
   if (request_.bases())
     parts_.add(field_of("start_basis", linearization_->basis(*simulation_),

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <iostream>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -82,6 +83,17 @@ void flush(std::FILE* file) {
   if (std::fflush(file) != 0) {
     throw std::runtime_error(std::string("cannot write the samples: ") + std::strerror(errno));
   }
+}
+
+void write_whole(std::optional<Destination>& destination, std::string_view text) {
+  if (!destination) {
+    std::cout << text;
+    return;
+  }
+  const File file = open_for_writing(destination->working_path());
+  write(file.get(), text);
+  flush(file.get());
+  destination->commit();
 }
 
 }  // namespace stiefel::cli

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -41,5 +42,7 @@ File open_for_writing(const std::string& path);
 void write(std::FILE* file, std::string_view bytes);
 /// Throws std::runtime_error with the reason, such as a full disk.
 void flush(std::FILE* file);
+/// Writes the text to the destination and commits it; to stdout without one.
+void write_whole(std::optional<Destination>& destination, std::string_view text);
 
 }  // namespace stiefel::cli

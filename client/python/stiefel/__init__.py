@@ -33,9 +33,11 @@ from stiefel.results import (Batch as Batch, Catalogue as Catalogue, Choice as C
                              ConjugatePoint as ConjugatePoint, ConjugatePoints as ConjugatePoints, Conservation as Conservation,
                              Conversion as Conversion, Diagnosis as Diagnosis, Domain as Domain, Errors as Errors,
                              EstimatedError as EstimatedError, Events as Events, Export as Export,
-                             Geodesic as Geodesic, InjectivityRadius as InjectivityRadius, Invariant as Invariant, Motion as Motion, Origin as Origin,
+                             Geodesic as Geodesic, InjectivityRadius as InjectivityRadius, Invariant as Invariant,
+                             Motion as Motion, Origin as Origin,
                              Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
-                             State as State, StateTransition as StateTransition, Summary as Summary, Tradeoff as Tradeoff, Trajectory as Trajectory)
+                             State as State, StateTransition as StateTransition, Summary as Summary,
+                             Tradeoff as Tradeoff, Trajectory as Trajectory)
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session

@@ -105,3 +105,16 @@ def test_what_has_no_tangent_is_refused(client):
             session.state_transition(to=3, vectors=np.ones((1, 6, 3)))
         with pytest.raises(stiefel.InvalidArgument, match="vectors"):
             session.state_transition(to=3, vectors=np.ones((1, 5)))
+
+
+def test_a_large_state_has_no_coordinates(client):
+    """It is refused by the rule, not for the memory that its matrix would take; vectors as blocks are moved."""
+    N = 40
+    M = np.tri(N) - np.tri(N).T
+    scene = {"system": "rigid_body", "step": 1e-3, "inertia": np.linspace(1, 2, N), "method": {"name": "rk4"},
+             "initial": {"Q": np.eye(N), "M": M}}
+    with client.create(scene) as session:
+        with pytest.raises(stiefel.InvalidArgument, match="vectors: absent: must be given as blocks: .* up to 1024 numbers"):
+            session.state_transition(to=10**6)
+        moved = session.state_transition(to=2, vectors=np.concatenate([np.zeros((N, N)), M])[np.newaxis])
+    assert moved.vectors.shape == (1, 2 * N, N) and np.isfinite(moved.vectors).all()
