@@ -1,4 +1,4 @@
-"""The list of calls in every_call.txtpb, one of every RPC."""
+"""The RPCs of the service, and the list of calls in every_call.txtpb, one of every RPC."""
 from __future__ import annotations
 
 import subprocess
@@ -13,7 +13,10 @@ from stiefel.v1 import simulation_pb2
 
 HERE = Path(__file__).parent
 PROTO = HERE.parents[1] / "proto"
-RPCS = [method.name for method in simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"].methods]
+METHODS = simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"].methods
+RPCS = [method.name for method in METHODS]
+#: The RPCs with several replies.
+STREAMS = {method.name for method in METHODS if method.server_streaming}
 
 
 def _kind() -> Any:

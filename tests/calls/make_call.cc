@@ -1,70 +1,112 @@
 #include "tests/calls/make_call.h"
 
 #include <google/protobuf/text_format.h>
+#include <grpcpp/generic/generic_stub.h>
 
+#include <cctype>
 #include <fstream>
 #include <iterator>
-#include <memory>
 #include <stdexcept>
+#include <vector>
+
+#include "stiefel/v1/simulation.pb.h"
 
 namespace stiefel::test {
 namespace {
 
-using Stub = v1::SimulationService::Stub;
-using Take = std::function<bool(const google::protobuf::Message&)>;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::MethodDescriptor;
 
-class Maker {
+/// Returns the field of the call that is set, or null.
+const FieldDescriptor* field_of(const Call& call) {
+  return call.GetReflection()->GetOneofFieldDescriptor(call, Call::descriptor()->oneof_decl(0));
+}
+
+/// Returns the RPC with the name of the field: ListSessions of list_sessions.
+const MethodDescriptor& rpc_of(const FieldDescriptor& field) {
+  std::string name = field.camelcase_name();
+  name[0] = static_cast<char>(std::toupper(name[0]));
+  const auto* service = v1::StepRequest::descriptor()->file()->pool()->FindServiceByName(
+      "stiefel.v1.SimulationService");
+  const auto* method = service == nullptr ? nullptr : service->FindMethodByName(name);
+  if (method == nullptr) throw std::runtime_error("calls.proto: no RPC " + name);
+  return *method;
+}
+
+/// Returns the messages to send: the request, or the requests of a stream.
+std::vector<const Message*> requests_of(const Call& call, const FieldDescriptor& field) {
+  const Message& request = call.GetReflection()->GetMessage(call, &field);
+  const auto* stream = dynamic_cast<const Drive*>(&request);
+  if (stream == nullptr) return {&request};
+  std::vector<const Message*> all;
+  for (const auto& one : stream->requests()) all.push_back(&one);
+  return all;
+}
+
+/// A call of any RPC whose operations wait for one another.
+class Exchange {
  public:
-  Maker(Stub& stub, grpc::ClientContext& context, const Take& take)
-      : stub_(stub), context_(context), take_(take) {}
+  Exchange(const std::shared_ptr<grpc::Channel>& channel, grpc::ClientContext& context,
+           const MethodDescriptor& rpc)
+      : stub_(channel),
+        stream_(stub_.PrepareCall(
+            &context, "/" + rpc.service()->full_name() + "/" + rpc.name(), &queue_)),
+        reply_(google::protobuf::MessageFactory::generated_factory()
+                   ->GetPrototype(rpc.output_type())
+                   ->New()) {
+    stream_->StartCall(this);
+    done();
+  }
 
-  template <class Request, class Response>
-  grpc::Status operator()(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
-                                                       Response*),
-                          const Request& request) {
-    Response response;
-    const grpc::Status status = (stub_.*method)(&context_, request, &response);
-    if (status.ok()) take_(response);
+  bool write(const Message& request) {
+    const grpc::Slice bytes(request.SerializeAsString());
+    stream_->Write(grpc::ByteBuffer(&bytes, 1), this);
+    return done();
+  }
+
+  void writes_done() {
+    stream_->WritesDone(this);
+    done();
+  }
+
+  /// Returns the next reply, or null at the end.
+  const Message* read() {
+    grpc::ByteBuffer buffer;
+    stream_->Read(&buffer, this);
+    grpc::Slice bytes;
+    if (!done() || !buffer.DumpToSingleSlice(&bytes).ok()) return nullptr;
+    return reply_->ParseFromArray(bytes.begin(), static_cast<int>(bytes.size())) ? reply_.get()
+                                                                                 : nullptr;
+  }
+
+  grpc::Status finish() {
+    grpc::Status status;
+    stream_->Finish(&status, this);
+    done();
     return status;
   }
 
-  template <class Request, class Response>
-  grpc::Status operator()(std::unique_ptr<grpc::ClientReader<Response>> (Stub::*method)(
-                              grpc::ClientContext*, const Request&),
-                          const Request& request) {
-    const auto reader = (stub_.*method)(&context_, request);
-    Response response;
-    while (reader->Read(&response)) {
-      if (take_(response)) continue;
-      context_.TryCancel();
-      break;
-    }
-    return reader->Finish();
-  }
-
-  grpc::Status operator()(const Drive& drive) {
-    const auto stream = stub_.Drive(&context_);
-    v1::DriveResponse response;
-    grpc::Status refused;
-    for (const auto& request : drive.requests()) {
-      if (!refused.ok() || !stream->Write(request) || !stream->Read(&response)) break;
-      const auto& error = response.error();
-      if (response.has_error())
-        refused = {static_cast<grpc::StatusCode>(error.code()), error.message(),
-                   error.SerializeAsString()};
-      else
-        take_(response);
-    }
-    stream->WritesDone();
-    const grpc::Status status = stream->Finish();
-    return refused.ok() ? status : refused;
-  }
-
  private:
-  Stub& stub_;
-  grpc::ClientContext& context_;
-  const Take& take_;
+  bool done() {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue_.Next(&tag, &ok) && ok;
+  }
+
+  grpc::CompletionQueue queue_;
+  grpc::GenericStub stub_;
+  std::unique_ptr<grpc::GenericClientAsyncReaderWriter> stream_;
+  std::unique_ptr<Message> reply_;
 };
+
+/// Returns the error that a reply of Drive holds.
+grpc::Status error_in(const Message& reply) {
+  const auto* drive = dynamic_cast<const v1::DriveResponse*>(&reply);
+  if (drive == nullptr || !drive->has_error()) return {};
+  const auto& error = drive->error();
+  return {static_cast<grpc::StatusCode>(error.code()), error.message(), error.SerializeAsString()};
+}
 
 }  // namespace
 
@@ -78,50 +120,30 @@ Calls every_call() {
 }
 
 std::string name_of(const Call& call) {
-  const auto* field =
-      call.GetReflection()->GetOneofFieldDescriptor(call, Call::descriptor()->oneof_decl(0));
+  const auto* field = field_of(call);
   return field == nullptr ? "" : field->name();
 }
 
-grpc::Status make(Stub& stub, grpc::ClientContext& context, const Call& call, const Take& take) {
-  Maker made(stub, context, take);
-  switch (call.request_case()) {
-    case Call::kDescribe:
-      return made(&Stub::Describe, call.describe());
-    case Call::kCreateSession:
-      return made(&Stub::CreateSession, call.create_session());
-    case Call::kGetSession:
-      return made(&Stub::GetSession, call.get_session());
-    case Call::kListSessions:
-      return made(&Stub::ListSessions, call.list_sessions());
-    case Call::kDeleteSession:
-      return made(&Stub::DeleteSession, call.delete_session());
-    case Call::kStep:
-      return made(&Stub::Step, call.step());
-    case Call::kDrive:
-      return made(call.drive());
-    case Call::kStream:
-      return made(&Stub::Stream, call.stream());
-    case Call::kDiagnose:
-      return made(&Stub::Diagnose, call.diagnose());
-    case Call::kForkSession:
-      return made(&Stub::ForkSession, call.fork_session());
-    case Call::kConvert:
-      return made(&Stub::Convert, call.convert());
-    case Call::kConnect:
-      return made(&Stub::Connect, call.connect());
-    case Call::kConjugatePoints:
-      return made(&Stub::ConjugatePoints, call.conjugate_points());
-    case Call::kMeasureTradeoff:
-      return made(&Stub::MeasureTradeoff, call.measure_tradeoff());
-    case Call::kSummarize:
-      return made(&Stub::Summarize, call.summarize());
-    case Call::kLinearize:
-      return made(&Stub::Linearize, call.linearize());
-    case Call::REQUEST_NOT_SET:
-      return {};
+grpc::Status make(const std::shared_ptr<grpc::Channel>& channel, grpc::ClientContext& context,
+                  const Call& call, const std::function<bool(const Message&)>& take) {
+  const auto* field = field_of(call);
+  if (field == nullptr) return {};
+  const MethodDescriptor& rpc = rpc_of(*field);
+  Exchange exchange(channel, context, rpc);
+  grpc::Status refused;
+  const auto taken = [&](const Message* reply) {
+    if (reply == nullptr) return false;
+    refused = error_in(*reply);
+    if (refused.ok() && !take(*reply)) context.TryCancel();
+    return refused.ok();
+  };
+  for (const Message* request : requests_of(call, *field))
+    if (!exchange.write(*request) || (rpc.client_streaming() && !taken(exchange.read()))) break;
+  exchange.writes_done();
+  while (refused.ok() && taken(exchange.read())) {
   }
-  return {};
+  const grpc::Status status = exchange.finish();
+  return refused.ok() ? status : refused;
 }
 
 }  // namespace stiefel::test

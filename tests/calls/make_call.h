@@ -3,9 +3,9 @@
 #include <grpcpp/grpcpp.h>
 
 #include <functional>
+#include <memory>
 #include <string>
 
-#include "stiefel/v1/simulation.grpc.pb.h"
 #include "tests/calls/calls.pb.h"
 
 namespace stiefel::test {
@@ -18,7 +18,8 @@ std::string name_of(const Call& call);
 
 /// Makes the call and passes each reply to `take`, which ends the call when it returns false: the
 /// status is then CANCELLED. An error that a reply of Drive holds ends the call with that error.
-grpc::Status make(v1::SimulationService::Stub& stub, grpc::ClientContext& context, const Call& call,
+grpc::Status make(const std::shared_ptr<grpc::Channel>& channel, grpc::ClientContext& context,
+                  const Call& call,
                   const std::function<bool(const google::protobuf::Message&)>& take);
 
 }  // namespace stiefel::test

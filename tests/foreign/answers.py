@@ -11,12 +11,12 @@ from google.protobuf.any_pb2 import Any as AnyMessage
 from google.protobuf.message import Message
 
 from script import Call, Json
+from every_call import STREAMS  # on the path that script adds
 from stiefel import v1 as pb
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 # Clocks, and what depends on them.
 VOLATILE = {"create_time", "expire_time", "cpu_seconds_per_second", "steps_per_second"}
-STREAMS = {"Stream", "Summarize", "Linearize", "Convert", "ConjugatePoints", "Connect", "MeasureTradeoff", "Drive"}
 
 
 @dataclass

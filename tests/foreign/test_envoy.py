@@ -19,7 +19,8 @@ import pytest
 
 import stiefel
 import tools
-from answers import STREAMS, Answer, reason_of, reply_of
+from answers import Answer, reason_of, reply_of
+from every_call import STREAMS
 from script import Call
 from stiefel import v1 as pb
 

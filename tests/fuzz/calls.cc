@@ -47,52 +47,39 @@ std::int64_t few(std::int64_t step) {
   return step > most_steps && step <= std::int64_t{1} << 53 ? step % most_steps : step;
 }
 
+/// Bounds the steps and the scene of a request; returns whether it is to be sent.
+bool takes_little(google::protobuf::Message& request) {
+  const auto& reflection = *request.GetReflection();
+  for (const char* name : {"to", "from_step"})
+    if (const auto* field = request.GetDescriptor()->FindFieldByName(name);
+        field != nullptr && field->cpp_type() == field->CPPTYPE_INT64)
+      reflection.SetInt64(&request, field, few(reflection.GetInt64(request, field)));
+  const auto* scene = request.GetDescriptor()->FindFieldByName("scene");
+  return scene == nullptr || scene->message_type() != v1::Scene::descriptor() ||
+         make_small(dynamic_cast<v1::Scene*>(reflection.MutableMessage(&request, scene)));
+}
+
 /// Bounds the work of the call; returns whether it is to be made.
 bool takes_little(Call& call) {
-  switch (call.request_case()) {
-    case Call::kCreateSession:
-      return make_small(call.mutable_create_session()->mutable_scene());
-    case Call::kConvert:
-      return make_small(call.mutable_convert()->mutable_scene());
-    case Call::kMeasureTradeoff:
-      return make_small(call.mutable_measure_tradeoff()->mutable_scene());
-    case Call::kStep:
-      call.mutable_step()->set_to(few(call.step().to()));
-      return true;
-    case Call::kDrive: {
-      auto& requests = *call.mutable_drive()->mutable_requests();
-      for (auto& request : requests) request.set_to(few(request.to()));
-      while (requests.size() > 4) requests.RemoveLast();
-      return true;
-    }
-    case Call::kStream:
-      call.mutable_stream()->set_to(few(call.stream().to()));
-      return true;
-    case Call::kSummarize:
-      call.mutable_summarize()->set_to(few(call.summarize().to()));
-      return true;
-    case Call::kLinearize:
-      call.mutable_linearize()->set_to(few(call.linearize().to()));
-      return true;
-    case Call::kDiagnose: {
-      auto& request = *call.mutable_diagnose();
-      request.set_to(few(request.to()));
-      if (request.symplectic_test().pairs() > 8) request.mutable_symplectic_test()->set_pairs(1001);
-      return true;
-    }
-    case Call::kForkSession:
-      call.mutable_fork_session()->set_from_step(few(call.fork_session().from_step()));
-      return call.fork_session().method().substeps() <= 4;
-    default:
-      return true;
+  if (call.has_drive()) {
+    auto& requests = *call.mutable_drive()->mutable_requests();
+    while (requests.size() > 4) requests.RemoveLast();
+    for (auto& request : requests) takes_little(request);
+    return true;
   }
+  if (call.has_diagnose() && call.diagnose().symplectic_test().pairs() > 8)
+    call.mutable_diagnose()->mutable_symplectic_test()->set_pairs(1001);
+  if (call.has_fork_session() && call.fork_session().method().substeps() > 4) return false;
+  const auto* field =
+      call.GetReflection()->GetOneofFieldDescriptor(call, Call::descriptor()->oneof_decl(0));
+  return field == nullptr || takes_little(*call.GetReflection()->MutableMessage(&call, field));
 }
 
 class Program {
  public:
   Program()
       : server_({.threads = 1, .max_sessions = 4, .log_level = "off"}),
-        stub_(v1::SimulationService::NewStub(server_.in_process_channel())) {}
+        channel_(server_.in_process_channel()) {}
 
   void run(Calls calls) {
     checkpoint_.clear();
@@ -112,7 +99,7 @@ class Program {
     context.set_deadline(std::chrono::system_clock::now() + deadline);
     int replies = 0;
     const grpc::Status status =
-        test::make(*stub_, context, call, [&](const google::protobuf::Message& reply) {
+        test::make(channel_, context, call, [&](const google::protobuf::Message& reply) {
           require_no_nan(reply);
           if (const auto* step = dynamic_cast<const v1::StepResponse*>(&reply))
             checkpoint_ = step->checkpoint();
@@ -135,7 +122,7 @@ class Program {
   }
 
   server::Server server_;
-  std::unique_ptr<v1::SimulationService::Stub> stub_;
+  std::shared_ptr<grpc::Channel> channel_;
   std::string checkpoint_;
   google::protobuf::RepeatedPtrField<v1::Session> sessions_;
 };

@@ -53,9 +53,19 @@ Calls all_calls() {
   return with_deletions;
 }
 
-std::string fields(const google::protobuf::RepeatedPtrField<v1::Field>& all) {
+/// The bytes of every Field in a message.
+std::string fields_in(const Message& message) {
+  if (const auto* field = dynamic_cast<const v1::Field*>(&message)) return field->value().data();
   std::string bytes;
-  for (const auto& field : all) bytes += field.value().data();
+  const auto& reflection = *message.GetReflection();
+  std::vector<const google::protobuf::FieldDescriptor*> set;
+  reflection.ListFields(message, &set);
+  for (const auto* one : set) {
+    if (one->message_type() == nullptr) continue;
+    if (!one->is_repeated()) bytes += fields_in(reflection.GetMessage(message, one));
+    for (int i = 0; one->is_repeated() && i < reflection.FieldSize(message, one); ++i)
+      bytes += fields_in(reflection.GetRepeatedMessage(message, one, i));
+  }
   return bytes;
 }
 
@@ -68,16 +78,10 @@ std::string said(const Message& reply) {
     return bytes_of(drive->step().sample());
   if (const auto* stream = dynamic_cast<const v1::StreamResponse*>(&reply)) {
     for (const auto step : stream->steps()) text += std::to_string(step) + ' ';
-    return text + fields(stream->fields());
+    return text + fields_in(reply);
   }
-  if (const auto* summary = dynamic_cast<const v1::SummarizeResponse*>(&reply))
-    return fields(summary->states().fields()) + fields(summary->events().fields());
-  if (const auto* tangent = dynamic_cast<const v1::LinearizeResponse*>(&reply))
-    return std::to_string(tangent->step()) + fields(tangent->fields());
   if (const auto* diagnosis = dynamic_cast<const v1::DiagnoseResponse*>(&reply))
     for (const auto& one : diagnosis->invariants()) text += std::to_string(one.value()) + ' ';
-  if (const auto* conversion = dynamic_cast<const v1::ConvertResponse*>(&reply))
-    return fields(conversion->blocks()) + std::to_string(conversion->scene().epsilon());
   if (const auto* geodesic = dynamic_cast<const v1::ConnectResponse*>(&reply))
     return std::to_string(geodesic->energy());
   if (const auto* part = dynamic_cast<const v1::MeasureTradeoffResponse*>(&reply))
@@ -86,12 +90,12 @@ std::string said(const Message& reply) {
     for (const auto& session : list->sessions()) text += session.session_id() + ' ';
   if (const auto* catalogue = dynamic_cast<const v1::DescribeResponse*>(&reply))
     return std::to_string(catalogue->systems_size());
-  return text;
+  return text + fields_in(reply);
 }
 
 }  // namespace
 
-std::vector<Heard> call_all(Stub& stub) {
+std::vector<Heard> call_all(const std::shared_ptr<grpc::Channel>& channel) {
   static const Calls all = all_calls();
   std::vector<Heard> heard;
   std::string checkpoint;
@@ -101,7 +105,7 @@ std::vector<Heard> call_all(Stub& stub) {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + deadline);
     Heard& one = heard.emplace_back(name_of(call), "", grpc::Status());
-    one.status = make(stub, context, call, [&](const Message& reply) {
+    one.status = make(channel, context, call, [&](const Message& reply) {
       one.said += said(reply);
       if (const auto* step = dynamic_cast<const v1::StepResponse*>(&reply))
         checkpoint = step->checkpoint();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,6 @@ struct Heard {
 
 /// Makes the calls of every_call.txtpb, and longer ones of small and large sessions: the same calls
 /// every time, which leave no session.
-std::vector<Heard> call_all(Stub& stub);
+std::vector<Heard> call_all(const std::shared_ptr<grpc::Channel>& channel);
 
 }  // namespace stiefel::test

@@ -41,7 +41,7 @@ server::Options with_store(const std::string& file) {
 class Server {
  public:
   Server() : harness_(with_store(folder_.file("store"))) {}
-  std::vector<Heard> call_all() { return test::call_all(*harness_.stub); }
+  std::vector<Heard> call_all() { return test::call_all(harness_.server.in_process_channel()); }
 
  private:
   Folder folder_;

@@ -8,7 +8,7 @@ import grpc
 import numpy as np
 import pytest
 
-from every_call import every_call
+from every_call import STREAMS, every_call
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
@@ -160,7 +160,6 @@ QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diag
 
 #: The RPCs that compute nothing for long; CALLS has all others.
 SHORT = {"Describe", "GetSession", "ListSessions", "DeleteSession"}
-STREAMS = {"Stream", "Drive", "Summarize", "Linearize", "MeasureTradeoff", "ConjugatePoints", "Connect", "Convert"}
 
 
 def rpc_of(name):
