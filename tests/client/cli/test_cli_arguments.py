@@ -75,13 +75,16 @@ def test_other_bad_input_is_status_2(stiefel, write, scene, tmp_path):
     assert stiefel("run", tmp_path, "--to", 5).status == 2
 
 
+COMMANDS = "describe, run, rerun, summarize, diagnose, linearize, convert, tradeoff, connect, conjugate-points, report"
+
+
 @pytest.mark.parametrize("arguments, faults", [
     (["runn", "scene.json", "--to", "5"], ["unknown command runn; did you mean run?"]),
     (["Run"], ["unknown command Run; did you mean run?"]),
     (["trade-off", "scene.json"], ["unknown command trade-off; did you mean tradeoff?"]),
     (["diagnos", "scene.json"], ["unknown command diagnos; did you mean diagnose?"]),
-    (["dance"], ["unknown command dance; the commands are describe, run, rerun, summarize, diagnose, linearize, convert, tradeoff, connect, conjugate-points, report"]),
-    ([], ["a command is required: describe, run, rerun, summarize, diagnose, linearize, convert, tradeoff, connect, conjugate-points, report"]),
+    (["dance"], [f"unknown command dance; the commands are {COMMANDS}"]),
+    ([], [f"a command is required: {COMMANDS}"]),
     (["run", "scene.json", "--to", "5", "--evry", "2"], ["unknown option --evry; did you mean --every?"]),
     (["run", "scene.json", "--too=5"], ["unknown option --too; did you mean --to?"]),
     (["run", "scene.json", "--to", "5", "--form", "1", "--outptu", "x"],
