@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <iterator>
 #include <regex>
 #include <string_view>
@@ -111,6 +112,16 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
     text += app.get_name() + ": error: " + fault + '\n';
   return text + "See " + app.get_name() + " " + (parsed.empty() ? "" : command.get_name() + " ") +
          "--help\n";
+}
+
+void check_variables(CLI::App& app) {
+  for (CLI::Option* option : app.get_options([](const CLI::Option*) { return true; })) {
+    const std::string& name = option->get_envname();
+    const char* value = name.empty() ? nullptr : std::getenv(name.c_str());
+    if (value == nullptr || *value == '\0' || option->count() > 0) continue;
+    std::string text = value;
+    throw CLI::ValidationError(name, (*option->get_validator())(text));
+  }
 }
 
 std::vector<std::string> unknown_variables() {

@@ -148,6 +148,7 @@ int main(int argc, char** argv) {
   auto* table = app.add_subcommand("flags", "Prints all flags as a Markdown table");
   try {
     app.parse(argc, argv);
+    check_variables(app);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     std::cerr << explain(app, error);

@@ -27,8 +27,7 @@ ExitStatus conjugate_points(const ConjugatePointsCommand& command) {
   }();
 
   const v1::RunStatus& status = reply.run_status();
-  nlohmann::ordered_json out = {{"outcome", to_string(status.outcome())}};
-  if (status.outcome() != v1::OUTCOME_REACHED) out["message"] = status.message();
+  nlohmann::ordered_json out = ending(status);
   if (reply.has_radius()) {
     out["radius"] = to_json(reply.radius());
   } else {

@@ -4,7 +4,6 @@
 #include "client/cli/endpoint.h"
 #include "client/cli/input/message_file.h"
 #include "client/cli/input/nested_numbers.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
@@ -61,25 +60,16 @@ ExitStatus linearize(const LinearizeCommand& command, Origin& origin) {
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
-  v1::LinearizeResponse end;
-  {
-    Progress progress(session, request.to());
-    try {
-      end = session.linearize(request, [&](const v1::LinearizeResponse& result) {
-        progress.at(result.step());
-        nlohmann::ordered_json one = {{"step", result.step()}, {"time", result.time()}};
-        for (const auto& field : result.fields()) one[field.name()] = as_lists(field.value());
-        results.push_back(std::move(one));
-        return true;
-      });
-    } catch (const client::Error&) {
-      if (interrupted()) throw Interrupted(progress.how_far() + "; nothing was written");
-      throw;
-    }
-  }
-  nlohmann::ordered_json out = {{"outcome", to_string(end.run_status().outcome())}};
-  if (end.run_status().outcome() != v1::OUTCOME_REACHED)
-    out["message"] = end.run_status().message();
+  const auto end = with_progress(session, request.to(), [&](Progress& progress) {
+    return session.linearize(request, [&](const v1::LinearizeResponse& result) {
+      progress.at(result.step());
+      nlohmann::ordered_json one = {{"step", result.step()}, {"time", result.time()}};
+      for (const auto& field : result.fields()) one[field.name()] = as_lists(field.value());
+      results.push_back(std::move(one));
+      return true;
+    });
+  });
+  nlohmann::ordered_json out = ending(end.run_status());
   out["results"] = std::move(results);
   const std::string text = to_text(out) + "\n";
   write_whole(destination, text);

@@ -51,14 +51,18 @@ std::string to_string(v1::Conservation conservation) {
   return name;
 }
 
+nlohmann::ordered_json ending(const v1::RunStatus& run_status) {
+  nlohmann::ordered_json end = {{"outcome", to_string(run_status.outcome())}};
+  if (run_status.outcome() == v1::OUTCOME_REACHED) return end;
+  if (run_status.has_largest_step()) end["largest_step"] = run_status.largest_step();
+  if (run_status.has_member()) end["member"] = run_status.member();
+  end["message"] = run_status.message();
+  return end;
+}
+
 nlohmann::ordered_json ending(const v1::RunStatus& run_status,
                               const v1::DiagnoseResponse& diagnosis) {
-  nlohmann::ordered_json end = {{"outcome", to_string(run_status.outcome())}};
-  if (run_status.outcome() != v1::OUTCOME_REACHED) {
-    if (run_status.has_largest_step()) end["largest_step"] = run_status.largest_step();
-    if (run_status.has_member()) end["member"] = run_status.member();
-    end["message"] = run_status.message();
-  }
+  nlohmann::ordered_json end = ending(run_status);
   if (diagnosis.has_estimated_error())
     end["estimated_error"] = cli::to_json(static_cast<const google::protobuf::Message&>(
         diagnosis.estimated_error()));
@@ -101,12 +105,7 @@ nlohmann::ordered_json report(const v1::RunStatus& run_status,
     domain["largest_step"] = diagnosis.domain().largest_step();
   }
 
-  nlohmann::ordered_json report = {{"outcome", to_string(run_status.outcome())}};
-  if (run_status.outcome() != v1::OUTCOME_REACHED) {
-    if (run_status.has_largest_step()) report["largest_step"] = run_status.largest_step();
-    if (run_status.has_member()) report["member"] = run_status.member();
-    report["message"] = run_status.message();
-  }
+  nlohmann::ordered_json report = ending(run_status);
   if (choice != nullptr) report["choice"] = cli::to_json(*choice);
   auto& accuracy = report["diagnosis"];
   accuracy["summary"] = summary(diagnosis);

@@ -17,9 +17,10 @@ namespace stiefel::cli {
 nlohmann::ordered_json report(const v1::RunStatus& run_status,
                               const v1::DiagnoseResponse& diagnosis, const v1::Choice* choice);
 
-/// Returns what a file says of how the run ended: {"outcome"}, after a numerical stop with
-/// "message" and, where there is one, "largest_step" and "member", and "estimated_error" if it was
-/// estimated, in the names of stiefel.v1.EstimatedError.
+/// Returns how a run ended: {"outcome"}, after a numerical stop with "message" and, where there is
+/// one, "largest_step" and "member".
+nlohmann::ordered_json ending(const v1::RunStatus& run_status);
+/// Adds "estimated_error" if it was estimated, in the names of stiefel.v1.EstimatedError.
 nlohmann::ordered_json ending(const v1::RunStatus& run_status,
                               const v1::DiagnoseResponse& diagnosis);
 /// Prints to stdout the outcome, a line for each invariant, and the estimated error.

@@ -4,7 +4,6 @@
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/input/message_file.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
@@ -127,9 +126,7 @@ nlohmann::ordered_json outcomes(const v1::Tensor& tensor) {
 
 nlohmann::ordered_json to_json(const v1::SummarizeResponse& end, nlohmann::ordered_json events,
                                bool ensemble) {
-  nlohmann::ordered_json out = {{"outcome", to_string(end.run_status().outcome())}};
-  if (end.run_status().outcome() != v1::OUTCOME_REACHED)
-    out["message"] = end.run_status().message();
+  nlohmann::ordered_json out = ending(end.run_status());
   auto& statistics = out["statistics"] = nlohmann::ordered_json::object();
   for (const auto& field : end.statistics()) {
     const bool of_quantity = field.name().find('.') != std::string::npos;
@@ -160,20 +157,13 @@ ExitStatus summarize(const SummarizeCommand& command, Origin& origin) {
   print_remarks(session.description());
   nlohmann::ordered_json events;
   if (!request.events().empty()) events = nlohmann::ordered_json::array();
-  v1::SummarizeResponse end;
-  {
-    Progress progress(session, request.to());
-    try {
-      end = session.summarize(request, [&](const v1::SummarizeResponse& message) {
-        progress.at(message.step());
-        append_events(message.events(), events);
-        return true;
-      });
-    } catch (const client::Error&) {
-      if (interrupted()) throw Interrupted(progress.how_far() + "; nothing was written");
-      throw;
-    }
-  }
+  const auto end = with_progress(session, request.to(), [&](Progress& progress) {
+    return session.summarize(request, [&](const v1::SummarizeResponse& message) {
+      progress.at(message.step());
+      append_events(message.events(), events);
+      return true;
+    });
+  });
   const std::string text = to_text(to_json(end, std::move(events), scene.has_members())) + "\n";
   write_whole(destination, text);
   return conclude(end.run_status(), end.step());

@@ -2,18 +2,26 @@
 #include <utility>
 
 #include "client/cpp/assembly.h"
-#include "client/cpp/late.h"
 #include "client/cpp/replies.h"
+#include "client/cpp/whole_reply.h"
 #include "stiefel/client/session.h"
 
 namespace stiefel::client {
 namespace {
 
-/// Joins the messages of one result, and checks what the protocol promises of them.
+/// Reads the streams of one Linearize: joins the messages of each result, checks what the protocol
+/// promises of them, and passes every result to the receiver once.
 class Reading {
  public:
   Reading(const v1::LinearizeRequest& request, const Session::LinearizationReceiver& receive)
       : request_(request), receive_(receive) {}
+
+  void begin() {
+    fields_ = {};
+    before_ = -1;
+    has_price_ = false;
+    last_.Clear();
+  }
 
   /// Returns false when the receiver ends the call.
   bool take(v1::LinearizeResponse& message) {
@@ -31,9 +39,13 @@ class Reading {
     }
     if (!is_result) return true;
     check(message);
+    if (message.step() <= passed_on_) return true;
+    passed_on_ = message.step();
     return !receive_ || receive_(message);
   }
 
+  bool has_progressed() const { return false; }
+  bool begins_anew_after(const Error&) const { return false; }
   v1::LinearizeResponse& last() { return last_; }
 
  private:
@@ -51,7 +63,8 @@ class Reading {
   const v1::LinearizeRequest& request_;
   const Session::LinearizationReceiver& receive_;
   Assembly fields_;
-  std::int64_t before_ = -1;
+  std::int64_t before_ = -1;     // of this stream
+  std::int64_t passed_on_ = -1;  // by all streams
   bool has_price_ = false;
   v1::LinearizeResponse last_;
 };
@@ -61,43 +74,9 @@ class Reading {
 v1::LinearizeResponse Session::linearize(v1::LinearizeRequest request,
                                          const LinearizationReceiver& receive) const {
   request.set_session_id(id());
-  const Deadline deadline(connection_->options.compute_timeout);
-  auto waiting = connection_->patience(deadline);
-  auto recoveries = connection_->patience_to_recover(deadline);
-  std::int64_t passed_on = -1;
-  const LinearizationReceiver once = [&](const v1::LinearizeResponse& result) {
-    if (result.step() <= passed_on) return true;
-    passed_on = result.step();
-    return !receive || receive(result);
-  };
-  while (true) {
-    Reading reading(request, once);
-    grpc::ClientContext context;
-    deadline.limit(context);
-    recreation_->route(context);
-    const CancelOnStop cancel(connection_->options.stop, context);
-    const auto reader = connection_->stub->Linearize(&context, request);
-    v1::LinearizeResponse message;
-    bool wanted = true, answered = false;
-    while (wanted && reader->Read(&message)) {
-      if (!std::exchange(answered, true)) recreation_->check_build(context, false);
-      wanted = reading.take(message);
-    }
-    if (!wanted) {
-      context.TryCancel();
-      reader->Finish();
-      return std::move(reading.last());
-    }
-    const grpc::Status status = finish(context, *reader);
-    if (status.ok()) {
-      require(reading.last().has_run_status(), "the call ends without saying how the run ended");
-      return std::move(reading.last());
-    }
-    recreation_->check_build(context, true);
-    const Error error = connection_->error(status, context);
-    if (!waiting.allows_another(status) && !recreation_->recovers(error, deadline, recoveries))
-      throw with_standing(error, *connection_, id(), request.to());
-  }
+  Reading reading(request, receive);
+  return whole_reply(*connection_, *recreation_, id(), request.to(), reading,
+                     [&](auto& context) { return connection_->stub->Linearize(&context, request); });
 }
 
 }  // namespace stiefel::client

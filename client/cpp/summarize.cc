@@ -2,8 +2,8 @@
 #include <utility>
 
 #include "client/cpp/assembly.h"
-#include "client/cpp/late.h"
 #include "client/cpp/replies.h"
+#include "client/cpp/whole_reply.h"
 #include "stiefel/client/session.h"
 
 namespace stiefel::client {
@@ -197,43 +197,9 @@ class Reading {
 v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
                                          const SummaryReceiver& receive) const {
   request.set_session_id(id());
-  const Deadline deadline(connection_->options.compute_timeout);
   Reading reading(request, receive);
-  auto waiting = connection_->patience(deadline);
-  auto recoveries = connection_->patience_to_recover(deadline);
-  while (true) {
-    reading.begin();
-    grpc::ClientContext context;
-    deadline.limit(context);
-    recreation_->route(context);
-    const CancelOnStop cancel(connection_->options.stop, context);
-    const auto reader = connection_->stub->Summarize(&context, request);
-    v1::SummarizeResponse message;
-    bool wanted = true, answered = false;
-    while (wanted && reader->Read(&message)) {
-      if (!std::exchange(answered, true)) recreation_->check_build(context, false);
-      wanted = reading.take(message);
-    }
-    if (!wanted) {
-      context.TryCancel();
-      reader->Finish();
-      return std::move(reading.last());
-    }
-    const grpc::Status status = finish(context, *reader);
-    if (status.ok()) {
-      require(reading.last().has_run_status(), "the summary ends without saying how the run ended");
-      return std::move(reading.last());
-    }
-    recreation_->check_build(context, true);
-    const Error error = connection_->error(status, context);
-    if (reading.has_progressed()) {
-      waiting = connection_->patience(deadline);
-      recoveries = connection_->patience_to_recover(deadline);
-    }
-    if (reading.begins_anew_after(error)) continue;
-    if (!waiting.allows_another(status) && !recreation_->recovers(error, deadline, recoveries))
-      throw with_standing(error, *connection_, id(), request.to());
-  }
+  return whole_reply(*connection_, *recreation_, id(), request.to(), reading,
+                     [&](auto& context) { return connection_->stub->Summarize(&context, request); });
 }
 
 }  // namespace stiefel::client

@@ -13,6 +13,7 @@ from stiefel import v1 as pb
 from stiefel._wire import failures, retries
 from stiefel._wire.connection import Connection
 from stiefel._wire.failures import in_plain_words
+from stiefel._wire.recreation import Recreation
 
 UNAVAILABLE, EXHAUSTED = grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.RESOURCE_EXHAUSTED
 
@@ -49,8 +50,12 @@ def session(service, without_pauses):
 
 @pytest.fixture
 def clock(service, monkeypatch):
-    """A clock by which every message of a stream takes 30 s, and pauses as long as they are."""
+    """A clock by which every message of a stream takes 30 s, and pauses as long as they are. gRPC, which measures real
+    time, gets a minute more."""
     clock = Clock()
+    messages = Recreation.messages
+    monkeypatch.setattr(Recreation, "messages", lambda handle, method, request, timeout: messages(
+        handle, method, request, timeout and timeout + 60))
     monkeypatch.setattr(retries, "time", clock)
     monkeypatch.setattr(Connection, "rest", lambda connection, seconds: clock.sleep(seconds))
     service.before_message = lambda: clock.sleep(30)

@@ -126,6 +126,31 @@ def test_a_process_has_one_server_and_a_child_its_own(tmp_path):
     assert not any(runs(pid) for pid in servers), "they end with their processes"
 
 
+FORKS = """
+import os, stiefel
+
+server = stiefel.Server.start()
+client = stiefel.Client(server.address)
+session = client.create("tumbling_spacecraft")
+for k in range(5):
+    child = os.fork()
+    if child == 0:
+        with stiefel.Client(server.address) as mine:
+            same = mine.get(session.id).step(to=3)["quaternion"] == session.step(to=3)["quaternion"]
+        os._exit(0 if same.all() else 1)
+    assert os.waitpid(child, 0)[1] == 0
+    assert client.describe() and session.step(to=2).step == 2
+client.close()
+server.stop()
+"""
+
+
+def test_a_process_that_forks_keeps_its_clients_and_the_child_has_them_too(tmp_path):
+    (tmp_path / "script.py").write_text(FORKS)
+    done = subprocess.run([sys.executable, "-W", "ignore", tmp_path / "script.py"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_fork_may_change_the_state_and_keeps_the_clock(client):
     """An impulse of 0.1 rad/s about z at t = 1 s changes the rate of precession from 1/2 to 1.1/2."""
     with client.create(TOP) as session:

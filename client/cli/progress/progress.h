@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "client/cli/interrupt.h"
 #include "client/cli/progress/status_line.h"
 #include "stiefel/client/session.h"
 
@@ -39,5 +40,18 @@ class Progress {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   StatusLine line_;  // the last member, because its thread uses the others
 };
+
+/// Returns what `call(progress)` returns, before which the command writes nothing. Throws
+/// Interrupted, which says how far the call was, if a signal ended it.
+template <class Call>
+auto with_progress(const client::Session& session, std::int64_t to, const Call& call) {
+  Progress progress(session, to);
+  try {
+    return call(progress);
+  } catch (const client::Error&) {
+    if (interrupted()) throw Interrupted(progress.how_far() + "; nothing was written");
+    throw;
+  }
+}
 
 }  // namespace stiefel::cli

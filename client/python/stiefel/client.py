@@ -47,8 +47,8 @@ class Client:
     it goes on as long as samples arrive within `timeout` seconds. When the server of a session is lost, the client
     creates the session again if it came from `create` or `fork`; it raises `BuildChanged` if a server of another build
     answers for the session, unless `any_build` is set. As a context manager the client closes itself at the end; a
-    later call raises `Closed`. Thread-safe. A pickled client connects anew to the same address. With Debian 13's own
-    grpcio 1.51 `os.fork` does not return while a client of the process is open.
+    later call raises `Closed`. Thread-safe. A pickled client connects anew to the same address, and so does a
+    client in a forked child. Fork while no call runs in another thread, which gRPC does not survive.
 
     `tls`: the path of a file of authorities in PEM, True for the authorities that gRPC comes with, or a `Tls`; by
     default the file that the environment variable STIEFEL_TLS_CA names, or no TLS. `token` tells the server who calls;
@@ -67,12 +67,18 @@ class Client:
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         seconds, knows_tls = checked(timeout), None
         if channel is None:
-            channel = self._open_channel(self.address, tls, token_from_environment() if token is None else token, _OPTIONS)
+            secret = token_from_environment() if token is None else token
+            opened = functools.partial(self._open_channel, self.address, tls, secret, _OPTIONS)
             knows_tls = has_tls(tls, self.address)
         else:
             self.address = "a channel of the caller's"
-        self.channel = channel
-        self._connection = Connection(channel, self.address, seconds, any_build, knows_tls)
+            opened = lambda: channel  # noqa: E731
+        self._connection = Connection(opened, self.address, seconds, any_build, knows_tls, reopens=self._own_channel)
+
+    @property
+    def channel(self) -> grpc.Channel:
+        """The gRPC channel. A fork of the process closes it and opens another."""
+        return self._connection.channel
 
     @property
     def timeout(self) -> Optional[float]:

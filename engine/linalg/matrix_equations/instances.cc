@@ -1,12 +1,18 @@
 #include "engine/linalg/iteration/fixed_point.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel {
 
 template class Lyapunov<double>;
 template class Lyapunov<long double>;
 template class Lyapunov<float>;
+
+template class SymmetricLyapunov<double>;
+template class SymmetricLyapunov<float>;
+template class SymmetricLyapunov<long double>;
+template class SymmetricLyapunov<Quad>;
 
 template class ConstraintRiccati<double>;
 

@@ -1,9 +1,12 @@
 #include "engine/rigid_body/j_d/j_d_n.h"
 
+#include "engine/rigid_body/j_d/cayley_n.h"
 #include "engine/rigid_body/j_d/deviation_n.h"
 
 namespace stiefel {
 
+template class CayleyN<double>;
+template class CayleyN<float>;
 template class DeviationSweeps<double>;
 template class DeviationN<double>;
 template class DeviationSweeps<float>;

@@ -3,11 +3,15 @@
 Pauses between attempts end when the channel connects. While a pause watches the channel, gRPC polls it in a thread that
 ends 0.2 s after the pause. An interpreter that ends before that thread never exits, so the exit waits for it, also where
 the client is gone already.
+
+A fork of the process closes the channels before and opens them when they are next used, in the parent and in the child:
+with an open channel `os.fork` of gRPC 1.51 may never return, and a channel of the parent is of no use to a child.
 """
 from __future__ import annotations
 
 import atexit
 import os
+import re
 import threading
 import time
 import weakref
@@ -18,7 +22,7 @@ import grpc
 from stiefel._wire.failures import from_rpc_error
 from stiefel._wire.replies import require
 from stiefel._wire.retries import Deadline, Pauses
-from stiefel.errors import Closed, CorruptReply, DeadlineExceeded, StiefelError, Unimplemented
+from stiefel.errors import Closed, CorruptReply, DeadlineExceeded, StiefelError, Unavailable, Unimplemented
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 from stiefel.version import __version__
 
@@ -28,33 +32,46 @@ Metadata = tuple[tuple[str, str], ...]
 
 _open: "weakref.WeakSet[Connection]" = weakref.WeakSet()
 _watched: "weakref.WeakSet[Any]" = weakref.WeakSet()  #: gRPC's states of the channels that were watched
+_forking = threading.RLock()  #: held while the process forks, and while a channel is opened
 
 
 class Connection:
     """The connection of a channel. It is closed at the latest when the process exits. Thread-safe."""
 
-    def __init__(self, channel: grpc.Channel, address: str = "", timeout: Optional[float] = None, any_build: bool = False,
-                 tls: Optional[bool] = None):
-        """`timeout`: seconds of calls that do not get their own. `any_build`: whether sessions may go on at a server of
-        another build. `tls`: whether the channel has TLS, if that is known."""
+    def __init__(self, open: Callable[[], grpc.Channel], address: str = "", timeout: Optional[float] = None,
+                 any_build: bool = False, tls: Optional[bool] = None, reopens: bool = True):
+        """`open` returns the channel. `timeout`: seconds of calls that do not get their own. `any_build`: whether sessions
+        may go on at a server of another build. `tls`: whether the channel has TLS, if that is known. `reopens`: whether
+        `open` returns a new channel each time, so that a fork may close it."""
         self.address, self.timeout, self.any_build = address, timeout, any_build
-        self._tls = tls
-        self._channel = channel
-        self._stub = SimulationServiceStub(channel)  # type: ignore[no-untyped-call]
-        # Only this private attribute of gRPC tells whether the thread runs; without it there is no such thread.
-        self._state = getattr(channel, "_connectivity_state", None)
-        self._rest = getattr(channel, "rest", None)  # that of a channel of `stiefel.aio`, whose event loop goes on
+        self._tls, self._open_channel = tls, open
+        self._opened: Optional[_Opened] = None
+        self.closed = False
+        # A channel of `stiefel.aio` has a pause of its own, in which the event loop goes on.
+        self._rest = getattr(self.channel, "rest", None)
+        self._reopens = reopens and self._rest is None
         self._changed = threading.Condition()
         self._resting: set[threading.Event] = set()
-        self.closed = False
         _open.add(self)
+
+    def _now(self) -> _Opened:
+        """The channel, opened if a fork has closed it. Raises `Closed` after `close`."""
+        opened = self._opened
+        if opened is None:
+            with _forking:
+                if self.closed:
+                    raise self._closed_error()
+                opened = self._opened = self._opened or _Opened(self._open_channel())
+        return opened
+
+    @property
+    def channel(self) -> grpc.Channel:
+        return self._now().channel
 
     @property
     def stub(self) -> SimulationServiceStub:
         """The gRPC stub of the service. Raises `Closed` after `close`."""
-        if self.closed:
-            raise self._closed_error()
-        return self._stub
+        return self._now().stub
 
     def deadline(self, timeout: Optional[float]) -> Deadline:
         return Deadline(self.timeout if timeout is None else timeout)
@@ -101,6 +118,8 @@ class Connection:
         """Returns this package's exception for one of gRPC's."""
         if self.closed:  # gRPC reports a closed channel with ValueError or CANCELLED
             return self._closed_error()
+        if _OF_CLOSED.search(str(failure) if isinstance(failure, ValueError) else getattr(failure, "details", str)() or ""):
+            return Unavailable("the process forked, which closed the channel")
         if not isinstance(failure, grpc.RpcError):
             raise failure
         error = from_rpc_error(failure, self._tls)
@@ -129,15 +148,16 @@ class Connection:
         if self._rest is not None:
             self._rest(seconds)
             return
+        opened = self._opened
         with self._changed:
-            if self.closed:
+            if opened is None or opened is not self._opened:
                 return
             self._resting.add(over)
-            if self._state is not None:
-                _watched.add(self._state)
-        self._channel.subscribe(watch, try_to_connect=True)
+            if opened.state is not None:
+                _watched.add(opened.state)
+        opened.channel.subscribe(watch, try_to_connect=True)
         over.wait(seconds)
-        self._channel.unsubscribe(watch)
+        opened.channel.unsubscribe(watch)
         with self._changed:
             self._resting.discard(over)
             self._changed.notify_all()
@@ -147,15 +167,47 @@ class Connection:
         (self._rest or threading.Event().wait)(seconds)
 
     def close(self) -> None:
-        """Ends every `rest` and every call, and closes the channel when gRPC's thread that watches it has ended. On a
-        closed channel that thread would print a ValueError to stderr."""
+        """Ends every `rest` and every call, and closes the channel."""
+        self.closed = True
+        self._close_channel()
+
+    def before_fork(self) -> None:
+        """Closes the channel, if it can be opened again."""
+        if self._reopens:
+            self._close_channel()
+
+    def after_fork(self) -> None:
+        """In the child: another thread of the parent may have held the lock. A channel that is open is the parent's."""
+        self._changed, self._resting = threading.Condition(), set()
+        if self._opened is not None:
+            _open.discard(self)
+
+    def _close_channel(self) -> None:
+        """Closes the channel when gRPC's thread that watches it has ended: on a closed channel that thread would print a
+        ValueError to stderr."""
+        with _forking:
+            opened, self._opened = self._opened, None
         with self._changed:
-            self.closed = True
             for over in self._resting:
                 over.set()
             self._changed.wait_for(lambda: not self._resting, PATIENCE)
-        _wait_until(lambda: not _is_watched(self._state))
-        self._channel.close()
+        if opened is not None:
+            _wait_until(lambda: not _is_watched(opened.state))
+            opened.channel.close()
+
+
+class _Opened:
+    """A channel while it is open."""
+
+    def __init__(self, channel: grpc.Channel):
+        self.channel = channel
+        self.stub = SimulationServiceStub(channel)  # type: ignore[no-untyped-call]
+        # Only this private attribute of gRPC tells whether the thread runs; without it there is no such thread.
+        self.state = getattr(channel, "_connectivity_state", None)
+
+
+#: What gRPC says of calls on a channel that was closed before or meanwhile.
+_OF_CLOSED = re.compile("(?i)closed channel|channel closed|channel is closed")
 
 
 def _takes(failure: Any) -> str:
@@ -185,12 +237,20 @@ def _exit() -> None:
     _wait_until(lambda: not any(map(_is_watched, list(_watched))))
 
 
+def _before_fork() -> None:
+    _forking.acquire()
+    for connection in list(_open):
+        connection.before_fork()
+
+
 def _forked() -> None:
-    """Leaves the channels to the parent, whose threads the child does not have."""
-    _open.clear()
+    """In the child: gRPC's threads are the parent's."""
     _watched.clear()
+    for connection in list(_open):
+        connection.after_fork()
+    _forking.release()
 
 
 atexit.register(_exit)
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forked)
+    os.register_at_fork(before=_before_fork, after_in_parent=_forking.release, after_in_child=_forked)

@@ -1,0 +1,116 @@
+// The calls that need no session.
+#include <google/protobuf/util/time_util.h>
+
+#include "server/calls/service.h"
+#include "server/calls/sliced_stream.h"
+#include "server/convert/answers.h"
+#include "server/convert/convert.h"
+#include "server/convert/errors.h"
+#include "server/convert/memory_price.h"
+#include "server/convert/resolve.h"
+#include "server/convert/work_price.h"
+#include "server/scheduling/memory_limit.h"
+
+namespace stiefel::server {
+namespace {
+
+v1::DescribeResponse description(const Host& host) {
+  v1::DescribeResponse response;
+  describe_engine(&response);
+  response.set_version(STIEFEL_VERSION);
+  response.set_durable(host.registry.durable());
+  auto* limits = response.mutable_limits();
+  limits->set_max_sessions(host.registry.max_sessions());
+  limits->set_max_message_bytes(largest_message(host.memory_limit));
+  limits->set_memory_bytes(host.memory_limit);
+  *limits->mutable_idle_timeout() = google::protobuf::util::TimeUtil::MillisecondsToDuration(
+      host.registry.idle_timeout().count());
+  return response;
+}
+
+}  // namespace
+
+Service::Service(Host& host) : host_(host) { serialize(description(host), description_); }
+
+Service::Unary Service::Describe(Context&, CallLog&, const v1::DescribeRequest&,
+                                 grpc::ByteBuffer* response) {
+  *response = description_;
+  return grpc::Status::OK;
+}
+
+Service::Writing<v1::ConvertResponse> Service::Convert(Context&, CallLog& log,
+                                                       const v1::ConvertRequest& request) {
+  const auto memory = std::make_shared<const MemoryLease>(
+      log.account().memory(),
+      memory_price({held_by(request), conversion_workspace(request.scene())}));
+  const auto answer = std::make_shared<ConversionAnswer>(request, memory->bytes());
+  const double work = conversion_work(request);
+  const JobKind kind =
+      wants_choice(request.scene()) ? JobKind::unsliced : kind_of_piece(work);
+  return message_a_slice<v1::ConvertResponse>(
+      host_, std::move(log), kind, work,
+      [memory, answer](const std::stop_token&,
+                       v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
+        if (const auto status = answer->next(response); !status.ok())
+          return std::unexpected(status);
+        return answer->done();
+      });
+}
+
+Service::Writing<v1::ConnectResponse> Service::Connect(Context&, CallLog& log,
+                                                       const v1::ConnectRequest& request) {
+  const std::uint64_t workspace = connect_workspace(request);
+  const std::size_t at_once = searches_at_once(request, workspace);
+  const auto memory = std::make_shared<const MemoryLease>(
+      log.account().memory(), memory_price({held_by(request), at_once * workspace}));
+  const auto answer = std::make_shared<std::optional<ConnectAnswer>>();
+  return message_a_slice<v1::ConnectResponse>(
+      host_, std::move(log), JobKind::unsliced, connect_work(request),
+      [memory, answer, at_once, &request](const std::stop_token& stop, v1::ConnectResponse& response)
+          -> std::expected<bool, grpc::Status> {
+        if (!*answer) {
+          auto task = read(request);
+          if (!task) return std::unexpected(task.error());
+          answer->emplace(*std::move(task), memory->bytes(), at_once);
+        }
+        if (const auto status = (*answer)->next(stop, response); !status.ok())
+          return std::unexpected(status);
+        return (*answer)->done();
+      });
+}
+
+Service::Writing<v1::ConjugatePointsResponse> Service::ConjugatePoints(
+    Context&, CallLog& log, const v1::ConjugatePointsRequest& request) {
+  const auto memory = std::make_shared<const MemoryLease>(
+      log.account().memory(),
+      memory_price({held_by(request), ConjugateAnswer::workspace(request)}));
+  const auto answer = std::make_shared<ConjugateAnswer>(request, memory->bytes());
+  return message_a_slice<v1::ConjugatePointsResponse>(
+      host_, std::move(log), JobKind::unsliced, ConjugateAnswer::work(),
+      [memory, answer](const std::stop_token& stop,
+                       v1::ConjugatePointsResponse& response) -> std::expected<bool, grpc::Status> {
+        if (const auto status = answer->next(stop, response); !status.ok())
+          return std::unexpected(status);
+        return answer->done();
+      });
+}
+
+Service::Writing<v1::MeasureTradeoffResponse> Service::MeasureTradeoff(
+    Context&, CallLog& log, const v1::MeasureTradeoffRequest& request) {
+  const auto memory = std::make_shared<const MemoryLease>(
+      log.account().memory(),
+      memory_price({held_by(request), tradeoff_workspace(request.scene())}));
+  const auto answer = std::make_shared<TradeoffAnswer>(request, memory->bytes());
+  return message_a_slice<v1::MeasureTradeoffResponse>(
+      host_, std::move(log), JobKind::unsliced, tradeoff_work(request),
+      [memory, answer](const std::stop_token& stop,
+                       v1::MeasureTradeoffResponse& response) -> std::expected<bool, grpc::Status> {
+        const auto status = answer->next(stop, response);
+        // A measurement that a stop interrupted is not valid.
+        if (stop.stop_requested()) return std::unexpected(errors::shutting_down());
+        if (!status.ok()) return std::unexpected(status);
+        return answer->done();
+      });
+}
+
+}  // namespace stiefel::server
