@@ -316,3 +316,7 @@ class Drive:
 
     def __repr__(self) -> str:
         return repr(self._blocking).replace("stiefel.", "stiefel.aio.", 1)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

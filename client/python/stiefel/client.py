@@ -304,3 +304,7 @@ def _metric(name: str) -> int:
     if name not in known:
         raise refused("metric", f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}")
     return known[name]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -198,3 +198,7 @@ class NotStarted(Unavailable, RuntimeError):
 
     status: Optional[int] = None  #: the server's exit status, negative for a signal; None if it had to be killed
     stderr: str = ""  #: the end of the server's output to stderr
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -274,3 +274,7 @@ class SpecialOrthogonal(_Manifold):
 def _chunks(pairs: list[tuple[Array, Array]]) -> Iterator[list[tuple[Array, Array]]]:
     for first in range(0, len(pairs), MOST_PAIRS):
         yield pairs[first:first + MOST_PAIRS]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -31,6 +31,7 @@ __all__ = ["Batch", "Catalogue", "Choice", "ConjugatePoint", "ConjugatePoints", 
 
 
 B = TypeVar("B", bound="Batch")
+T = TypeVar("T", bound="Trajectory")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,7 +53,7 @@ class State(Ended, Fields):
 
     def as_rotation(self) -> Any:
         """Returns the attitude as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
-        return attitude.rotation(self.fields)
+        return attitude.rotation(self.fields, self._system)
 
     def __repr__(self) -> str:
         return f"<stiefel.State {self.outcome} at step {self.step}, time {self.time!r}: {self._shapes()}>"
@@ -103,11 +104,12 @@ class Batch(Logged, Named):
 
     def _part(self: B, samples: slice) -> B:
         return replace(self, step=self.step[samples], time=self.time[samples],
-                       fields={name: values[samples] for name, values in self.fields.items()})
+                       fields={name: values[samples] for name, values in self.fields.items()})._of(self._system)
 
     def _state(self, sample: int) -> State:
         return State(int(self.step[sample]), float(self.time[sample]),
-                     {name: values[sample] for name, values in self.fields.items()}, self._status_at(sample))
+                     {name: values[sample] for name, values in self.fields.items()},
+                     self._status_at(sample))._of(self._system)
 
     def _status_at(self, sample: int) -> RunStatus:
         return RunStatus(Outcome.REACHED)
@@ -160,6 +162,13 @@ class Trajectory(Drawn, Ended, Batch):
         known = {name: kind_of(name).unit for name in self.fields} if in_si else {}
         return {"time": "s", **{name: unit for name, unit in known.items() if unit is not None}}
 
+    @property
+    def _system(self) -> str:  # type: ignore[override]
+        return "" if self.origin is None else self.origin.scene.system
+
+    def _of(self: T, system: str) -> T:
+        return self  # its scene tells it
+
     def _known_origin(self) -> Origin:
         if self.origin is None:
             raise ValueError("the trajectory does not know its scene: it was made without one")
@@ -195,12 +204,12 @@ class Trajectory(Drawn, Ended, Batch):
 
     def as_rotation(self) -> Any:
         """Returns the attitudes as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
-        return attitude.rotation(self.fields)
+        return attitude.rotation(self.fields, self._system)
 
     def euler_angles(self, sequence: str, degrees: bool = False) -> Array:
         """Returns Euler angles (samples, 3) of the attitude, body to space. `sequence`: upper case, such as "ZXZ", for axes
         that turn with the body, Q = Rz(a) Rx(b) Rz(c); lower case for fixed axes. Needs `quaternion` or Q."""
-        return attitude.euler_angles(self.fields, sequence, degrees)
+        return attitude.euler_angles(self.fields, sequence, degrees, self._system)
 
     def to_aem(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
         """Writes an Attitude Ephemeris Message of CCSDS. Options: `epoch`, the instant of time 0 if the scene has
@@ -481,3 +490,7 @@ class Summary(Ended, ByValue, Mapping[str, "dict[str, Array]"]):
     def __repr__(self) -> str:
         what = ", ".join(f"{name} {'/'.join(statistics)}" for name, statistics in self.quantities.items())
         return f"<stiefel.Summary {self.outcome}: {what or 'nothing'}>"
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -25,6 +25,8 @@ from stiefel._given.velocities import MOMENTA, with_momenta
 from stiefel._wire.arrays import decode, matrix, put_block, to_array
 from stiefel.errors import InvalidArgument, Violation
 
+__all__ = ["SceneLike", "to_dict", "to_message"]
+
 #: The fields of a body of which a field or a form takes the place.
 _INSTEAD = {"moments": ("inertia_tensor",), "inertia_tensor": ("moments",), "mrp": ("attitude",),
             "angular_momentum": ("angular_velocity",)}
@@ -301,3 +303,7 @@ def _in_json(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
     return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -85,16 +85,16 @@ class Session(Held):
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
         Layout(fields, axes=(2, 3)).check(arrays)
-        return answers.state(reply, named(arrays))
+        return answers.state(reply, named(arrays))._of(self.message.system)
 
     def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
                        timeout: Optional[float] = None) -> State:
         """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
-        last = list(samples)[-1]
+        last = list(samples)[-1]._of(self.message.system)
         return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
-                     samples.checkpoint if checkpoint else b"", samples.price)
+                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._system)
 
     def drive(self, fields: Optional[Fields] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
@@ -193,7 +193,8 @@ class Session(Held):
         ends the iteration; `trajectory` tells why. `timeout`: seconds for the whole iteration including resumptions,
         pauses and the caller's own time, after which DeadlineExceeded is raised.
         """
-        yield from self._samples(*self._range(to, start, every, time), names("fields", fields), timeout)
+        for batch in self._samples(*self._range(to, start, every, time), names("fields", fields), timeout):
+            yield batch._of(self.message.system)
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
                    fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
@@ -391,3 +392,7 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
     for text in session.warnings:
         warn_of_scene(text)
     return Session(connection, session, reply.created, scene, owner=True, checkpoint=checkpoint, epoch=epoch)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
