@@ -38,7 +38,7 @@ def to_message(scene: SceneLike) -> pb.Scene:
     """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
-    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix or a Solid. In an
+    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix, a Solid or a list of solids. In an
     ensemble, blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`,
     Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. In `body`, `attitude`
     may be a rotation matrix, a Rotation of scipy or a quaternion in the `order` "xyzw", or `mrp` may stand instead, and
@@ -93,7 +93,7 @@ def _message(description: dict[str, Any], normalize: bool) -> pb.Scene:
         raise refused("scene.body", "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
                       "{**stiefel.body(...), ...}")
     if isinstance(body, Mapping) and has_forms(body):
-        description["body"] = with_fields(_by_name(body, pb.Body), "scene.body.", normalize)
+        description["body"] = with_fields(_by_name(body, pb.Body), "scene.body.", normalize, ensemble.members)
     for name, kind in (("body", pb.Body), ("method", pb.Method)):
         if isinstance(description.get(name), Mapping):
             description[name] = _with_numbers(f"{name}.", _by_name(description[name], kind), ensemble)
@@ -134,7 +134,7 @@ def _change_body(body: pb.Body, given: Mapping[str, Any], ensemble: Ensemble, no
         gone = {other for name in fields for other in _INSTEAD.get(name, ())}
         kept = {name: values if values.size == count_of(f"body.{name}") else values.reshape(ensemble.members, -1)
                 for name, values in before.items() if name not in gone}
-        written = with_fields({**kept, **fields}, "body.", normalize)
+        written = with_fields({**kept, **fields}, "body.", normalize, ensemble.members)
         changed = {*fields, *(other for name in FORMS if name in fields for other in _INSTEAD.get(name, ()))}
         fields = {name: value for name, value in written.items() if name in changed}
     message = pb.Body()

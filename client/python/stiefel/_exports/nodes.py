@@ -71,7 +71,7 @@ def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
     order = order[np.r_[True, np.diff(run.time[order]) > 0]] if len(order) else order
     q = quaternions(run.fields, run._system)
     if q.ndim != 2:
-        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: an export takes one motion")
+        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: an export takes one motion, such as that of run.member(0)")
     q = q[order]
     if not len(q):
         raise ValueError("the trajectory has no samples")

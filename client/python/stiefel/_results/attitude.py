@@ -54,7 +54,7 @@ def rotation(fields: Mapping[str, Array], system: str) -> Any:
     transform = imported("scipy.spatial.transform", "scipy")
     q = quaternions(fields, system)
     if q.ndim > 2:
-        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: a Rotation takes those of one member")
+        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: a Rotation takes those of one member, such as run.member(0)")
     return transform.Rotation.from_quat(np.roll(q, -1, axis=-1))
 
 
