@@ -126,7 +126,7 @@ int check(const Options& options) {
 }
 
 int health_check(const HealthCheck& question) {
-  const std::string address = question.address.substr(0, question.address.find(','));
+  const std::string& address = question.address;
   if (const std::string fault = address_error(address); !fault.empty()) {
     std::cerr << "--address: " << fault << '\n';
     return 1;

@@ -19,8 +19,8 @@ int check(const Options& options);
 
 /// What `stiefel-server healthcheck` asks, and how it connects.
 struct HealthCheck {
-  std::string address = "127.0.0.1:50551";  ///< of a list separated by commas, the first one
-  std::string service = {};                 ///< full name; empty: the whole server
+  std::string address = {};
+  std::string service = {};  ///< full name; empty: the whole server
   std::string ca = {};  ///< file of the authorities of the server's certificate; may be empty
   TlsFiles tls = {};    ///< the server's own, shown where clients need a certificate
 };

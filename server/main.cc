@@ -126,8 +126,8 @@ int main(int argc, char** argv) {
   HealthCheck question;
   auto* healthcheck = app.add_subcommand(
       "healthcheck", "Asks a running server for its health: exit status 0 if it serves, else 1");
-  healthcheck->add_option("--address", question.address, "Address of the server")
-      ->envname("STIEFEL_LISTEN");
+  healthcheck->add_option("--address", question.address,
+                          "Address of the server; by default the first one of --listen");
   healthcheck->add_option("--service", question.service,
                           "Full name of a service; empty: the whole server");
   healthcheck
@@ -156,6 +156,7 @@ int main(int argc, char** argv) {
   }
 
   if (*healthcheck) {
+    if (question.address.empty()) question.address = flags.options.listen.front();
     question.tls = flags.options.access.tls;
     return health_check(question);
   }

@@ -1,12 +1,12 @@
 #include <algorithm>
-#include <cstring>
 #include <iostream>
 #include <vector>
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
-#include "client/cli/input/scene_source.h"
 #include "client/cli/input/message_file.h"
+#include "client/cli/input/nested_numbers.h"
+#include "client/cli/input/scene_source.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/status_line.h"
 #include "client/cli/report.h"
@@ -38,19 +38,12 @@ v1::ConnectRequest read_request(const std::string& file, bool& single_pair) {
   return request;
 }
 
-/// Returns a real array of two axes as a Matrix in JSON.
-nlohmann::ordered_json rows_of(const v1::Tensor& tensor) {
-  std::vector<double> values(tensor.data().size() / sizeof(double));
-  std::memcpy(values.data(), tensor.data().data(), values.size() * sizeof(double));
-  return {{"rows", tensor.shape(0)}, {"cols", tensor.shape(1)}, {"values", values}};
-}
-
 nlohmann::ordered_json geodesic_json(const v1::ConnectResponse& geodesic) {
   nlohmann::ordered_json out = {{"outcome", to_string(geodesic.run_status().outcome())}};
   if (geodesic.run_status().outcome() == v1::OUTCOME_REACHED) {
     const auto scene = to_json(geodesic.scene());
     if (geodesic.has_scene()) out["initial"] = scene["initial"];
-    if (geodesic.has_velocity()) out["velocity"] = rows_of(geodesic.velocity().value());
+    if (geodesic.has_velocity()) out["velocity"] = as_lists(geodesic.velocity().value());
     out["energy"] = geodesic.energy();
     out["residual"] = geodesic.residual();
     out["shortest"] = answer(geodesic.shortest());

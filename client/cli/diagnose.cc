@@ -1,7 +1,3 @@
-#include <unistd.h>
-
-#include <iostream>
-
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/interrupt.h"
@@ -47,12 +43,8 @@ ExitStatus diagnose(const DiagnoseCommand& command, Origin& origin) {
       throw;
     }
   }
-  if (command.json || !isatty(STDOUT_FILENO)) {
-    std::cout << report(diagnosis.run_status(), diagnosis, session.choice()).dump(2) << '\n';
-    show_summary(diagnosis);
-  } else {
-    print_diagnosis(diagnosis);
-  }
+  print_report(report(diagnosis.run_status(), diagnosis, session.choice()), diagnosis,
+               command.json);
   return conclude(diagnosis.run_status(), diagnosis.step());
 }
 

@@ -24,13 +24,6 @@ struct LinearizeCommand {
   std::string output;
 };
 
-nlohmann::ordered_json as_lists(const v1::Tensor& tensor) {
-  nlohmann::ordered_json values = nlohmann::ordered_json::array();
-  for (const double x : client::values(tensor)) values.push_back(x);
-  const std::vector<std::size_t> shape(tensor.shape().begin(), tensor.shape().end());
-  return nested_matrix({{"values", std::move(values)}}, shape);
-}
-
 v1::LinearizeRequest request_of(const LinearizeCommand& command) {
   v1::LinearizeRequest request;
   if (!command.request.empty()) {

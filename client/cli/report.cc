@@ -69,7 +69,12 @@ nlohmann::ordered_json ending(const v1::RunStatus& run_status,
   return end;
 }
 
-void print_diagnosis(const v1::DiagnoseResponse& diagnosis) {
+void print_report(const nlohmann::ordered_json& report, const v1::DiagnoseResponse& diagnosis,
+                  bool json) {
+  if (json || !isatty(STDOUT_FILENO)) {
+    std::cout << report.dump(2) << '\n';
+    return show_summary(diagnosis);
+  }
   std::cout << to_string(diagnosis.run_status().outcome()) << " at step " << diagnosis.step()
             << ", time " << stiefel::to_text(diagnosis.time()) << '\n';
   Rows rows = {{"invariant", "value", "drift", "kept"}};

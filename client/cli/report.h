@@ -23,8 +23,10 @@ nlohmann::ordered_json ending(const v1::RunStatus& run_status);
 /// Adds "estimated_error" if it was estimated, in the names of stiefel.v1.EstimatedError.
 nlohmann::ordered_json ending(const v1::RunStatus& run_status,
                               const v1::DiagnoseResponse& diagnosis);
-/// Prints to stdout the outcome, a line for each invariant, and the estimated error.
-void print_diagnosis(const v1::DiagnoseResponse& diagnosis);
+/// Prints a report to stdout as JSON and its summary to stderr or, where stdout is a terminal and
+/// `json` is not set, the diagnosis as a table: a line for each invariant, and the summary.
+void print_report(const nlohmann::ordered_json& report, const v1::DiagnoseResponse& diagnosis,
+                  bool json = false);
 
 /// Returns one sentence with the worst drift and the estimated error, two measures that do not
 /// bound each other: "invariants kept to 2.1e-16; estimated error at t = 6000: attitude 1.6e-02

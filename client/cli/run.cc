@@ -99,11 +99,11 @@ ExitStatus run(const RunCommand& command, const v1::Scene& scene, Origin& origin
   sink->finish(result, ending(*stream.run_status(), diagnosis));
   // Only JSON files hold outcome and diagnosis; for the other formats they go to stdout.
   if (command.quiet) return conclude(*stream.run_status(), diagnosis.step());
-  if (!command.output.empty() && !command.output.ends_with(".json")) {
-    std::cout << result.dump(2) << '\n';
-  }
   show_count(command, to, samples);
-  show_summary(diagnosis);
+  if (command.output.empty() || command.output.ends_with(".json"))
+    show_summary(diagnosis);
+  else
+    print_report(result, diagnosis);
   return conclude(*stream.run_status(), diagnosis.step());
 }
 
@@ -135,7 +135,8 @@ void add_run(CLI::App& all, Command& chosen) {
       ->type_name("Q,M,...");
   app->add_option("--output", command->output,
                   "a .json, .csv or .npz file; by default JSON on stdout. JSON contains outcome "
-                  "and diagnosis; with .csv and .npz the command prints them on stdout")
+                  "and diagnosis; with .csv and .npz the command prints them on stdout, on a terminal as "
+                  "a table")
       ->type_name("FILE");
   for (const char* option : {"--from", "--every"}) app->get_option("--times")->excludes(option);
   add_error(app, command->estimate_error);

@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
-#include <iostream>
 #include <ranges>
 
 #include "client/cli/endpoint.h"
@@ -163,9 +162,10 @@ ExitStatus run_at_times(const RunCommand& command, const v1::Scene& scene,
   const auto result = report(status, diagnosis, session.choice());
   sink->finish(result, ending(status, diagnosis));
   if (command.quiet) return conclude(status, diagnosis.step());
-  if (!command.output.empty() && !command.output.ends_with(".json"))
-    std::cout << result.dump(2) << '\n';
-  show_summary(diagnosis);
+  if (command.output.empty() || command.output.ends_with(".json"))
+    show_summary(diagnosis);
+  else
+    print_report(result, diagnosis);
   return conclude(status, diagnosis.step());
 }
 

@@ -1,15 +1,18 @@
 #include <algorithm>
 #include <cctype>
+#include <functional>
+#include <numeric>
 #include <optional>
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/input/message_file.h"
+#include "client/cli/input/nested_numbers.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
+#include "client/cli/sinks/description.h"
 #include "client/cli/sinks/destination.h"
-#include "stiefel/client/samples.h"
 
 namespace stiefel::cli {
 namespace {
@@ -76,28 +79,13 @@ v1::SummarizeRequest request_of(const SummarizeCommand& command) {
   return request;
 }
 
-nlohmann::ordered_json numbers(const v1::Tensor& tensor, std::size_t first, std::size_t count) {
-  nlohmann::ordered_json out = nlohmann::ordered_json::array();
-  if (tensor.data_type() == v1::DATA_TYPE_INT64) {
-    const auto* all = reinterpret_cast<const std::int64_t*>(tensor.data().data());
-    for (std::size_t i = first; i < first + count; ++i) out.push_back(all[i]);
-  } else if (tensor.data_type() == v1::DATA_TYPE_FLOAT32) {
-    for (const float x : client::floats(tensor).subspan(first, count)) out.push_back(x);
-  } else {
-    for (const double x : client::values(tensor).subspan(first, count)) out.push_back(x);
-  }
-  return out;
-}
-
-std::size_t count_of(const v1::Tensor& tensor) {
-  return tensor.data().size() / (tensor.data_type() == v1::DATA_TYPE_FLOAT32 ? 4 : 8);
-}
-
-/// Returns {"shape", "values"}. The values of a complex array are pairs; NaN becomes null.
-nlohmann::ordered_json to_json(const v1::Tensor& tensor) {
-  nlohmann::ordered_json shape = nlohmann::ordered_json::array();
-  for (const auto extent : tensor.shape()) shape.push_back(extent);
-  return {{"shape", shape}, {"values", numbers(tensor, 0, count_of(tensor))}};
+/// Returns a statistic "QUANTITY.NAME" as nested lists; a number of a single motion is a number.
+nlohmann::ordered_json statistic(const v1::Field& field) {
+  const std::size_t dot = field.name().rfind('.');
+  const std::string name = field.name().substr(dot + 1);
+  const auto& shape = field.value().shape();
+  return as_lists(field.value(), named_shape(field.name().substr(0, dot), {shape.begin(), shape.end()},
+                                             name == "quantiles" || name == "histogram"));
 }
 
 void append_events(const v1::EventBatch& batch, nlohmann::ordered_json& events) {
@@ -108,19 +96,19 @@ void append_events(const v1::EventBatch& batch, nlohmann::ordered_json& events) 
                                     {"time", batch.times(i)}};
     if (batch.members_size() > 0) event["member"] = batch.members(i);
     for (const auto& field : batch.fields()) {
+      const auto shape = sample_shape(field);
       const std::size_t each =
-          count_of(field.value()) / static_cast<std::size_t>(batch.steps_size());
+          std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies{});
       event["fields"][field.name()] =
-          numbers(field.value(), each * static_cast<std::size_t>(i), each);
+          as_lists(field.value(), shape, each * static_cast<std::size_t>(i));
     }
     events.push_back(std::move(event));
   }
 }
 
 nlohmann::ordered_json outcomes(const v1::Tensor& tensor) {
-  nlohmann::ordered_json out = nlohmann::ordered_json::array();
-  for (const auto& outcome : numbers(tensor, 0, count_of(tensor)))
-    out.push_back(to_string(static_cast<v1::Outcome>(outcome.get<int>())));
+  nlohmann::ordered_json out = as_lists(tensor);
+  for (auto& outcome : out) outcome = to_string(static_cast<v1::Outcome>(outcome.get<int>()));
   return out;
 }
 
@@ -131,12 +119,11 @@ nlohmann::ordered_json to_json(const v1::SummarizeResponse& end, nlohmann::order
   for (const auto& field : end.statistics()) {
     const bool of_quantity = field.name().find('.') != std::string::npos;
     if (of_quantity)
-      statistics[field.name()] = to_json(field.value());
+      statistics[field.name()] = statistic(field);
     else if (field.name() == "outcome" && ensemble)
       out["outcomes"] = outcomes(field.value());
     else if (field.name() != "outcome")
-      out[field.name()] = ensemble ? numbers(field.value(), 0, count_of(field.value()))
-                                   : numbers(field.value(), 0, 1).front();
+      out[field.name()] = as_lists(field.value());
   }
   if (!events.is_null()) out["events"] = std::move(events);
   return out;

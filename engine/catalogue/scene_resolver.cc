@@ -18,7 +18,7 @@ constexpr double most_steps = 0x1p53;
 void SceneResolver::check() {
   const std::string& name = draft_.given().system;
   if (const SystemEntry* entry = system_entry(name); entry == nullptr) {
-    draft_.refuse("system", '"' + name + '"',
+    draft_.refuse("system", name.empty() ? "absent" : '"' + name + '"',
                   "must be one of " + listed(catalogue().systems, &SystemInfo::name) +
                       did_you_mean(name, catalogue().systems, &SystemInfo::name));
   } else {

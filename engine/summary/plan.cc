@@ -169,10 +169,6 @@ class Check {
   void times() {
     const auto& given = plan_.what.times;
     if (given.empty()) return;
-    if (plan_.discrete)
-      return refuse("times", std::to_string(given.size()),
-                    "must be absent: " + scene_.system() +
-                        " is a discrete system, whose states are at its steps only");
     std::size_t together = 0;
     for (std::size_t i = 0; i < given.size(); ++i) {
       if (!time(i, given[i])) return;
@@ -200,6 +196,12 @@ class Check {
     }
     const auto before = static_cast<std::int64_t>(std::floor(steps));
     const auto fraction = static_cast<double>(steps - static_cast<long double>(before));
+    if (plan_.discrete && fraction > 0) {
+      refuse(at("times", i), to_text(t),
+             "must be a whole number of steps of " + to_text(scene_.step()) + ": " +
+                 scene_.system() + " is a discrete system, whose states are at its steps only");
+      return false;
+    }
     plan_.times.push_back({before, before + (fraction > 0), fraction});
     const auto position = [&](std::size_t k) {
       return std::pair(plan_.times[k].before, plan_.times[k].fraction);

@@ -24,7 +24,7 @@ import prices
 import report
 import sweeps
 import weights
-from peers import contest, environment, picture
+from peers import contest, environment
 from server import Process, bare_echo, stiefel_server, what_closes
 
 COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
@@ -127,6 +127,9 @@ def main() -> None:
     name = "peers" if arguments.peers else "bench"
     folder = report.write(found, build, name, contest=curves, appendix=contest.table(curves))
     report.tell(found, folder, name)
+    sys.path.insert(0, str(build / "python"))
+    from peers import picture  # imported here because it takes the styles of curves from the package of this build
+
     picture.draw(curves, report.circumstances(build), folder / "work_precision.png")
 
 

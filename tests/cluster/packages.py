@@ -20,7 +20,7 @@ TESTS = Path(__file__).resolve().parents[1] / "python"
 NEEDED = ("pytest", "psutil", "pyyaml")  # by the tests alone
 #: The least that pyproject.toml asks for, or the first for this Python.
 OLDEST = ("grpcio==1.51.1", "protobuf==4.21.1", "numpy==1.21.6" if sys.version_info < (3, 11) else "numpy==1.23.2",
-          "scipy<1.10", "matplotlib<3.7", "greenlet<2.1", "xarray<2023", "pandas<2", "zarr<2.14", "numcodecs<0.12")
+          "scipy<1.10", "matplotlib<3.7", "greenlet<2.1", "xarray<2023", "pandas<2", "zarr<2.14", "numcodecs<0.12", "tqdm<4.65")
 
 
 def main(age: str, wheels: Path) -> int:

@@ -12,7 +12,7 @@ BLOCKING = ("test_times_are_the_server_s", "test_no_answer_prints_more_than_thre
             "test_a_checkpoint_goes_on_with_the_same_bytes", "test_a_cancelled_call_ends_soon", "test_a_channel_of_the_callers",
             "test_no_thread_of_grpc_s_is_left_that_watches_a_closed_channel", "test_a_closed_connection_rests_no_more",
             "test_an_unknown_variable_is_warned_of_once", "test_tls_and_token_by_the_environment",
-            "test_a_sweep_ends_at_a_time_too")
+            "test_a_sweep_ends_at_a_time_too", "test_a_warning_is_of_the_line_that_called")
 
 
 def pytest_addoption(parser):

@@ -59,6 +59,29 @@ def test_a_body_of_solids_is_that_of_its_points():
         [5, 4.25, 1.25, 0, 0, 0])
 
 
+def test_solids_of_an_ensemble_are_a_list_for_each_member(client):
+    """A list of as many solids as members could be either, and is refused."""
+    solid = [solids.box(6, (1, 2, 3)), solids.box(6, (3, 2, 1)), solids.point(1, at=(0, 0, 1))]
+    omega = [[0, 0, 1], [0, 1, 0]]
+    expected = [one.inertia_tensor for one in (solid[0], solid[1] + solid[2])]
+    for scene in (stiefel.body(inertia_tensor=[solid[:1], solid[1:]], members=2, angular_velocity=omega, step=0.1),
+                  {"system": "rigid_body", "step": 0.1, "members": 2,
+                   "body": {"inertia_tensor": [solid[0], solid[1:]], "angular_velocity": omega}},
+                  {"system": "rigid_body", "step": 0.1, "members": 2,
+                   "body": {"inertia_tensor": [solid[:1], solid[1:]], "angular_momentum": [I @ w for I, w in zip(expected, omega)]}}):
+        with client.create(scene) as session:
+            tensor = np.reshape(session.scene["body"]["inertia_tensor"], (2, 6))
+            state = session.step(to=0, fields="angular_velocity")
+        assert np.allclose(tensor, [[*np.diag(I), I[0, 1], I[0, 2], I[1, 2]] for I in expected], rtol=1e-15)
+        assert np.allclose(state["angular_velocity"], omega, rtol=0, atol=1e-15)
+    shared = {"inertia_tensor": solid, "members": 2, "angular_velocity": [0, 0, 1]}
+    assert np.shape(stiefel.body(**shared)["body"]["inertia_tensor"]) == (6,), "three solids for two members are one body"
+    for make in (lambda: stiefel.body(**{**shared, "inertia_tensor": solid[:2]}),
+                 lambda: stiefel.to_message({"members": 2, "body": {"inertia_tensor": solid[:2], "angular_velocity": [0, 0, 1]}})):
+        with pytest.raises(stiefel.InvalidArgument, match=r"inertia_tensor: 2 solids for 2 members: must be \[\[solid\], ...\]"):
+            make()
+
+
 class Rotation:
     """As scipy's, which need not be installed: scalar last."""
 
@@ -206,6 +229,8 @@ def test_the_periods_are_those_asked_for(mode, axis, ratio):
     scene = stiefel.tumbling(3600.0, 3600.0 / ratio, mode, moments=[0.61, 0.965, 1], psi=0.0)
     P_phi, P_psi, sense = measured(scene, axis, 4.2 * 3600 / ratio)
     assert P_phi == pytest.approx(3600, rel=1e-6) and P_psi == pytest.approx(3600 / ratio, rel=1e-6)
+    motion = stiefel.simulate(scene, to=1).motion
+    assert (motion.P_phi, motion.P_psi) == pytest.approx((3600, 3600 / ratio), rel=1e-9)
     assert sense == (-1 if mode == "SAM" else 1)
 
 

@@ -1,4 +1,6 @@
 """Manifolds of frames: geodesics against exponentials of whole matrices, parallel transport against its definition."""
+import re
+
 import numpy as np
 import pytest
 
@@ -152,3 +154,13 @@ def test_frames_and_tangents_are_what_they_are_called(manifold):
 def test_what_is_refused(make, said):
     with pytest.raises(ValueError, match=said):
         make()
+
+
+def test_what_is_printed_is_short():
+    S = Stiefel(3, 10, "canonical")
+    assert repr(S) == "<stiefel.manifold.Stiefel of 3 x 10 frames, canonical metric, beta = 0.5>"
+    Q = S.random(seed=1)
+    V = S.random_tangent(np.broadcast_to(Q, (4, 3, 10)), seed=2)
+    shown = repr(S.join(Q, S.exp(Q, 0.5 * V)))
+    assert re.fullmatch(r"<stiefel.manifold.Joined of 4 pairs: distance 0.5 to 0.5, residual at most \S+e-1[5-7]\n  shortest: yes 4>", shown), shown
+    assert "of 0 pairs" in repr(S.join(Q, np.empty((0, 3, 10))))

@@ -363,3 +363,13 @@ def test_a_table_escapes_and_ends(client):
     with client.create({**SCENE, "members": 3}) as session:
         diagnosis = session.diagnose(to=5, estimate_error=True)
     assert "of member" in str(diagnosis) and "of member" in diagnosis._repr_html_()
+
+
+def test_what_has_several_fields_is_no_array(client):
+    """numpy would make an array of objects of it."""
+    with client.create(SCENE) as session:
+        run = session.trajectory(to=2, fields=["Q", "M"])
+        for one in (run, run[0], next(session.stream(to=2, fields=["Q", "M"])), session.step(to=1, fields=["Q", "M"])):
+            with pytest.raises(TypeError, match=r"is several arrays, Q \(.*3, 3\), M \(.*3, 3\): take one of them by its name, \['Q'\]"):
+                np.asarray(one)
+        assert np.asarray(run["Q"]).shape == (3, 3, 3)

@@ -2,6 +2,7 @@
 import ast
 import dataclasses
 import enum
+import importlib
 import inspect
 from pathlib import Path
 
@@ -61,6 +62,16 @@ def test_the_public_modules():
     assert set(stiefel.__all__) < set(dir(stiefel)) and all(hasattr(stiefel, name) for name in dir(stiefel))
     public = {name for name, value in vars(stiefel).items() if not name.startswith("_") and not inspect.ismodule(value)}
     assert public - {"Any", "annotations"} == set(dir(stiefel)) - {"__version__", "solids"}
+
+
+@pytest.mark.parametrize("name", sorted(PUBLIC))
+def test_completion_shows_of_a_module_what_is_public(name):
+    module = importlib.import_module(f"stiefel.{name}")
+    shown = dir(module)
+    assert shown == sorted(module.__all__) and shown and not any(one.startswith("_") for one in shown)
+    assert all(not inspect.ismodule(getattr(module, one)) for one in shown)
+    defined = {one for one, value in vars(module).items() if inspect.isclass(value) and value.__module__ == module.__name__}
+    assert {one for one in defined if not one.startswith("_")} <= set(shown), "a class without an underscore is public"
 
 
 @pytest.mark.parametrize("kind", [getattr(stiefel, name) for name in dir(stiefel) if inspect.isclass(getattr(stiefel, name))],

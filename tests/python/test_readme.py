@@ -27,6 +27,20 @@ def test_the_program_prints_what_is_shown(tmp_path):
     assert result.stdout == block("text") and result.stderr == ""
 
 
+PROGRAMS = {f"{page.stem}-{k}": program for page in sorted((ROOT / "docs").glob("*.md"))
+            for k, program in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
+            if "dask_jobqueue" not in program}  # which needs a cluster
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_program_of_a_page_runs(name, tmp_path):
+    """From an empty folder, without a warning."""
+    assert len(PROGRAMS) >= 9
+    done = subprocess.run([sys.executable, "-W", "error:::stiefel", "-c", PROGRAMS[name]], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    assert done.stdout.strip(), "it prints what it found"
+
+
 START = (ROOT / "docs/start.md").read_text(encoding="utf-8")
 
 

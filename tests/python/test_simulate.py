@@ -47,9 +47,7 @@ def test_without_an_end_it_is_the_horizon_and_about_1000_samples_are_enough():
         stiefel.simulate(TOP)
 
 
-def test_a_warning_is_of_the_line_that_called(client, pytestconfig):
-    if pytestconfig.getoption("--aio"):
-        pytest.skip("the task that awaits is not on the stack of what it awaits")
+def test_a_warning_is_of_the_line_that_called(client):
     thin = {**TOP, "body": {"moments": [1, 2, 4], "angular_velocity": [0.1, 0, 0]}}
     asked = {"servers": [client], "to": 1, "summarize": {"angular_velocity": "last"}}
     for call in (lambda: stiefel.simulate(thin, to=1), lambda: client.create(thin).delete(),
@@ -179,6 +177,92 @@ def test_a_fork_with_other_blocks(client):
         assert np.allclose(there, session.step(time=0.2 + 1.0)["Q"], rtol=0, atol=1e-9)
         with pytest.raises(stiefel.InvalidArgument, match="initial.T: unknown block; the blocks are Q, S"):
             session.fork(at=4, initial={"T": state["S"]})
+
+
+Q = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0.0]])  # body axes x, y, z are z, -x, -y of space
+
+
+@pytest.mark.parametrize("given, omega, attitude", [
+    ({"angular_velocity": [1, 2, 3], "frame": "space", "attitude": Q}, [3, -1, -2], Q),
+    ({"angular_momentum": [2, 4, 3]}, [1, 2, 3], None),
+    ({"angular_momentum": [0, 0, 3.0], "moments": [3, 4, 6]}, [0, 0, 0.5], None),
+    ({"angular_velocity": [0, 0, 1], "inertia_tensor": np.diag([4, 5, 6.0])}, [0, 0, 1], None),
+    ({"attitude": [0.5005, 0.5005, -0.5005, -0.5005], "order": "xyzw", "normalize": True}, None,
+     [[0, 0, -1], [1, 0, 0], [0, -1, 0]]),
+    ({"mrp": [0, 0, np.tan(np.pi / 8)]}, None, [[0, -1, 0], [1, 0, 0], [0, 0, 1]]),
+], ids=["space", "momentum", "moments", "tensor", "xyzw", "mrp"])
+def test_a_fork_takes_a_body_in_every_form(client, given, omega, attitude):
+    """What is not given is that of the state at the fork, in space axes too."""
+    given = dict(given)
+    normalize = given.pop("normalize", False)
+    with client.create(TOP) as session:
+        state = session.step(to=10, fields=["Q", "angular_velocity"])
+        with session.fork(at=10, body=given, normalize=normalize) as fork:
+            first = fork.step(to=0, fields=["Q", "angular_velocity"])
+    assert np.allclose(first["angular_velocity"], state["angular_velocity"] if omega is None else omega, rtol=0, atol=1e-14)
+    assert np.allclose(first["Q"], state["Q"] if attitude is None else attitude, rtol=0, atol=1e-14)
+
+
+def test_a_fork_in_space_axes_uses_the_attitude_of_the_state(client):
+    """An impulse along z of space adds a vector that is that in body axes."""
+    for scene in (TOP, {**TOP, "members": 2, "body": {**TOP["body"], "angular_velocity": [[0.3, 0, 1], [0, 0.2, 1]]}}):
+        with client.create(scene) as session:
+            state = session.step(to=10, fields=["Q", "angular_velocity", "angular_velocity_space"])
+            with session.fork(at=10, body={"frame": "space", "angular_velocity": state["angular_velocity_space"] + [0, 0, 0.1]}) as fork:
+                first = fork.step(to=0, fields=["Q", "angular_velocity"])
+        assert np.allclose(first["angular_velocity"], state["angular_velocity"] + 0.1 * state["Q"][..., 2, :], rtol=0, atol=1e-14)
+        assert np.allclose(first["Q"], state["Q"], rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("given, told", [
+    ({"frame": "space"}, "body.frame: must be absent where angular_velocity or angular_momentum is not given"),
+    ({"order": "xyzw"}, "body.order: must be absent where attitude is not given"),
+    ({"attitude": [0.7071, 0, 0, 0.7071]}, "norm 0.99999.*normalize=True makes it so"), ({"omega": [0, 0, 1]}, "did you mean"),
+    ({"attitude": Q.round(3) * 1.001}, "body.attitude: max .*normalize=True makes it so"),
+    ({"angular_velocity": [1, 2, 3], "angular_momentum": [1, 2, 3]}, "body.angular_momentum: must be absent")])
+def test_what_is_wrong_of_a_fork_s_body_is_told(client, given, told):
+    with client.create(TOP) as session:
+        with pytest.raises(stiefel.InvalidArgument, match=told):
+            session.fork(at=1, body=given)
+
+
+@pytest.mark.parametrize("system", ["rigid_body", "right_rigid_body", "symmetric_rigid_body", "mclachlan_scovel"])
+@pytest.mark.parametrize("members", [None, 2])
+def test_a_fork_takes_velocities_in_n_dimensions(client, system, members):
+    """Twice the velocity is twice the momentum, and the frame stays."""
+    inertia, rng = np.array([1, 2, 3, 4.0]), np.random.default_rng(3)
+    Omega = rng.standard_normal((4, 4)) / 5
+    Omega = Omega - Omega.T
+    scene = {"system": system, "step": 0.1, "inertia": inertia, "initial": {"Q": np.eye(4), "Omega": Omega}}
+    if members:
+        scene = {**scene, "members": members, "initial": {"Q": np.stack([np.eye(4)] * 2), "Omega": np.stack([Omega, -Omega])}}
+    with client.create(scene) as session:
+        state = session.step(to=5, fields=["Q", "Omega"])
+        Qdot = state["Omega"] @ state["Q"] if system.startswith("right") else state["Q"] @ state["Omega"]
+        for initial in ({"Omega": 2 * state["Omega"]}, {"Qdot": 2 * Qdot}):
+            with session.fork(at=5, initial=initial) as fork:
+                first = fork.step(to=0, fields=["Q", "Omega"])
+            assert np.allclose(first["Omega"], 2 * state["Omega"], rtol=0, atol=1e-14), initial
+            assert np.allclose(first["Q"], state["Q"], rtol=0, atol=1e-14)
+        for wrong, told in ((np.ones_like(Qdot), "scene.initial.Omega: max .*: must be skew-symmetric"),
+                            (Qdot[..., :2, :], r"initial.Omega: the shape \(.*2, 4\): must be \(.*4, 4\)")):
+            with pytest.raises(stiefel.InvalidArgument, match=told):
+                session.fork(at=5, initial={"Omega": wrong})
+
+
+def test_a_fork_takes_rounded_blocks_and_qdot_on_v_n_n(client):
+    with client.create("stiefel") as session:
+        state, inertia = session.step(to=4), np.array(session.scene["inertia"])
+        Qdot = 2 * state["S"] / inertia
+        with session.fork(at=4, initial={"Qdot": Qdot}) as fast:
+            assert np.allclose(fast.step(to=0)["S"], 2 * state["S"], rtol=0, atol=1e-14)
+        rounded = {"Q": state["Q"].round(4), "Qdot": Qdot.round(4)}
+        with pytest.raises(stiefel.InvalidArgument, match="must have orthonormal rows.*normalize=True makes it so"):
+            session.fork(at=4, initial=rounded)
+        with session.fork(at=4, initial=rounded, normalize=True) as fast:
+            first = fast.step(to=0)
+        assert np.allclose(first["Q"] @ first["Q"].T, np.eye(2), rtol=0, atol=1e-14)
+        assert np.allclose(first["S"], 2 * state["S"], rtol=0, atol=1e-3)
 
 
 def test_a_frame_that_the_scene_does_not_have_is_told():

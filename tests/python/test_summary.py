@@ -96,8 +96,12 @@ def test_an_event_of_a_discrete_system_is_an_interval(client):
         expected = np.flatnonzero(np.diff(np.sign(run["M"][:, 0, 2])))
         assert events.count and list(events.step) == list(expected) and (events.fraction == 1).all()
         assert (events["M"] == run["M"][events.step + 1]).all()
-        with pytest.raises(stiefel.InvalidArgument, match="discrete system"):
-            session.trajectory(times=[0.15])
+        for times in ([0.3, 0, 29.9], [0.5, -0.2]):
+            there = session.trajectory(times=times)
+            assert list(there.step) == [round(10 * time) for time in times]
+            assert all((there["M"][i] == run["M"][k]).all() for i, k in enumerate(there.step) if k >= 0)
+        with pytest.raises(stiefel.InvalidArgument, match=r"times\[1\]: 0.15: must be a whole number of steps of 0.1: moser_veselov is a discrete system"):
+            session.trajectory(times=[0.2, 0.15])
 
 
 def test_states_at_any_times(client, session):

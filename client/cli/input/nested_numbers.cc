@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "client/cli/exit_status.h"
-#include "stiefel/v1/tensor.pb.h"
+#include "stiefel/client/samples.h"
 
 namespace stiefel::cli {
 
@@ -38,6 +39,11 @@ nlohmann::ordered_json nested(const nlohmann::ordered_json& values,
     return list;
   };
   return lists(lists, lengths);
+}
+
+std::span<const std::int64_t> integers(const v1::Tensor& array) {
+  return {reinterpret_cast<const std::int64_t*>(array.data().data()),
+          array.data().size() / sizeof(std::int64_t)};
 }
 
 }  // namespace
@@ -100,6 +106,30 @@ nlohmann::ordered_json nested_matrix(const nlohmann::ordered_json& matrix,
   };
   if (!matrix.contains("imaginary")) return list("values");
   return {{"values", list("values")}, {"imaginary", list("imaginary")}};
+}
+
+nlohmann::ordered_json as_lists(const v1::Tensor& array, std::span<const std::size_t> lengths,
+                                std::size_t first) {
+  std::size_t count = 1;
+  for (const std::size_t length : lengths) count *= length;
+  const std::size_t parts = array.data_type() == v1::DATA_TYPE_COMPLEX128 ? 2 : 1;
+  const auto part = [&](const auto& numbers, std::size_t at) {
+    auto list = nlohmann::ordered_json::array();
+    for (const auto x : numbers.subspan(parts * first, parts * count))
+      if (at++ % parts == 0) list.push_back(x);
+    return list;
+  };
+  if (array.data_type() == v1::DATA_TYPE_FLOAT32) return nested(part(client::floats(array), 0), lengths);
+  if (array.data_type() == v1::DATA_TYPE_INT64) return nested(part(integers(array), 0), lengths);
+  const auto values = client::values(array);
+  if (parts == 1) return nested(part(values, 0), lengths);
+  return {{"values", nested(part(values, 0), lengths)},
+          {"imaginary", nested(part(values, 1), lengths)}};
+}
+
+nlohmann::ordered_json as_lists(const v1::Tensor& array) {
+  const std::vector<std::size_t> lengths(array.shape().begin(), array.shape().end());
+  return as_lists(array, lengths);
 }
 
 void write_as_rows(const Descriptor& type, nlohmann::ordered_json& json) {

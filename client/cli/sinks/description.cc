@@ -26,12 +26,17 @@ const FieldKind& kind_of(std::string_view field) {
   return found == kinds.end() ? matrix : found->second;
 }
 
-std::vector<std::uint64_t> sample_shape(const v1::Field& field) {
+std::vector<std::size_t> named_shape(std::string_view field, std::vector<std::size_t> shape,
+                                     int behind) {
+  const auto axes = static_cast<std::ptrdiff_t>(kind_of(field).axes);
+  const auto cols = shape.end() - behind;
+  if (axes < 2) shape.erase(cols - 2, cols - axes);
+  return shape;
+}
+
+std::vector<std::size_t> sample_shape(const v1::Field& field) {
   const auto& shape = field.value().shape();
-  std::vector<std::uint64_t> sample(shape.begin() + 1, shape.end());
-  const auto axes = static_cast<std::ptrdiff_t>(kind_of(field.name()).axes);
-  if (axes < 2) sample.erase(sample.end() - 2, sample.end() - axes);
-  return sample;
+  return named_shape(field.name(), {shape.begin() + 1, shape.end()});
 }
 
 std::string numpy_type(v1::DataType type) {

@@ -19,9 +19,12 @@ struct FieldKind {
 };
 const FieldKind& kind_of(std::string_view field);
 
-/// Returns the shape of one sample of a field: the axes of the tensor behind the samples, without
-/// the axes of length 1 of a vector or a number.
-std::vector<std::uint64_t> sample_shape(const v1::Field& field);
+/// Returns the shape (..., rows, cols) of a field, or (..., rows, cols, x) with one axis `behind`,
+/// without the axes of length 1 of a vector or a number.
+std::vector<std::size_t> named_shape(std::string_view field, std::vector<std::size_t> shape,
+                                     int behind = 0);
+/// Returns the shape of one sample of a field: the axes of the tensor behind the samples.
+std::vector<std::size_t> sample_shape(const v1::Field& field);
 /// Returns the type of a tensor's numbers as numpy names it: "<f8".
 std::string numpy_type(v1::DataType type);
 

@@ -20,7 +20,7 @@ import functools
 import sys
 from concurrent.futures import Future
 from contextlib import suppress
-from typing import Any, AsyncGenerator, Callable, Coroutine, Generator, Iterator, Optional, TypeVar
+from typing import Any, AsyncGenerator, Awaitable, Callable, Coroutine, Generator, Iterator, Optional, TypeVar
 
 import grpc
 import grpc.aio
@@ -31,7 +31,7 @@ from stiefel._programs.variables import warn_of_unknown
 from stiefel._sweep.run import STOP
 from stiefel._wire.security import Options, Tls, TlsLike, opener
 from stiefel._wire.waiting import Channel, Lock, run
-from stiefel.errors import Cancelled, InvalidArgument
+from stiefel.errors import TASK, Cancelled, InvalidArgument, calling_frame
 from stiefel.results import Choice, Price, Trajectory
 from stiefel.scene import SceneLike
 from stiefel.sweep import sweep as blocking_sweep
@@ -106,9 +106,10 @@ async def sweep(*arguments: Any, **more: Any) -> Any:
         raise
 
 
-async def _in_thread(function: Callable[[], T]) -> T:
+def _in_thread(function: Callable[[], T]) -> Awaitable[T]:
     context = contextvars.copy_context()
-    return await asyncio.get_running_loop().run_in_executor(None, context.run, function)
+    context.run(TASK.set, calling_frame())
+    return asyncio.get_running_loop().run_in_executor(None, context.run, function)
 
 
 class _Client(blocking.Client):
@@ -315,3 +316,7 @@ class Drive:
 
     def __repr__(self) -> str:
         return repr(self._blocking).replace("stiefel.", "stiefel.aio.", 1)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

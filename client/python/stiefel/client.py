@@ -9,7 +9,7 @@ import grpc
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel._given.normalized import normalized, with_hint
+from stiefel._given.normalized import normalized
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
@@ -21,7 +21,7 @@ from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
-from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch, with_given_names
+from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
 from stiefel.session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
@@ -111,10 +111,7 @@ class Client:
         message, epoch = with_epoch(scene)
         if normalize:
             message = normalized(message)
-        try:
-            return created(self._connection, message, id, checkpoint, epoch)
-        except InvalidArgument as error:
-            raise with_given_names(error if normalize else with_hint(error, message), scene) from None
+        return created(self._connection, message, id, checkpoint, epoch, scene, normalize)
 
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
@@ -313,3 +310,7 @@ def _metric(name: str) -> int:
     if name not in known:
         raise refused("metric", f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}")
     return known[name]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -7,6 +7,8 @@ from __future__ import annotations
 import re
 import sys
 import warnings
+from contextvars import ContextVar
+from types import FrameType
 from typing import Any, NamedTuple, Optional, Sequence
 
 import grpc
@@ -27,12 +29,31 @@ class SceneWarning(UserWarning):
     """A warning of the server about a scene that it accepts, such as moments that no rigid body can have."""
 
 
+#: In a thread that works for a task, the frame of the task.
+TASK: ContextVar[Optional[FrameType]] = ContextVar("task", default=None)
+
+
 def warn_of_scene(text: str) -> None:
     """Gives a SceneWarning at the line that called this package, however many of its functions lie between."""
-    frame, level = sys._getframe(1), 2
-    while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == "stiefel":
-        frame, level = frame.f_back, level + 1
-    warnings.warn(text, SceneWarning, stacklevel=level)
+    frame = calling_frame()
+    warnings.warn_explicit(text, SceneWarning, frame.f_code.co_filename, frame.f_lineno, str(frame.f_globals.get("__name__")),
+                           frame.f_globals.setdefault("__warningregistry__", {}))
+
+
+def calling_frame() -> FrameType:
+    """Returns the frame that called this package, or that awaits what it returned. What `stiefel.aio` runs has a stack of its
+    own, a greenlet's, below which lies that of the task."""
+    frame, greenlets = TASK.get() or sys._getframe(1), sys.modules.get("greenlet")
+    stack = None if greenlets is None else greenlets.getcurrent()
+    while str(frame.f_globals.get("__name__")).partition(".")[0] == "stiefel":
+        below = frame.f_back
+        while below is None and stack is not None and stack.parent is not None:
+            stack = stack.parent
+            below = stack.gr_frame
+        if below is None:
+            break
+        frame = below
+    return frame
 
 
 class StiefelError(Exception):
@@ -177,3 +198,7 @@ class NotStarted(Unavailable, RuntimeError):
 
     status: Optional[int] = None  #: the server's exit status, negative for a signal; None if it had to be killed
     stderr: str = ""  #: the end of the server's output to stderr
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -52,6 +52,12 @@ class Joined:
     #: "no": a shorter path exists; "unknown": nothing was searched or proved
     shortest: NDArray[np.str_]
 
+    def __repr__(self) -> str:
+        kinds, counts = np.unique(self.shortest, return_counts=True)
+        most = [f"{np.min(self.distance):.6g} to {np.max(self.distance):.6g}", f"{np.max(self.residual):.1e}"] if kinds.size else ["", ""]
+        return (f"<stiefel.manifold.Joined of {self.distance.size} pairs: distance {most[0]}, residual at most {most[1]}\n"
+                f"  shortest: {', '.join(f'{kind} {count}' for kind, count in zip(kinds, counts))}>")
+
 
 class _Manifold:
     """What the manifolds of frames share. Private functions see n x N frames."""
@@ -274,3 +280,7 @@ class SpecialOrthogonal(_Manifold):
 def _chunks(pairs: list[tuple[Array, Array]]) -> Iterator[list[tuple[Array, Array]]]:
     for first in range(0, len(pairs), MOST_PAIRS):
         yield pairs[first:first + MOST_PAIRS]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

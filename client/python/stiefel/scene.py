@@ -13,17 +13,23 @@ from google.protobuf import json_format
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.bodies import has_forms, with_fields
+from stiefel._given.bodies import FORMS, has_forms, with_fields
 from stiefel._given.examples import examples, near
 from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import parse
 from stiefel._given.normalized import normalized
 from stiefel._given.numbers import number, refused
 from stiefel._given.typed import Scene
-from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, list_of, owner_of, unit_of
-from stiefel._given.velocities import with_momenta
+from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, count_of, list_of, owner_of, unit_of
+from stiefel._given.velocities import MOMENTA, with_momenta
 from stiefel._wire.arrays import decode, matrix, put_block, to_array
 from stiefel.errors import InvalidArgument, Violation
+
+__all__ = ["SceneLike", "to_dict", "to_message"]
+
+#: The fields of a body of which a field or a form takes the place.
+_INSTEAD = {"moments": ("inertia_tensor",), "inertia_tensor": ("moments",), "mrp": ("attitude",),
+            "angular_momentum": ("angular_velocity",)}
 
 SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 
@@ -32,7 +38,7 @@ def to_message(scene: SceneLike) -> pb.Scene:
     """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
-    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix or a Solid. In an
+    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix, a Solid or a list of solids. In an
     ensemble, blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`,
     Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. In `body`, `attitude`
     may be a rotation matrix, a Rotation of scipy or a quaternion in the `order` "xyzw", or `mrp` may stand instead, and
@@ -87,7 +93,7 @@ def _message(description: dict[str, Any], normalize: bool) -> pb.Scene:
         raise refused("scene.body", "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
                       "{**stiefel.body(...), ...}")
     if isinstance(body, Mapping) and has_forms(body):
-        description["body"] = with_fields(_by_name(body, pb.Body), "scene.body.", normalize)
+        description["body"] = with_fields(_by_name(body, pb.Body), "scene.body.", normalize, ensemble.members)
     for name, kind in (("body", pb.Body), ("method", pb.Method)):
         if isinstance(description.get(name), Mapping):
             description[name] = _with_numbers(f"{name}.", _by_name(description[name], kind), ensemble)
@@ -98,29 +104,73 @@ def _message(description: dict[str, Any], normalize: bool) -> pb.Scene:
     return message
 
 
-def with_changes(scene: pb.Scene, body: Optional[Mapping[str, Any]], initial: Optional[Mapping[str, Any]]) -> pb.Scene:
-    """Returns a copy of a resolved scene with other fields of `body` and other blocks of `initial`."""
+def with_changes(scene: pb.Scene, body: Optional[Mapping[str, Any]], initial: Optional[Mapping[str, Any]],
+                 normalize: bool = False) -> pb.Scene:
+    """Returns a copy of a resolved scene with other fields of `body` and other blocks of `initial`, in the forms that a scene
+    takes."""
     changed = pb.Scene()
     changed.CopyFrom(scene)
     ensemble = Ensemble.of(scene.members if scene.HasField("members") else None)
     if body is not None:
-        if not scene.HasField("body"):
-            raise refused("body", "the scene has no `body`: give blocks of `initial`")
-        given = pb.Body()
-        parse(_in_json(_plain(_with_numbers("body.", _by_name(body, pb.Body), ensemble))), given, "body")
-        for field, value in given.ListFields():
-            for other in ("moments", "inertia_tensor") if field.name in ("moments", "inertia_tensor") else (field.name,):
-                changed.body.ClearField(other)
-            getattr(changed.body, field.name).extend(value)
+        _change_body(changed.body, body, ensemble, normalize)
     if initial is not None:
         if scene.HasField("body"):
             raise refused("initial", "the scene has `body`: give fields of `body`")
-        known = {*scene.initial, *scene.initial_tensors}
-        for name, block in initial.items():
-            if name not in known:
-                raise refused(f"initial.{name}", f"unknown block; the blocks are {', '.join(sorted(known))}")
-            put_block(changed, name, block_of(f"initial.{name}", block, ensemble))
-    return changed
+        _change_blocks(changed, initial, ensemble)
+    return normalized(changed) if normalize else changed
+
+
+def _change_body(body: pb.Body, given: Mapping[str, Any], ensemble: Ensemble, normalize: bool) -> None:
+    """What `given` says in a form that no message has, such as an angular velocity in space axes, holds for the body with
+    everything else that is given."""
+    before = {field.name: np.array(value) for field, value in body.ListFields()}
+    if not before:
+        raise refused("body", "the scene has no `body`: give blocks of `initial`")
+    fields = _by_name(given, pb.Body)
+    for name, of in (("order", ("attitude",)), ("frame", ("angular_velocity", "angular_momentum"))):
+        if name in fields and not {*of} & {*fields}:
+            raise refused(f"body.{name}", f"must be absent where {' or '.join(of)} is not given")
+    if has_forms(fields):
+        gone = {other for name in fields for other in _INSTEAD.get(name, ())}
+        kept = {name: values if values.size == count_of(f"body.{name}") else values.reshape(ensemble.members, -1)
+                for name, values in before.items() if name not in gone}
+        written = with_fields({**kept, **fields}, "body.", normalize, ensemble.members)
+        changed = {*fields, *(other for name in FORMS if name in fields for other in _INSTEAD.get(name, ()))}
+        fields = {name: value for name, value in written.items() if name in changed}
+    message = pb.Body()
+    parse(_in_json(_plain(_with_numbers("body.", fields, ensemble))), message, "body")
+    for field, value in message.ListFields():
+        for name in (field.name, *_INSTEAD.get(field.name, ())):
+            body.ClearField(name)
+        getattr(body, field.name).extend(value)
+
+
+def _change_blocks(scene: pb.Scene, given: Mapping[str, Any], ensemble: Ensemble) -> None:
+    def of_members(block: NDArray[Any]) -> NDArray[Any]:
+        fits = ensemble.members is not None and block.ndim == 2 and len(block) % ensemble.members == 0
+        return block.reshape(ensemble.members or 1, -1, block.shape[-1]) if fits else block
+
+    before = {name: of_members(block) for name, block in blocks_of(scene).items()}
+    moves, any_block = {*MOMENTA} & {*before}, next(iter(before.values()))
+    square = (*any_block.shape[:-2], any_block.shape[-1], any_block.shape[-1])
+    known = {*before, *(("M", "Omega", "Qdot") if moves else ())}
+    for name in given:
+        if name not in known:
+            raise refused(f"initial.{name}", f"unknown block; the blocks are {', '.join(sorted(before))}")
+    blocks = {name: of_members(block_of(f"initial.{name}", block, ensemble)) for name, block in given.items()}
+    for name, block in blocks.items():
+        like: Any = before.get("Q" if name == "Qdot" else name)
+        shape = block.shape if like is None and name == "Qdot" else square if like is None else like.shape
+        if block.shape != shape:
+            raise refused(f"initial.{name}", f"the shape {block.shape}: must be {shape}")
+    gone = moves if {*MOMENTA, "Omega", "Qdot"} & {*blocks} else set()
+    inertia = np.reshape(scene.inertia, (-1, any_block.shape[-1])) if scene.inertia else None
+    changed = with_momenta(scene.system, {**{name: block for name, block in before.items() if name not in gone}, **blocks},
+                           inertia[0] if inertia is not None and len(inertia) == 1 else inertia)
+    scene.ClearField("initial")
+    scene.ClearField("initial_tensors")
+    for name, block in changed.items():
+        put_block(scene, name, block)
 
 
 def member_of(scene: pb.Scene, member: int) -> pb.Scene:
@@ -253,3 +303,7 @@ def _in_json(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
     return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -23,6 +23,8 @@ _READY = b"listening on "
 _GRACE = 5.0
 _KEPT = 65536  # bytes of stderr that an error may show
 
+__all__ = ["Server"]
+
 
 class Server:
     """A server in a child process, made by `Server.start()`.
@@ -235,3 +237,7 @@ def _stop(process: "subprocess.Popen[bytes]", socket: Path, errors: _Errors) -> 
         if pipe is not None:
             pipe.close()
     socket.unlink(missing_ok=True)  # which a server that was killed leaves
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

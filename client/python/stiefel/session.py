@@ -11,6 +11,7 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of
 from stiefel._given.mappings import Names, names
+from stiefel._given.normalized import with_hint
 from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
@@ -32,7 +33,7 @@ from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgumen
                             warn_of_scene)
 from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, Outcome, RunStatus, State, StateTransition, Summary,
                              Trajectory)
-from stiefel.scene import to_method, with_changes
+from stiefel.scene import to_method, with_changes, with_given_names
 
 __all__ = ["Drive", "Session"]
 
@@ -84,16 +85,16 @@ class Session(Held):
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
         Layout(fields, axes=(2, 3)).check(arrays)
-        return answers.state(reply, named(arrays))
+        return answers.state(reply, named(arrays))._of(self.message.system)
 
     def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
                        timeout: Optional[float] = None) -> State:
         """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
-        last = list(samples)[-1]
+        last = list(samples)[-1]._of(self.message.system)
         return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
-                     samples.checkpoint if checkpoint else b"", samples.price)
+                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._system)
 
     def drive(self, fields: Optional[Fields] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
@@ -134,7 +135,7 @@ class Session(Held):
 
     def fork(self, at: Optional[int] = None, method: Optional[Method] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None, timeout: Optional[float] = None, time: Any = None,
-             body: Optional[Body] = None, initial: Optional[Blocks] = None) -> Session:
+             body: Optional[Body] = None, initial: Optional[Blocks] = None, normalize: bool = False) -> Session:
         """Creates a session that starts from this one's state at step `at`, or at a `time` that is a step's, with the given
         method, step, system, fields of `body` or blocks of `initial`.
 
@@ -143,7 +144,9 @@ class Session(Held):
             state = session.step(to=k)
             session = session.fork(at=k, body={"angular_velocity": state["angular_velocity"] + impulse})
 
-        A drift of the state off the manifold is repaired up to 0.01. The epoch of the fork is the instant of its start.
+        `body` and `initial` take every form that a scene takes: an attitude as a matrix or a Rotation, vectors in the `frame`
+        "space", `angular_momentum`, Omega, Qdot, and with `normalize` what was rounded to a few digits. What stands in body
+        axes stays there when the attitude changes. A drift of the state off the manifold is repaired up to 0.01. The epoch of the fork is the instant of its start.
         Raises FailedPrecondition if the step cannot be reached.
         """
         at = self._step_of("at", at, time)
@@ -171,8 +174,8 @@ class Session(Held):
         if not changed:
             return forked
         with forked:
-            scene = with_changes(forked.resolved(), body, initial)
-        return created(self._connection, scene, id, epoch=forked.epoch)
+            scene = with_changes(forked.resolved(), body, initial, normalize)
+        return created(self._connection, scene, id, b"", forked.epoch, {"initial": initial or {}}, normalize)
 
     def _epoch_after(self, step: int) -> Optional[str]:
         return self.epoch and str(instant("epoch", self.epoch).after(step * self._known_scene().step))
@@ -190,7 +193,8 @@ class Session(Held):
         ends the iteration; `trajectory` tells why. `timeout`: seconds for the whole iteration including resumptions,
         pauses and the caller's own time, after which DeadlineExceeded is raised.
         """
-        yield from self._samples(*self._range(to, start, every, time), names("fields", fields), timeout)
+        for batch in self._samples(*self._range(to, start, every, time), names("fields", fields), timeout):
+            yield batch._of(self.message.system)
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
                    fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
@@ -376,11 +380,19 @@ class Session(Held):
 
 
 def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, checkpoint: bytes = b"",
-            epoch: Optional[str] = None) -> Session:
-    """Creates a session of a scene, and warns of what the server warns of."""
+            epoch: Optional[str] = None, given: Any = None, normalize: bool = False) -> Session:
+    """Creates a session of a scene, and warns of what the server warns of. `given`: the scene as the caller has it, whose
+    names errors use. `normalize`: whether the scene is normalized."""
     request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=scene, checkpoint=checkpoint)
-    reply = connection.call("CreateSession", request, metadata=route(request.session_id))
+    try:
+        reply = connection.call("CreateSession", request, metadata=route(request.session_id))
+    except InvalidArgument as error:
+        raise with_given_names(error if normalize else with_hint(error, scene), scene if given is None else given) from None
     session = described(reply.session, request.session_id)
     for text in session.warnings:
         warn_of_scene(text)
     return Session(connection, session, reply.created, scene, owner=True, checkpoint=checkpoint, epoch=epoch)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -45,3 +45,7 @@ def _elsewhere(scene: Any) -> Session:
 
 
 Origin.elsewhere = staticmethod(_elsewhere)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -88,3 +88,7 @@ def _lengths(path: str, given: Any, count: int) -> NDArray[Any]:
     if lengths.shape != (count,) or not (lengths > 0).all():
         raise refused(path, f"{given!r}: must be {count} length{'s' if count > 1 else ''} above 0")
     return lengths
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -156,3 +156,7 @@ def _as_dataset(result: SweepResult) -> Any:
 def _described(request: Any, summarize: Quantities) -> dict[str, Any]:
     return {"from": getattr(request, "from"), "to": request.to, "every": request.every,
             "summarize": json.dumps({name: wanted for name, wanted in summarize.items()}, default=list)}
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -5,23 +5,12 @@ arithmetics and settings are grey. The Pareto front, the points that no other on
 """
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 from typing import Any
 
-_SOURCE = Path(__file__).parents[3] / "client/python/stiefel/_results/diagram.py"
+from stiefel._results import diagram
+
 _Curve = list[tuple[float, float]]  # seconds, error
-
-
-def _diagram() -> Any:
-    """Loads the client's colours and labels from their source file, which needs nothing else of the package."""
-    spec = importlib.util.spec_from_file_location("diagram", _SOURCE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-diagram = _diagram()
 
 
 def draw(data: dict, facts: dict[str, str], path: Path) -> None:

@@ -21,6 +21,7 @@ def changed(**changes):
     (changed(epsilon=0.5), ["scene.json: epsilon: given: must be absent"]),
     (changed(parameter=0.5), ["scene.json: parameter: given: must be absent"]),
     (changed(horizon=-1), ["scene.json: horizon: -1"]),
+    (changed(system=""), ["scene.json: system: absent: must be one of rigid_body, "]),
     (changed(system="rigidbody"), ["scene.json: system: ", "rigidbody", "did you mean rigid_body?"]),
     (changed(inertia=[1, -1, 0.5]), ["inertia"]),
     (changed(step=0, inertia=[1, "NaN", 1]), ["step: 0", "inertia[1]: nan"]),

@@ -99,9 +99,9 @@ def test_a_diagnosis_on_a_terminal_is_a_table(tmp_path):
     """JSON where stdout is no terminal, or with --json."""
     import subprocess
 
-    def on_terminal(*more):
+    def on_terminal(*more, command="diagnose"):
         ours, theirs = pty.openpty()
-        done = subprocess.run([os.environ["STIEFEL_CLI"], "diagnose", BODY, "--to", "100", *more], stdout=theirs, stderr=subprocess.PIPE)
+        done = subprocess.run([os.environ["STIEFEL_CLI"], command, BODY, "--to", "100", *more], stdout=theirs, stderr=subprocess.PIPE)
         os.close(theirs)
         text = b""
         while True:
@@ -120,6 +120,8 @@ def test_a_diagnosis_on_a_terminal_is_a_table(tmp_path):
     assert table.startswith("REACHED at step 100, time ") and "spatial_momentum[0,1]" in table and "estimated error at t = " in table
     assert len({line.index("exact") for line in table.splitlines() if " exact" in line}) == 1
     assert json.loads(on_terminal("--json"))["outcome"] == "REACHED"
+    for more in ([], ["--every", "1"]):
+        assert on_terminal("--output", tmp_path / "run.csv", *more, command="run") == table
 
 
 def test_a_file_of_an_earlier_version_is_run_again(stiefel, write, scene, tmp_path):

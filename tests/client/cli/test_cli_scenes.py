@@ -65,7 +65,7 @@ def test_times_of_other_commands_are_those_of_steps(stiefel, write):
     path = write(TOP)
     assert stiefel("diagnose", path, "--time", 0.3).out == stiefel("diagnose", path, "--to", 3).out
     summary = stiefel("summarize", path, "--time", 0.3, "--quantity", "angular_velocity=last").json
-    assert summary["statistics"]["angular_velocity.last"]["values"][0] == pytest.approx(0.3 * math.cos(0.15), abs=1e-15)
+    assert summary["statistics"]["angular_velocity.last"][0] == pytest.approx(0.3 * math.cos(0.15), abs=1e-15)
     for options, told in ((["--time", 0.25], "whole number of steps of 0.1 s; the states next to it are at 0.2 and 0.3"),
                           (["--time", -1], "must be in the direction of the scene's step"), (["--time", 1, "--to", 1], "--to excludes --time")):
         result = stiefel("diagnose", path, *options)

@@ -84,8 +84,8 @@ TEST(Summary, RefusesWhatIsWrongBeforeAnythingMoves) {
   EXPECT_EQ(refused([](W& w) { w.times = {NAN}; }), "times[0]");
   const Scene discrete = random_scene(3, 5, 0.1, "");
   SummaryDescription what{.to = 10};
-  what.times = {0.1};
-  EXPECT_EQ(Summary::prepare(discrete, what).error().front().field, "times");
+  what.times = {0.1, 0.25};
+  EXPECT_EQ(Summary::prepare(discrete, what).error().front().field, "times[1]");
 }
 
 TEST(Summary, EndsWhenItIsAskedToStop) {

@@ -47,6 +47,22 @@ TEST(Times, AreOfTheMethodItself) {
   EXPECT_GT(fine, 0);
 }
 
+TEST(Times, OfADiscreteSystemAreItsSteps) {
+  const Scene scene = random_scene(3, 5, 0.1, "");
+  SummaryDescription what{.to = 10};
+  what.times = {0, 0.3, 0.7000000000000001, 1};
+  what.fields = {"M"};
+  const Done done = run(scene, what);
+  ASSERT_EQ(done.states.size(), 4);
+  const auto simulation = make_simulation(scene);
+  for (const StateAtTime& state : done.states) {
+    simulation->advance(state.step - simulation->step());
+    const RowMatrix M = simulation->get("M");
+    EXPECT_TRUE(std::ranges::equal(state.fields, std::span(M.data(), 9))) << state.step;
+  }
+  EXPECT_EQ(done.states[2].step, 7);
+}
+
 TEST(Times, OfAClosedFormAreItsStates) {
   const Scene scene = random_scene(3, 5, 0.25, "exact");
   SummaryDescription what{.to = std::int64_t{1} << 40, .every = std::int64_t{1} << 40};

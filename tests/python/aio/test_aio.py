@@ -340,3 +340,27 @@ def test_what_a_block_raises_is_raised(server):
                 assert repr(session) == "<stiefel.aio.Session shown: rigid_body variational, step 0.01>"
                 assert repr(drive) == "<stiefel.aio.Drive of shown, idle>"
     asyncio.run(main())
+
+
+def test_a_warning_is_of_the_line_that_awaits(server):
+    """In the task, a task of its own, and a thread; also after the call has waited."""
+    thin = {**SCENE, "body": {"moments": [1, 2, 4], "angular_velocity": [0.1, 0, 0]}}
+    asked = {"to": 1, "summarize": {"angular_velocity": "last"}, "servers": [server.address]}
+
+    async def main():
+        async with stiefel.aio.Client(server.address) as client:
+            async def entered():
+                async with client.create(thin):
+                    pass
+
+            async def awaited():
+                await (await client.create(thin)).delete()
+
+            async def later():
+                await asyncio.gather(asyncio.create_task(entered()), asyncio.create_task(awaited()))
+            for call in (entered, awaited, later, lambda: stiefel.aio.simulate(thin, to=1),
+                         lambda: stiefel.aio.sweep(thin, {"step": [0.1, 0.2]}, **asked)):
+                with pytest.warns(stiefel.SceneWarning, match="no rigid body has these moments") as caught:
+                    await call()
+                assert {one.filename for one in caught} == {__file__}
+    asyncio.run(main())

@@ -78,3 +78,42 @@ def test_rotations_of_scipy(client):
 def test_another_sequence_is_refused(sequence):
     with pytest.raises(ValueError, match="sequence: .*3-2-1 of a body's axes is ZYX"):
         euler_angles({"quaternion": Q[0]}, sequence)
+
+
+@pytest.mark.parametrize("system", ["rigid_body", "right_rigid_body", "symmetric_rigid_body", "right_symmetric_rigid_body"])
+def test_the_attitude_takes_body_axes_to_space_axes_in_every_system(client, system, tmp_path):
+    """The momentum in space, R I omega, is constant where R takes body axes to space axes. In the right-invariant systems Q
+    takes space to body, and Q' = Omega Q."""
+    transform = pytest.importorskip("scipy.spatial.transform")
+    right = system.startswith("right")
+    inertia, I = np.array([2.5, 1.5, 0.5]), np.array([2.0, 3.0, 4.0])
+    start = transform.Rotation.from_euler("ZXZ", [0.3, 1.1, -0.4])
+    omega = np.array([0.4, 1.0, 0.2])
+    hat = np.cross(np.eye(3), omega)  # hat v = omega x v
+    Q, Omega = start.as_matrix(), hat
+    scene = {"system": system, "step": 0.1, "inertia": inertia,
+             "initial": {"Q": Q.T if right else Q, "Omega": -Omega if right else Omega}, "epoch": "2026-01-01T00:00:00Z"}
+    with client.create(scene) as session:
+        run = session.trajectory(to=40, fields=["Q", "Omega"])
+        batch = next(session.stream(to=40, fields=["Q"]))
+        with session.drive("Q") as drive:
+            states = [session.step(to=40, fields="Q"), session.step(time=4.0, fields="Q"), batch[40], run[40], run[::2][20], drive.step(40)]
+    R = run.as_rotation()
+    velocity = np.stack([run["Omega"][:, 2, 1], run["Omega"][:, 0, 2], run["Omega"][:, 1, 0]], axis=1) * (-1 if right else 1)
+    assert (R[0] * start.inv()).magnitude() < 1e-15 and np.allclose(velocity[0], omega, rtol=0, atol=1e-15)
+    assert np.ptp(R.apply(I * velocity), axis=0).max() < 1e-13
+    for state in states:
+        assert (state.as_rotation() * R[40].inv()).magnitude() < 1e-14
+    assert np.allclose(run.euler_angles("ZXZ"), R.as_euler("ZXZ"), rtol=0, atol=1e-13)
+    run.save(tmp_path / "run.npz")
+    assert (stiefel.load(tmp_path / "run.npz").as_rotation() * R.inv()).magnitude().max() < 1e-15
+    written = run.to_aem(tmp_path / "run.aem")
+    assert written.interpolation_error < 0.02  # which compares with the motion, or with the neighbours and velocities
+    lines = [line.split() for line in (tmp_path / "run.aem").read_text().splitlines() if line.startswith("2026-")]
+    found = transform.Rotation.from_quat(np.array([line[1:5] for line in lines], float))  # x, y, z, w: of space into body
+    assert (found * R.inv()).magnitude().max() < 1e-9
+
+
+def test_a_matrix_that_is_no_rotation_has_no_attitude():
+    with pytest.raises(ValueError, match="its rows are not orthonormal"):
+        quaternions({"Q": 1.1 * np.eye(3)})

@@ -184,6 +184,7 @@ def test_healthcheck(serve, authority, identity, tmp_path):
     at = ["--address", process.address]
     assert healthcheck(*at).returncode == 1, "without TLS"
     assert healthcheck(*at, "--tls-ca", authority.ca).returncode == 0
+    assert healthcheck("--listen", at[1], "--tls-ca", authority.ca).returncode == 0, "with the server's own flags"
     assert healthcheck(*at, "--tls-ca", Authority(tmp_path, "stranger").ca).returncode == 1
     environment = {"STIEFEL_LISTEN": process.address, "STIEFEL_TLS_CERT": identity.certificate,
                    "STIEFEL_TLS_KEY": identity.key}

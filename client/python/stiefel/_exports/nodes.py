@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stiefel._exports.interpolation import interpolation_error, rates_of
 from stiefel._given.instants import Instant, instant
-from stiefel._results.attitude import quaternions
+from stiefel._results.attitude import is_right, quaternions
 from stiefel._results.html import Shown
 
 Trajectory = Any  # a `stiefel.Trajectory`
@@ -69,9 +69,9 @@ def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
         raise ValueError("epoch: absent: give the instant of time 0, here or as `epoch` of the scene")
     order = np.argsort(run.time, kind="stable")
     order = order[np.r_[True, np.diff(run.time[order]) > 0]] if len(order) else order
-    q = quaternions(run.fields)
+    q = quaternions(run.fields, run._system)
     if q.ndim != 2:
-        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: an export takes one motion")
+        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: an export takes one motion, such as that of run.member(0)")
     q = q[order]
     if not len(q):
         raise ValueError("the trajectory has no samples")
@@ -80,7 +80,7 @@ def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
     rate = run.fields.get("angular_velocity")
     if rate is None and "Omega" in run.fields:
         Omega = run.fields["Omega"]
-        rate = np.stack([Omega[:, 2, 1], Omega[:, 0, 2], Omega[:, 1, 0]], axis=1)
+        rate = np.stack([Omega[:, 2, 1], Omega[:, 0, 2], Omega[:, 1, 0]], axis=1) * (-1 if is_right(run._system) else 1)
     scene = None if run.origin is None else run.scene
     return Nodes(run.time[order], q, rates_of(q, scene) if rate is None else np.asarray(rate, float)[order],
                  instant("epoch", given), scene)

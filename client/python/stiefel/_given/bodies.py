@@ -2,8 +2,6 @@
 momentum in body or space axes, or the periods that an observer of light curves knows."""
 from __future__ import annotations
 
-import operator
-from functools import reduce
 from typing import Any, Mapping, Optional
 
 import numpy as np
@@ -12,9 +10,8 @@ from numpy.typing import NDArray
 from stiefel._given.attitudes import ORDERS, matrices, of_mrp, quaternions
 from stiefel._given.instants import epoch_text
 from stiefel._given.numbers import SECONDS, number, numbers, refused
-from stiefel._given.shapes import of_symmetric
+from stiefel._given.shapes import of_solids, of_symmetric
 from stiefel._given.typed import Method, Scene
-from stiefel.solids import Solid
 
 FRAMES = ("body", "space")
 FORMS = ("order", "mrp", "angular_momentum", "frame")  #: of `body` in a scene, that no message has
@@ -28,7 +25,7 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
     """Returns the scene of a rigid body in three dimensions, in SI units and with the attitude from body to space axes.
 
     Inertia: `moments` about the body's axes, or `inertia_tensor`, a symmetric 3 x 3 matrix, the six numbers Ixx, Iyy, Izz,
-    Ixy, Ixz, Iyz of that matrix, a `Solid` or a list of solids. Attitude: `attitude`, a quaternion in the `order` "wxyz" or
+    Ixy, Ixz, Iyz of that matrix, a `Solid` or a list of solids, in an ensemble also a list of these lists. Attitude: `attitude`, a quaternion in the `order` "wxyz" or
     "xyzw" (scipy, SPICE kernels of many tools and ROS write the scalar last), a rotation matrix whose columns are the body
     axes in space, or a Rotation of scipy; or `mrp`, modified Rodrigues parameters; by default body and space axes agree.
     Motion: `angular_velocity` in rad/s or `angular_momentum` in kg m^2/s, both in the axes `frame`, "body" or "space".
@@ -43,7 +40,7 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
         raise refused("angular_velocity", "exactly one of angular_velocity and angular_momentum must be given")
     given = dict(attitude=attitude, order=order, mrp=mrp, angular_velocity=angular_velocity,
                  angular_momentum=angular_momentum, frame=frame)
-    inertia, _ = _inertia("", moments, inertia_tensor)
+    inertia, _ = _inertia("", moments, inertia_tensor, members)
     fields = with_fields({**inertia, **{name: value for name, value in given.items() if value is not None}}, "", normalize)
     vector = np.asarray(fields["angular_velocity"])
     scene: Scene = {"system": "rigid_body", "step": _step(vector) if step is None else step,
@@ -64,7 +61,7 @@ def has_forms(given: Mapping[str, Any]) -> bool:
         return False
 
 
-def with_fields(given: Mapping[str, Any], path: str, normalize: bool) -> dict[str, Any]:
+def with_fields(given: Mapping[str, Any], path: str, normalize: bool, members: Optional[int] = None) -> dict[str, Any]:
     """Returns the `body` of a scene with the fields that the server knows: `order` and `mrp` become `attitude`, and
     `angular_momentum` and `frame` become `angular_velocity`. `path`: what stands before the names in errors."""
     fields = {name: value for name, value in given.items() if name not in FORMS and value is not None}
@@ -91,7 +88,7 @@ def with_fields(given: Mapping[str, Any], path: str, normalize: bool) -> dict[st
     if frame == "space":
         vector = np.einsum("...ji,...j->...i", matrices(path + "attitude", q), vector)
     if momentum is not None:
-        inertia, tensor = _inertia(path, fields.get("moments"), fields.get("inertia_tensor"))
+        inertia, tensor = _inertia(path, fields.get("moments"), fields.get("inertia_tensor"), members)
         vector = np.linalg.solve(tensor, vector[..., np.newaxis])[..., 0]
         fields.update(inertia)
     fields["angular_velocity"] = vector.tolist()
@@ -172,7 +169,7 @@ def _momentum_and_energy(P_phi: float, P_psi: float, I: NDArray[Any]) -> tuple[f
     return turns(low)[0] / P_psi, low
 
 
-def _inertia(path: str, moments: Any, inertia_tensor: Any) -> tuple[dict[str, Any], NDArray[Any]]:
+def _inertia(path: str, moments: Any, inertia_tensor: Any, members: Optional[int]) -> tuple[dict[str, Any], NDArray[Any]]:
     """Returns the fields of the scene, and the matrices (3, 3) or (members, 3, 3)."""
     if (moments is None) == (inertia_tensor is None):
         raise refused(path + "moments", "exactly one of moments and inertia_tensor must be given")
@@ -181,11 +178,8 @@ def _inertia(path: str, moments: Any, inertia_tensor: Any) -> tuple[dict[str, An
         if I.shape[-1:] != (3,) or I.ndim > 2:
             raise refused(path + "moments", f"the shape {I.shape}: must be (3) or (members, 3)")
         return {"moments": I.tolist()}, I[..., np.newaxis] * np.eye(3)
-    if isinstance(inertia_tensor, Solid):
-        inertia_tensor = inertia_tensor.inertia_tensor
-    elif isinstance(inertia_tensor, (list, tuple)) and inertia_tensor and all(isinstance(one, Solid) for one in inertia_tensor):
-        inertia_tensor = reduce(operator.add, inertia_tensor).inertia_tensor
-    array = numbers(path + "inertia_tensor", inertia_tensor, "kg*m**2")
+    solid_or_not = of_solids(path + "inertia_tensor", inertia_tensor, members)
+    array = numbers(path + "inertia_tensor", solid_or_not, "kg*m**2")
     if array.shape[-2:] == (3, 3) and array.ndim <= 3:
         array = of_symmetric(path + "inertia_tensor", array)
     elif array.shape[-1:] != (6,) or array.ndim > 2:

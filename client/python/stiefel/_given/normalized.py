@@ -50,7 +50,8 @@ def with_hint(error: InvalidArgument, scene: pb.Scene) -> InvalidArgument:
     if not any(rule in violation.description for violation in error.violations for rule in _RULES):
         return error
     try:
-        normalized(scene)
+        if normalized(scene) == scene:
+            return error
     except InvalidArgument:
         return error
     told = [Violation(one.field, one.description + "; normalize=True makes it so" * any(rule in one.description for rule in _RULES))

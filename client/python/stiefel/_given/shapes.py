@@ -87,8 +87,8 @@ def list_of(path: str, given: Any, ensemble: Ensemble) -> list[float]:
     place, members, each = f"scene.{path}", ensemble.members, ensemble.each(path)
     if path == ATTITUDE and hasattr(given, "as_quat"):
         given = quaternions(place, given)
-    elif path == TENSOR and hasattr(given, "inertia_tensor"):
-        given = given.inertia_tensor
+    elif path == TENSOR:
+        given = of_solids(place, given, members)
     array = numbers(place, given, unit_of(path))
     shape = array.shape
     if path == ATTITUDE and shape in ((3, 3), (members, 3, 3)):
@@ -116,6 +116,25 @@ def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[
         own = "" if ensemble.members is None else f" or ({ensemble.members}, rows, cols)"
         raise refused(path, f"the shape {array.shape}: must be (rows, cols){own}")
     return array
+
+
+def of_solids(place: str, given: Any, members: Optional[int]) -> Any:
+    """Returns the tensor of a Solid, or of a list of solids, which are one body; of a list of these one tensor for each member
+    of an ensemble; what is given if it is none of these."""
+    def is_solid(one: Any) -> bool:
+        return hasattr(one, "inertia_tensor") and hasattr(one, "about")
+
+    if is_solid(given):
+        return given.inertia_tensor
+    if not isinstance(given, (list, tuple)) or not given:
+        return given
+    if all(map(is_solid, given)):
+        if members == len(given) > 1:
+            raise refused(place, f"{members} solids for {members} members: must be [[solid], ...] for a body of each member, or "
+                                 "sum(solids) for one that all share")
+        return sum(given).inertia_tensor
+    some = any(is_solid(one) or isinstance(one, (list, tuple)) and len(one) and is_solid(one[0]) for one in given)
+    return [of_solids(f"{place}[{k}]", one, None) for k, one in enumerate(given)] if some else given
 
 
 def of_symmetric(place: str, tensor: NDArray[Any]) -> NDArray[Any]:

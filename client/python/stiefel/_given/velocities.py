@@ -12,7 +12,7 @@ _LEFT = ("rigid_body", "symmetric_rigid_body", "reduced_rigid_body", "mclachlan_
 _RIGHT = ("right_rigid_body", "right_symmetric_rigid_body")
 #: The block of each system on V(n, N) that says how the frame moves.
 _FRAMES = {"stiefel": "S", "stiefel_costate": "P", "stiefel_momentum": "M"}
-_OTHERS = ("M", "P", "S", "B")
+MOMENTA = ("M", "P", "S", "B")  #: the blocks of which a velocity takes the place
 
 
 def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mapping[str, Any]:
@@ -25,7 +25,7 @@ def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mappin
     takes = ("Omega", "Qdot") if system in _LEFT + _RIGHT else ("Qdot",) if system in _FRAMES else ()
     if given[0] not in takes:
         raise refused(path, f"must be absent: {system} takes {' or '.join(takes) or 'neither Omega nor Qdot'}")
-    if (others := [*given[1:], *(name for name in _OTHERS if name in blocks)]):
+    if (others := [*given[1:], *(name for name in MOMENTA if name in blocks)]):
         raise refused(path, f"must be absent where {others[0]} is given")
     velocity = blocks[given[0]]
     scale = np.asarray(inertia if inertia is not None else [], float)

@@ -97,7 +97,7 @@ class BetaMetric:
         self.request: dict[str, Any] = {"metric": "euclidean"} if beta == 1 else {"metric": "beta", "beta": beta}
 
     def __repr__(self) -> str:
-        return f"beta = {self.beta:g}"
+        return {1.0: "Euclidean metric, ", 0.5: "canonical metric, "}.get(self.beta, "") + f"beta = {self.beta:g}"
 
     def inner(self, Q: Array, V: Array, W: Array) -> Array:
         product: Array = np.sum(V * W, axis=(-2, -1))

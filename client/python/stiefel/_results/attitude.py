@@ -12,16 +12,23 @@ from stiefel._results.extras import imported
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
-def quaternions(fields: Mapping[str, Array]) -> NDArray[np.float64]:
-    """Returns the unit quaternions w, x, y, z, body to space, (..., 4), of the field `quaternion` or Q. Raises ValueError if
-    there is neither, or if Q is no rotation in three dimensions."""
+def quaternions(fields: Mapping[str, Array], system: str = "") -> NDArray[np.float64]:
+    """Returns the unit quaternions w, x, y, z, body to space, (..., 4), of the field `quaternion` or Q, which takes space to
+    body in the right-invariant systems. Raises ValueError if there is neither, or if Q is no rotation in three dimensions."""
     if "quaternion" in fields:
         return np.asarray(fields["quaternion"], float)
     Q = fields.get("Q")
     if Q is None or Q.shape[-2:] != (3, 3) or np.iscomplexobj(Q):
         there = ", ".join(fields)
         raise ValueError(f"an attitude needs the field quaternion, or Q in three dimensions; the fields are {there}")
-    return of_matrices(np.asarray(Q, float))
+    if np.abs(Q @ np.swapaxes(Q, -1, -2) - np.eye(3)).max(initial=0) > 0.01:
+        raise ValueError("Q: its rows are not orthonormal: it is no rotation")
+    return of_matrices(np.asarray(np.swapaxes(Q, -1, -2) if is_right(system) else Q, float))
+
+
+def is_right(system: str) -> bool:
+    """Returns whether the frame of the system takes space to body."""
+    return system.startswith("right_")
 
 
 def of_matrices(Q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -42,16 +49,16 @@ def of_matrices(Q: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
 
 
-def rotation(fields: Mapping[str, Array]) -> Any:
+def rotation(fields: Mapping[str, Array], system: str) -> Any:
     """Returns a `scipy.spatial.transform.Rotation` that takes body axes to space."""
     transform = imported("scipy.spatial.transform", "scipy")
-    q = quaternions(fields)
+    q = quaternions(fields, system)
     if q.ndim > 2:
-        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: a Rotation takes those of one member")
+        raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: a Rotation takes those of one member, such as run.member(0)")
     return transform.Rotation.from_quat(np.roll(q, -1, axis=-1))
 
 
-def euler_angles(fields: Mapping[str, Array], sequence: str, degrees: bool = False) -> NDArray[np.float64]:
+def euler_angles(fields: Mapping[str, Array], sequence: str, degrees: bool = False, system: str = "") -> NDArray[np.float64]:
     """Returns the angles (..., 3) of the rotations about three axes whose product is the attitude, body to space.
 
     `sequence`: three letters; "ZXZ" about the axes that turn with the body, Q = Rz(a) Rx(b) Rz(c), and "zxz" about fixed
@@ -68,7 +75,7 @@ def euler_angles(fields: Mapping[str, Array], sequence: str, degrees: bool = Fal
     if proper:
         k = 3 - i - j
     sign = (i - j) * (j - k) * (k - i) // 2
-    q = quaternions(fields)
+    q = quaternions(fields, system)
     w, v = q[..., 0], q[..., 1:]
     if proper:
         a, b, c, d = w, v[..., i], v[..., j], v[..., k] * sign

@@ -5,13 +5,14 @@ import dataclasses
 import enum
 import reprlib
 from dataclasses import dataclass
-from typing import Any, Iterator, Mapping, Optional
+from typing import Any, Iterator, Mapping, Optional, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._results.html import Shown, of_fields
 
+N = TypeVar("N", bound="Named")
 Array = NDArray[Any]  # float64, complex128, or float32 in a scene whose scalar is "float"
 
 
@@ -92,6 +93,12 @@ class Named(ByValue):
     """What has fields by their names: `state["Q"]`."""
 
     fields: dict[str, Array]
+    _system = ""  #: the system of the scene, where it is known
+
+    def _of(self: N, system: str) -> N:
+        """Tells the system of the scene."""
+        object.__setattr__(self, "_system", system)
+        return self
 
     def _field(self, name: object) -> Array:
         """Returns a field. Raises KeyError, which lists the fields that there are."""
@@ -103,6 +110,10 @@ class Named(ByValue):
                 raise KeyError(f"no field {reprlib.repr(name)}: must be a name, one of {there}; a list of indices or a mask picks "
                                "samples of a field's array: [name][mask]") from None
             raise KeyError(f"no field {name!r}; the fields are {there}; `fields={[name]!r}` asks for it if the system has it") from None
+
+    def __array__(self, *arguments: Any, **more: Any) -> Any:
+        """Raises TypeError: one array does not hold fields of different shapes."""
+        raise TypeError(f"{type(self).__name__} is several arrays, {self._shapes()}: take one of them by its name, [{next(iter(self.fields), 'name')!r}]")
 
     def __contains__(self, name: object) -> bool:
         """Returns whether there is a field of this name."""

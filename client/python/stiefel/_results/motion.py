@@ -38,11 +38,26 @@ class Motion(ByValue):
     moments: NDArray[np.float64]  #: the principal moments in ascending order
     in_si: bool = field(default=False, repr=False)  #: whether times are in s, momenta in kg m^2/s and energies in J, as those of a scene with `body` are
 
+    @property
+    def P_psi(self) -> float:
+        """The period of the rotation about the axis of the mode that observers of light curves report: `period`."""
+        return self.period
+
+    @property
+    def P_phi(self) -> float:
+        """The mean period of the precession of the axis of the mode about the momentum, as `stiefel.tumbling` takes it."""
+        rate = 1 / self.precession_period + (1 / self.period if self.kind == "short-axis mode" else 0.0)
+        return 1 / rate
+
     def __repr__(self) -> str:
         time, momentum, energy = (" s", " kg m^2/s", " J") if self.in_si else ("", "", "")
         return (f"<stiefel.Motion: {self.kind}, 1 - k^2 = {self.separatrix:.3g}\n"
                 f"  periods: angular velocity {self.period:.10g}{time}, nutation {self.nutation_period:.10g}{time}, precession "
-                f"{self.precession_period:.10g}{time}\n  L = {self.momentum}{momentum}, E = {self.energy:.10g}{energy}>")
+                f"{self._precession(time)}\n  L = {self.momentum}{momentum}, E = {self.energy:.10g}{energy}>")
+
+    def _precession(self, time: str) -> str:
+        long = f"{self.precession_period:.10g}{time}"
+        return long if self.kind != "short-axis mode" else f"{self.P_phi:.10g}{time} of the short axis, {long} of the long one"
 
 
 def motion_of(scene: Mapping[str, Any]) -> Motion:

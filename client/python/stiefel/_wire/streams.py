@@ -4,6 +4,7 @@ from __future__ import annotations
 from typing import Any
 
 from stiefel import v1 as pb
+from stiefel._results.extras import imported
 from stiefel.errors import CorruptReply
 
 
@@ -43,6 +44,4 @@ def progress_bar(count: int, wanted: bool, unit: str) -> Any:
     is wanted."""
     if not wanted:
         return _NoBar()
-    from tqdm import tqdm  # imported here because only progress bars need it
-
-    return tqdm(total=count, unit=unit, unit_scale=True)
+    return imported("tqdm", "progress").tqdm(total=count, unit=unit, unit_scale=True)

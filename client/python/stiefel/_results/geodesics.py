@@ -1,0 +1,107 @@
+"""What frames and motions are turned into: the same motion in other variables, and the geodesics between frames."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Optional, Sequence, overload
+
+from stiefel._results.base import Array, ByValue, Ended, Price, RunStatus
+from stiefel._results.catalogue import Choice
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Conversion(ByValue):
+    """A motion in the variables of another system, as a scene or as blocks."""
+
+    scene: Optional[dict[str, Any]]  #: the resolved scene; None if the target is not a system
+    blocks: dict[str, Array]  #: the blocks by name if the target is not a system, else empty
+    margins: dict[str, float]  #: distance from the edge of each domain, by the domain's name: positive inside
+
+    choice: Optional[Choice] = None  #: the method that was chosen if the scene had a tolerance
+
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {values.shape}" for name, values in self.blocks.items())
+        what = shapes if self.scene is None else f"a scene of {self.scene['system']}"
+        margins = "".join(f", margin of {domain} {margin:.3g}" for domain, margin in self.margins.items())
+        return f"<stiefel.Conversion to {what}{margins}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Geodesic(Ended, ByValue):
+    """The geodesic that joins two frames. If `outcome` is not REACHED, none was found."""
+
+    #: the scene of the motion from Q_0 at time 0 to Q_T at the given time; None where it was not asked for, and in a metric
+    #: that no Lambda has
+    scene: Optional[dict[str, Any]]
+    velocity: Optional[Array]  #: Qdot at Q_0; None for the discrete problem
+    energy: float
+    residual: float  #: max |Q(time) - Q_T|
+    #: whether it is the shortest geodesic between the frames: "yes" is proved; "none_shorter_found": a search was
+    #: completed; "no": a shorter path was seen; "unknown": a search was not completed, or the discrete problem
+    shortest: str
+    distinct: int  #: how many different geodesics the search has seen
+    trajectory: Optional[Array]  #: the frames, (samples + 1, n, N); None without samples
+    run_status: RunStatus
+
+    def __repr__(self) -> str:
+        frames = "" if self.trajectory is None else f", trajectory {self.trajectory.shape}"
+        return (f"<stiefel.Geodesic {self.outcome}: energy {self.energy!r}, residual {self.residual:.1e}, shortest: "
+                f"{self.shortest}, {self.distinct} seen{frames}>")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ConjugatePoint(ByValue):
+    """A time at which the differential of the exponential map, from velocities at time 0 to frames, is singular."""
+
+    time: float
+    multiplicity: int
+    kernel: Array  #: (multiplicity, n, N): changes of Qdot(0) that do not change Q(time), orthonormal in the metric
+    gap: Optional[float]  #: sin(theta) of the next field, tan(theta) = |J| / (t |DJ/dt|); None if there is none
+
+    def __repr__(self) -> str:
+        return f"<stiefel.ConjugatePoint at {self.time!r}, multiplicity {self.multiplicity}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ConjugatePoints(Ended, ByValue, Sequence[ConjugatePoint]):
+    """The conjugate points along a geodesic, in the order of their times."""
+
+    points: tuple[ConjugatePoint, ...]
+    until: float  #: every conjugate point up to this time is here: `time`, or less if `outcome` is not REACHED
+    run_status: RunStatus
+    price: Optional[Price] = field(default=None, compare=False)
+
+    @overload
+    def __getitem__(self, index: int) -> ConjugatePoint: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[ConjugatePoint, ...]: ...
+    def __getitem__(self, index: Any) -> Any:
+        return self.points[index]
+
+    def __len__(self) -> int:
+        """Returns the number of points."""
+        return len(self.points)
+
+    def __repr__(self) -> str:
+        return f"<stiefel.ConjugatePoints {self.outcome}: {len(self)} up to {self.until!r}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InjectivityRadius(Ended, ByValue):
+    """Bounds of the injectivity radius of V(n, N), in lengths of the metric, and how the search went."""
+
+    upper: float  #: the least that was found: a distance to a conjugate point, or half the length of a closed geodesic
+    lower: float  #: a proven lower bound; 0 where there is none
+    witness: str  #: what shows `upper`: "conjugate_point" or "closed_geodesic"
+    Q: Array  #: the geodesic of unit speed that shows `upper`, (n, N)
+    Qdot: Array
+    residual: float  #: |J| / (t |DJ/dt|) at the conjugate point, or the largest difference between the ends of the closed geodesic
+    least_conjugate: Optional[float]  #: the least distance to a conjugate point that was found; None if none was
+    least_loop: float  #: half the length of the shortest closed geodesic that was found
+    starts: int  #: geodesics from which the search descended
+    agreeing: int  #: how many of them ended within 1e-6 of `least_conjugate`
+    loops: int  #: closed geodesics that were found
+    run_status: RunStatus
+
+    def __repr__(self) -> str:
+        return (f"<stiefel.InjectivityRadius {self.outcome}: {self.lower!r} to {self.upper!r} ({self.witness}), "
+                f"{self.agreeing} of {self.starts} descents agree>")

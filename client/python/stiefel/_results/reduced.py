@@ -1,0 +1,142 @@
+"""What a run is reduced to on the server: events, statistics, and the derivative of the computed steps."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Iterator, Mapping, Optional, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stiefel._given.numbers import numbers
+from stiefel._results.base import Array, ByValue, Ended, Named, Price, RunStatus
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Events(Named):
+    """Zeros of functions of the state, ordered by step. `events["Q"]` is a field at all zeros, `len` the number of zeros,
+    and `events[a:b:c]` has those of a slice. Events are equal if all their arrays and their run statuses are equal."""
+
+    event: NDArray[np.uint32]  #: the index of the event among those asked for
+    step: NDArray[np.int64]  #: the last step before the zero
+    #: The zero is at step + fraction, 0 < fraction <= 1. For a discrete system the fraction is 1, and the zero lies
+    #: somewhere between the two steps.
+    fraction: Array
+    time: Array  #: (step + fraction) times the scene's step
+    member: Optional[NDArray[np.uint32]]  #: the member of an ensemble; None for a single motion
+    fields: dict[str, Array]  #: the fields at the zeros: (events, rows, cols), a vector (events, n), a number (events,)
+    run_status: Optional[RunStatus] = None  #: how the run ended; None in the parts from `Session.stream_events`
+
+    @property
+    def count(self) -> int:
+        """The number of zeros."""
+        return len(self.step)
+
+    def __len__(self) -> int:
+        """Returns the number of zeros."""
+        return len(self.step)
+
+    @overload
+    def __getitem__(self, which: str) -> Array: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> Events: ...
+
+    def __getitem__(self, which: Any) -> Any:
+        if not isinstance(which, slice):
+            return self._field(which)
+        return Events(self.event[which], self.step[which], self.fraction[which], self.time[which],
+                      None if self.member is None else self.member[which],
+                      {name: values[which] for name, values in self.fields.items()}, self.run_status)
+
+    def __iter__(self) -> Iterator[Events]:
+        """Yields each zero as events of length 1."""
+        return (self[k:k + 1] for k in range(len(self)))
+
+    def __repr__(self) -> str:
+        outcome = f" {self.run_status.outcome}" if self.run_status else ""
+        return f"<stiefel.Events{outcome} of {self.count} zero{'s' if self.count != 1 else ''}: {self._shapes()}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StateTransition(Ended, ByValue):
+    """The derivative of the computed steps, from `Session.state_transition`.
+
+    Column k of `matrix`, (d, m), is what became of vector k, in the coordinates at `step`; behind these columns stand
+    those of the `parameters`. With `every` the results stand along a first axis of `step`, `time`, `matrix`, `vectors`
+    and `basis`.
+
+    Coordinates of a body (Q, M): eta, then dM, with dQ = Q eta, for a right-invariant one dQ = eta Q; for N = 3 as axial
+    vectors (x, y, z), otherwise the elements i < j row by row. Of other states: those of the orthonormal `basis`.
+    """
+
+    step: Any  #: the step, or (results,) the steps
+    time: Any  #: in seconds
+    matrix: Optional[Array]  #: (d, m); None where the vectors were given as blocks
+    vectors: Optional[Array]  #: (m, rows, cols), where they were given as blocks
+    basis: Optional[Array]  #: (d, rows, cols): element k is the vector with the coordinate k equal to 1, blocks stacked
+    start_basis: Optional[Array]  #: the same at the state where the vectors start
+    parameters: tuple[str, ...]  #: "inertia", with a column for each lambda; "step", with one
+    run_status: RunStatus
+    computed_steps: int = field(default=0, compare=False)
+    price: Optional[Price] = field(default=None, compare=False)
+
+    def gradient(self, slope: Any) -> Array:
+        """Returns the derivatives of a scalar of the last state by the start's coordinates and by the parameters, in the
+        order of the columns. `slope`: the derivatives of the scalar by the last state's coordinates, (d)."""
+        if self.matrix is None:
+            raise TypeError("the vectors were given as blocks: their matrix is not known")
+        last = self.matrix if self.matrix.ndim == 2 else self.matrix[-1]
+        return np.asarray(numbers("slope", slope) @ last)
+
+    def __repr__(self) -> str:
+        array = self.matrix if self.matrix is not None else self.vectors
+        shape = array.shape if array is not None else ()
+        return f"<stiefel.StateTransition {self.outcome} of the shape {shape}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Summary(Ended, ByValue, Mapping[str, "dict[str, Array]"]):
+    """Statistics by quantity and name: `summary["energy"]["drift"]`. Two summaries are equal if all their arrays and their
+    run statuses are equal, whatever they cost.
+
+    The shape of an array is that of the field, () for a single invariant, or (invariants,) for a family. In an
+    ensemble, (members,) stands before this shape; (quantiles,) or (bins,) stands behind it.
+    """
+
+    quantities: dict[str, dict[str, Array]]
+    outcomes: Array  #: how each motion ended, texts equal to `Outcome`: (), in an ensemble (members,)
+    last_step: Array  #: the last step of each motion: (), in an ensemble (members,)
+    ended_by: Array  #: the index of the terminal event, or -1: (), in an ensemble (members,)
+    samples: Array  #: the number of samples: (), in an ensemble (members,)
+    run_status: RunStatus
+    computed_steps: int = field(compare=False)
+    price: Optional[Price] = field(default=None, compare=False)
+    checkpoint: bytes = field(default=b"", compare=False)  #: the last checkpoint, if any was asked for
+    #: whether the server ignored the call's checkpoint, because it does not have the key that signed it
+    checkpoint_ignored: bool = field(default=False, compare=False)
+
+    def __getitem__(self, name: str) -> dict[str, Array]:
+        try:
+            return self.quantities[name]
+        except KeyError:
+            raise KeyError(f"no quantity {name!r}; the quantities are {', '.join(self.quantities) or 'none'}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.quantities
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.quantities)
+
+    def __iter__(self) -> Any:
+        return iter(self.quantities)
+
+    def __len__(self) -> int:
+        return len(self.quantities)
+
+    def _as_table(self) -> Any:
+        return (f"{self.outcome}", ("quantity", "statistic", "value"),
+                [(name, statistic, values) for name, found in self.quantities.items() for statistic, values in found.items()])
+
+    def __repr__(self) -> str:
+        what = ", ".join(f"{name} {'/'.join(statistics)}" for name, statistics in self.quantities.items())
+        return f"<stiefel.Summary {self.outcome}: {what or 'nothing'}>"
