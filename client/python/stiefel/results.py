@@ -27,7 +27,7 @@ from stiefel._results.tradeoff import Point, Tradeoff
 from stiefel.scene import member_of, to_dict
 
 __all__ = ["Batch", "Catalogue", "Choice", "ConjugatePoint", "ConjugatePoints", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
-           "InjectivityRadius", "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "State", "StateTransition", "Summary", "Tradeoff", "Trajectory"]
+           "InjectivityRadius", "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "Section", "State", "StateTransition", "Summary", "Tradeoff", "Trajectory"]
 
 
 B = TypeVar("B", bound="Batch")
@@ -396,6 +396,29 @@ class Events(Named):
     def __repr__(self) -> str:
         outcome = f" {self.run_status.outcome}" if self.run_status else ""
         return f"<stiefel.Events{outcome} of {self.count} zero{'s' if self.count != 1 else ''}: {self._shapes()}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Section(Events):
+    """The crossings of a plane in the space of states, from `Session.poincare`, ordered by step."""
+
+    points: Array = field(default_factory=lambda: np.empty((0, 0)))  #: (crossings, coordinates)
+    residual: Array = field(default_factory=lambda: np.empty(0))  #: how far the reported state is from the plane: g at the crossing
+
+    @overload
+    def __getitem__(self, which: str) -> Array: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> Section: ...
+
+    def __getitem__(self, which: Any) -> Any:
+        part = super().__getitem__(which)
+        return part if isinstance(which, str) else Section(
+            part.event, part.step, part.fraction, part.time, part.member, part.fields, part.run_status, self.points[which],
+            self.residual[which])
+
+    def __repr__(self) -> str:
+        return super().__repr__().replace("Events", "Section").replace(" zero", " crossing")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
