@@ -6,6 +6,7 @@ M₁₂, keeps every geodesic on curves. Right, they differ: islands lie in a se
 (docs/integrability.md).
 """
 import sys
+from typing import Any
 
 import matplotlib
 
@@ -17,7 +18,7 @@ import stiefel
 SECTION, M12 = {"M": [[0, 0, 1], [0, 0, 0], [0, 0, 0]]}, {"M": [[0, 1, 0], [0, 0, 0], [0, 0, 0]]}
 
 
-def normal(section):
+def normal(section: stiefel.Events) -> Any:
     return np.cross(section["Q"][:, 0], section["Q"][:, 1])
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of
@@ -344,7 +345,7 @@ class Session(Held):
         `events` says; `Section.residual` is g at the states that are returned. `time`: instead of `to`, the time of a step.
         """
         event, name, coefficients = to_section(section, level, direction)
-        wanted = names("fields", fields)
+        wanted: Any = names("fields", fields)
         for one in (name, *(field for of in coordinates if isinstance(of, Mapping) for field in of)):
             if one not in wanted:
                 wanted.append(one)
