@@ -19,6 +19,7 @@ void add_describe(CLI::App& all, Command& chosen);
 void add_run(CLI::App& all, Command& chosen);
 void add_rerun(CLI::App& all, Command& chosen);
 void add_summarize(CLI::App& all, Command& chosen);
+void add_poincare(CLI::App& all, Command& chosen);
 void add_diagnose(CLI::App& all, Command& chosen);
 void add_linearize(CLI::App& all, Command& chosen);
 void add_convert(CLI::App& all, Command& chosen);

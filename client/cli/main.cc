@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   cli::add_run(app, command);
   cli::add_rerun(app, command);
   cli::add_summarize(app, command);
+  cli::add_poincare(app, command);
   cli::add_diagnose(app, command);
   cli::add_linearize(app, command);
   cli::add_convert(app, command);

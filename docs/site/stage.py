@@ -35,6 +35,7 @@ docs/accuracy
 docs/catalogue
 docs/manifolds
 docs/conjugate_points
+docs/integrability
 docs/summaries
 docs/sweeps
 docs/glossary

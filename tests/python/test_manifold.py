@@ -164,3 +164,36 @@ def test_what_is_printed_is_short():
     shown = repr(S.join(Q, S.exp(Q, 0.5 * V)))
     assert re.fullmatch(r"<stiefel.manifold.Joined of 4 pairs: distance 0.5 to 0.5, residual at most \S+e-1[5-7]\n  shortest: yes 4>", shown), shown
     assert "of 0 pairs" in repr(S.join(Q, np.empty((0, 3, 10))))
+
+
+def test_velocities_of_an_energy_and_a_momentum(manifold):
+    Q = manifold.random(4, seed=1)
+    W = manifold.random_tangent(Q, seed=2)
+    B = np.random.default_rng(3).normal(size=(manifold.n, manifold.n))
+    m = manifold.momentum(Q, W)
+    paired = manifold.inner(Q, W, (B - B.T) @ Q)
+    np.testing.assert_allclose(paired, np.sum(m * (B - B.T), axis=(-2, -1)) / 2, atol=1e-14)
+    if manifold.n == manifold.N:
+        with pytest.raises(ValueError, match="direction"):
+            manifold.velocity(Q, W, 0.5)
+        return
+    asked = 0.1 * (B - B.T)
+    V = manifold.velocity(Q, W, 0.7, asked)
+    np.testing.assert_allclose(manifold.inner(Q, V, V), 1.4, rtol=1e-14)
+    np.testing.assert_allclose(manifold.momentum(Q, V), np.broadcast_to(asked, (4, *asked.shape)), atol=1e-14)
+    np.testing.assert_allclose(manifold.tangent(Q, V), V, atol=1e-14)
+    assert (manifold.inner(Q, V, W) > 0).all()
+    if manifold.n > 1:
+        with pytest.raises(ValueError, match="energy: 0.001: must be at least"):
+            manifold.velocity(Q, W, 0.001, asked)
+
+
+def test_a_geodesic_keeps_its_momentum(client):
+    manifold = Stiefel(3, 5, LAMBDA, client=client)
+    Q = manifold.random(seed=1)
+    m = np.array([[0, 0.1, -0.2], [-0.1, 0, 0.3], [0.2, -0.3, 0]])
+    V = manifold.velocity(Q, manifold.random_tangent(Q, seed=2), 0.5, m)
+    scene = {"system": "stiefel", "inertia": LAMBDA, "step": 0.1, "initial": {"Q": Q, "Qdot": V}}
+    with client.create(scene) as session:
+        last = session.step(to=100)
+    np.testing.assert_allclose(manifold.momentum(last["Q"], last["S"] / LAMBDA), m, atol=1e-12)

@@ -36,7 +36,7 @@ from stiefel.results import (Batch as Batch, Catalogue as Catalogue, Choice as C
                              Geodesic as Geodesic, InjectivityRadius as InjectivityRadius, Invariant as Invariant,
                              Motion as Motion, Origin as Origin,
                              Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
-                             State as State, StateTransition as StateTransition, Summary as Summary,
+                             Section as Section, State as State, StateTransition as StateTransition, Summary as Summary,
                              Tradeoff as Tradeoff, Trajectory as Trajectory)
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server

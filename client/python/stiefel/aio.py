@@ -256,6 +256,7 @@ class Session:
     covariance = _awaited(blocking_session.Session.covariance)
     summarize = _awaited(blocking_session.Session.summarize)
     events = _awaited(blocking_session.Session.events)
+    poincare = _awaited(blocking_session.Session.poincare)
     stream_events = _iterated(blocking_session.Session.stream_events)
     _exit = _awaited(blocking_session.Session.__exit__)
 

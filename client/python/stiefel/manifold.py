@@ -109,6 +109,31 @@ class _Manifold:
         V = self._metric.tangent(frames, np.random.default_rng(seed).normal(size=frames.shape))
         return self._out(V / np.sqrt(self._metric.inner(frames, V, V))[..., None, None])
 
+    def momentum(self, Q: ArrayLike, V: ArrayLike) -> Array:
+        """Returns the skew n x n matrix m of the turns of the frame in itself: inner(V, AQ) = tr(m A^T) / 2 for skew A. A
+        geodesic keeps it. In the metric of Lambda, m = SQ^T - QS^T with S = V Lambda."""
+        return self._metric.momentum(self._in(Q), self._in(V))
+
+    def velocity(self, Q: ArrayLike, direction: ArrayLike, energy: float = 0.5, momentum: Optional[ArrayLike] = None) -> Array:
+        """Returns the velocity at Q with the energy inner(V, V) / 2 and the momentum (by default 0), n x n.
+
+        It is the sum of the velocity of least energy with this momentum, which turns the frame in itself, and of a multiple
+        of the part of `direction` whose momentum is 0. Raises ValueError where there is none: the energy is below the least,
+        or nothing of `direction` has the momentum 0.
+        """
+        frames = self._frame(Q)
+        m = np.zeros((self.n, self.n)) if momentum is None else np.asarray(momentum, float)
+        if m.shape[-2:] != (self.n, self.n) or np.max(np.abs(m + np.swapaxes(m, -1, -2)), initial=0.0) > 1e-12 * np.max(np.abs(m), initial=0.0):
+            raise ValueError(f"momentum: must be a skew-symmetric {self.n} x {self.n} matrix")
+        W = self._metric.tangent(frames, self._in(direction))
+        turn, free = self._metric.turn(frames, m), W - self._metric.turn(frames, self._metric.momentum(frames, W))
+        least, rest = (self._metric.inner(frames, part, part) / 2 for part in (turn, free))
+        if np.any(least > energy):
+            raise ValueError(f"energy: {energy!r}: must be at least {np.max(least)!r} at this frame with this momentum")
+        if np.any(rest <= 1e-24 * self._metric.inner(frames, W, W)):
+            raise ValueError("direction: must have a part whose momentum is 0")
+        return self._out(turn + np.sqrt((energy - least) / rest)[..., None, None] * free)
+
     def exp(self, Q: ArrayLike, V: ArrayLike) -> Array:
         """Returns the frame at time 1 of the geodesic that starts at Q with the velocity V."""
         return self._out(self._metric.flow(*self._start(Q, V), np.ones(1))[0])

@@ -4,9 +4,10 @@ from __future__ import annotations
 import uuid
 from contextlib import nullcontext
 from dataclasses import replace
-from typing import Any, Iterator, Optional, Sequence, Union
+from typing import Any, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of
@@ -15,6 +16,7 @@ from stiefel._given.normalized import with_hint
 from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
+from stiefel._given.sections import Coordinate, columns, linear, to_section
 from stiefel._given.typed import Blocks, Body, Fields, Method
 from stiefel._given.when import every_of, in_steps
 from stiefel._results.origin import Origin
@@ -31,7 +33,7 @@ from stiefel._wire.streams import progress_bar
 from stiefel._wire.times import at_times, backwards, between_steps, up_to
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
                             warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, Outcome, RunStatus, State, StateTransition, Summary,
+from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, Outcome, RunStatus, Section, State, StateTransition, Summary,
                              Trajectory)
 from stiefel.scene import to_method, with_changes, with_given_names
 
@@ -332,6 +334,29 @@ class Session(Held):
             fields_of_a_state = self.step(to=0, fields=fields, timeout=timeout)
             parts = [answers.no_events(fields_of_a_state, self._known_scene().HasField("members"))]
         return answers.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
+
+    def poincare(self, section: Mapping[str, Any], to: Optional[int] = None, level: float = 0.0, direction: str = "rising",
+                 coordinates: Sequence[Coordinate] = (), start: int = 0, fields: Optional[Fields] = None,
+                 timeout: Optional[float] = None, time: Any = None) -> Section:
+        """Returns the crossings of the plane g = sum(coefficients * field) - level after step `start`, up to step `to`.
+
+            session.poincare({"q": [0, 0, 1]}, to=10**5, coordinates=[{"q": [1, 0, 0]}, {"qdot": [1, 0, 0]}]).points
+
+        `section`: the field and its coefficients, in the field's shape. `direction`: "rising", "falling" or "both".
+        `coordinates`: the columns of `points`; each a mapping from fields to coefficients, whose sums are added, or a function
+        of the section, such as `lambda s: np.arctan2(s["q"][:, 1], s["q"][:, 0])`. `fields`: the fields to return, by default
+        those that `section` and the mappings name. A crossing is located, and two of them between two steps are missed, as
+        `events` says; `Section.residual` is g at the states that are returned. `time`: instead of `to`, the time of a step.
+        """
+        event, name, coefficients = to_section(section, level, direction)
+        wanted: Any = names("fields", fields)
+        for one in (name, *(field for of in coordinates if isinstance(of, Mapping) for field in of)):
+            if one not in wanted:
+                wanted.append(one)
+        found = self.events(to, event, start, wanted, timeout, time)
+        residual = linear(f"section.{name}", found[name], coefficients) - event["level"]
+        return Section(found.event, found.step, found.fraction, found.time, found.member, found.fields, found.run_status,
+                       columns(found, coordinates), residual)
 
     def stream_events(self, to: Optional[int] = None, events: Union[EventDescription, Sequence[EventDescription]] = (),
                       start: int = 0, fields: Optional[Fields] = None, timeout: Optional[float] = None,

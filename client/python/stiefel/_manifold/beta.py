@@ -127,6 +127,13 @@ class BetaMetric:
         H = V - A @ Q
         return (A @ A - H @ transposed(H)) @ Q + 2 * (1 - self.beta) * A @ H
 
+    def momentum(self, Q: Array, V: Array) -> Array:
+        return 2 * self.beta * skew_part(V @ transposed(Q))
+
+    def turn(self, Q: Array, m: Array) -> Array:
+        """Returns the velocity AQ with the momentum m = 2 beta A."""
+        return m / (2 * self.beta) @ Q
+
     def flow(self, Q: Array, V: Array, times: Array) -> Array:
         geodesic = self._geodesic(Q, V)
         return np.stack([transposed(geodesic.at(t)[0]) for t in times])

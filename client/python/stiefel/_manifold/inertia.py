@@ -24,7 +24,7 @@ def transposed(A: Array) -> Array:
 
 
 def lyapunov(K: Array, C: Array) -> Array:
-    """Returns the symmetric B of KB + BK = C, with K symmetric and positive."""
+    """Returns the B of KB + BK = C, with K symmetric and positive; it is symmetric or skew if C is."""
     kappa, X = np.linalg.eigh(K)
     B: Array = X @ ((transposed(X) @ C @ X) / (kappa[..., :, None] + kappa[..., None, :])) @ transposed(X)
     return B
@@ -97,6 +97,14 @@ class InertiaMetric:
         ZQ = G / self.inertia @ transposed(Q)
         B = lyapunov(self._gram(Q), ZQ + transposed(ZQ))
         return self.tangent(Q, (G_V - B @ V) / self.inertia)
+
+    def momentum(self, Q: Array, V: Array) -> Array:
+        SQ = V * self.inertia @ transposed(Q)
+        return SQ - transposed(SQ)
+
+    def turn(self, Q: Array, m: Array) -> Array:
+        """Returns the velocity AQ with the momentum m: FA + AF = m, F = Q Lambda Q^T."""
+        return lyapunov(Q * self.inertia @ transposed(Q), m) @ Q
 
     def flow(self, Q: Array, V: Array, times: Array) -> Array:
         return self._motion(Q, V, times)[0]

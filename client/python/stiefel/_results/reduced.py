@@ -58,6 +58,29 @@ class Events(Named):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Section(Events):
+    """The crossings of a plane in the space of states, from `Session.poincare`, ordered by step."""
+
+    points: Array = field(default_factory=lambda: np.empty((0, 0)))  #: (crossings, coordinates)
+    residual: Array = field(default_factory=lambda: np.empty(0))  #: how far the reported state is from the plane: g at the crossing
+
+    @overload
+    def __getitem__(self, which: str) -> Array: ...
+
+    @overload
+    def __getitem__(self, which: slice) -> Section: ...
+
+    def __getitem__(self, which: Any) -> Any:
+        part = super().__getitem__(which)
+        return part if isinstance(which, str) else Section(
+            part.event, part.step, part.fraction, part.time, part.member, part.fields, part.run_status, self.points[which],
+            self.residual[which])
+
+    def __repr__(self) -> str:
+        return super().__repr__().replace("Events", "Section").replace(" zero", " crossing")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class StateTransition(Ended, ByValue):
     """The derivative of the computed steps, from `Session.state_transition`.
 

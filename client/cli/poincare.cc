@@ -1,0 +1,181 @@
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <optional>
+
+#include "client/cli/command.h"
+#include "client/cli/endpoint.h"
+#include "client/cli/input/message_file.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/options.h"
+#include "client/cli/progress/progress.h"
+#include "client/cli/report.h"
+#include "client/cli/sinks/destination.h"
+#include "stiefel/client/samples.h"
+
+namespace stiefel::cli {
+namespace {
+
+struct PoincareCommand {
+  SceneSource scene;
+  Remote server;
+  std::int64_t from = 0;
+  std::string section;  ///< "q=0,0,1"
+  double level = 0;
+  std::string direction = "rising";
+  std::vector<std::string> coordinates;
+  std::string output;
+};
+
+/// A linear function of a field.
+struct Linear {
+  std::string field;
+  std::vector<double> coefficients;
+
+  /// Returns its value at event `i` of the values of the field at several events.
+  double at(std::span<const double> values, std::size_t i) const {
+    long double sum = 0;
+    for (std::size_t k = 0; k < coefficients.size(); ++k)
+      if (coefficients[k] != 0)
+        sum += static_cast<long double>(coefficients[k]) * values[i * coefficients.size() + k];
+    return static_cast<double>(sum);
+  }
+};
+
+Linear read_linear(const std::string& option, const std::string& text) {
+  const auto refuse = [&](const std::string& rule) {
+    throw BadInput(option + ": " + text + ": must be FIELD=NUMBER,NUMBER,..." + rule);
+  };
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) refuse("");
+  Linear linear{text.substr(0, equals), {}};
+  for (std::size_t at = equals; at < text.size();) {
+    const std::size_t end = std::min(text.find(',', at + 1), text.size());
+    double number = 0;
+    const char* last = text.data() + end;
+    const auto [stop, error] = std::from_chars(text.data() + at + 1, last, number);
+    if (error != std::errc() || stop != last)
+      refuse("; " + text.substr(at + 1, end - at - 1) + " is no number");
+    linear.coefficients.push_back(number);
+    at = end;
+  }
+  return linear;
+}
+
+v1::SummarizeRequest request_of(const PoincareCommand& command, const Linear& section,
+                                const std::vector<Linear>& coordinates) {
+  static const std::map<std::string, v1::Direction> directions = {
+      {"both", v1::DIRECTION_UNSPECIFIED},
+      {"rising", v1::DIRECTION_RISING},
+      {"falling", v1::DIRECTION_FALLING}};
+  v1::SummarizeRequest request;
+  request.set_from(command.from);
+  request.set_every(1);
+  auto& event = *request.add_events();
+  event.set_field(section.field);
+  event.mutable_coefficients()->Add(section.coefficients.begin(), section.coefficients.end());
+  event.set_level(command.level);
+  event.set_direction(directions.at(command.direction));
+  request.add_fields(section.field);
+  for (const Linear& of : coordinates)
+    if (std::ranges::find(request.fields(), of.field) == request.fields().end())
+      request.add_fields(of.field);
+  return request;
+}
+
+void append_crossings(const v1::EventBatch& batch, const Linear& section, double level,
+                      const std::vector<Linear>& coordinates, nlohmann::ordered_json& crossings) {
+  const auto count = static_cast<std::size_t>(batch.steps_size());
+  const auto values = [&](const Linear& of) {
+    const auto field = std::ranges::find(batch.fields(), of.field, &v1::Field::name);
+    const std::span<const double> all = client::values(field->value());
+    if (all.size() != count * of.coefficients.size())
+      throw BadInput("--coordinate: " + of.field + " has " + std::to_string(all.size() / count) +
+                     " numbers, and must have as many coefficients");
+    return all;
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const int k = static_cast<int>(i);
+    nlohmann::ordered_json point = nlohmann::ordered_json::array();
+    for (const Linear& of : coordinates) point.push_back(of.at(values(of), i));
+    nlohmann::ordered_json crossing = {{"step", batch.steps(k)},
+                                       {"fraction", batch.fractions(k)},
+                                       {"time", batch.times(k)},
+                                       {"point", std::move(point)},
+                                       {"residual", section.at(values(section), i) - level}};
+    if (batch.members_size() > 0) crossing["member"] = batch.members(k);
+    crossings.push_back(std::move(crossing));
+  }
+}
+
+ExitStatus poincare(const PoincareCommand& command, Origin& origin) {
+  const Linear section = read_linear("--section", command.section);
+  std::vector<Linear> coordinates;
+  for (const std::string& text : command.coordinates)
+    coordinates.push_back(read_linear("--coordinate", text));
+  const v1::Scene scene = read_scene(command.scene, origin);
+  v1::SummarizeRequest request = request_of(command, section, coordinates);
+  request.set_to(last_step(command.scene, scene));
+  std::optional<Destination> destination;
+  if (!command.output.empty()) destination.emplace(command.output);
+  const Endpoint endpoint(command.server);
+  const auto session = endpoint.create(scene);
+  print_remarks(session.description());
+  nlohmann::ordered_json crossings = nlohmann::ordered_json::array();
+  v1::SummarizeResponse end;
+  {
+    Progress progress(session, request.to());
+    try {
+      end = session.summarize(request, [&](const v1::SummarizeResponse& message) {
+        progress.at(message.step());
+        if (message.events().steps_size() > 0)
+          append_crossings(message.events(), section, command.level, coordinates, crossings);
+        return true;
+      });
+    } catch (const client::Error&) {
+      if (interrupted()) throw Interrupted(progress.how_far() + "; nothing was written");
+      throw;
+    }
+  }
+  nlohmann::ordered_json out = {{"outcome", to_string(end.run_status().outcome())}};
+  if (end.run_status().outcome() != v1::OUTCOME_REACHED)
+    out["message"] = end.run_status().message();
+  out["crossings"] = std::move(crossings);
+  write_whole(destination, to_text(out) + "\n");
+  return conclude(end.run_status(), end.step());
+}
+
+}  // namespace
+
+void add_poincare(CLI::App& all, Command& chosen) {
+  const auto command = std::make_shared<PoincareCommand>();
+  auto* app = all.add_subcommand("poincare",
+                                 "Prints where a motion crosses a plane in the space of states");
+  add_run_of_scene(app, command->scene);
+  app->add_option("--section", command->section,
+                  "the plane sum(NUMBER * FIELD) = level; the numbers row by row: q=0,0,1")
+      ->required()
+      ->type_name("FIELD=NUMBER,...");
+  app->add_option("--level", command->level, "0 by default")->type_name("NUMBER");
+  app->add_option("--direction", command->direction, "rising (the default), falling or both")
+      ->check(CLI::IsMember({"rising", "falling", "both"}));
+  app->add_option("--coordinate", command->coordinates,
+                  "a linear function of a field, which is a number of each point. Repeatable")
+      ->type_name("FIELD=NUMBER,...");
+  app->add_option("--from", command->from, "the step after which crossings count; 0 by default")
+      ->transform(whole_number(between_steps))
+      ->type_name("STEP");
+  app->add_option("--output", command->output, "a .json file; stdout by default")
+      ->type_name("FILE.json");
+  add_server(app, command->server);
+  app->callback([=, &chosen] {
+    chosen.origin = {.file = command->scene.shown(),
+                     .options = {{"from", "--from"},
+                                 {"to", command->scene.time ? "--time" : "--to"},
+                                 {"events", "--section"},
+                                 {"fields", "--coordinate"}}};
+    chosen.run = [command](Origin& origin) { return poincare(*command, origin); };
+  });
+}
+
+}  // namespace stiefel::cli

@@ -1,0 +1,50 @@
+"""The plane of a Poincaré section and the coordinates of its points, as a caller gives them."""
+from __future__ import annotations
+
+import reprlib
+from typing import Any, Callable, Mapping, Sequence, Union
+
+import numpy as np
+
+from stiefel._given.numbers import number, numbers, refused
+from stiefel._results.base import Array
+
+#: Coefficients by field, or a function of the section.
+Coordinate = Union[Mapping[str, Any], Callable[[Any], Any]]
+
+
+def to_section(section: Mapping[str, Any], level: float, direction: str) -> tuple[dict[str, Any], str, Array]:
+    """Returns the event of a crossing, the name of its field, and the coefficients."""
+    if not isinstance(section, Mapping) or len(section) != 1:
+        raise refused("section", f"{reprlib.repr(section)}: must be a mapping from one field to its coefficients")
+    (name, given), = section.items()
+    coefficients = numbers(f"section.{name}", given)
+    return ({"field": name, "coefficients": coefficients, "level": number("level", level), "direction": direction}, name,
+            coefficients)
+
+
+def linear(path: str, values: Array, coefficients: Any) -> Array:
+    """Returns sum(coefficients * values) for each of several values of a field."""
+    given = numbers(path, coefficients)
+    if given.size != values[0:1].size and len(values):
+        raise refused(path, f"the shape {given.shape}: must be {values.shape[1:]}, that of the field")
+    return np.asarray(values.reshape(len(values), -1) @ given.ravel()) if len(values) else np.empty(0)
+
+
+def column(path: str, section: Any, of: Coordinate) -> Array:
+    """Returns one coordinate of every crossing."""
+    if isinstance(of, Mapping):
+        return np.asarray(sum((linear(f"{path}.{name}", section[name], given) for name, given in of.items()),
+                              np.zeros(len(section))))
+    if not callable(of):
+        raise refused(path, f"{reprlib.repr(of)}: must be a mapping from fields to coefficients, or a function of the section")
+    values = np.asarray(of(section), float)
+    if values.shape != (len(section),):
+        raise refused(path, f"the shape {values.shape}: must be one number for each of {len(section)} crossings")
+    return values
+
+
+def columns(section: Any, coordinates: Sequence[Coordinate]) -> Array:
+    """Returns the points: (crossings, coordinates)."""
+    return np.stack([column(f"coordinates[{k}]", section, of) for k, of in enumerate(coordinates)], axis=1) \
+        if coordinates else np.empty((len(section), 0))

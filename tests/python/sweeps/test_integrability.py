@@ -1,0 +1,150 @@
+"""The study of integrability: its proof's formulas against the engine, its verdicts on controls, and its bytes."""
+import json
+import multiprocessing
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stiefel
+
+sys.path.insert(0, str(Path(__file__).parents[3] / "client/examples"))
+import integrability  # noqa: E402
+
+TRIPLES = [(1, 2, 4), (2, 1, 4), (4, 1, 2), (1, 5, 10), (3, 1, 0.5)]
+
+
+def normal_equation(phi, a, b, c):
+    """The matrix of (theta, pi)' along the geodesic that turns a row in the plane of a and b, in the angle phi."""
+    x, slope = a * np.cos(phi)**2 + b * np.sin(phi)**2, (b - a) * np.sin(2 * phi)
+    D = a * b + c * x
+    return np.array([[-slope * (c - x) / (2 * D), 1 + slope**2 / (4 * D)],
+                     [-(c - x)**2 / D - (2 * x - c) / x, -slope / (2 * x) + slope * (c - x) / (2 * D)]])
+
+
+def half_turn(a, b, c, steps=2000):
+    """The monodromy of half a turn, by the method of Runge and Kutta."""
+    Y, h = np.eye(2), np.pi / steps
+    for phi in h * np.arange(steps):
+        first, middle, last = (normal_equation(phi + part * h, a, b, c) for part in (0, 0.5, 1))
+        k1 = first @ Y
+        k2 = middle @ (Y + h / 2 * k1)
+        k3 = middle @ (Y + h / 2 * k2)
+        Y = Y + h / 6 * (k1 + 2 * k2 + 2 * k3 + last @ (Y + h * k3))
+    return Y
+
+
+def turning_row(others, inertia):
+    """The closed geodesic whose first row turns in the plane of the first two axes while the others rest at `others`."""
+    inertia = np.array(inertia, float)
+    nodes, weights = np.polynomial.legendre.leggauss(300)
+    phi = (nodes + 1) * np.pi / 2
+    half = np.sum(weights * np.pi / 2 * np.sqrt(inertia[0] * np.sin(phi)**2 + inertia[1] * np.cos(phi)**2)) / np.sqrt(inertia[1])
+    axes = np.eye(len(inertia))
+    Q, V = axes[[0, *others]], np.zeros((1 + len(others), len(inertia)))
+    V[0, 1] = 1
+    return {"system": "stiefel", "inertia": inertia.tolist(), "step": half / 200, "method": {"name": "variational", "order": 8},
+            "initial": {"Q": Q, "Qdot": V}}
+
+
+def monodromy(client, scene):
+    """The derivative of half a turn followed by the isometry that turns the plane of the first two axes by pi."""
+    with client.create(scene) as session:
+        moved = session.state_transition(to=200)
+    back = np.where(np.arange(moved.basis.shape[2]) < 2, -1.0, 1.0)
+    return np.einsum("iab,jab->ij", moved.start_basis, moved.basis * back) @ moved.matrix
+
+
+@pytest.mark.parametrize("triple", TRIPLES)
+def test_the_normal_equation_is_that_of_the_engine_s_tangent(client, triple):
+    """Energy, flow, momentum and its symmetry give four eigenvalues 1; the other two are those of the normal equation."""
+    Y, Phi = half_turn(*triple), monodromy(client, turning_row([2], triple))
+    assert np.linalg.det(Y) == pytest.approx(1, abs=1e-10)
+    assert np.trace(Phi) - 4 == pytest.approx(np.trace(Y), abs=1e-10 * max(1, abs(np.trace(Y))))
+
+
+def test_v_2_3_is_totally_geodesic_in_larger_manifolds(client):
+    """The pair of eigenvalues is found again in V(3, 5), for each axis at which a second row may rest."""
+    inertia = [1, 5, 10, 3, 2]
+    found = np.linalg.eigvals(monodromy(client, turning_row([2, 3], inertia)))
+    for c in (10, 3):
+        for value in np.linalg.eigvals(half_turn(1, 5, c)):
+            assert abs(found - value).min() < 1e-9 * max(1, abs(value)), c
+
+
+def coefficients(x, a, b, c):
+    """p, q and q's numerator of theta'' + p theta' + q theta = 0 in x, as the page prints them."""
+    s, D = a + b + c, a * b + c * x
+    p = c / D - 1 / (x - s) + (1 / (x - a) + 1 / (x - b) - 1 / x) / 2
+    N = (a * b * c * s + x * (a * b * (a + b) - c * (a * a + b * b) - c * c * (a + b) - 4 * a * b * c)
+         + x * x * (a * b + 3 * c * (a + b)))
+    return p, N / (4 * x * (x - a) * (x - b) * D * (x - s)), N
+
+
+def test_the_equation_in_x_is_the_equation_in_the_angle():
+    """theta'' of the first-order system by the chain rule, at random points: x = a cos^2 + b sin^2."""
+    for a, b, c in TRIPLES:
+        for phi in np.random.default_rng(0).uniform(0.1, 1.4, 5):
+            x, slope, h = a * np.cos(phi)**2 + b * np.sin(phi)**2, (b - a) * np.sin(2 * phi), 1e-5
+            A, dA = normal_equation(phi, a, b, c), (normal_equation(phi + h, a, b, c) - normal_equation(phi - h, a, b, c)) / (2 * h)
+            # theta'' = first theta' + zeroth theta in phi
+            first = A[0, 0] + A[1, 1] + dA[0, 1] / A[0, 1]
+            zeroth = dA[0, 0] - A[0, 0] * A[1, 1] + A[0, 1] * A[1, 0] - A[0, 0] * dA[0, 1] / A[0, 1]
+            p, q, _ = coefficients(x, a, b, c)
+            curvature = 2 * (b - a) * np.cos(2 * phi)
+            # theta_phiphi = slope^2 theta_xx + curvature theta_x
+            assert first * slope - curvature == pytest.approx(-p * slope**2, rel=1e-6, abs=1e-6)
+            assert zeroth == pytest.approx(-q * slope**2, rel=1e-6, abs=1e-6)
+
+
+def test_no_candidate_solves_the_equation_unless_two_numbers_are_equal():
+    """theta = 1 leaves N, theta = sqrt(x - a) leaves (b - c) times a polynomial with the constant term ab(a + b + c)."""
+    for a, b, c in [tuple(map(Fraction, triple)) for triple in TRIPLES] + [(Fraction(1), Fraction(3), Fraction(3))]:
+        x = Fraction(7, 11)
+        s, D = a + b + c, a * b + c * x
+        p, q, N = coefficients(x, a, b, c)
+        assert coefficients(Fraction(1, 10**9), a, b, c)[2] > 0
+        left = q + p / (2 * (x - a)) - 1 / (4 * (x - a)**2)  # of theta = sqrt(x - a), divided by it
+        rest = a * b * s + x * (-a * a - 4 * a * b - a * c) + x * x * (a - 2 * c)
+        assert left == -(b - c) * rest / (4 * x * (x - a) * (x - b) * D * (x - s))
+        assert (left == 0) == (b == c)
+
+
+@pytest.mark.parametrize("group, verdict", [("sphere n=1", "regular"), ("body n=N", "regular"), ("round", "regular"),
+                                            ("V(2,3) two values", "regular"), ("reduced (8.2)", "regular"), ("Henon-Heiles E=1/8", "chaotic")])
+def test_controls_are_judged_rightly(client, group, verdict):
+    work = [{**task, "steps": 20_000} for task in integrability.tasks(100, 0, 3) if task["group"] == group][:4]
+    assert work and {row["verdict"] for row in integrability.study(work)} == {verdict}
+
+
+def test_the_bytes_do_not_depend_on_who_computes():
+    work = integrability.tasks(100, 4000, 1)[::7]
+    here = integrability.study(work)
+    assert len({task["group"] for task in work}) >= 8 and len({row["exponent"] for row in here}) == len(work)
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as executor:
+        assert integrability.digest(list(executor.map(integrability.measured, work))) == integrability.digest(here)
+
+
+def test_a_section_of_v_2_3_has_the_energy_and_the_momentum():
+    (azimuth, height), = integrability.crossings([1, 2, 4], 0.5, 1, 4000)
+    assert len(azimuth) > 5 and (abs(height) <= 1).all() and (abs(azimuth) <= np.pi).all()
+
+
+def test_the_numbers_of_lambda_follow_their_pattern():
+    for pattern in ("abc", "aab", "aabbb", "abcdef", "aaaa"):
+        for seed in range(20):
+            inertia = integrability.scene_of("", 2, pattern, np.random.default_rng(seed))["inertia"]
+            for i, j in np.ndindex(len(inertia), len(inertia)):
+                assert (inertia[i] == inertia[j]) == (pattern[i] == pattern[j]), (pattern, inertia)
+            assert min(inertia) == 1 and max(inertia) <= 100 and (pattern == "aaaa" or max(inertia) >= 1.1)
+
+
+def test_the_program_writes_its_results_and_its_picture(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["integrability.py", "--scenes", "8", "--steps", "1000", "--orbits", "1", "--output", str(tmp_path)])
+    integrability.main()
+    rows = json.loads((tmp_path / "integrability.json").read_text())
+    assert len(rows) == 8 and {row["steps_done"] for row in rows} == {1000} and integrability.digest(rows) in capsys.readouterr().out
+    assert (tmp_path / "integrability.png").read_bytes().startswith(b"\x89PNG")
