@@ -24,10 +24,10 @@ def test_no_thread_of_grpc_s_is_left_that_watches_a_closed_channel(service, monk
     monkeypatch.setattr(threading, "excepthook", ended.append)
     for _ in range(4):
         with stiefel.Client(service.address) as client:
-            session = client.get("fake")
+            session, channel = client.get("fake"), client.channel
             service.failures = [grpc.StatusCode.UNAVAILABLE] * 2
             assert session.step(to=5).step == 5
-        assert not client.channel._connectivity_state.polling
+        assert not channel._connectivity_state.polling
     time.sleep(0.5)
     assert [one.exc_value for one in ended] == []
 
