@@ -30,4 +30,4 @@ axes[0].set(title="drift of the energy, relative", xlabel="hours", ylim=(1e-17, 
 axes[1].set(title="error of the attitude, max |Q − Q̂|", xlabel="hours")
 axes[1].legend()
 assert worst["variational"][0] < 1e-14 and worst["variational"][1] > 0.01 > worst["rk4"][1] > worst["rk4"][0] > 1e-10
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "drift_and_error.png", dpi=100)

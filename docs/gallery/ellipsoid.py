@@ -27,4 +27,4 @@ for k, velocity in enumerate(np.array([[0.0, 0.9, 0.25], [0.0, 0.25, 0.9]])):
     axes.set_axis_off()
     axes.set_title(f"Joachimsthal's integral {kept[0]:.2f}")
     axes.view_init(15, 25)
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "ellipsoid.png", dpi=100)

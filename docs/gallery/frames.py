@@ -30,4 +30,4 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         axes.set_box_aspect((1, 1, 1))
         axes.set_axis_off()
         axes.set_title(f"Λ = diag{tuple(inertia)}, energy {way.energy:.3f}")
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "frames.png", dpi=100)

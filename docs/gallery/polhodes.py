@@ -30,4 +30,4 @@ for member in range(len(starts)):
 axes.set(xlabel="m₁", ylabel="m₂", zlabel="m₃", title="Momentum in body axes")
 axes.set_box_aspect((1, 1, 1))
 axes.view_init(20, 40)
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "polhodes.png", dpi=100)

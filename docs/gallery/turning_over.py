@@ -24,4 +24,4 @@ for k, name in enumerate(("smallest", "middle", "largest")):
     axes.plot(run.time, spin[:, k], label=f"axis of the {name} moment")
 axes.set(xlabel="s", ylabel="angular velocity, rad/s")
 axes.legend(loc="lower right", fontsize=8)
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "turning_over.png", dpi=100)
