@@ -47,7 +47,7 @@ class Motion(ByValue):
     def P_phi(self) -> float:
         """The mean period of the precession of the axis of the mode about the momentum, as `stiefel.tumbling` takes it."""
         rate = 1 / self.precession_period + (1 / self.period if self.kind == "short-axis mode" else 0.0)
-        return 1 / rate
+        return 1 / rate if rate else math.inf
 
     def __repr__(self) -> str:
         time, momentum, energy = (" s", " kg m^2/s", " J") if self.in_si else ("", "", "")
