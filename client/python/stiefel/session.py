@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Iterator, Optional, Sequence, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of

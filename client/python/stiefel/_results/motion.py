@@ -157,7 +157,7 @@ def start_of(scene: Mapping[str, Any]) -> tuple[NDArray[Any], NDArray[Any], NDAr
 
 
 def _of_product(P: NDArray[Any], Q: NDArray[Any]) -> NDArray[Any]:
-    return P.T @ Q - Q.T @ P
+    return np.asarray(P.T @ Q - Q.T @ P)
 
 
 #: The systems that are a rigid body for n = N = 3, and M of a scene that gives another block; in the symmetric forms times epsilon.
