@@ -42,4 +42,4 @@ near.set(xlim=centre[0] + width * np.array([-0.6, 0.6]), ylim=centre[1] + width 
          zlim=centre[2] + width * np.array([-0.6, 0.6]))
 whole.set_title("geodesics up to their first conjugate point")
 near.set_title("the conjugate locus has four cusps")
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "conjugate_points.png", dpi=100)

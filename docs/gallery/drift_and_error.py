@@ -19,15 +19,15 @@ methods: list[stiefel.MethodName] = ["variational", "rk4"]
 exact = stiefel.simulate(scene, to=steps, every=20, fields=["Q"])
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.5), sharey=True, constrained_layout=True)
 worst = {}
-for name in methods:
+for name, dashes in zip(methods, ("-", "--")):
     run = stiefel.simulate({**scene, "method": {"name": name}}, to=steps, every=20, fields=["Q", "M", "Omega"])
     energy = (run["M"] * run["Omega"]).sum(axis=(1, 2)) / 4
     drift, error = abs(energy / energy[0] - 1), abs(run["Q"] - exact["Q"]).max(axis=(1, 2))
-    axes[0].semilogy(run.time / 3600, np.maximum(drift, 1e-17), label=name)
-    axes[1].semilogy(run.time / 3600, np.maximum(error, 1e-17), label=name)
+    axes[0].semilogy(run.time / 3600, np.maximum(drift, 1e-17), dashes, label=name)
+    axes[1].semilogy(run.time / 3600, np.maximum(error, 1e-17), dashes, label=name)
     worst[name] = drift.max(), error.max()
 axes[0].set(title="drift of the energy, relative", xlabel="hours", ylim=(1e-17, 10))
-axes[1].set(title="error of the attitude, max |Q − Q̂|", xlabel="hours")
+axes[1].set(title="error of the attitude, max |Q − Q(exact)|", xlabel="hours")
 axes[1].legend()
 assert worst["variational"][0] < 1e-14 and worst["variational"][1] > 0.01 > worst["rk4"][1] > worst["rk4"][0] > 1e-10
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "drift_and_error.png", dpi=100)

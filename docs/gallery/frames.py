@@ -27,7 +27,7 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
             axes.plot(*frames[:, row].T, color=color, linewidth=2)
             for end, style in ((0, "--"), (-1, "-")):
                 axes.plot(*zip([0, 0, 0], frames[end, row]), style, color=color, linewidth=1)
-        axes.set_box_aspect((1, 1, 1))
+        axes.set_box_aspect((1, 1, 1), zoom=1.5)
         axes.set_axis_off()
         axes.set_title(f"Λ = diag{tuple(inertia)}, energy {way.energy:.3f}")
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "frames.png", dpi=100)

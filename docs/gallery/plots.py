@@ -25,4 +25,4 @@ for ax, part in zip(axes, parts):
     part.savefig(drawn, format="png", dpi=120)
     ax.imshow(plt.imread(BytesIO(drawn.getvalue())))
     ax.set_axis_off()
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "plots.png", dpi=100)

@@ -22,12 +22,19 @@ run = stiefel.simulate(scene, time=60.0, every=1, fields=["angular_velocity"])
 momentum = run["angular_velocity"] * moments  # (samples, members, 3)
 assert abs(np.linalg.norm(momentum, axis=2) - 1).max() < 1e-12
 
+elevation, azimuth = np.radians([20, 40])
+eye = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+behind = (momentum @ eye < 0)[..., None]
+
 figure = plt.figure(figsize=(6, 6))
 axes = figure.add_subplot(projection="3d")
 for member in range(len(starts)):
     energy = (starts[member] ** 2 / moments).sum()
-    axes.plot(*momentum[:, member].T, color=plt.cm.viridis(1.5 * (energy - 1 / 3)), linewidth=1)
-axes.set(xlabel="m₁", ylabel="m₂", zlabel="m₃", title="Momentum in body axes")
+    colour = plt.cm.viridis(1.3 * (energy - 1 / 3))  # 1/3 to 1; the end of the scale is too pale on white
+    for hidden, alpha in ((~behind, 0.2), (behind, 1.0)):
+        axes.plot(*np.where(hidden, np.nan, momentum)[:, member].T, color=colour, linewidth=1.2, alpha=alpha)
+ticks = [-1, 0, 1]
+axes.set(xlabel="m₁", ylabel="m₂", zlabel="m₃", title="Momentum in body axes", xticks=ticks, yticks=ticks, zticks=ticks)
 axes.set_box_aspect((1, 1, 1))
 axes.view_init(20, 40)
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "polhodes.png", dpi=100)

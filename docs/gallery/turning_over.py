@@ -20,8 +20,8 @@ momentum = run["Q"] @ run["M"] @ run["Q"].swapaxes(1, 2)
 assert abs(momentum - momentum[0]).max() < 1e-12 and (np.diff(np.sign(spin[:, 1])) != 0).sum() >= 4
 
 figure, axes = plt.subplots(figsize=(8, 3.5), constrained_layout=True)
-for k, name in enumerate(("smallest", "middle", "largest")):
-    axes.plot(run.time, spin[:, k], label=f"axis of the {name} moment")
-axes.set(xlabel="s", ylabel="angular velocity, rad/s")
-axes.legend(loc="lower right", fontsize=8)
-figure.savefig(sys.argv[1], dpi=100)
+for k, (name, dashes) in enumerate((("smallest", "-"), ("middle", (0, (5, 1.5))), ("largest", (0, (1.2, 1.2))))):
+    axes.plot(run.time, spin[:, k], label=f"axis of the {name} moment", linestyle=dashes)
+axes.set(xlabel="time, s", ylabel="angular velocity, rad/s", xlim=(0, 120))
+axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=3, fontsize=9, frameon=False)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "turning_over.png", dpi=100)

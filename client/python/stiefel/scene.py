@@ -132,7 +132,7 @@ def _change_body(body: pb.Body, given: Mapping[str, Any], ensemble: Ensemble, no
             raise refused(f"body.{name}", f"must be absent where {' or '.join(of)} is not given")
     if has_forms(fields):
         gone = {other for name in fields for other in _INSTEAD.get(name, ())}
-        kept = {name: values if values.size == count_of(f"body.{name}") else values.reshape(ensemble.members, -1)
+        kept = {name: values if values.size == count_of(f"body.{name}") else values.reshape(ensemble.members or 1, -1)
                 for name, values in before.items() if name not in gone}
         written = with_fields({**kept, **fields}, "body.", normalize, ensemble.members)
         changed = {*fields, *(other for name in FORMS if name in fields for other in _INSTEAD.get(name, ()))}

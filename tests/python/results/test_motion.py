@@ -102,7 +102,8 @@ def test_a_tensor_and_blocks_give_the_same_motion(client):
 def test_special_motions_have_names():
     one = closed_form(np.ones(3), np.array([0, 3.0, 4]), np.zeros(3))
     assert one.kind == "steady rotation" and one.precession_period == pytest.approx(2 * np.pi / 5) and one.period == math.inf
-    assert closed_form(np.array([1.0, 2, 3]), np.zeros(3), np.zeros(3)).kind == "at rest"
+    rest = closed_form(np.array([1.0, 2, 3]), np.zeros(3), np.zeros(3))
+    assert rest.kind == "at rest" and rest.P_phi == math.inf and one.P_phi == one.precession_period and "at rest" in repr(rest)
     middle = closed_form(np.array([1.0, 2, 3]), np.array([0, 2.0, 0]), np.zeros(3))
     assert middle.kind == "steady rotation" and middle.separatrix == 0 and middle.precession_period == pytest.approx(2 * np.pi)
     long = closed_form(np.array([1.0, 2, 3]), np.array([1.0, 0, 0]), np.zeros(3))

@@ -52,11 +52,11 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
 
 def has_forms(given: Mapping[str, Any]) -> bool:
     """Returns whether the `body` of a scene has what `with_fields` writes in other fields."""
-    attitude = given.get("attitude")
+    attitude: Any = given.get("attitude")
     if any(name in given for name in FORMS) or hasattr(attitude, "as_quat"):
         return True
     try:
-        return np.shape(attitude)[-2:] == (3, 3)
+        return bool(np.shape(attitude)[-2:] == (3, 3))
     except ValueError:  # lists of different length
         return False
 

@@ -132,7 +132,8 @@ def of_solids(place: str, given: Any, members: Optional[int]) -> Any:
         if members == len(given) > 1:
             raise refused(place, f"{members} solids for {members} members: must be [[solid], ...] for a body of each member, or "
                                  "sum(solids) for one that all share")
-        return sum(given).inertia_tensor
+        whole_body: Any = sum(given)
+        return whole_body.inertia_tensor
     some = any(is_solid(one) or isinstance(one, (list, tuple)) and len(one) and is_solid(one[0]) for one in given)
     return [of_solids(f"{place}[{k}]", one, None) for k, one in enumerate(given)] if some else given
 

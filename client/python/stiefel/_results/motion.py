@@ -47,7 +47,7 @@ class Motion(ByValue):
     def P_phi(self) -> float:
         """The mean period of the precession of the axis of the mode about the momentum, as `stiefel.tumbling` takes it."""
         rate = 1 / self.precession_period + (1 / self.period if self.kind == "short-axis mode" else 0.0)
-        return 1 / rate
+        return 1 / rate if rate else math.inf
 
     def __repr__(self) -> str:
         time, momentum, energy = (" s", " kg m^2/s", " J") if self.in_si else ("", "", "")
@@ -157,7 +157,7 @@ def start_of(scene: Mapping[str, Any]) -> tuple[NDArray[Any], NDArray[Any], NDAr
 
 
 def _of_product(P: NDArray[Any], Q: NDArray[Any]) -> NDArray[Any]:
-    return P.T @ Q - Q.T @ P
+    return np.asarray(P.T @ Q - Q.T @ P)
 
 
 #: The systems that are a rigid body for n = N = 3, and M of a scene that gives another block; in the symmetric forms times epsilon.
