@@ -113,6 +113,37 @@ def test_no_candidate_solves_the_equation_unless_two_numbers_are_equal():
         assert (left == 0) == (b == c)
 
 
+def monodromies(a, b, c, nodes=2000):
+    """The monodromy of (theta, dtheta/dx) around -ab/c, 0, a, b and s, from a base point above the real line."""
+    def slope(x):
+        p, q, _ = coefficients(x, a, b, c)
+        return np.array([[0, 1], [-q, -p]])
+
+    points = [-a * b / c, 0, a, b, a + b + c]
+    for point in points:
+        top = point + 1j * min(abs(point - other) for other in points if other != point) / 3
+        there = np.linspace(1 + 3j, top, nodes)
+        path = [*there, *(point + (top - point) * np.exp(2j * np.pi * np.linspace(0, 1, nodes))), *there[::-1]]
+        Y = np.eye(2, dtype=complex)
+        for x, h in zip(path, np.diff(path)):
+            k1 = slope(x) @ Y
+            k2 = slope(x + h / 2) @ (Y + h / 2 * k1)
+            k3 = slope(x + h / 2) @ (Y + h / 2 * k2)
+            Y = Y + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(x + h) @ (Y + h * k3))
+        yield Y
+
+
+@pytest.mark.parametrize("triple", [*TRIPLES, (1, 3, 3), (3, 1, 3)])
+def test_the_monodromies_share_a_line_only_if_two_numbers_are_equal(triple):
+    """That of -ab/c is unipotent and has one invariant line; those of 0, a and b leave it only where c is a or b."""
+    U, *others, apparent = monodromies(*triple)
+    np.testing.assert_allclose([np.trace(U), np.linalg.det(U)], [2, 1], atol=1e-9)
+    assert np.linalg.norm(U - np.eye(2)) > 1 and np.linalg.norm(apparent - np.eye(2)) < 1e-9
+    line = np.linalg.svd(U - np.eye(2))[2][1].conj()
+    moved = [abs(np.linalg.det(np.stack([line, other @ line]))) for other in others]
+    assert max(moved) < 1e-9 if len(set(triple)) < 3 else min(moved) > 1e-3, moved
+
+
 @pytest.mark.parametrize("group, verdict", [("sphere n=1", "regular"), ("body n=N", "regular"), ("round", "regular"),
                                             ("V(2,3) two values", "regular"), ("reduced (8.2)", "regular"), ("Henon-Heiles E=1/8", "chaotic")])
 def test_controls_are_judged_rightly(client, group, verdict):
