@@ -35,6 +35,8 @@ docs/accuracy
 docs/catalogue
 docs/manifolds
 docs/conjugate_points
+docs/tangents
+docs/lyapunov
 docs/integrability
 docs/summaries
 docs/sweeps

@@ -23,13 +23,14 @@ from stiefel._results.geodesics import ConjugatePoint, ConjugatePoints, Conversi
 from stiefel._results.kinds import kind_of
 from stiefel._results.motion import Motion, motion_of
 from stiefel._results.origin import Origin
-from stiefel._results.reduced import Events, Section, StateTransition, Summary
+from stiefel._results.reduced import Events, LyapunovSpectrum, Section, StateTransition, Summary, Verdict
 from stiefel._results.tradeoff import Point, Tradeoff
 from stiefel.scene import member_of, to_dict
 
 __all__ = ["Batch", "Catalogue", "Choice", "ConjugatePoint", "ConjugatePoints", "Conservation", "Conversion", "Diagnosis",
-           "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic", "InjectivityRadius", "Invariant", "Motion",
-           "Origin", "Outcome", "Point", "Price", "RunStatus", "Section", "State", "StateTransition", "Summary", "Tradeoff", "Trajectory"]
+           "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic", "InjectivityRadius", "Invariant", "LyapunovSpectrum", "Motion",
+           "Origin", "Outcome", "Point", "Price", "RunStatus", "Section", "State", "StateTransition", "Summary", "Tradeoff",
+           "Trajectory", "Verdict"]
 
 
 B = TypeVar("B", bound="Batch")

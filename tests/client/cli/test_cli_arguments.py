@@ -75,7 +75,7 @@ def test_other_bad_input_is_status_2(stiefel, write, scene, tmp_path):
     assert stiefel("run", tmp_path, "--to", 5).status == 2
 
 
-COMMANDS = "describe, run, rerun, summarize, poincare, diagnose, linearize, convert, tradeoff, connect, conjugate-points, report"
+COMMANDS = "describe, run, rerun, summarize, poincare, diagnose, linearize, lyapunov, convert, tradeoff, connect, conjugate-points, report"
 
 
 @pytest.mark.parametrize("arguments, faults", [

@@ -84,6 +84,8 @@ std::string said(const Message& reply) {
     for (const auto& one : diagnosis->invariants()) text += std::to_string(one.value()) + ' ';
   if (const auto* geodesic = dynamic_cast<const v1::ConnectResponse*>(&reply))
     return std::to_string(geodesic->energy());
+  if (const auto* growth = dynamic_cast<const v1::LyapunovSpectrumResponse*>(&reply))
+    for (const double exponent : growth->exponents()) text += std::to_string(exponent) + ' ';
   if (const auto* part = dynamic_cast<const v1::MeasureTradeoffResponse*>(&reply))
     return part->has_point() ? "point " : "other ";
   if (const auto* list = dynamic_cast<const v1::ListSessionsResponse*>(&reply))
