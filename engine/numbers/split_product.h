@@ -18,7 +18,8 @@ class SplitProduct {
  public:
   explicit SplitProduct(Eigen::Index N) : H_(N, N), L_(N, N) {
     constexpr int digits = std::numeric_limits<Scalar>::digits;
-    const int carries = static_cast<int>(std::ceil(std::log2(static_cast<double>(N))));
+    const int carries =
+        static_cast<int>(std::ceil(std::log2(std::max(1.0, static_cast<double>(N)))));
     kept_ = (digits - carries) / 2;
   }
 

@@ -1,5 +1,6 @@
-// Compares one step of a large rigid body in plain arithmetic to the product of two N × N matrices,
-// a step of rk4, and a call of the Schur solver. Arguments: repeats, N, seconds per measurement.
+// Compares one step of a large rigid body to the product of two N × N matrices: in plain
+// arithmetic, where a step of rk4 and a call of the Schur solver stand beside it too, and in
+// compensated arithmetic with Λ over 1 : 1e4. Arguments: repeats, N, seconds per measurement.
 #include <stdexcept>
 
 #include "stiefel/simulation.h"
@@ -28,12 +29,16 @@ double seconds_of_one(double duration, Work&& work) {
   return spent / times;
 }
 
-std::unique_ptr<Simulation> body(int N, double h_omega, const char* method, bool frame) {
-  auto d = testing::description(testing::RandomBody(N, 1), h_omega, method, "plain");
-  if (!frame) d.initial.erase("Q");
+std::unique_ptr<Simulation> warmed_up(SceneDescription d) {
   auto simulation = make_simulation(Scene::resolve(std::move(d)).value());
   if (!simulation->advance(warm_up).reached()) throw std::runtime_error("a step failed");
   return simulation;
+}
+
+std::unique_ptr<Simulation> body(int N, double h_omega, const char* method, bool frame) {
+  auto d = testing::description(testing::RandomBody(N, 1), h_omega, method, "plain");
+  if (!frame) d.initial.erase("Q");
+  return warmed_up(std::move(d));
 }
 
 }  // namespace
@@ -47,7 +52,12 @@ int main(int, char** argv) {
     C.noalias() = A * B;
     asm volatile("" : : "r"(C.data()) : "memory");
   };
-  const testing::RandomBody reference(N, 1);
+  const auto step = [&](Simulation& simulation) {
+    return 1e3 * seconds_of_one(duration, [&] {
+             if (!simulation.advance(1).reached()) throw std::runtime_error("a step failed");
+           });
+  };
+  const testing::RandomBody reference(N, 1), wide(N, 1, 1e4);
 
   for (const double h : {0.05, 0.2}) {
     const std::string of = "N = " + std::to_string(N) + ", h‖Ω‖ = " + (h < 0.1 ? "0.05" : "0.2");
@@ -63,11 +73,6 @@ int main(int, char** argv) {
     auto against_schur = row("variational, M alone", "Schur solver of U", 1 / 25.0);
     const auto without_Q = body(N, h, "variational", false),
                with_Q = body(N, h, "variational", true), rk4 = body(N, h, "rk4", true);
-    const auto step = [&](Simulation& simulation) {
-      return 1e3 * seconds_of_one(duration, [&] {
-               if (!simulation.advance(1).reached()) throw std::runtime_error("a step failed");
-             });
-    };
     for (int i = 0; i < repeats; ++i) {
       const double product_ms = 1e3 * seconds_of_one(duration, product);
       const double M_step = step(*without_Q), QM_step = step(*with_Q);
@@ -81,5 +86,19 @@ int main(int, char** argv) {
                         }));
     }
     for (const auto& comparison : {momentum, full, against_rk4, against_schur}) report(comparison);
+  }
+
+  for (const double h : {0.1, 0.5}) {
+    bench::Comparison row{.name = "variational, Q and M, compensated, Λ over 1 : 1e4, N = " +
+                                  std::to_string(N) + ", h‖Ω‖ = " + (h < 0.2 ? "0.1" : "0.5"),
+                          .unit = "ms",
+                          .rival = "N x N product",
+                          .bound = h < 0.2 ? 12.0 : 30.0};
+    const auto simulation = warmed_up(testing::description(wide, h, "variational"));
+    for (int i = 0; i < repeats; ++i) {
+      const double product_ms = 1e3 * seconds_of_one(duration, product);
+      row.add(step(*simulation), product_ms);
+    }
+    report(row);
   }
 }

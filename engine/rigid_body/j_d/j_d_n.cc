@@ -2,6 +2,7 @@
 
 #include "engine/rigid_body/j_d/cayley_n.h"
 #include "engine/rigid_body/j_d/deviation_n.h"
+#include "engine/rigid_body/j_d/rotation_n.h"
 
 namespace stiefel {
 
@@ -11,6 +12,8 @@ template class DeviationSweeps<double>;
 template class DeviationN<double>;
 template class DeviationSweeps<float>;
 template class DeviationN<float>;
+template class RotationN<double>;
+template class RotationN<float>;
 template class JDInverseN<double>;
 template class JDInverseN<float>;
 

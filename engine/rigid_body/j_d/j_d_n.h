@@ -1,17 +1,21 @@
 #pragma once
 
+#include <optional>
+
 #include "engine/linalg/iteration/history.h"
 #include "engine/rigid_body/j_d/cayley_n.h"
 #include "engine/rigid_body/j_d/deviation_n.h"
+#include "engine/rigid_body/j_d/rotation_n.h"
 
 namespace stiefel {
 
 /// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in N dimensions, on the branch that starts at the
 /// identity. Sweeps in the deviation form start from the solution extrapolated from the last steps;
-/// where they converge slowly, Newton's method in the Cayley form follows. Where Λ is spread wide
-/// or not positive, only the Cayley form is used. Λ and h are divided by a power of two that makes
-/// the largest λ about 1: U depends only on the ratio Λ : h, and products of two λ then never
-/// overflow.
+/// where they converge slowly, Newton's method in the Cayley form follows. Where Λ is spread wide,
+/// large bodies are solved in the rotation form (RotationN), and small bodies, bodies with a
+/// λ < 0 and steps with h‖Ω‖ near 1 in the Cayley form. Λ and h are divided by a power of two that
+/// makes the largest λ about 1: U depends only on the ratio Λ : h, and products of two λ then
+/// never overflow.
 template <class Scalar>
 class JDInverseN {
  public:
@@ -23,7 +27,9 @@ class JDInverseN {
   JDInverseN(const Vector<Scalar>& lambda, Scalar h)
       : JDInverseN(lambda, h, binary_unit<Scalar>(lambda.maxCoeff())) {}
 
-  Memory memory() const { return wide_spread_ ? Memory(N_, N_) : Memory(N_ * (N_ + 1) / 2, 1); }
+  Memory memory() const {
+    return wide_spread_ && !rotation_ ? Memory(N_, N_) : Memory(N_ * (N_ + 1) / 2, 1);
+  }
 
   /// Finds U. Returns false where the branch has no solution, or the iterations do not find it.
   bool solve(const State& x, const Memory& memory);
@@ -38,6 +44,7 @@ class JDInverseN {
 
   /// Returns U − I of the last `transport`, relatively accurate.
   const Matrix<Scalar>& U_minus_I() {
+    if (in_rotation_form_) return rotation_->U_minus_I();
     return wide_spread_ ? cayley_.U_minus_I() : deviation_.U_minus_I();
   }
 
@@ -46,6 +53,8 @@ class JDInverseN {
 
   /// Largest λ_max/λ_min for which the deviation form keeps its digits.
   static constexpr Scalar widest = 64;
+  /// Smallest N whose steps take less time in the rotation form than in the Cayley form.
+  static constexpr Eigen::Index least_rotation = 5;
 
   bool take_over() {
     if (!wide_spread_) deviation_.set(cayley_.deviation(), K_);
@@ -54,9 +63,10 @@ class JDInverseN {
 
   Scalar h_;
   Eigen::Index N_;
-  bool wide_spread_;
+  bool wide_spread_, in_rotation_form_ = false;
   DeviationN<Scalar> deviation_;
   CayleyN<Scalar> cayley_;
+  std::optional<RotationN<Scalar>> rotation_;
   Matrix<Scalar> K_, found_;
 };
 
@@ -65,17 +75,26 @@ JDInverseN<Scalar>::JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar un
     : h_(h / unit),
       N_(lambda.size()),
       wide_spread_(!(lambda.minCoeff() * widest > lambda.maxCoeff())),
-      deviation_(lambda / unit, h_),
+      deviation_(lambda.head(wide_spread_ ? 0 : N_) / unit, h_),
       cayley_(lambda / unit, h_),
       K_(N_, N_),
-      found_(N_, N_) {}
+      found_(N_, N_) {
+  if (wide_spread_ && N_ >= least_rotation && !(lambda.minCoeff() < 0))
+    rotation_.emplace(lambda / unit, h_);
+}
 
 template <class Scalar>
 bool JDInverseN<Scalar>::solve(const State& x, const Memory& memory) {
   K_ = h_ * x.value.bottomRows(N_);
   if (!K_.allFinite()) return false;
+  in_rotation_form_ = false;
+  if (rotation_) {
+    if (!memory.predict(rotation_->S())) rotation_->S().setZero();
+    in_rotation_form_ = rotation_->solve(K_, x.compensated);
+    if (in_rotation_form_) return true;
+  }
   if (wide_spread_) {
-    if (!memory.predict(cayley_.C())) cayley_.start(K_);
+    if (rotation_ || !memory.predict(cayley_.C())) cayley_.start(K_);
     if (cayley_.fixed_point(K_)) return true;
   } else {
     if (!memory.predict(deviation_.R())) deviation_.R().setZero();
@@ -96,15 +115,22 @@ bool JDInverseN<Scalar>::continue_to(const State& x, double t) {
 
 template <class Scalar>
 void JDInverseN<Scalar>::transport(State& x, Memory& memory) {
-  const auto with = [&](auto& form, const auto& solution) {
+  const auto with = [&](auto& form) {
     form.transport_momentum(x);
     if (x.value.rows() > N_) form.transport_frame(x);
-    memory.push(solution);
   };
-  if (wide_spread_)
-    with(cayley_, cayley_.C());
-  else
-    with(deviation_, deviation_.R());
+  if (in_rotation_form_) {
+    with(*rotation_);
+    memory.push(rotation_->S());
+  } else if (!wide_spread_) {
+    with(deviation_);
+    memory.push(deviation_.R());
+  } else {
+    with(cayley_);
+    if (!rotation_) return memory.push(cayley_.C());
+    rotation_->set(cayley_.U_minus_I());
+    memory.push(rotation_->S());
+  }
 }
 
 // Compiled once, in j_d_n.cc.

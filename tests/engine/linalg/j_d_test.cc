@@ -1,10 +1,15 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/spectrum.h"
 #include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/scenes/rigid_forms.h"
 #include "tests/support/scenes/stacked.h"
 
 namespace stiefel {
@@ -214,6 +219,151 @@ TEST(MoserVeselov, CoordinatesOfFourDimensionsAgree) {
   }
   const auto& x = state_n.x.value;
   EXPECT_LT(largest(state_4.x.value - coordinates(x.topRows(4), x.bottomRows(4))), 64 * 0x1p-52);
+}
+
+/// S, the symmetric part of U − I, and X = U − I in extended precision, by damped sweeps of
+/// S = −½XᵀX with X_ij = (hM_ij + 2λ_i S_ij)/(λ_i + λ_j).
+struct ExtendedSolution {
+  Matrix<long double> S, X;
+
+  ExtendedSolution(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h)
+      : S(Matrix<long double>::Zero(M.rows(), M.rows())), X(S) {
+    const Vector<long double> l = lambda.cast<long double>();
+    long double change = 1;
+    for (int k = 0; k < 1000 && change > 1e-19L; ++k) {
+      for (Eigen::Index j = 0; j < X.cols(); ++j)
+        for (Eigen::Index i = 0; i < X.rows(); ++i)
+          X(i, j) =
+              i == j ? S(i, j) : ((long double)h * M(i, j) + 2 * l(i) * S(i, j)) / (l(i) + l(j));
+      Matrix<long double> square = Matrix<long double>::Zero(X.rows(), X.cols());
+      square.selfadjointView<Eigen::Upper>().rankUpdate(X.transpose());
+      const Matrix<long double> f =
+          -0.5L * Matrix<long double>(square.selfadjointView<Eigen::Upper>()) - S;
+      change = f.cwiseAbs().maxCoeff();
+      S += 0.6L * f;
+    }
+    EXPECT_LE(change, 1e-19L);
+    Eigen::MatrixXd cosines = S.cast<double>();
+    cosines.diagonal().array() += 1;
+    EXPECT_EQ(cosines.llt().info(), Eigen::Success);  // spec(UΛ) in Re > 0: the principal branch
+  }
+};
+
+/// The step from Q = I agrees with `exact`: S_ij = h(M′ − M)_ij/2(λ_i − λ_j), in compensated
+/// arithmetic with the carry of M′, and U to its rounding. The error of S is that of the residual,
+/// 2^-61, times the condition of the equation, which grows as h‖Ω‖ approaches 1.
+void expect_exact(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& M, double h,
+                  Arithmetic arithmetic, const ExtendedSolution& exact) {
+  const Eigen::Index N = lambda.size();
+  MapN map(lambda, h, arithmetic);
+  auto state = map.start(testing::stacked(Eigen::MatrixXd::Identity(N, N), M));
+  ASSERT_TRUE(map.step(state).reached());
+  long double U_error = 0, S_error = 0;
+  for (Eigen::Index j = 0; j < N; ++j)
+    for (Eigen::Index i = 0; i < N; ++i) {
+      const long double U = state.x.extended(i, j), sum = (long double)lambda(i) + lambda(j),
+                        moved = state.x.extended(N + i, j) - M(i, j),
+                        should = 2 * ((long double)lambda(i) - lambda(j)) * exact.S(i, j) / h;
+      U_error = std::max(U_error, std::abs(U - (i == j) - exact.X(i, j)));
+      S_error = std::max(S_error, std::abs(moved - should) * std::abs(h) / sum);
+    }
+  const bool compensated = arithmetic == Arithmetic::compensated;
+  EXPECT_LT(U_error, compensated ? 0x1p-53L : 0x1p-51L);
+  EXPECT_LT(S_error, !compensated ? 0x1p-51L : h > 0.5 ? 0x1p-56L : 0x1p-60L);
+}
+
+/// Sizes that are no multiple of a tile, and λ = 0 with the same Ω.
+TEST(JDInverseWide, StepsAreExactToRounding) {
+  for (const int N : {5, 16, 33, 64})
+    for (const double spread : {1e2, 1e4, 1e6})
+      for (const double h : {-0.1, 0.5, 0.9}) {
+        SCOPED_TRACE(::testing::Message() << N << " 1:" << spread << " h = " << h);
+        RandomBody body(N, 5, spread);
+        if (N == 33) {
+          const Eigen::MatrixXd Omega = inverse_inertia<double>(body.lambda, body.M);
+          body.lambda(7) = 0;
+          body.M = body.lambda.asDiagonal() * Omega + Omega * body.lambda.asDiagonal();
+        }
+        const ExtendedSolution exact(body.lambda, body.M, h);
+        for (const Arithmetic arithmetic : {Arithmetic::compensated, Arithmetic::plain})
+          expect_exact(body.lambda, body.M, h, arithmetic, exact);
+      }
+}
+
+TEST(JDInverseWide, StepsOfAVeryLargeBodyAreExactToRounding) {
+  const RandomBody body(256, 5, 1e4);
+  for (const double h : {0.1, 0.5})
+    expect_exact(body.lambda, body.M, h, Arithmetic::compensated,
+                 ExtendedSolution(body.lambda, body.M, h));
+}
+
+/// Momenta of equal size, so that the parts of Ω differ by the spread of Λ: each element of M keeps
+/// its digits, and with it the energy.
+TEST(JDInverseWide, InvariantsStayOverManySteps) {
+  constexpr int N = 24, steps = 400;
+  for (const double spread : {1e2, 1e4, 1e6})
+    for (const double h_omega : {0.1, 0.5}) {
+      const RandomBody body(N, 7, spread), drawn(N, 8);
+      Eigen::MatrixXd M = drawn.M, Omega = M;
+      inverse_inertia(body.lambda, M, Omega);
+      M *= h_omega / testing::operator_norm(Omega);
+      MapN map(body.lambda, 1);
+      auto state = map.start(testing::stacked(body.Q, M));
+      const auto energy = [&] {
+        long double E = 0;
+        for (int j = 0; j < N; ++j)
+          for (int i = 0; i < j; ++i) {
+            const long double m = state.x.extended(N + i, j);
+            E += m * m / ((long double)body.lambda(i) + body.lambda(j)) / 2;
+          }
+        return E;
+      };
+      const long double E = energy();
+      for (int k = 0; k < steps; ++k) ASSERT_TRUE(map.step(state).reached());
+      const Eigen::MatrixXd Q = state.x.value.topRows(N), now = state.x.value.bottomRows(N);
+      EXPECT_LT(std::abs(energy() / E - 1), 1e-16L) << spread << " " << h_omega;
+      EXPECT_LT(orthogonality_defect(Q), 1e-14) << spread << " " << h_omega;
+      EXPECT_LT(largest(Q * now * Q.transpose() - body.Q * M * body.Q.transpose()),
+                1e-14 * testing::operator_norm(M))
+          << spread << " " << h_omega;
+    }
+}
+
+/// A map without a history of its own goes on from a state with the same bits.
+TEST(JDInverseWide, TheStateAloneDecidesTheNextStep) {
+  const RandomBody body(20, 2, 1e3);
+  MapN map(body.lambda, 0.3);
+  auto state = map.start(testing::stacked(body.Q, body.M));
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(map.step(state).reached());
+  auto copy = state;
+  ASSERT_TRUE(map.step(state).reached());
+  ASSERT_TRUE(MapN(body.lambda, 0.3).step(copy).reached());
+  EXPECT_EQ(state.x.value, copy.x.value);
+  EXPECT_EQ(state.x.carry, copy.x.carry);
+}
+
+/// Near and beyond the largest step, the solver for wide Λ hands over to Newton's method: it finds
+/// U, or the status names the largest step.
+TEST(JDInverseWide, EveryStepIsSolvedOrTypedAsImpossible) {
+  for (const double spread : {1e2, 1e4}) {
+    RandomBody body(20, 3, spread);
+    int left = 0;
+    for (const double h : {0.7, 0.85, 0.95, 1.0, 1.1, 1.5, 3.0, 30.0}) {
+      const Solved s = solve_n(body.lambda, body.M, h);
+      if (s.status.reached()) {
+        expect_solution(body.lambda, body.M, h, s, 1e-12);
+        continue;
+      }
+      ++left;
+      ASSERT_EQ(s.status.outcome, Outcome::left_domain) << h;
+      EXPECT_LT(*s.status.largest_step, h);
+      EXPECT_GT(*s.status.largest_step, 0.9);
+      EXPECT_EQ(s.M, body.M);  // nothing moved
+    }
+    EXPECT_GT(left, 0);
+    body.M(3, 2) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(solve_n(body.lambda, body.M, 0.1).status.outcome, Outcome::not_finite);
+  }
 }
 
 }  // namespace
