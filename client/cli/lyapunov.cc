@@ -4,7 +4,6 @@
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
@@ -67,27 +66,18 @@ ExitStatus lyapunov(const LyapunovCommand& command, Origin& origin) {
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
-  v1::LyapunovSpectrumResponse end;
-  {
-    Progress progress(session, request.to());
-    try {
-      end = session.lyapunov(request, [&](const v1::LyapunovSpectrumResponse& result) {
-        progress.at(result.step());
-        if (!result.exponents().empty())
-          results.push_back({{"step", result.step()},
-                             {"time", result.time()},
-                             {"exponents", as_list(result.exponents())},
-                             {"log_gali", as_list(result.log_gali())}});
-        return true;
-      });
-    } catch (const client::Error&) {
-      if (interrupted()) throw Interrupted(progress.how_far() + "; nothing was written");
-      throw;
-    }
-  }
-  nlohmann::ordered_json out = {{"outcome", to_string(end.run_status().outcome())}};
-  if (end.run_status().outcome() != v1::OUTCOME_REACHED)
-    out["message"] = end.run_status().message();
+  const auto end = with_progress(session, request.to(), [&](Progress& progress) {
+    return session.lyapunov(request, [&](const v1::LyapunovSpectrumResponse& result) {
+      progress.at(result.step());
+      if (!result.exponents().empty())
+        results.push_back({{"step", result.step()},
+                           {"time", result.time()},
+                           {"exponents", as_list(result.exponents())},
+                           {"log_gali", as_list(result.log_gali())}});
+      return true;
+    });
+  });
+  nlohmann::ordered_json out = ending(end.run_status());
   out["verdict"] = name_of(end.verdict());
   out["reason"] = end.reason();
   out["exponents"] = as_list(end.exponents());

@@ -6,7 +6,6 @@
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
 #include "client/cli/input/message_file.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
@@ -122,24 +121,15 @@ ExitStatus poincare(const PoincareCommand& command, Origin& origin) {
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
   nlohmann::ordered_json crossings = nlohmann::ordered_json::array();
-  v1::SummarizeResponse end;
-  {
-    Progress progress(session, request.to());
-    try {
-      end = session.summarize(request, [&](const v1::SummarizeResponse& message) {
-        progress.at(message.step());
-        if (message.events().steps_size() > 0)
-          append_crossings(message.events(), section, command.level, coordinates, crossings);
-        return true;
-      });
-    } catch (const client::Error&) {
-      if (interrupted()) throw Interrupted(progress.how_far() + "; nothing was written");
-      throw;
-    }
-  }
-  nlohmann::ordered_json out = {{"outcome", to_string(end.run_status().outcome())}};
-  if (end.run_status().outcome() != v1::OUTCOME_REACHED)
-    out["message"] = end.run_status().message();
+  const auto end = with_progress(session, request.to(), [&](Progress& progress) {
+    return session.summarize(request, [&](const v1::SummarizeResponse& message) {
+      progress.at(message.step());
+      if (message.events().steps_size() > 0)
+        append_crossings(message.events(), section, command.level, coordinates, crossings);
+      return true;
+    });
+  });
+  nlohmann::ordered_json out = ending(end.run_status());
   out["crossings"] = std::move(crossings);
   write_whole(destination, to_text(out) + "\n");
   return conclude(end.run_status(), end.step());

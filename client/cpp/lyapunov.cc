@@ -1,18 +1,26 @@
 #include <string>
 #include <utility>
 
-#include "client/cpp/late.h"
 #include "client/cpp/replies.h"
+#include "client/cpp/whole_reply.h"
 #include "stiefel/client/session.h"
 
 namespace stiefel::client {
 namespace {
 
-/// Reads the messages of one call, and checks what the protocol promises of them.
+/// Reads the streams of one call: checks what the protocol promises of them, and passes every result
+/// to the receiver once.
 class GrowthReading {
  public:
   GrowthReading(const v1::LyapunovSpectrumRequest& request, const Session::SpectrumReceiver& receive)
       : request_(request), receive_(receive) {}
+
+  void begin() {
+    before_ = -1;
+    checkpoint_.clear();
+    has_price_ = complete_ = false;
+    last_.Clear();
+  }
 
   /// Returns false when the receiver ends the call.
   bool take(v1::LyapunovSpectrumResponse& message) {
@@ -43,15 +51,20 @@ class GrowthReading {
     } else if (message.exponents().empty()) {
       return true;
     }
+    if (message.step() <= passed_on_ && !message.has_run_status()) return true;
+    passed_on_ = message.step();
     return !receive_ || receive_(message);
   }
 
+  bool has_progressed() const { return false; }
+  bool begins_anew_after(const Error&) const { return false; }
   v1::LyapunovSpectrumResponse& last() { return last_; }
 
  private:
   const v1::LyapunovSpectrumRequest& request_;
   const Session::SpectrumReceiver& receive_;
-  std::int64_t before_ = -1;
+  std::int64_t before_ = -1;     // of this stream
+  std::int64_t passed_on_ = -1;  // by all streams
   std::string checkpoint_;
   bool has_price_ = false, complete_ = false;
   v1::LyapunovSpectrumResponse last_;
@@ -62,43 +75,10 @@ class GrowthReading {
 v1::LyapunovSpectrumResponse Session::lyapunov(v1::LyapunovSpectrumRequest request,
                                                const SpectrumReceiver& receive) const {
   request.set_session_id(id());
-  const Deadline deadline(connection_->options.compute_timeout);
-  auto waiting = connection_->patience(deadline);
-  auto recoveries = connection_->patience_to_recover(deadline);
-  std::int64_t passed_on = -1;
-  const SpectrumReceiver once = [&](const v1::LyapunovSpectrumResponse& result) {
-    if (result.step() <= passed_on && !result.has_run_status()) return true;
-    passed_on = result.step();
-    return !receive || receive(result);
-  };
-  while (true) {
-    GrowthReading reading(request, once);
-    grpc::ClientContext context;
-    deadline.limit(context);
-    recreation_->route(context);
-    const CancelOnStop cancel(connection_->options.stop, context);
-    const auto reader = connection_->stub->LyapunovSpectrum(&context, request);
-    v1::LyapunovSpectrumResponse message;
-    bool wanted = true, answered = false;
-    while (wanted && reader->Read(&message)) {
-      if (!std::exchange(answered, true)) recreation_->check_build(context, false);
-      wanted = reading.take(message);
-    }
-    if (!wanted) {
-      context.TryCancel();
-      reader->Finish();
-      return std::move(reading.last());
-    }
-    const grpc::Status status = finish(context, *reader);
-    if (status.ok()) {
-      require(reading.last().has_run_status(), "the call ends without saying how the run ended");
-      return std::move(reading.last());
-    }
-    recreation_->check_build(context, true);
-    const Error error = connection_->error(status, context);
-    if (!waiting.allows_another(status) && !recreation_->recovers(error, deadline, recoveries))
-      throw with_standing(error, *connection_, id(), request.to());
-  }
+  GrowthReading reading(request, receive);
+  return whole_reply(
+      *connection_, *recreation_, id(), request.to(), reading,
+      [&](auto& context) { return connection_->stub->LyapunovSpectrum(&context, request); });
 }
 
 }  // namespace stiefel::client
