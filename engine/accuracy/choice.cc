@@ -1,4 +1,3 @@
-#include "engine/accuracy/choice_for_members.h"
 #include "engine/accuracy/chooser.h"
 #include "engine/catalogue/resolve.h"
 

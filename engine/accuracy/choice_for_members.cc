@@ -1,10 +1,9 @@
-#include "engine/accuracy/choice_for_members.h"
+#include "engine/accuracy/chooser.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "engine/accuracy/chooser.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/members.h"
 

@@ -5,7 +5,6 @@
 
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/rigid_body/body/body_invariants.h"
-#include "engine/rigid_body/body/discrete_body_invariants.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/stepping/stacked_observables.h"

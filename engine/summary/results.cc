@@ -1,4 +1,4 @@
-#include "engine/summary/results.h"
+#include "engine/summary/member_group.h"
 
 #include <algorithm>
 

@@ -8,7 +8,6 @@
 #include "engine/run/groups.h"
 #include "engine/run/parallel.h"
 #include "engine/summary/member_group.h"
-#include "engine/summary/results.h"
 
 namespace stiefel {
 namespace {

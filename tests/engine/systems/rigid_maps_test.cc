@@ -5,7 +5,7 @@
 #include "engine/frames/body/stiefel_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/variational.h"
-#include "engine/rigid_body/body/discrete_body_invariants.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/rigid_body/maps/right_rigid_body_maps.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
