@@ -52,10 +52,10 @@ class RotationN {
  private:
   /// Returns h‖Ω‖ from six steps of the power method, times 1.1, since they stay below it.
   Scalar rate();
-  /// Computes X and f = −½XᵀX − S from S. Returns the largest |f_ij|.
+  /// Computes X and G = f = −½XᵀX − S from S. Returns the largest |f_ij|.
   Scalar residual();
-  /// Computes f from S and M with its carry. X becomes the rounded U − I, `epsilon_` its rounding
-  /// error. Returns the largest |f_ij|.
+  /// Computes G = f from S and M with its carry. X becomes the rounded U − I, `epsilon_` its
+  /// rounding error. Returns the largest |f_ij|.
   Scalar careful_residual(const State& x);
   /// The angles of U are below π/2 where its symmetric part I + S is positive definite. Then
   /// spec(UΛ) is in Re > 0: U is on the branch that starts at the identity.
@@ -67,7 +67,7 @@ class RotationN {
   Scalar h_, sine_ = 0;
   Vector<Scalar> lambda_, packed_, v_, Av_;
   Vector<Wide> wide_lambda_;
-  Matrix<Scalar> weight_, hOmega_, S_, X_, f_, epsilon_, G_, low_;
+  Matrix<Scalar> weight_, hOmega_, S_, X_, G_, epsilon_, low_;
   SplitProduct<Scalar> split_;
   RotationCorrection<Scalar> correction_;
 };
@@ -88,9 +88,8 @@ RotationN<Scalar>::RotationN(const Vector<Scalar>& lambda, Scalar h)
       hOmega_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())),
       S_(hOmega_),
       X_(hOmega_),
-      f_(hOmega_),
-      epsilon_(hOmega_),
       G_(hOmega_),
+      epsilon_(hOmega_),
       low_(hOmega_),
       split_(lambda.size()),
       correction_(weight_) {}
@@ -109,7 +108,7 @@ bool RotationN<Scalar>::solve(const Matrix<Scalar>& K, bool compensated) {
   while (!(size <= enough)) {
     if (!(size < last / 4)) return false;
     last = size;
-    size = correction_.solve(X_, f_, size, sine_, enough);
+    size = correction_.solve(X_, G_, size, sine_, enough);
     S_ += correction_.delta();
     if (!(size <= enough)) size = residual();
   }
@@ -141,11 +140,11 @@ Scalar RotationN<Scalar>::residual() {
   G_.template selfadjointView<Eigen::Upper>().rankUpdate(X_.transpose());
   Scalar size = 0;
   for (Eigen::Index j = 0; j < S_.cols(); ++j) {
-    auto f = f_.col(j).head(j + 1);
-    f = -G_.col(j).head(j + 1) / 2 - S_.col(j).head(j + 1);
+    auto f = G_.col(j).head(j + 1);
+    f = -f / 2 - S_.col(j).head(j + 1);
     size = std::max<Scalar>(size, f.cwiseAbs().maxCoeff());
   }
-  mirror_upper(f_);
+  mirror_upper(G_);
   return size;
 }
 
@@ -185,7 +184,7 @@ void RotationN<Scalar>::transport_carefully(State& x) {
   const Scalar size = careful_residual(x),
                enough = two_to<Scalar>(-bits<Scalar> - 10) * sine_ * sine_;
   if (size > enough)
-    correction_.solve(X_, f_, size, sine_, enough);
+    correction_.solve(X_, G_, size, sine_, enough);
   else
     correction_.set_zero();
   for (Eigen::Index j = 0; j < N; ++j)
@@ -219,10 +218,10 @@ Scalar RotationN<Scalar>::careful_residual(const State& x) {
   Scalar size = 0;
   for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i <= j; ++i) {
-      f_(i, j) = -G_(i, j) / 2 - S_(i, j) - (low_(i, j) + low_(j, i)) / 2;
-      size = std::max<Scalar>(size, std::abs(f_(i, j)));
+      G_(i, j) = -G_(i, j) / 2 - S_(i, j) - (low_(i, j) + low_(j, i)) / 2;
+      size = std::max<Scalar>(size, std::abs(G_(i, j)));
     }
-  mirror_upper(f_);
+  mirror_upper(G_);
   return size;
 }
 
