@@ -169,7 +169,8 @@ class Client:
     def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
                 steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
                 timeout: Optional[float] = None, beta: Optional[float] = None, scenes: bool = True) -> tuple[Geodesic, ...]:
-        """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs.
+        """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs. Frames that were
+        rounded are refused: `stiefel.manifold.Stiefel(n, N).project` returns the nearest frames.
 
         `metric`: "lambda" (that of `inertia`), "euclidean" (Lambda = I), "canonical", or "beta" with the number `beta`
         (Hüper, Markina and Silva Leite 2021); the last three without `inertia`. `scenes`: whether each answer has its

@@ -214,7 +214,7 @@ class Session(Held):
         timedeltas, quantities or, where the scene has an epoch, datetimes, texts of ISO 8601 or a Time of astropy. They may
         be on both sides of 0; a state before 0 is that of the scene with a step of the other sign, and its `step` is
         negative. A state between two steps is the state before it, advanced by the method with a shorter step; its `step` is
-        the step from which it was advanced.
+        the step from which it was advanced. A discrete system has states at multiples of its step only.
 
         `estimate_error`: asks for `Trajectory.estimated_error`, by another call at the end, which takes `timeout` too.
         `timeout`: seconds for the whole call, including resumptions and pauses. When the call fails, the exception has
