@@ -22,6 +22,7 @@ void add_summarize(CLI::App& all, Command& chosen);
 void add_poincare(CLI::App& all, Command& chosen);
 void add_diagnose(CLI::App& all, Command& chosen);
 void add_linearize(CLI::App& all, Command& chosen);
+void add_lyapunov(CLI::App& all, Command& chosen);
 void add_convert(CLI::App& all, Command& chosen);
 void add_tradeoff(CLI::App& all, Command& chosen);
 void add_connect(CLI::App& all, Command& chosen);

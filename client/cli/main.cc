@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   cli::add_poincare(app, command);
   cli::add_diagnose(app, command);
   cli::add_linearize(app, command);
+  cli::add_lyapunov(app, command);
   cli::add_convert(app, command);
   cli::add_tradeoff(app, command);
   cli::add_connect(app, command);

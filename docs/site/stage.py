@@ -36,6 +36,8 @@ docs/catalogue
 docs/manifolds
 docs/conjugate_points
 docs/integrability
+docs/tangents
+docs/lyapunov
 docs/summaries
 docs/sweeps
 docs/glossary

@@ -31,6 +31,11 @@ Made costate_map(const Scene& scene, const TangentParameters& at) {
   return make_tangent(scene, StiefelCostate<Tangent>(at.lambda, scene.Q().rows()), at.h);
 }
 
+Vector<Tangent> lambda(const Scene& scene) { return scene.inertia().cast<Tangent>(); }
+MatrixSystem<Tangent> costate_field(const Scene& scene) {
+  return StiefelCostate<Tangent>(lambda(scene), scene.Q().rows());
+}
+
 }  // namespace
 
 Tangents stiefel_tangents() {
@@ -40,10 +45,13 @@ Tangents stiefel_tangents() {
           },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, Stiefel<Tangent>(at.lambda, scene.Q().rows()), at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return Stiefel<Tangent>(lambda(scene), scene.Q().rows());
           }};
 }
 
-Tangents stiefel_costate_tangents() { return {costates, costate_map}; }
+Tangents stiefel_costate_tangents() { return {costates, costate_map, costate_field}; }
 /// The state is that of the costate P_0.
 Tangents stiefel_momentum_tangents() {
   return {[](const Scene&) {
@@ -51,7 +59,7 @@ Tangents stiefel_momentum_tangents() {
               return CostatesOfFrames<double>().tangent(x, G);
             });
           },
-          costate_map};
+          costate_map, costate_field};
 }
 
 Tangents ellipsoid_tangents() {
@@ -64,6 +72,10 @@ Tangents ellipsoid_tangents() {
             return scene.block("p").size() > 0
                        ? make_tangent(scene, EllipsoidCostate<Tangent>(at.lambda), at.h)
                        : make_tangent(scene, Ellipsoid<Tangent>(at.lambda), at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            if (scene.block("p").size() > 0) return EllipsoidCostate<Tangent>(lambda(scene));
+            return Ellipsoid<Tangent>(lambda(scene));
           }};
 }
 

@@ -19,6 +19,10 @@ Tangents parametric_rigid_body_tangents() {
             return make_tangent(
                 scene,
                 ParametricRigidBody<Tangent>(at.lambda, scene.parameter(), scene.epsilon()), at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return ParametricRigidBody<Tangent>(scene.inertia().cast<Tangent>(), scene.parameter(),
+                                                scene.epsilon());
           }};
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include "stiefel/scene.h"
 
+#include "engine/methods/support/matrix_system.h"
 #include "engine/numbers/dual.h"
 #include "stiefel/run_status.h"
 
@@ -58,6 +59,8 @@ struct Tangents {
   TangentSpace (*space)(const Scene&) = nullptr;
   /// Returns null where the scene's method has no tangent.
   std::unique_ptr<TangentMap> (*make)(const Scene&, const TangentParameters&) = nullptr;
+  /// Returns the vector field on states that are blocks stacked by rows; null for discrete systems.
+  MatrixSystem<Tangent> (*field)(const Scene&) = nullptr;
 };
 
 }  // namespace stiefel

@@ -112,6 +112,7 @@ Gate::Gate(Host& host, server::Service& service, Callers* callers)
   take("ConjugatePoints", &Service::ConjugatePoints);
   take("MeasureTradeoff", &Service::MeasureTradeoff);
   take("Linearize", &Service::Linearize);
+  take("LyapunovSpectrum", &Service::LyapunovSpectrum);
   take_drive();
 }
 

@@ -58,6 +58,8 @@ class Service final {
                                                        const v1::MeasureTradeoffRequest&);
   Writing<v1::SummarizeResponse> Summarize(Context&, CallLog&, const v1::SummarizeRequest&);
   Writing<v1::LinearizeResponse> Linearize(Context&, CallLog&, const v1::LinearizeRequest&);
+  Writing<v1::LyapunovSpectrumResponse> LyapunovSpectrum(Context&, CallLog&,
+                                                         const v1::LyapunovSpectrumRequest&);
 
  private:
   Host& host_;

@@ -159,8 +159,9 @@ bool CallLog::tell_price() const {
   std::snprintf(text.data(), text.size(), "%.2e", price_);
   context_->AddInitialMetadata("stiefel-work", text.data());
   // These calls end when they have taken their price; the price of others is expected.
-  static constexpr std::array<std::string_view, 5> capped = {
-      "ConjugatePoints", "Connect", "Convert", "CreateSession", "MeasureTradeoff"};
+  static constexpr std::array<std::string_view, 6> capped = {"ConjugatePoints",  "Connect",
+                                                             "Convert",          "CreateSession",
+                                                             "LyapunovSpectrum", "MeasureTradeoff"};
   if (std::ranges::find(capped, std::string_view(method_)) != capped.end())
     context_->AddInitialMetadata("stiefel-work-bound", "at_most");
   return true;

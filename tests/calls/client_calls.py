@@ -43,6 +43,7 @@ OF_SESSIONS = {  # functions (client, session, request)
     "Diagnose": lambda client, session, request: [i.value for i in session.diagnose(to=request.to).invariants],
     "ForkSession": lambda client, session, request: fork(session, request),
     "Summarize": lambda client, session, request: summarize(session),
+    "LyapunovSpectrum": lambda client, session, request: session.lyapunov(to=10 * request.to, interval=1).exponents,
     "Linearize": lambda client, session, request: session.state_transition(to=10 * request.to, inertia=True).matrix,
 }
 OTHERS = {  # functions (client, id of a session, request)

@@ -118,6 +118,8 @@ grpc::Status make(Stub& stub, grpc::ClientContext& context, const Call& call, co
       return made(&Stub::Summarize, call.summarize());
     case Call::kLinearize:
       return made(&Stub::Linearize, call.linearize());
+    case Call::kLyapunovSpectrum:
+      return made(&Stub::LyapunovSpectrum, call.lyapunov_spectrum());
     case Call::REQUEST_NOT_SET:
       return {};
   }

@@ -162,6 +162,7 @@ class Liar : public v1::SimulationService::Service {
   STREAM(MeasureTradeoff)
   STREAM(Summarize)
   STREAM(Linearize)
+  STREAM(LyapunovSpectrum)
 #undef UNARY
 #undef STREAM
 
@@ -301,6 +302,11 @@ TEST_F(LiesTest, OfWhatIsComputed) {
   tangent.set_to(20);
   tangent.set_every(10);
   lie_about([&] { EXPECT_TRUE(session_->linearize(tangent).has_run_status()); });
+  v1::LyapunovSpectrumRequest growth;
+  growth.set_to(40);
+  growth.set_every(20);
+  growth.set_interval(1);
+  lie_about([&] { EXPECT_TRUE(session_->lyapunov(growth).has_run_status()); });
 }
 
 }  // namespace

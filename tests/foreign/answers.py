@@ -16,7 +16,7 @@ from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 # Clocks, and what depends on them.
 VOLATILE = {"create_time", "expire_time", "cpu_seconds_per_second", "steps_per_second"}
-STREAMS = {"Stream", "Summarize", "Linearize", "Convert", "ConjugatePoints", "Connect", "MeasureTradeoff", "Drive"}
+STREAMS = {"Stream", "Summarize", "Linearize", "LyapunovSpectrum", "Convert", "ConjugatePoints", "Connect", "MeasureTradeoff", "Drive"}
 
 
 @dataclass

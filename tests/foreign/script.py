@@ -75,6 +75,7 @@ def script(size: int) -> list[Call]:
                       "quantities": [{"name": "energy", "statistics": ["STATISTIC_LAST", "STATISTIC_DRIFT"]}]},
         "Diagnose": {"to": last},
         "Linearize": {"to": 2, "every": 1},
+        "LyapunovSpectrum": {"to": 20, "every": 10, "interval": 1, "count": 2},
         "Convert": {"scene": body},
         "Connect": {"metric": "METRIC_EUCLIDEAN", "inertia": [], "pairs": [frames(size)], "samples": 4},
         "MeasureTradeoff": {"scene": body, "horizon": body["step"], "budget": 1e10},

@@ -74,6 +74,9 @@ bool takes_little(Call& call) {
     case Call::kLinearize:
       call.mutable_linearize()->set_to(few(call.linearize().to()));
       return true;
+    case Call::kLyapunovSpectrum:
+      call.mutable_lyapunov_spectrum()->set_to(few(call.lyapunov_spectrum().to()));
+      return true;
     case Call::kDiagnose: {
       auto& request = *call.mutable_diagnose();
       request.set_to(few(request.to()));

@@ -34,10 +34,10 @@ from stiefel.results import (Batch as Batch, Catalogue as Catalogue, Choice as C
                              Conversion as Conversion, Diagnosis as Diagnosis, Domain as Domain, Errors as Errors,
                              EstimatedError as EstimatedError, Events as Events, Export as Export,
                              Geodesic as Geodesic, InjectivityRadius as InjectivityRadius, Invariant as Invariant,
-                             Motion as Motion, Origin as Origin,
+                             LyapunovSpectrum as LyapunovSpectrum, Motion as Motion, Origin as Origin,
                              Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
                              Section as Section, State as State, StateTransition as StateTransition, Summary as Summary,
-                             Tradeoff as Tradeoff, Trajectory as Trajectory)
+                             Tradeoff as Tradeoff, Trajectory as Trajectory, Verdict as Verdict)
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session

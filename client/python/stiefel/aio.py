@@ -253,6 +253,7 @@ class Session:
     trajectory = _awaited(blocking_session.Session.trajectory)
     state_transition = _awaited(blocking_session.Session.state_transition)
     covariance = _awaited(blocking_session.Session.covariance)
+    lyapunov = _awaited(blocking_session.Session.lyapunov)
     summarize = _awaited(blocking_session.Session.summarize)
     events = _awaited(blocking_session.Session.events)
     poincare = _awaited(blocking_session.Session.poincare)

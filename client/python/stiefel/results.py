@@ -1,6 +1,7 @@
 """The results of calls. Their numpy arrays are views of the bytes received."""
 from __future__ import annotations
 
+import enum
 import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -27,7 +28,7 @@ from stiefel._results.tradeoff import Point, Tradeoff
 from stiefel.scene import member_of, to_dict
 
 __all__ = ["Batch", "Catalogue", "Choice", "ConjugatePoint", "ConjugatePoints", "Conservation", "Conversion", "Diagnosis", "Domain", "Errors", "EstimatedError", "Events", "Export", "Geodesic",
-           "InjectivityRadius", "Invariant", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "Section", "State", "StateTransition", "Summary", "Tradeoff", "Trajectory"]
+           "InjectivityRadius", "Invariant", "LyapunovSpectrum", "Motion", "Origin", "Outcome", "Point", "Price", "RunStatus", "Section", "State", "StateTransition", "Summary", "Tradeoff", "Trajectory", "Verdict"]
 
 
 B = TypeVar("B", bound="Batch")
@@ -456,6 +457,54 @@ class StateTransition(Ended, ByValue):
         array = self.matrix if self.matrix is not None else self.vectors
         shape = array.shape if array is not None else ()
         return f"<stiefel.StateTransition {self.outcome} of the shape {shape}>"
+
+
+class Verdict(str, enum.Enum):
+    """What the growth of tangent vectors says of a motion."""
+
+    UNDECIDED = "undecided"
+    REGULAR = "regular"
+    CHAOTIC = "chaotic"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LyapunovSpectrum(Ended, ByValue):
+    """Lyapunov exponents, from `Session.lyapunov`: how fast neighbouring motions part.
+
+    A tangent vector (dQ, dM) is measured by |dQ|^2 + n |dM|^2 / |M|^2, with the norms of the blocks at the start.
+    t lambda(t) grows like ln t where a motion is regular, and in proportion to t where it is chaotic.
+    """
+
+    exponents: Array  #: (k,), in 1/time, in the order of the vectors: the largest first, up to the errors
+    errors: Array  #: (k,), half-widths of 95 % intervals: batch means, and what growth by a factor t contributes
+    verdict: Verdict
+    reason: str  #: why, in words and numbers
+    log_gali: Array  #: (k - 1,), ln GALI_2 ... ln GALI_k, which have no floor
+    step: int  #: where the exponents end
+    time: float
+    steps: Array  #: (r,), of the numbers on the way, the last ones included
+    times: Array  #: (r,), from step 0 of the scene
+    history: Array  #: (r, k), exponents over the time from the start to there
+    log_gali_history: Array  #: (r, k - 1)
+    interval: int  #: steps between two orthonormalisations
+    run_status: RunStatus
+    checkpoint: bytes = field(default=b"", compare=False)  #: from which a later call goes on
+    checkpoint_ignored: bool = field(default=False, compare=False)  #: whether the server did not have the key of the given one
+    computed_steps: int = field(default=0, compare=False)
+    price: Optional[Price] = field(default=None, compare=False)
+
+    @property
+    def gali(self) -> Array:
+        """GALI_2 ... GALI_k: the volumes of the first j vectors, each of length 1 but not orthonormalised."""
+        return np.asarray(np.exp(self.log_gali))
+
+    def __repr__(self) -> str:
+        largest = f", largest exponent {self.exponents[0]:.3g}" if len(self.exponents) else ""
+        error = f" +- {self.errors[0]:.2g}" if len(self.errors) else ""
+        return f"<stiefel.LyapunovSpectrum {self.verdict}{largest}{error}>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of
 from stiefel._given.mappings import Names, names
-from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index
+from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, whole
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
 from stiefel._given.sections import Coordinate, columns, linear, to_section
@@ -23,6 +23,7 @@ from stiefel._wire import answers
 from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.drive import TOO_LARGE, Drive
+from stiefel._wire.growing import grown
 from stiefel._wire.held import Held
 from stiefel._wire.linearizing import linearized, put_vectors
 from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, pauses, route
@@ -32,11 +33,13 @@ from stiefel._wire.streams import progress_bar
 from stiefel._wire.times import at_times, backwards, between_steps, up_to
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
                             warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, Outcome, RunStatus, Section, State, StateTransition, Summary,
-                             Trajectory)
+from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
+                             State, StateTransition, Summary, Trajectory)
 from stiefel.scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
+
+_ORTHONORMALIZATIONS = {"discrete_qr": pb.ORTHONORMALIZATION_DISCRETE_QR, "continuous": pb.ORTHONORMALIZATION_CONTINUOUS}
 
 
 class Session(Held):
@@ -284,6 +287,30 @@ class Session(Held):
         if given.shape != (size, size):
             raise refused("P0", f"the shape {given.shape}: must be ({size}, {size})")
         return np.asarray(moved.matrix @ given @ np.swapaxes(moved.matrix, -1, -2))
+
+    def lyapunov(self, to: Optional[int] = None, count: Optional[int] = None, start: int = 0, every: int = 0,
+                 method: str = "discrete_qr", interval: int = 0, seed: int = 0, checkpoint: bytes = b"",
+                 timeout: Optional[float] = None, time: Any = None) -> LyapunovSpectrum:
+        """Returns the Lyapunov exponents of the motion from `start` to step `to`, or to a `time` that is a step's, with
+        error bars, and a verdict: regular, chaotic or undecided.
+
+        `count`: how many, the largest ones; by default all, for states of up to 1024 numbers. `every`: keeps the numbers
+        about every so many steps. `method`: "discrete_qr", from the tangent of the computed steps, or "continuous"
+        orthonormalisation along the states, for continuous systems and steps that turn by at most 0.5 rad. `interval`:
+        steps between two orthonormalisations; by default about a radian of the motion; `to` must allow 20. `seed`: of the
+        random first vectors. `checkpoint`: the `LyapunovSpectrum.checkpoint` of an earlier call that had the same
+        arguments but `to` and `every`; goes on from there, with the same bits. `timeout`: seconds for the whole call; none
+        by default.
+        """
+        to, start = self._step_of("to", to, time), step_index("start", start)
+        if method not in _ORTHONORMALIZATIONS:
+            raise refused("method", f"{method!r}: must be {' or '.join(map(repr, _ORTHONORMALIZATIONS))}")
+        request = pb.LyapunovSpectrumRequest(
+            session_id=self.id, to=to, every=step_index("every", every), count=0 if count is None else min(whole("count", count, 1), 2**32 - 1),
+            orthonormalization=_ORTHONORMALIZATIONS[method], interval=whole("interval", interval), seed=whole("seed", seed),
+            checkpoint=checkpoint)
+        setattr(request, "from", start)
+        return grown(self._recreation, request, timeout)
 
     def summarize(self, to: Optional[int] = None, quantities: Optional[Quantities] = None, start: int = 0, every: int = 1,
                   timeout: Optional[float] = None, checkpoint_every: int = 0, checkpoint: bytes = b"",

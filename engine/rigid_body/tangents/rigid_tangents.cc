@@ -43,7 +43,11 @@ std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at
 
 }  // namespace
 
-Tangents rigid_body_tangents() { return {space, make}; }
+Tangents rigid_body_tangents() {
+  return {space, make, [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return RigidBody<SoN<Tangent>>(scene.inertia().cast<Tangent>(), scene.has_frame());
+          }};
+}
 Tangents moser_veselov_tangents() { return {space, make}; }
 
 }  // namespace stiefel

@@ -15,6 +15,10 @@ using Made = std::unique_ptr<TangentMap>;
 using Dense = Eigen::MatrixXd;
 
 Tangent epsilon(const Scene& scene) { return scene.epsilon(); }
+Vector<Tangent> lambda(const Scene& scene) { return scene.inertia().cast<Tangent>(); }
+Matrix<Tangent> A(const Scene& scene) {
+  return constant_A<double>(scene.Q(), scene.block("P")).cast<Tangent>();
+}
 
 /// (Qη, Pζ), η and ζ skew.
 TangentSpace pairs(const Scene&) {
@@ -28,20 +32,31 @@ Tangents right_rigid_body_tangents() {
   return {[](const Scene&) { return TangentSpace{TangentSpace::Coordinates::right_body, {}}; },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, RightRigidBody<Tangent>(at.lambda), at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return RightRigidBody<Tangent>(lambda(scene));
           }};
 }
 
 Tangents symmetric_rigid_body_tangents() {
-  return {pairs, [](const Scene& scene, const TangentParameters& at) {
+  return {pairs,
+          [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, SymmetricRigidBody<Tangent>(at.lambda, epsilon(scene)),
                                 at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return SymmetricRigidBody<Tangent>(lambda(scene), epsilon(scene));
           }};
 }
 
 Tangents right_symmetric_rigid_body_tangents() {
-  return {pairs, [](const Scene& scene, const TangentParameters& at) {
+  return {pairs,
+          [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, RightSymmetricRigidBody<Tangent>(at.lambda, epsilon(scene)),
                                 at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return RightSymmetricRigidBody<Tangent>(lambda(scene), epsilon(scene));
           }};
 }
 
@@ -54,10 +69,11 @@ Tangents reduced_rigid_body_tangents() {
                                 }};
           },
           [](const Scene& scene, const TangentParameters& at) {
-            const Matrix<Tangent> A =
-                constant_A<double>(scene.Q(), scene.block("P")).cast<Tangent>();
-            return make_tangent(scene, ReducedRigidBody<Tangent>(at.lambda, A, epsilon(scene)),
-                                at.h);
+            return make_tangent(
+                scene, ReducedRigidBody<Tangent>(at.lambda, A(scene), epsilon(scene)), at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return ReducedRigidBody<Tangent>(lambda(scene), A(scene), epsilon(scene));
           }};
 }
 
@@ -71,6 +87,9 @@ Tangents mclachlan_scovel_tangents() {
           },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, McLachlanScovel<Tangent>(at.lambda), at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return McLachlanScovel<Tangent>(lambda(scene));
           }};
 }
 

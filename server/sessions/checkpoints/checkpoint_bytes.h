@@ -19,9 +19,10 @@ struct CheckpointRefusal {
   std::string numerics_id;  ///< for other_numerics: that of the server that wrote it
 };
 
-/// The formats of checkpoints: of a state, and of a summary in progress. The last character is the
-/// version.
-inline constexpr std::string_view state_format = "STFLCKP4", summary_format = "STFLSUM3";
+/// The formats of checkpoints: of a state, of a summary in progress, and of the growth of tangent
+/// vectors. The last character is the version.
+inline constexpr std::string_view state_format = "STFLCKP4", summary_format = "STFLSUM3",
+                                  growth_format = "STFLLYA1";
 
 /// Returns bytes that are opaque to clients: format, name of the key, numerics id, the session's
 /// identity, `content`, and the HMAC-SHA256 of all that with the first of the session's keys.

@@ -37,6 +37,7 @@ CALLS = {  # the RPC, and a call with an answer that can be compared
     "tradeoff": ("MeasureTradeoff", lambda c, s: c.tradeoff(SCENE, horizon=0.05, budget=1e7, repeats=1)),
     "summarize": ("Summarize", lambda c, s: s.summarize(100, STATISTICS)),
     "events": ("Summarize", lambda c, s: s.events(300, ZEROS, fields="angular_velocity")),
+    "lyapunov": ("LyapunovSpectrum", lambda c, s: s.lyapunov(to=40, every=20, interval=1)),
     "linearize": ("Linearize", lambda c, s: s.state_transition(to=20, every=10, inertia=True)),
     "times": ("Summarize", lambda c, s: s.trajectory(times=[0.123, 0.02, 0.5], fields="Q")),
 }
@@ -58,7 +59,7 @@ def test_a_lie_is_told_as_one(served, call):
     lies, address = served
     method, make = CALLS[call]
     kind = getattr(pb, f"{method}Response")
-    streams = method in ("Convert", "ConjugatePoints", "Connect", "Drive", "Linearize", "MeasureTradeoff", "Stream", "Summarize")
+    streams = method in ("Convert", "ConjugatePoints", "Connect", "Drive", "Linearize", "LyapunovSpectrum", "MeasureTradeoff", "Stream", "Summarize")
     with stiefel.Client(address) as client:
         lies.truth()
         session = client.get("lied-about")

@@ -74,6 +74,8 @@ std::string said(const Message& reply) {
     return fields(summary->states().fields()) + fields(summary->events().fields());
   if (const auto* tangent = dynamic_cast<const v1::LinearizeResponse*>(&reply))
     return std::to_string(tangent->step()) + fields(tangent->fields());
+  if (const auto* growth = dynamic_cast<const v1::LyapunovSpectrumResponse*>(&reply))
+    for (const double exponent : growth->exponents()) text += std::to_string(exponent) + ' ';
   if (const auto* diagnosis = dynamic_cast<const v1::DiagnoseResponse*>(&reply))
     for (const auto& one : diagnosis->invariants()) text += std::to_string(one.value()) + ' ';
   if (const auto* conversion = dynamic_cast<const v1::ConvertResponse*>(&reply))

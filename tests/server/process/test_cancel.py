@@ -138,6 +138,8 @@ CALLS = {
         session_id=s, to=10**6, every=10**5, quantities=[pb.Quantity(name="energy", statistics=[pb.STATISTIC_DRIFT])]))),
     "Linearize": with_session(body(24, name="variational"), lambda stub, s: stub.Linearize(pb.LinearizeRequest(
         session_id=s, to=10**6))),
+    "LyapunovSpectrum": with_session(body(24, name="variational"), lambda stub, s: stub.LyapunovSpectrum(
+        pb.LyapunovSpectrumRequest(session_id=s, to=10**6, count=4))),
     "Diagnose, brackets": diagnosis_of(body(512, system="symmetric_rigid_body", name="variational"),
                                        dirac_brackets=brackets(512, 2)),
     "MeasureTradeoff": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
@@ -160,7 +162,7 @@ QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diag
 
 #: The RPCs that compute nothing for long; CALLS has all others.
 SHORT = {"Describe", "GetSession", "ListSessions", "DeleteSession"}
-STREAMS = {"Stream", "Drive", "Summarize", "Linearize", "MeasureTradeoff", "ConjugatePoints", "Connect", "Convert"}
+STREAMS = {"Stream", "Drive", "Summarize", "Linearize", "LyapunovSpectrum", "MeasureTradeoff", "ConjugatePoints", "Connect", "Convert"}
 
 
 def rpc_of(name):

@@ -6,6 +6,7 @@ from stiefel.v1.conversion_pb2 import *  # noqa: F401,F403
 from stiefel.v1.diagnosis_pb2 import *  # noqa: F401,F403
 from stiefel.v1.error_pb2 import *  # noqa: F401,F403
 from stiefel.v1.linearization_pb2 import *  # noqa: F401,F403
+from stiefel.v1.lyapunov_pb2 import *  # noqa: F401,F403
 from stiefel.v1.numbers_pb2 import *  # noqa: F401,F403
 from stiefel.v1.outcome_pb2 import *  # noqa: F401,F403
 from stiefel.v1.price_pb2 import *  # noqa: F401,F403

@@ -78,6 +78,13 @@ class Session {
   v1::LinearizeResponse linearize(v1::LinearizeRequest request,
                                   const LinearizationReceiver& receive = {}) const;
 
+  /// Computes Lyapunov exponents; the session's id is filled in. `receive` gets the numbers on the
+  /// way, and ends the call by returning false. Returns the last message, with the whole checkpoint;
+  /// an empty one if the receiver ended the call. A call that breaks begins again. Throws Error.
+  using SpectrumReceiver = std::function<bool(const v1::LyapunovSpectrumResponse&)>;
+  v1::LyapunovSpectrumResponse lyapunov(v1::LyapunovSpectrumRequest request,
+                                        const SpectrumReceiver& receive = {}) const;
+
   /// Creates a session that starts from this one's state at step `from_step`, with the changes that
   /// the request names. An empty `session_id` is replaced by a new UUID; `from_session_id` is
   /// filled in. Throws Error, also when the step cannot be reached.

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "stiefel/run_status.h"
+#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
+#include "stiefel/violation.h"
+
+namespace stiefel {
+
+/// How the vectors that measure growth are kept apart.
+enum class Orthonormalization : std::uint8_t {
+  discrete_qr,  ///< the tangent of the computed steps, and V = QR at the end of each interval
+  continuous,   ///< Ẇ = AW − WT on V(k, D) along the computed states, T upper triangular
+};
+
+/// What a LyapunovSpectrum computes.
+struct LyapunovDescription {
+  std::int64_t from = 0, to = 0;
+  /// The number k of exponents, the largest ones; 0: all.
+  std::int64_t count = 0;
+  Orthonormalization orthonormalization = Orthonormalization::discrete_qr;
+  /// Steps between two orthonormalisations. 0: as many as the motion at `from` takes for about two
+  /// radians.
+  std::int64_t interval = 0;
+  /// Of the random first vectors.
+  std::uint64_t seed = 0;
+};
+
+enum class MotionKind : std::uint8_t { undecided, regular, chaotic };
+
+class LyapunovRun;
+
+/// The Lyapunov exponents of a motion, in 1/time, from the growth of k tangent vectors. A vector is
+/// measured by |δQ|² + n|δM|²/|M|², with the norms of the blocks at the first step, so that the
+/// choice of units does not matter.
+///
+///     S_i(t) = Σ ln r_ii over the intervals,   λ_i(t) = S_i(t) / t,
+///     GALI_j(t) = volume of the first j vectors, each of length 1 but not orthonormalised
+///               = exp(Σ_{i ≤ j} (S_i − ln |v_i|)), which has no floor of rounding.
+///
+/// The states and their bits are those of the simulation. The numbers depend on the scene and the
+/// description alone, so that a run that `save` interrupted has the bits of an unbroken one.
+class LyapunovSpectrum {
+ public:
+  /// The least number of intervals from `from` to `to`, so that errors can be told.
+  static constexpr std::int64_t least_intervals = 20;
+
+  /// Refuses ensembles, methods without a tangent, and descriptions that do not fit. `start` is at
+  /// `what.from`. Throws Stopped (stop.h), as do the functions below.
+  static std::expected<LyapunovSpectrum, Violations> make(const Scene& scene,
+                                                          const LyapunovDescription& what,
+                                                          const Simulation& start,
+                                                          const Place& place = {});
+
+  /// Writes what is needed to go on, at the last end of an interval, as bytes.
+  std::string save() const;
+  /// Returns the step at which `save` wrote the bytes; −1 if they are not of that kind.
+  static std::int64_t saved_step(std::string_view saved);
+  /// Goes on where `save` wrote the bytes, with a motion at that step. `what.to` may differ from
+  /// the one that was saved. Refuses bytes of another description.
+  static std::expected<LyapunovSpectrum, Violations> resume(const Scene& scene,
+                                                            const LyapunovDescription& what,
+                                                            std::string_view saved,
+                                                            const Simulation& now,
+                                                            const Place& place = {});
+
+  /// Advances `motion` by at most about `steps` steps; after `to` was reached, a second motion that
+  /// starts beside the first one, where a verdict needs it.
+  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop = {});
+  /// Whether the verdict is known, or the motion has ended early.
+  bool done() const;
+  /// Whether the vectors are at the end of an interval or at `to`, so that the numbers are those of
+  /// `step()`.
+  bool is_current() const;
+
+  std::int64_t step() const;
+  std::int64_t interval() const;
+  /// The number of steps that were made, those beside the motion included.
+  std::int64_t computed_steps() const;
+  /// The number of tangent vectors.
+  Eigen::Index vectors() const;
+
+  /// λ_i(t), i = 1 … k.
+  Eigen::VectorXd exponents() const;
+  /// The half-widths of 95 % intervals: batch means over 20 to 63 batches and over 64 to 127, the
+  /// larger of both, and ln(1 + ωt)/t, ω the rate at the first step, which growth by a factor t
+  /// contributes.
+  Eigen::VectorXd errors() const;
+  /// ln GALI_2 … ln GALI_k.
+  Eigen::VectorXd log_gali() const;
+
+  MotionKind kind() const;
+  /// Says in words and numbers why the motion is of that kind.
+  std::string reason() const;
+
+  LyapunovSpectrum(LyapunovSpectrum&&) noexcept;
+  LyapunovSpectrum& operator=(LyapunovSpectrum&&) noexcept;
+  ~LyapunovSpectrum();
+
+ private:
+  explicit LyapunovSpectrum(std::unique_ptr<LyapunovRun> run);
+  std::unique_ptr<LyapunovRun> run_;
+};
+
+/// Returns the most vectors that a LyapunovSpectrum of a state of `size` numbers moves.
+std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size);
+/// Returns the work of a step of the scene with so many vectors, in instructions, and the bytes of
+/// a LyapunovSpectrum whose states have `size` numbers: upper bounds. A second motion takes as much
+/// again for each of its steps, of which there are at most two for each step of the first.
+double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors, std::int64_t size);
+std::uint64_t lyapunov_bytes(const Scene& scene, std::int64_t vectors, std::int64_t size);
+
+}  // namespace stiefel

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "engine/summary/byte_stream.h"
+
+namespace stiefel {
+
+/// What the upper triangular factors R of orthonormalisations tell about the growth of k vectors:
+/// sums, their batches, and the volume of the vectors. Times are durations, > 0.
+class Growth {
+ public:
+  using Dense = Eigen::MatrixXd;
+  using Numbers = Eigen::VectorXd;
+
+  explicit Growth(Eigen::Index k);
+
+  /// Adds an interval after which the orthonormal vectors of before have become V = QR, r_ii > 0.
+  void add(double duration, const Dense& R);
+
+  Eigen::Index count() const { return sums_.size(); }
+  double time() const { return time_; }
+  const Numbers& sums() const { return sums_; }
+  /// Returns ln GALI_2 … ln GALI_k.
+  Numbers log_gali() const;
+  /// Returns the half-widths of 95 % intervals of sums / time by batch means; infinite below 20
+  /// intervals.
+  Numbers batch_errors() const;
+  /// The largest fall of S_1 from a value that it had before.
+  double deepest_fall() const { return deepest_fall_; }
+
+  /// What is followed over the time: S_1, ln GALI_2, ln GALI_k.
+  struct Levels {
+    double first = 0, gali_2 = 0, gali_k = 0;
+  };
+  /// Returns their means over (T/2, T], (T/4, T/2], (T/8, T/4], (T/16, T/8] for j = 0 … 3, T the
+  /// time at the last full block; there must be 16 blocks.
+  Levels mean(int j) const;
+  std::size_t blocks() const { return blocks_.size(); }
+
+  void save(ByteWriter& out) const;
+  void restore(ByteReader& in);
+
+ private:
+  /// Some intervals in a row.
+  struct Block {
+    double time = 0;
+    Levels levels;  ///< times the duration
+    Numbers growth;
+  };
+  /// The most blocks. Then every two become one, so that there are at least half as many.
+  static constexpr std::size_t most_blocks = 128;
+
+  /// Returns the errors from batches of so many blocks.
+  Numbers errors_of(std::size_t blocks_a_batch) const;
+  void close_block();
+
+  Numbers sums_;
+  double time_ = 0, highest_ = 0, deepest_fall_ = 0;
+  /// The vectors that are not orthonormalised: directions in terms of the orthonormal ones, a unit
+  /// vector a column, and the logarithms of their lengths.
+  Dense directions_;
+  Numbers lengths_;
+  std::vector<Block> blocks_;
+  Block open_;
+  std::uint64_t block_length_ = 1, open_length_ = 0;  ///< in intervals
+};
+
+}  // namespace stiefel

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+
+#include "engine/stepping/tangent_map.h"
+#include "stiefel/simulation.h"
+
+namespace stiefel {
+
+/// The tangent vectors by which growth is measured, in the caller's axes: a vector is a column, the
+/// state's blocks stacked by rows, its numbers column by column. Its length is that of the weighted
+/// numbers: each block is divided by its norm at the first state over the root of its rows.
+class GrowthVectors {
+ public:
+  using Dense = Eigen::MatrixXd;
+
+  /// The most vectors of states whose tangent space is too large to be counted.
+  static constexpr std::int64_t most_of_large = 64;
+
+  GrowthVectors(const Scene& scene, TangentSpace space, const Simulation& start);
+
+  Eigen::Index size() const { return weights_.size(); }
+  /// The dimension of the tangent space at x; 0 where the state is too large for it.
+  std::int64_t dimension(const Dense& x) const;
+
+  const Eigen::VectorXd& weights() const { return weights_; }
+  void set_weights(const Eigen::VectorXd& weights) { weights_ = weights; }
+
+  /// Returns the state, in the caller's axes, or in those in which the inertia is diagonal.
+  Dense state(const Simulation& motion) const;
+  Dense principal_state(const Simulation& motion) const {
+    return turned(state(motion), axes_.transpose());
+  }
+  Dense to_principal(const Dense& V) const { return all_turned(V, axes_.transpose()); }
+  Dense from_principal(const Dense& V) const { return all_turned(V, axes_); }
+
+  /// Returns k random orthonormal vectors at x.
+  Dense random(const Dense& x, Eigen::Index k, std::uint64_t seed) const;
+  /// Takes the tangent parts of V at x, and V = V′R to V′, R upper triangular with r_ii ≥ 0.
+  Dense orthonormalise(const Dense& x, Dense& V) const;
+
+  /// Turns numbers column by column into numbers row by row, and back.
+  Dense by_rows(const Dense& V) const;
+  Dense by_columns(const Dense& V) const;
+
+ private:
+  bool is_body() const { return space_.coordinates != TangentSpace::Coordinates::orthonormal; }
+  Dense tangent(const Dense& x, const Dense& G) const;
+  /// Q Tᵀ over T M Tᵀ.
+  Dense turned(const Dense& x, const Eigen::Matrix3d& T) const;
+  Dense all_turned(const Dense& V, const Eigen::Matrix3d& T) const;
+
+  TangentSpace space_;
+  Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
+  Eigen::Index rows_, cols_;
+  Eigen::VectorXd weights_;
+};
+
+}  // namespace stiefel

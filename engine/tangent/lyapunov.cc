@@ -1,0 +1,111 @@
+#include "stiefel/lyapunov.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/tangent/lyapunov_run.h"
+#include "stiefel/price.h"
+
+namespace stiefel {
+
+std::expected<LyapunovSpectrum, Violations> LyapunovSpectrum::make(const Scene& scene,
+                                                                   const LyapunovDescription& what,
+                                                                   const Simulation& start,
+                                                                   const Place& place) {
+  auto run = std::make_unique<LyapunovRun>(scene, what);
+  if (auto violations = run->prepare(start, place); !violations.empty())
+    return std::unexpected(std::move(violations));
+  if (auto violations = run->begin(start, place); !violations.empty())
+    return std::unexpected(std::move(violations));
+  return LyapunovSpectrum(std::move(run));
+}
+
+std::int64_t LyapunovSpectrum::saved_step(std::string_view saved) {
+  ByteReader in(saved);
+  LyapunovHeader header;
+  header.each([&](auto& number) { in.get(number); });
+  return in.sound() && header.is == LyapunovHeader::format ? header.step : -1;
+}
+
+std::expected<LyapunovSpectrum, Violations> LyapunovSpectrum::resume(
+    const Scene& scene, const LyapunovDescription& what, std::string_view saved,
+    const Simulation& now, const Place& place) {
+  const auto refused = [&] {
+    return std::unexpected(Violations{place.violation(
+        "checkpoint", std::to_string(saved.size()) + " bytes",
+        "must come from a LyapunovSpectrum of the same request, whose `to` and `every` alone may "
+        "differ, and not be beyond `to`")});
+  };
+  ByteReader in(saved);
+  LyapunovHeader header;
+  header.each([&](auto& number) { in.get(number); });
+  const LyapunovHeader asked = LyapunovHeader::of(what);
+  if (!in.sound() || header.is != LyapunovHeader::format || header.step != now.step() ||
+      header.step > what.to || header.interval < 1 || header.from != asked.from ||
+      header.count != asked.count || header.asked_interval != asked.asked_interval ||
+      header.seed != asked.seed || header.orthonormalization != asked.orthonormalization)
+    return refused();
+  auto run = std::make_unique<LyapunovRun>(scene, what);
+  if (auto violations = run->prepare(now, place, header); !violations.empty())
+    return std::unexpected(std::move(violations));
+  if (!run->restore(in, now)) return refused();
+  return LyapunovSpectrum(std::move(run));
+}
+
+std::string LyapunovSpectrum::save() const {
+  return run_->saved().empty() ? run_->write() : run_->saved();
+}
+
+RunStatus LyapunovSpectrum::advance(Simulation& motion, std::int64_t steps,
+                                    const std::stop_token& stop) {
+  return run_->advance(motion, steps, stop);
+}
+
+bool LyapunovSpectrum::done() const { return run_->done(); }
+bool LyapunovSpectrum::is_current() const { return run_->at() == run_->last_end(); }
+std::int64_t LyapunovSpectrum::step() const { return run_->last_end(); }
+std::int64_t LyapunovSpectrum::interval() const { return run_->interval(); }
+std::int64_t LyapunovSpectrum::computed_steps() const { return run_->computed(); }
+Eigen::Index LyapunovSpectrum::vectors() const { return run_->growth().count(); }
+
+Eigen::VectorXd LyapunovSpectrum::exponents() const {
+  const Growth& growth = run_->growth();
+  return growth.sums().head(run_->shown()) / growth.time();
+}
+Eigen::VectorXd LyapunovSpectrum::errors() const {
+  const Growth& growth = run_->growth();
+  const double powers = std::log1p(run_->rate() * growth.time()) / growth.time();
+  return growth.batch_errors().head(run_->shown()).array() + powers;
+}
+Eigen::VectorXd LyapunovSpectrum::log_gali() const {
+  return run_->growth().log_gali().head(std::max<Eigen::Index>(run_->shown() - 1, 0));
+}
+MotionKind LyapunovSpectrum::kind() const { return run_->judgement().kind; }
+std::string LyapunovSpectrum::reason() const { return run_->judgement().reason; }
+
+std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size) {
+  return what.count > 0 ? std::max<std::int64_t>(what.count, TangentMap::lanes) : size;
+}
+
+double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors,
+                     std::int64_t size) {
+  const auto m = static_cast<double>(vectors), D = static_cast<double>(size);
+  constexpr double of_restart = 4e4, of_numbers = 100;
+  return linearization_work(scene, step_work, vectors) + of_restart * std::ceil(m / 4) +
+         of_numbers * D * m + 8 * D * m * m;
+}
+
+std::uint64_t lyapunov_bytes(const Scene& scene, std::int64_t vectors, std::int64_t size) {
+  const auto m = static_cast<std::uint64_t>(vectors), D = static_cast<std::uint64_t>(size);
+  const std::uint64_t frame = size <= FrameFlow::largest ? 20 * D * D : 0;
+  return 2 * (linearization_bytes(scene, vectors) + simulation_bytes(scene)) +
+         sizeof(double) * (12 * D * m + frame + 256 * (m + 8) + 8 * m * m);
+}
+
+LyapunovSpectrum::LyapunovSpectrum(std::unique_ptr<LyapunovRun> run) : run_(std::move(run)) {}
+LyapunovSpectrum::LyapunovSpectrum(LyapunovSpectrum&&) noexcept = default;
+LyapunovSpectrum& LyapunovSpectrum::operator=(LyapunovSpectrum&&) noexcept = default;
+LyapunovSpectrum::~LyapunovSpectrum() = default;
+
+}  // namespace stiefel

@@ -1,0 +1,142 @@
+#include "engine/tangent/verdict.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "engine/methods/exact.h"
+#include "engine/numbers/to_text.h"
+#include "stiefel/conversion.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+constexpr double ln2 = std::numbers::ln2;
+
+std::string number(double x) { return to_text(x, 2); }
+
+/// A count of blocks of which 16th parts can be told.
+constexpr std::size_t least_blocks = 32;
+/// A regular motion of fewer radians has not shown its growth by powers.
+constexpr double least_turn = 500;
+/// Growth by a power up to this one is regular, and a fall of GALI_2 up to that one.
+constexpr double regular_power = 1.5, regular_fall = 6;
+/// S_1 of a regular motion may exceed that power of the angle by so much: what one passage of an
+/// unstable motion contributes.
+constexpr double regular_offset = 8;
+/// In the last octave of means S_1 of a chaotic motion rises by so much, and by so many times the
+/// rise in the octave before, which for growth in proportion to the time is 2.
+constexpr double chaotic_rise = 15, chaotic_ratio = 1.4, chaotic_fall = 8;
+/// Beyond that fall of S_1 the vectors consist of rounding errors.
+constexpr double rounding_fall = 25;
+/// The part of the exponent that a motion beside must have, and its growth, which is far above what
+/// it gains in one passage of an unstable motion, −ln(beside_distance).
+constexpr double confirmed_part = 0.25, confirmed_growth = 30;
+
+}  // namespace
+
+Judgement judge_growth(const Growth& growth, double rate) {
+  if (growth.blocks() < least_blocks)
+    return {MotionKind::undecided, "Only " + std::to_string(growth.blocks()) +
+                                       " intervals of growth: a verdict needs " +
+                                       std::to_string(least_blocks) + "."};
+  const double time = growth.time(), S = growth.sums()(0), angle = rate * time;
+  const Growth::Levels a = growth.mean(0), b = growth.mean(1), c = growth.mean(2),
+                       d = growth.mean(3);
+  const double rise = a.first - b.first, before = b.first - c.first;
+  const double power = (a.first - d.first) / (3 * ln2), last_power = rise / ln2;
+  const double fall_2 = b.gali_2 - a.gali_2, fall_k = b.gali_k - a.gali_k;
+  const double lambda = S / time, error = growth.batch_errors()(0);
+  const bool many = growth.count() > 1;
+
+  const std::string growths = "t·lambda(t) is " + number(S) + " at the end and rose by " +
+                              number(rise) + " in the last doubling of the time, by " +
+                              number(before) + " in the one before";
+  const std::string volumes =
+      many ? "; ln GALI_2 fell by " + number(fall_2) +
+                 (growth.count() > 2
+                      ? " and ln GALI_" + std::to_string(growth.count()) + " by " + number(fall_k)
+                      : "") +
+                 " in the last doubling"
+           : "";
+
+  const bool grows_by_power = last_power <= regular_power && power <= regular_power &&
+                              S <= regular_power * std::log1p(angle) + regular_offset;
+  if (grows_by_power && (!many || fall_2 <= regular_fall * ln2)) {
+    if (angle < least_turn)
+      return {MotionKind::undecided, growths + volumes + ", but the motion turned by " +
+                                         number(angle) + " rad only: a verdict needs " +
+                                         number(least_turn) + "."};
+    return {
+        MotionKind::regular,
+        growths + ": growth like t^" + number(power) + volumes +
+            ", like a power of t. Exponential growth in the last half of the time was at most " +
+            number(std::max(rise, 0.0) / (0.375 * time)) + " a unit of time."};
+  }
+  const bool rises = rise >= chaotic_rise && rise >= chaotic_ratio * before;
+  const bool falls = !many || std::max(fall_2, fall_k) >= chaotic_fall;
+  const std::string fell = "t·lambda(t) fell by up to " + number(growth.deepest_fall()) +
+                           " on the way, so that the vectors had become rounding errors";
+  if (rises && growth.deepest_fall() >= rounding_fall)
+    return {MotionKind::undecided, growths + ", but " + fell + "."};
+  if (rises && falls && lambda > 3 * error)
+    return {MotionKind::chaotic, growths + ": in proportion to t, with lambda = " + number(lambda) +
+                                     " ± " + number(error) + volumes};
+  return {MotionKind::undecided,
+          growths + volumes +
+              ": neither like a power of t nor in proportion to t. A longer run may "
+              "decide."};
+}
+
+std::optional<Scene> scene_beside(const Scene& scene, const Simulation& now,
+                                  const Dense& direction) {
+  const auto here = scene_at(scene, now);
+  if (!here) return std::nullopt;
+  SceneDescription moved = here->description();
+  if (moved.body) {
+    auto& omega = moved.body->angular_velocity;
+    const double size = beside_distance * Eigen::Map<Eigen::Vector3d>(omega.data()).norm();
+    const Eigen::Vector3d aside(0.6, -0.48, 0.64);
+    for (std::size_t i = 0; i < 3; ++i) omega[i] += size * aside(static_cast<Eigen::Index>(i));
+  } else {
+    Eigen::Index row = 0;
+    for (std::size_t i = 0; i < now.block_count() && row < direction.rows(); ++i) {
+      const auto found = moved.initial.find(now.fields()[i].name);
+      if (found == moved.initial.end()) return std::nullopt;
+      RowMatrix& block = found->second.values;
+      if (block.cols() != direction.cols() || row + block.rows() > direction.rows())
+        return std::nullopt;
+      block += beside_distance * direction.middleRows(row, block.rows());
+      row += block.rows();
+    }
+  }
+  if (moved.method && moved.method->name != Exact::traits.name)
+    moved.method->substeps = 2 * scene.substeps();
+  auto made = Scene::resolve(std::move(moved), Scene::drift_tolerance);
+  return made ? std::optional(*std::move(made)) : std::nullopt;
+}
+
+Judgement confirm(const Judgement& found, const Growth& growth, const Growth* beside,
+                  bool reached) {
+  const std::string neighbour =
+      ". A motion that starts " + number(beside_distance) + " beside this one, with half the step,";
+  if (beside == nullptr)
+    return {MotionKind::undecided,
+            found.reason + ". No motion beside this one could be made that would confirm it."};
+  if (!reached)
+    return {MotionKind::undecided,
+            found.reason + neighbour + " ended early, so that it confirms nothing."};
+  const double lambda = growth.sums()(0) / growth.time();
+  const double other = beside->sums()(0) / beside->time();
+  if (other < confirmed_part * lambda || beside->sums()(0) < confirmed_growth)
+    return {
+        MotionKind::undecided,
+        found.reason + neighbour + " has lambda = " + number(other) + " over a time of " +
+            number(beside->time()) +
+            ": the growth belongs to this single motion, such as an unstable periodic one, or to "
+            "the length of its step."};
+  return {MotionKind::chaotic, found.reason + neighbour + " has lambda = " + number(other) + "."};
+}
+
+}  // namespace stiefel

@@ -1,0 +1,170 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "stiefel/lyapunov.h"
+#include "tests/support/scenes/random_matrices.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+using Inertia = std::vector<double>;
+
+Scene resolved(SceneDescription description) {
+  auto scene = Scene::resolve(std::move(description));
+  if (!scene) throw std::runtime_error(scene.error().front().rule);
+  return *std::move(scene);
+}
+
+/// Returns a geodesic of unit speed on V(n, N) from a random frame, by steps of 0.1.
+Scene geodesic(Eigen::Index n, const Inertia& inertia, unsigned seed) {
+  const auto N = static_cast<Eigen::Index>(inertia.size());
+  const Eigen::Map<const Eigen::VectorXd> lambda(inertia.data(), N);
+  testing::RandomMatrices<double> random(seed);
+  const Dense Q = random.frame(n, N);
+  Dense V = random.matrix(n, N);
+  const Dense R = V * Q.transpose();
+  V -= (R + R.transpose()) * Q / 2;
+  V /= std::sqrt((V.cwiseAbs2() * lambda).sum());
+  SceneDescription out;
+  out.system = "stiefel";
+  out.method = MethodDescription{"variational", 4, {}, ""};
+  out.inertia = inertia;
+  out.initial = {{"Q", Block(Q)}, {"S", Block((V * lambda.asDiagonal()).eval())}};
+  out.step = 0.1;
+  return resolved(std::move(out));
+}
+
+Scene body(Eigen::Index N, unsigned seed, const std::string& system = "rigid_body") {
+  testing::RandomMatrices<double> random(seed);
+  const Eigen::VectorXd lambda = random.lambda(N);
+  const Dense M = random.skew(N);
+  SceneDescription out;
+  out.system = system;
+  if (system == "rigid_body") out.method = MethodDescription{"variational", {}, {}, ""};
+  out.inertia.assign(lambda.begin(), lambda.end());
+  out.initial = {{"Q", Block(random.frame(N, N))},
+                 {"M", Block((std::sqrt(2.0) * lambda.mean() / M.norm() * M).eval())}};
+  out.step = 0.1;
+  return resolved(std::move(out));
+}
+
+LyapunovSpectrum spectrum_of(const Scene& scene, const LyapunovDescription& what) {
+  auto motion = make_simulation(scene);
+  if (!motion->advance(what.from).reached()) throw std::runtime_error("the start is not reached");
+  auto made = LyapunovSpectrum::make(scene, what, *motion);
+  if (!made) throw std::runtime_error(made.error().front().rule);
+  while (!made->done())
+    if (!made->advance(*motion, 100'000).reached()) throw std::runtime_error(made->reason());
+  return *std::move(made);
+}
+
+struct Control {
+  std::string name;
+  int count;
+  std::function<Scene(unsigned seed)> scene;
+  std::int64_t to = 30'000;
+};
+
+/// What is proved to be integrable: bodies (Manakov), the discrete bodies (Moser and Veselov), n =
+/// 1 (Jacobi), Λ = I (Bolsinov and Jovanović).
+const Control regular[] = {
+    {"bodies in three dimensions", 80, [](unsigned seed) { return body(3, seed); }},
+    {"bodies in four dimensions", 80, [](unsigned seed) { return body(4, seed); }},
+    {"bodies in five dimensions", 40, [](unsigned seed) { return body(5, seed); }},
+    {"discrete bodies", 40, [](unsigned seed) { return body(4, seed, "moser_veselov"); }},
+    {"ellipsoids", 80,
+     [](unsigned seed) {
+       return geodesic(1, {1, 1.5 + seed % 7, 3 + seed % 5, 10}, seed);
+     }},
+    {"round frames", 60,
+     [](unsigned seed) {
+       return geodesic(2, {1, 1, 1, 1, 1}, seed);
+     }},
+};
+
+TEST(LyapunovForLong, RegularControlsAreNotChaotic) {
+  for (const Control& control : regular) {
+    int undecided = 0;
+    for (unsigned seed = 1; seed <= static_cast<unsigned>(control.count); ++seed) {
+      const LyapunovSpectrum spectrum =
+          spectrum_of(control.scene(seed), {.to = control.to, .count = 2});
+      EXPECT_NE(spectrum.kind(), MotionKind::chaotic)
+          << control.name << " " << seed << ": " << spectrum.reason();
+      if (spectrum.kind() != MotionKind::undecided) continue;
+      ++undecided;
+      std::cout << control.name << " " << seed << ": " << spectrum.reason() << "\n";
+    }
+    std::cout << control.name << ": " << undecided << " of " << control.count << " undecided\n";
+    EXPECT_LE(undecided, control.count / 20) << control.name;
+  }
+}
+
+/// The motion from the random frame `chaotic_seed` on V(2, 4), Λ = (1, 2, 5, 10), at 120 of its
+/// steps, with other first vectors.
+constexpr unsigned chaotic_seed = 1;
+const Inertia chaotic_inertia = {1, 2, 5, 10};
+
+TEST(LyapunovForLong, TheChaoticControlIsChaotic) {
+  const Scene scene = geodesic(2, chaotic_inertia, chaotic_seed);
+  for (unsigned k = 0; k < 120; ++k) {
+    const std::int64_t from = 1000 * k;
+    const LyapunovSpectrum spectrum =
+        spectrum_of(scene, {.from = from, .to = from + 40'000, .count = 2, .seed = k});
+    EXPECT_EQ(spectrum.kind(), MotionKind::chaotic) << k << ": " << spectrum.reason();
+  }
+}
+
+/// The error bars hold the exponents of a motion 25 times as long, pairs, zeros and the sum in 95 %
+/// of 200 runs.
+TEST(LyapunovForLong, ErrorBarsCover) {
+  const Scene scene = geodesic(2, chaotic_inertia, chaotic_seed);
+  const Eigen::VectorXd expected = spectrum_of(scene, {.to = 1'000'000}).exponents();
+  constexpr int runs = 200, most = runs / 20;
+  Eigen::VectorXi outside = Eigen::VectorXi::Zero(expected.size());
+  int pairs = 0, sums = 0, zeros = 0;
+  for (unsigned k = 0; k < runs; ++k) {
+    const std::int64_t from = 5000 * k;
+    const LyapunovSpectrum spectrum =
+        spectrum_of(scene, {.from = from, .to = from + 40'000, .seed = k});
+    const Eigen::VectorXd lambda = spectrum.exponents(), error = spectrum.errors();
+    const Eigen::Index d = lambda.size();
+    for (Eigen::Index i = 0; i < d; ++i) outside(i) += std::abs(lambda(i) - expected(i)) > error(i);
+    bool paired = true;
+    for (Eigen::Index i = 0; i < d / 2; ++i)
+      paired &= std::abs(lambda(i) + lambda(d - 1 - i)) <= std::hypot(error(i), error(d - 1 - i));
+    pairs += !paired;
+    sums += std::abs(lambda.sum()) > error.norm();
+    // Energy and flow, m = QSᵀ − SQᵀ and its rotations.
+    int found = 0;
+    for (Eigen::Index i = 0; i < d; ++i) found += std::abs(lambda(i)) <= error(i);
+    zeros += found < 4;
+  }
+  std::cout << "outside: " << outside.transpose() << "; pairs " << pairs << ", sums " << sums
+            << ", zeros " << zeros << " of " << runs << "\n";
+  EXPECT_LE(outside.maxCoeff(), most);
+  EXPECT_LE(pairs, most);
+  EXPECT_LE(sums, most);
+  EXPECT_LE(zeros, most);
+}
+
+/// Integrable: t·λ(t) grows no faster than ln t over three decades.
+TEST(LyapunovForLong, RegularGrowthIsLogarithmic) {
+  for (const Control& control : regular)
+    for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+      const Scene scene = control.scene(seed);
+      double S[4];
+      for (int decade = 0; decade < 4; ++decade) {
+        const auto to = static_cast<std::int64_t>(200 * std::pow(10, decade));
+        const LyapunovSpectrum spectrum = spectrum_of(scene, {.to = to, .count = 1});
+        S[decade] = spectrum.exponents()(0) * scene.time(to);
+      }
+      EXPECT_LE(S[3] - S[0], 3 * std::log(10) * 1.25) << control.name << " " << seed;
+    }
+}
+
+}  // namespace
+}  // namespace stiefel

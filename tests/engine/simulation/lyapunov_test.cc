@@ -1,0 +1,320 @@
+#include "stiefel/lyapunov.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "stiefel/catalogue.h"
+#include "stiefel/linearization.h"
+#include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/random_matrices.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+Scene resolved(SceneDescription description) {
+  auto scene = Scene::resolve(std::move(description));
+  if (!scene) throw std::runtime_error(scene.error().front().rule);
+  return *std::move(scene);
+}
+
+/// A geodesic of V(n, N) from a random frame, of unit speed.
+SceneDescription geodesic(Eigen::Index n, const std::vector<double>& inertia, unsigned seed,
+                          double step, const std::string& method = "variational", int order = 4) {
+  const auto N = static_cast<Eigen::Index>(inertia.size());
+  const Eigen::Map<const Eigen::VectorXd> lambda(inertia.data(), N);
+  testing::RandomMatrices<double> random(seed);
+  const Dense Q = random.frame(n, N);
+  Dense V = random.matrix(n, N);
+  const Dense R = V * Q.transpose();
+  V -= (R + R.transpose()) * Q / 2;
+  V /= std::sqrt((V.cwiseAbs2() * lambda).sum());
+  SceneDescription out;
+  out.system = "stiefel";
+  out.method = MethodDescription{method, {}, {}, ""};
+  if (order > 0) out.method->order = order;
+  out.inertia = inertia;
+  out.initial = {{"Q", Block(Q)}, {"S", Block((V * lambda.asDiagonal()).eval())}};
+  out.step = step;
+  return out;
+}
+
+/// A body of N dimensions with ‖M‖ about 1.
+SceneDescription body(const std::vector<double>& inertia, unsigned seed, double step) {
+  const auto N = static_cast<Eigen::Index>(inertia.size());
+  testing::RandomMatrices<double> random(seed);
+  const Dense M = random.skew(N);
+  SceneDescription out;
+  out.system = "rigid_body";
+  out.method = MethodDescription{"variational", {}, {}, ""};
+  out.inertia = inertia;
+  out.initial = {{"Q", Block(Dense(Dense::Identity(N, N)))}, {"M", Block((M / M.norm()).eval())}};
+  out.step = step;
+  return out;
+}
+
+LyapunovSpectrum begun(const Scene& scene, const LyapunovDescription& what,
+                       const Simulation& start) {
+  auto made = LyapunovSpectrum::make(scene, what, start);
+  if (!made)
+    throw std::runtime_error(made.error().front().field + ": " + made.error().front().rule);
+  return *std::move(made);
+}
+LyapunovSpectrum spectrum_of(const Scene& scene, const LyapunovDescription& what) {
+  const auto motion = make_simulation(scene);
+  LyapunovSpectrum out = begun(scene, what, *motion);
+  while (!out.done())
+    if (!out.advance(*motion, 1000).reached()) break;
+  return out;
+}
+std::string said(const LyapunovSpectrum& spectrum, unsigned seed = 0) {
+  return "seed " + std::to_string(seed) + ": " + spectrum.reason();
+}
+
+/// λ and −λ, a sum of zero, and zeros by the number of integrals and symmetries, within the errors.
+void expect_hamiltonian(const LyapunovSpectrum& spectrum, Eigen::Index zeros, unsigned seed) {
+  const Eigen::VectorXd lambda = spectrum.exponents(), error = spectrum.errors();
+  const Eigen::Index d = lambda.size();
+  for (Eigen::Index i = 0; i < d / 2; ++i)
+    EXPECT_LE(std::abs(lambda(i) + lambda(d - 1 - i)), error(i) + error(d - 1 - i))
+        << said(spectrum, seed);
+  EXPECT_LE(std::abs(lambda.sum()), error.maxCoeff()) << said(spectrum, seed);
+  Eigen::Index found = 0;
+  for (Eigen::Index i = 0; i < d; ++i) found += std::abs(lambda(i)) <= error(i);
+  EXPECT_GE(found, zeros) << said(spectrum, seed);
+}
+
+const std::vector<double> distinct_4 = {1, 2, 5, 10}, distinct_3 = {1, 2, 4};
+
+TEST(LyapunovTest, BodiesAreRegular) {
+  for (const unsigned seed : {1u, 2u, 3u})
+    for (const auto& inertia : {std::vector<double>{2.5, 1.5, 0.5}, {4, 3, 2, 1.5}}) {
+      const Scene scene = resolved(body(inertia, seed, 0.2));
+      const LyapunovSpectrum spectrum = spectrum_of(scene, {.to = 50000});
+      EXPECT_EQ(spectrum.kind(), MotionKind::regular) << said(spectrum, seed);
+      expect_hamiltonian(spectrum, spectrum.exponents().size(), seed);
+    }
+}
+
+TEST(LyapunovTest, GeodesicsOfEllipsoidsAndRoundMetricsAreRegular) {
+  for (const unsigned seed : {1u, 2u, 3u})
+    for (const auto& description :
+         {geodesic(1, distinct_4, seed, 0.1), geodesic(2, {1, 1, 1, 1}, seed, 0.1)}) {
+      const LyapunovSpectrum spectrum = spectrum_of(resolved(description), {.to = 30000});
+      EXPECT_EQ(spectrum.kind(), MotionKind::regular) << said(spectrum, seed);
+      expect_hamiltonian(spectrum, spectrum.exponents().size(), seed);
+    }
+}
+
+/// Frames of two rows with distinct Λ: d = 10 of V(2, 4), of which energy and flow, m = QSᵀ − SQᵀ
+/// and its rotations give four zeros.
+TEST(LyapunovTest, FramesOfTwoRowsAreChaotic) {
+  for (const unsigned seed : {1u, 2u}) {
+    const LyapunovSpectrum spectrum =
+        spectrum_of(resolved(geodesic(2, distinct_4, seed, 0.1)), {.to = 60000});
+    EXPECT_EQ(spectrum.kind(), MotionKind::chaotic) << said(spectrum, seed);
+    EXPECT_GT(spectrum.exponents()(0), 0.02) << said(spectrum, seed);
+    expect_hamiltonian(spectrum, 4, seed);
+  }
+}
+
+/// The logarithm of how far two simulated motions part from 1e-8, brought back whenever they are
+/// 1e-6 apart.
+double separation(const Scene& scene, double time) {
+  constexpr double near = 1e-8;
+  auto description = scene.description();
+  const auto motion = make_simulation(scene);
+  const auto state = [](const Simulation& at) {
+    Dense x(4, at.get("Q").cols());
+    x << at.get("Q"), at.get("S");
+    return x;
+  };
+  Dense aside = testing::RandomMatrices<double>(77).matrix(4, scene.dimension());
+  double growth = 0;
+  const auto steps = static_cast<std::int64_t>(time / scene.step());
+  for (std::int64_t done = 0; done < steps; done += 20) {
+    const Dense x = state(*motion);
+    const Dense y = x + near * aside / aside.norm();
+    description.initial["Q"] = Block(Dense(y.topRows(2)));
+    description.initial["S"] = Block(Dense(y.bottomRows(2)));
+    const auto other = make_simulation(resolved(description));
+    const double before = (state(*other) - x).norm();
+    if (!motion->advance(20).reached() || !other->advance(20).reached()) return NAN;
+    aside = state(*other) - state(*motion);
+    growth += std::log(aside.norm() / before);
+  }
+  return growth / time;
+}
+
+TEST(LyapunovTest, ThreeWaysToTheLargestExponentAgree) {
+  const Scene scene = resolved(geodesic(2, distinct_4, 1, 0.1));
+  const LyapunovSpectrum discrete = spectrum_of(scene, {.to = 60000, .count = 1});
+  const LyapunovSpectrum continuous = spectrum_of(
+      scene, {.to = 60000, .count = 1, .orthonormalization = Orthonormalization::continuous});
+  EXPECT_EQ(continuous.kind(), MotionKind::chaotic) << said(continuous);
+  const double lambda = discrete.exponents()(0), error = discrete.errors()(0);
+  EXPECT_NEAR(continuous.exponents()(0), lambda, error);
+  EXPECT_NEAR(separation(scene, 6000), lambda, error);
+}
+
+/// The flow and the tangent of steps of high order are the same to the order, for all exponents.
+TEST(LyapunovTest, ContinuousOrthonormalizationIsOfOrderFour) {
+  for (const char* system :
+       {"rigid_body", "right_rigid_body", "symmetric_rigid_body", "right_symmetric_rigid_body",
+        "reduced_rigid_body", "mclachlan_scovel", "parametric_rigid_body", "stiefel",
+        "stiefel_momentum", "stiefel_costate", "ellipsoid", "double_bracket"}) {
+    double before = 0;
+    for (const double step : {0.1, 0.05}) {
+      auto description = testing::any_scene(system, "rk4", 3, step);
+      description.method->substeps = 8;
+      const Scene scene = resolved(description);
+      LyapunovDescription what{.to = static_cast<std::int64_t>(80 * 0.1 / step),
+                               .count = 3,
+                               .interval = static_cast<std::int64_t>(4 * 0.1 / step)};
+      const LyapunovSpectrum discrete = spectrum_of(scene, what);
+      what.orthonormalization = Orthonormalization::continuous;
+      const LyapunovSpectrum continuous = spectrum_of(scene, what);
+      const double off =
+          (discrete.exponents() - continuous.exponents()).norm() * std::abs(scene.time(what.to)) +
+          (discrete.log_gali() - continuous.log_gali()).norm();
+      EXPECT_LT(off, 1e-2) << system;
+      if (before > 0 && before > 1e-9) EXPECT_LT(off, before / 8) << system << " from " << before;
+      before = off;
+    }
+  }
+}
+
+TEST(LyapunovTest, GaliIsTheVolumeOfVectorsThatMoveAlone) {
+  const Scene scene = resolved(geodesic(2, distinct_3, 4, 0.05));
+  const LyapunovSpectrum fine =
+      spectrum_of(scene, {.to = 2000, .count = 4, .interval = 1, .seed = 9});
+  const LyapunovSpectrum coarse =
+      spectrum_of(scene, {.to = 2000, .count = 4, .interval = 100, .seed = 9});
+  EXPECT_LT((fine.log_gali() - coarse.log_gali()).norm(), 1e-6);
+  EXPECT_LT((fine.exponents() - coarse.exponents()).norm(), 1e-9);
+  EXPECT_LT(coarse.log_gali()(2), coarse.log_gali()(0));
+}
+
+/// A rotation about the middle axis grows by exp(t √((I1−I2)(I2−I3)/(I1 I3)) ω), as it does alone.
+TEST(LyapunovTest, AnUnstableRotationHasItsExponentAndIsNotChaotic) {
+  SceneDescription description;
+  description.system = "rigid_body";
+  description.method = MethodDescription{"variational", 4, {}, ""};
+  description.body = BodyDescription{{}, {1, 2, 3}, {1, 0, 0, 0}, {0, 1, 0}};
+  description.step = 0.1;
+  const LyapunovSpectrum spectrum = spectrum_of(resolved(description), {.to = 20000});
+  const double expected = std::sqrt(1.0 * 1.0 / (1 * 3));
+  EXPECT_NEAR(spectrum.exponents()(0), expected, 1e-5);
+  EXPECT_NEAR(spectrum.exponents()(5), -expected, 1e-5);
+  EXPECT_EQ(spectrum.kind(), MotionKind::undecided) << said(spectrum);
+}
+
+TEST(LyapunovTest, MotionsNextToASeparatrixAreNotChaotic) {
+  for (const double aside : {1e-3, 1e-6, 1e-9, 1e-12, 1e-15})
+    for (const double time : {40.0, 400.0, 4000.0}) {
+      SceneDescription description;
+      description.system = "rigid_body";
+      description.method = MethodDescription{"variational", 4, {}, ""};
+      description.body = BodyDescription{{}, {1, 2, 3}, {1, 0, 0, 0}, {aside, 1, aside}};
+      description.step = 0.1;
+      const LyapunovSpectrum spectrum =
+          spectrum_of(resolved(description), {.to = static_cast<std::int64_t>(10 * time)});
+      EXPECT_NE(spectrum.kind(), MotionKind::chaotic) << aside << ", " << time << said(spectrum);
+    }
+}
+
+TEST(LyapunovTest, TheUnitsDoNotMatter) {
+  auto description = geodesic(2, distinct_4, 1, 0.0625);
+  const LyapunovSpectrum one = spectrum_of(resolved(description), {.to = 4000});
+  // 2^40 times as fast in units of 2^20 of mass.
+  description.step = 0.0625 * 0x1p-40;
+  for (double& lambda : description.inertia) lambda *= 0x1p20;
+  description.initial["S"].values *= 0x1p60;
+  const LyapunovSpectrum other = spectrum_of(resolved(description), {.to = 4000});
+  EXPECT_EQ(one.exponents(), other.exponents() * 0x1p-40);
+  EXPECT_EQ(one.log_gali(), other.log_gali());
+  EXPECT_EQ(one.kind(), other.kind());
+}
+
+TEST(LyapunovTest, AResumedRunHasTheSameBits) {
+  const auto orthonormalizations = {Orthonormalization::discrete_qr,
+                                    Orthonormalization::continuous};
+  for (const auto orthonormalization : orthonormalizations) {
+    const Scene scene = resolved(geodesic(2, distinct_4, 1, 0.1));
+    LyapunovDescription what{.from = 10, .to = 8010, .orthonormalization = orthonormalization};
+    const auto begin_at = [&](std::int64_t step) {
+      auto motion = make_simulation(scene);
+      EXPECT_TRUE(motion->advance(step).reached());
+      return motion;
+    };
+    auto motion = begin_at(10);
+    LyapunovSpectrum whole = begun(scene, what, *motion);
+    while (!whole.done()) ASSERT_TRUE(whole.advance(*motion, 1000000).reached());
+    std::string saved;
+    for (const std::int64_t to : {810, 2010, 4444, 8010}) {
+      LyapunovDescription part = what;
+      part.to = to;
+      motion = begin_at(saved.empty() ? 10 : LyapunovSpectrum::saved_step(saved));
+      auto run = saved.empty() ? LyapunovSpectrum::make(scene, part, *motion)
+                               : LyapunovSpectrum::resume(scene, part, saved, *motion);
+      ASSERT_TRUE(run) << run.error().front().rule;
+      while (!run->done()) ASSERT_TRUE(run->advance(*motion, 7).reached());
+      saved = run->save();
+      if (to != what.to) continue;
+      EXPECT_EQ(run->exponents(), whole.exponents());
+      EXPECT_EQ(run->errors(), whole.errors());
+      EXPECT_EQ(run->log_gali(), whole.log_gali());
+      EXPECT_EQ(run->reason(), whole.reason());
+      EXPECT_EQ(saved, whole.save());
+    }
+    {
+      LyapunovDescription other = what;
+      other.seed = 1;
+      motion = begin_at(LyapunovSpectrum::saved_step(saved));
+      EXPECT_FALSE(LyapunovSpectrum::resume(scene, other, saved, *motion));
+      EXPECT_FALSE(
+          LyapunovSpectrum::resume(scene, what, saved.substr(0, saved.size() - 1), *motion));
+    }
+  }
+}
+
+TEST(LyapunovTest, WhatCannotBeIsRefused) {
+  const Scene scene = resolved(geodesic(2, distinct_4, 1, 0.1));
+  const auto refusal = [](const Scene& of, const LyapunovDescription& what) {
+    const auto motion = make_simulation(of);
+    const auto made = LyapunovSpectrum::make(of, what, *motion);
+    return made ? std::string("accepted") : made.error().front().field;
+  };
+  constexpr auto continuous = Orthonormalization::continuous;
+  EXPECT_EQ(refusal(scene, {.to = 10}), "to");
+  EXPECT_EQ(refusal(scene, {.to = 5001, .orthonormalization = continuous}), "to");
+  EXPECT_EQ(refusal(scene, {.to = 5000, .count = 11}), "count");
+  EXPECT_EQ(refusal(scene, {.to = 5000, .count = -1}), "count");
+  EXPECT_EQ(refusal(scene, {.to = 5000, .interval = -1}), "interval");
+  EXPECT_EQ(refusal(resolved(geodesic(2, distinct_4, 1, 2.0, "rk4", 0)),
+                    {.to = 5000, .orthonormalization = continuous}),
+            "orthonormalization");
+  EXPECT_EQ(refusal(resolved(testing::any_scene("moser_veselov", "", 1, 0.1)),
+                    {.to = 5000, .orthonormalization = continuous}),
+            "orthonormalization");
+  EXPECT_EQ(refusal(resolved(testing::any_scene("rigid_body", "adaptive", 1, 0.1)), {.to = 5000}),
+            "method");
+}
+
+/// Every system of the catalogue has a spectrum; its regular motions are not called chaotic.
+TEST(LyapunovTest, EverySystemHasASpectrum) {
+  for (const SystemInfo& system : catalogue().systems) {
+    const Scene scene = resolved(testing::any_scene(
+        std::string(system.name), std::string(system.methods.front().method), 5, 0.1));
+    const LyapunovSpectrum spectrum = spectrum_of(scene, {.to = 2000, .count = 2});
+    EXPECT_TRUE(spectrum.exponents().allFinite()) << system.name;
+    EXPECT_TRUE(spectrum.errors().allFinite()) << system.name;
+    EXPECT_FALSE(spectrum.reason().empty()) << system.name;
+  }
+}
+
+}  // namespace
+}  // namespace stiefel

@@ -1,0 +1,66 @@
+"""Lyapunov exponents by the client: the numbers are those of the engine's tests; here is what the call promises."""
+import numpy as np
+import pytest
+
+import stiefel
+
+INERTIA = np.array([1.0, 2, 5, 10])
+BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.1,
+        "body": {"moments": [1, 2, 3], "angular_velocity": [0.3, 1, 0.2]}}
+
+
+def geodesic(seed):
+    random = np.random.default_rng(seed)
+    Q = np.linalg.qr(random.normal(size=(4, 2)))[0].T
+    V = random.normal(size=(2, 4))
+    V -= (V @ Q.T + Q @ V.T) / 2 @ Q
+    V /= np.sqrt(np.sum(V**2 * INERTIA))
+    return {"system": "stiefel", "inertia": INERTIA, "step": 0.1, "method": {"name": "variational", "order": 4},
+            "initial": {"Q": Q, "S": V * INERTIA}}
+
+
+def test_a_chaotic_geodesic(client):
+    with client.create(geodesic(1)) as session:
+        found = session.lyapunov(to=20_000)
+    assert found.verdict == "chaotic" and str(found.verdict) == "chaotic", found.reason
+    assert found.exponents.shape == found.errors.shape == (10,) and found.gali.shape == (9,)
+    assert found.exponents[0] > 3 * found.errors[0]
+    pairs = found.exponents + found.exponents[::-1]
+    assert (np.abs(pairs) <= found.errors + found.errors[::-1]).all()
+    assert "chaotic" in repr(found) and found.step == 20_000 and found.outcome == "REACHED"
+
+
+def test_numbers_on_the_way_and_a_regular_body(client):
+    with client.create(BODY) as session:
+        found = session.lyapunov(to=20_000, every=4000, count=2)
+        assert found.verdict is stiefel.Verdict.REGULAR, found.reason
+        assert found.history.shape == (5, 2) and found.log_gali_history.shape == (5, 1)
+        assert found.steps[-1] == 20_000 and (found.steps[:-1] % found.interval == 0).all()
+        assert (found.steps[:-1] - 4000 * np.arange(1, 5) < found.interval).all()
+        np.testing.assert_allclose(found.times, found.steps * 0.1)
+        half = session.lyapunov(to=int(found.steps[1]), count=2)
+        assert (half.exponents == found.history[1]).all() and (half.log_gali == found.log_gali_history[1]).all()
+
+
+@pytest.mark.parametrize("method", ["discrete_qr", "continuous"])
+def test_a_run_goes_on_with_the_same_bits(client, method):
+    options = {"method": method, "start": 100, "seed": 5}
+    with client.create(geodesic(2)) as session:
+        whole = session.lyapunov(to=6000, **options)
+        part = session.lyapunov(to=2222, **options)
+        later = session.lyapunov(to=6000, checkpoint=part.checkpoint, **options)
+    assert later == whole and later.checkpoint == whole.checkpoint
+    with client.create(geodesic(2)) as session, pytest.raises(stiefel.InvalidArgument, match="checkpoint"):
+        session.lyapunov(to=6000, checkpoint=part.checkpoint, **{**options, "seed": 6})
+
+
+def test_what_cannot_be_is_refused(client):
+    with client.create(BODY) as session:
+        for arguments, field in (({"to": 10}, "to"), ({"to": 2000, "count": 0}, "count"), ({"to": 2000, "count": 7}, "count"),
+                                 ({"to": 2000, "method": "svd"}, "method"), ({"to": 2000, "seed": -1}, "seed"),
+                                 ({"to": 2001, "method": "continuous"}, "to"), ({"to": 2000, "checkpoint": b"x"}, "checkpoint")):
+            with pytest.raises(stiefel.InvalidArgument, match=field):
+                session.lyapunov(**arguments)
+    with client.create({**BODY, "method": {"name": "adaptive"}}) as session:
+        with pytest.raises(stiefel.InvalidArgument, match="method"):
+            session.lyapunov(to=2000)
