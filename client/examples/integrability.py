@@ -1,10 +1,11 @@
 """Asks which geodesic flows of V(n, N) in the metric of Lambda are chaotic: exponents and sections of many random motions.
 
-    integrability.py [--scenes N] [--steps N] [--seed N] [--on WHERE] [--output FOLDER]
+    integrability.py [--scenes N] [--steps N] [--seed N] [--compare] [--on WHERE] [--output FOLDER]
 
 A scene has Lambda between 1 and a ratio of 1.1 ... 100, a random frame and a random velocity of energy 1/2. Two tangent
 vectors move with it. They give the largest Lyapunov exponent, with an error from the means of 20 batches, and GALI_2, the area
-that the vectors span when each has length 1. N is 100 scenes of 100 000 steps by default, a quarter of them controls. WHERE
+that the vectors span when each has length 1. N is 100 scenes of 100 000 steps by default, a quarter of them controls. With
+--compare the service's LyapunovSpectrum judges each motion too, by a rule of its own. WHERE
 tells what computes them; the bytes of the result do not depend on it:
 
     here               this process, the default
@@ -21,6 +22,7 @@ import json
 import math
 import multiprocessing
 import time
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, Generator, Iterator, Optional
@@ -42,13 +44,14 @@ OTHERS = {"N > 3, two values": [(2, "aabb"), (2, "aaab"), (3, "aaab"), (2, "aabb
           "reduced (8.2)": [(3, "abc"), (4, "abcd"), (5, "abcde")], "Henon-Heiles E=1/8": [(0, "")]}
 
 
-def tasks(count: int, steps: int, seed: int) -> list[dict[str, Any]]:
+def tasks(count: int, steps: int, seed: int, compare: bool = False) -> list[dict[str, Any]]:
     """Returns `count` scenes, three quarters of them of the six sizes. The scenes are made here, so that the workers' libraries of
     linear algebra have no say."""
     kinds = [(f"V({n},{N})", n, "abcdefgh"[:N]) for n, N in SIZES for _ in range(count // 8)]
     others = [(name, n, pattern) for name, patterns in OTHERS.items() for n, pattern in patterns]
     kinds += [others[k % len(others)] for k in range(count - len(kinds))]
-    return [{"group": name, "seed": [seed, k], "steps": steps, "scene": scene_of(name, n, pattern, np.random.default_rng([seed, k])) if n else None}
+    return [{"group": name, "seed": [seed, k], "steps": steps, "compare": compare,
+             "scene": scene_of(name, n, pattern, np.random.default_rng([seed, k])) if n else None}
             for k, (name, n, pattern) in enumerate(kinds)]
 
 
@@ -161,10 +164,20 @@ def measured(task: dict[str, Any]) -> dict[str, Any]:
     done = count * CHUNK == task["steps"] and count >= 100  # shorter runs decide nothing
     verdict = ("chaotic" if done and last > CHAOTIC and area < -CHAOTIC else
                "regular" if done and last < REGULAR and area > -2 * REGULAR else "undecided")
-    return {**task, "steps_done": count * CHUNK, "exponent": float(batches.mean()),
+    return {**task, "service": service(task), "steps_done": count * CHUNK, "exponent": float(batches.mean()),
             "error": float(STUDENT * batches.std(ddof=1) / math.sqrt(BATCHES)) if len(batches) > 1 else math.inf,
             "last_decade": last, "log_gali": area, "verdict": verdict, "times": [k * unit for k in at],
             "growth": [float(sums[k - 1]) for k in at], "log_areas": [growth.areas[k] for k in at]}
+
+
+def service(task: dict[str, Any]) -> Optional[dict[str, Any]]:
+    """Returns what LyapunovSpectrum says of the scene, if that is asked."""
+    if not task["compare"] or task["scene"] is None:
+        return None
+    with own_client().create(task["scene"]) as session:
+        found = session.lyapunov(to=task["steps"], count=2)
+    return {"verdict": str(found.verdict), "exponent": float(found.exponents[0]), "error": float(found.errors[0]),
+            "log_gali": float(found.log_gali[0])}
 
 
 def study(work: list[dict[str, Any]], where: str = "here") -> list[dict[str, Any]]:
@@ -229,6 +242,7 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=100)
     parser.add_argument("--steps", type=int, default=100_000, help="of every scene, a multiple of 100")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--compare", action="store_true", help="asks the service's verdict too")
     parser.add_argument("--orbits", type=int, default=14, help="of each section")
     parser.add_argument("--on", default="here", help="what computes")
     parser.add_argument("--output", type=Path, default=Path("build/run"), help="folder for the results")
@@ -236,12 +250,15 @@ def main() -> None:
     arguments.output.mkdir(parents=True, exist_ok=True)
 
     begun = time.perf_counter()
-    rows = study(tasks(arguments.scenes, arguments.steps, arguments.seed), arguments.on)
+    rows = study(tasks(arguments.scenes, arguments.steps, arguments.seed, arguments.compare), arguments.on)
     seconds = time.perf_counter() - begun
     (arguments.output / "integrability.json").write_text(json.dumps(rows), encoding="utf-8")
     for row in summary(rows):
         print("{group:26} {scenes:4} scenes: {regular:3} regular, {chaotic:3} chaotic, {undecided:3} undecided; "
               "largest exponent {largest:.4f}, median of the chaotic {median}".format(**row))
+    pairs = Counter((row["verdict"], row["service"]["verdict"]) for row in rows if row["service"])
+    for (own, other), count in sorted(pairs.items()):
+        print(f"{count:4} {own} here, {other} by LyapunovSpectrum")
     print(f"{len(rows)} scenes of {arguments.steps} steps in {seconds:.0f} s; SHA-256 of the result: {digest(rows)}")
 
     import picture

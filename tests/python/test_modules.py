@@ -93,6 +93,6 @@ def test_what_completion_shows_of_an_object(client):
     assert list(shown.values()) == [
         "address any_build channel close closed conjugate_points connect convert create delete describe geodesic get injectivity_radius list "
         "stub timeout tradeoff tradeoff_parts",
-        "choice covariance created delete diagnose drive epoch error_at events fork id message poincare resolved scene state_transition step step_price stream stream_events summarize "
+        "choice covariance created delete diagnose drive epoch error_at events fork id lyapunov message poincare resolved scene state_transition step step_price stream stream_events summarize "
         "trajectory",
         "close step"]

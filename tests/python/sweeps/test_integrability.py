@@ -151,6 +151,17 @@ def test_controls_are_judged_rightly(client, group, verdict):
     assert work and {row["verdict"] for row in integrability.study(work)} == {verdict}
 
 
+def test_the_service_agrees(client):
+    """Its rule and its vectors are its own: no motion is chaotic by one and regular by the other."""
+    work = [{**task, "steps": 20_000} for task in integrability.tasks(100, 0, 0, compare=True)[:72:9]]
+    rows = integrability.study(work)
+    assert all(row["service"] for row in rows)
+    assert not [row for row in rows if {row["verdict"], row["service"]["verdict"]} == {"regular", "chaotic"}]
+    for row in rows:
+        if row["verdict"] == row["service"]["verdict"] == "regular":
+            assert abs(row["exponent"] - row["service"]["exponent"]) <= row["error"] + row["service"]["error"]
+
+
 def test_the_bytes_do_not_depend_on_who_computes():
     work = integrability.tasks(100, 4000, 1)[::7]
     here = integrability.study(work)
