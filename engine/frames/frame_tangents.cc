@@ -2,6 +2,7 @@
 #include "engine/frames/body/stiefel_costate.h"
 #include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/passes/dual_rattle.h"
+#include "engine/frames/passes/rattle_tangent.h"
 #include "engine/frames/stiefel_maps.h"
 #include "engine/laws/tangent_spaces.h"
 #include "engine/linalg/lie/dual_skew_flow.h"
@@ -40,7 +41,8 @@ Tangents stiefel_tangents() {
           },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, Stiefel<Tangent>(at.lambda, scene.Q().rows()), at.h);
-          }};
+          },
+          rattle_tangent};
 }
 
 Tangents stiefel_costate_tangents() { return {costates, costate_map}; }
