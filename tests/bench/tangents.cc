@@ -1,5 +1,6 @@
-// Makes a given number of steps, alone or with tangent vectors, and nothing else, so that callgrind can count them.
-// Arguments: method; N of a rigid body, or n,N of V(n, N); order; vectors, 0 for the steps alone; steps.
+// Makes a given number of steps, alone or with tangent vectors, and nothing else, so that callgrind
+// can count them. Arguments: method; N of a rigid body, or n,N of V(n, N); order; vectors, 0 for
+// the steps alone; steps.
 #include "stiefel/linearization.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"

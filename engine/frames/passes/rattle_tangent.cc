@@ -212,8 +212,7 @@ void move(const RattleValues& at, RattlePair& x, Pair by_h, Pair* work) {
     }
   }
   for (Index b = 0; b < n; ++b)
-    for (Index a = 0; a <= b; ++a)
-      B[SymmetricSolve::at(a, b)] = -(R[a + n * b] + R[b + n * a]);
+    for (Index a = 0; a <= b; ++a) B[SymmetricSolve::at(a, b)] = -(R[a + n * b] + R[b + n * a]);
   at.K.solve(B);
   for (Index j = 0; j < N; ++j)
     for (Index a = 0; a < n; ++a) {

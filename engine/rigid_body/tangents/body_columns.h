@@ -13,7 +13,7 @@ class BodyColumns {
  public:
   using Dense = Eigen::MatrixXd;
   using Index = Eigen::Index;
-  static constexpr int d = N > 0 ? N * (N - 1) / 2 : Eigen::Dynamic;
+  static constexpr int d = N > 0 ? N*(N - 1) / 2 : Eigen::Dynamic;
 
   /// Returns the number of elements i < j, and the place of one.
   static constexpr Index size(Index n) { return n * (n - 1) / 2; }

@@ -132,7 +132,8 @@ struct ModifiedStage {
         }
         h.d[lane] = at.by_h(v);
       }
-      const Vector3<Wide> of_J = ModifiedSeries<Wide>(PrincipalMoments3<Wide>(l), m, order)(h).lambda();
+      const Vector3<Wide> of_J =
+          ModifiedSeries<Wide>(PrincipalMoments3<Wide>(l), m, order)(h).lambda();
       lambda = values_of(of_J).cast<double>();
       for (Index k = 0; k < width; ++k)
         by_lambda.col(first + k) = lane_of(of_J, static_cast<int>(k)).cast<double>();
@@ -248,7 +249,9 @@ class DiscreteBodyTangent final : public TangentMap {
 
   void add_parameters(std::size_t p, double gamma) {
     const auto first = static_cast<Index>(2 * p), last = stages_.by_lambda.cols() - 1;
-    const auto pair = [&](const auto& row) { return Pair(row(first), first < last ? row(first + 1) : 0); };
+    const auto pair = [&](const auto& row) {
+      return Pair(row(first), first < last ? row(first + 1) : 0);
+    };
     const Pair dh = Pair(gamma) * pair(parameters_.by_h);
     for (Index j = 0; j < N_; ++j)
       for (Index i = 0; i < j; ++i)

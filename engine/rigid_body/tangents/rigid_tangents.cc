@@ -1,7 +1,7 @@
 #include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
-#include "engine/rigid_body/j_d/dual_j_d.h"
+#include "engine/linalg/iteration/dual_iterations.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/symmetric/dual_psi.h"
 #include "engine/rigid_body/tangents/discrete_body_tangent.h"
@@ -16,10 +16,10 @@ TangentSpace space(const Scene&) { return {TangentSpace::Coordinates::left_body,
 std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at) {
   if (scene.method() == Exact::traits.name) return exact_body_tangent(scene, at);
   if (scene.dimension() == 3) return dual_body_tangent_3(scene, at);
-  if (scene.method().empty())
-    return make_tangent_by<Variational>(scene, RigidBody<SoN<Tangent>>(at.lambda), at.h);
-  return body_tangent_by<SoN<Tangent>, Variational, MuntheKaas4, CrouchGrossman3, ImplicitMidpoint,
-                         Gauss4, Rk4>(scene, at);
+  if (scene.method().empty() || scene.method() == Variational::traits.name)
+    return dual_discrete_body_tangent(scene, at);
+  return body_tangent_by<SoN<Tangent>, MuntheKaas4, CrouchGrossman3, ImplicitMidpoint, Gauss4,
+                         Rk4>(scene, at);
 }
 
 std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParameters& at) {

@@ -24,9 +24,13 @@ struct Quaternions {
   explicit Quaternions(Index) {}
 
   template <class T>
-  static Frame<T> of_frame() { return {}; }
+  static Frame<T> of_frame() {
+    return {};
+  }
   template <class T>
-  static Momentum<T> of_momentum() { return {}; }
+  static Momentum<T> of_momentum() {
+    return {};
+  }
 
   /// Sets out += a∘ω/2.
   template <class A, class B, class Out>
@@ -50,9 +54,13 @@ struct Quaternions {
 
   /// λ_i + λ_j and λ_i − λ_j of the elements of M.
   template <class Lambda>
-  static auto sum(const Lambda& l, Index k) { return l((k + 1) % 3) + l((k + 2) % 3); }
+  static auto sum(const Lambda& l, Index k) {
+    return l((k + 1) % 3) + l((k + 2) % 3);
+  }
   template <class Lambda>
-  static auto difference(const Lambda& l, Index k) { return l((k + 2) % 3) - l((k + 1) % 3); }
+  static auto difference(const Lambda& l, Index k) {
+    return l((k + 2) % 3) - l((k + 1) % 3);
+  }
 
   /// Sets out = ΩΔ + ΔΩ, whose elements the differences of their two λ turn into those of the
   /// derivative of [M, Ω].
@@ -97,9 +105,13 @@ struct Matrices {
   explicit Matrices(Index n) : N(n), frame(n * n), momentum(n * n) {}
 
   template <class T>
-  Frame<T> of_frame() const { return Frame<T>(static_cast<std::size_t>(frame)); }
+  Frame<T> of_frame() const {
+    return Frame<T>(static_cast<std::size_t>(frame));
+  }
   template <class T>
-  Momentum<T> of_momentum() const { return Momentum<T>(static_cast<std::size_t>(momentum)); }
+  Momentum<T> of_momentum() const {
+    return Momentum<T>(static_cast<std::size_t>(momentum));
+  }
 
   template <class A, class B, class Out>
   void add_product(const A* a, const B* b, Out* out) const {
@@ -119,15 +131,21 @@ struct Matrices {
     }
   }
   template <class A, class B>
-  void add_frames(const A* a, const B* b, Pair* out) const { add_product(a, b, out); }
+  void add_frames(const A* a, const B* b, Pair* out) const {
+    add_product(a, b, out);
+  }
   void set_identity(double* a) const {
     std::fill_n(a, N * N, 0.0);
     for (Index i = 0; i < N; ++i) a[i + N * i] = 1;
   }
   template <class Lambda>
-  auto sum(const Lambda& l, Index k) const { return l(k % N) + l(k / N); }
+  auto sum(const Lambda& l, Index k) const {
+    return l(k % N) + l(k / N);
+  }
   template <class Lambda>
-  auto difference(const Lambda& l, Index k) const { return l(k % N) - l(k / N); }
+  auto difference(const Lambda& l, Index k) const {
+    return l(k % N) - l(k / N);
+  }
 
   /// Sets out = ΩΔ + ΔΩ: (i, j) is −Σ_k (Ω_ki Δ_kj + Δ_ki Ω_kj).
   template <class T>
@@ -165,7 +183,8 @@ struct Matrices {
 /// Rk4 on Q̇ = QΩ, Ṁ = [M, Ω]. The stages of Q are QF_i, so that
 ///
 ///     M_i = M + c_i h f_{i−1},   K_i = F_iΩ_i,   F_i = I + c_i h K_{i−1},   c = 0, ½, ½, 1,
-///     Q′ = Q + QP,   P = (h/6)(K_1 + 2K_2 + 2K_3 + K_4),   M′ = M + (h/6)(f_1 + 2f_2 + 2f_3 + f_4),
+///     Q′ = Q + QP,   P = (h/6)(K_1 + 2K_2 + 2K_3 + K_4),   M′ = M + (h/6)(f_1 + 2f_2 + 2f_3 +
+///     f_4),
 ///
 /// and the derivatives by the product rule. f_ij = (λ_i − λ_j)(Ω²)_ij.
 template <class Space>
@@ -191,8 +210,9 @@ class Rk4BodyTangent final : public TangentMap {
 
   void start(const Dense& point, const Dense& V) override {
     space_.set(point, Q_.data(), M_.data());
-    pairs_.assign(count((V.cols() + 1) / 2), {{has_frame_ ? Q_.size() : 0, compensated_},
-                                              {M_.size(), compensated_}, 0, {}, {}});
+    pairs_.assign(
+        count((V.cols() + 1) / 2),
+        {{has_frame_ ? Q_.size() : 0, compensated_}, {M_.size(), compensated_}, 0, {}, {}});
     auto dQ = Q_;
     auto dM = M_;
     const Index N = parameters_.lambda.size();
@@ -311,8 +331,8 @@ class Rk4BodyTangent final : public TangentMap {
     if (!x.by_sum.empty())
       for (std::size_t k = 0; k < dOmega_.size(); ++k) {
         const double earlier = s == 0 ? 0 : nodes_[s] * stages_[s - 1].f[k];
-        dOmega_[k] += Pair(inverse_[k]) * (x.by_h * Pair(earlier) -
-                                           Pair(stages_[s].Omega[k]) * x.by_sum[k]);
+        dOmega_[k] +=
+            Pair(inverse_[k]) * (x.by_h * Pair(earlier) - Pair(stages_[s].Omega[k]) * x.by_sum[k]);
       }
     space_.square(stages_[s].Omega.data(), dOmega_.data(), df_.data());
     for (std::size_t k = 0; k < df_.size(); ++k) df_[k] *= Pair(difference_[k]);

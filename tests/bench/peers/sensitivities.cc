@@ -1,6 +1,7 @@
-// The state transition matrix of a free body over a time, by `exact`. Arguments: the moments, ω at the start, the time, and 1
-// for the derivatives by the moments too. For every line that it reads from stdin it writes the seconds of processor time
-// and the matrix, row by row: (η, δm) at the end by (η, δm) at the start, then by I₁, I₂, I₃ at a constant m.
+// The state transition matrix of a free body over a time, by `exact`. Arguments: the moments, ω at
+// the start, the time, and 1 for the derivatives by the moments too. For every line that it reads
+// from stdin it writes the seconds of processor time and the matrix, row by row: (η, δm) at the end
+// by (η, δm) at the start, then by I₁, I₂, I₃ at a constant m.
 #include <array>
 #include <iostream>
 
