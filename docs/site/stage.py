@@ -34,6 +34,7 @@ docs/choosing_a_method
 docs/accuracy
 docs/catalogue
 docs/manifolds
+docs/tangents
 docs/conjugate_points
 docs/tangents
 docs/lyapunov

@@ -2,6 +2,7 @@
 #include "engine/frames/body/stiefel_costate.h"
 #include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/passes/dual_rattle.h"
+#include "engine/frames/passes/rattle_tangent.h"
 #include "engine/frames/stiefel_maps.h"
 #include "engine/laws/tangent_spaces.h"
 #include "engine/linalg/lie/dual_skew_flow.h"
@@ -48,7 +49,8 @@ Tangents stiefel_tangents() {
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
             return Stiefel<Tangent>(lambda(scene), scene.Q().rows());
-          }};
+          },
+          rattle_tangent};
 }
 
 Tangents stiefel_costate_tangents() { return {costates, costate_map, costate_field}; }

@@ -14,9 +14,9 @@ namespace stiefel {
 /// A number of a state with its derivatives along the tangent vectors that move together.
 using Tangent = Dual<double, 4>;
 
-/// The derivative of a scene's computed step, applied to up to `lanes` tangent vectors. Beside the
-/// state, the inertia and the step may have derivatives, so that the vectors become derivatives of
-/// the state with respect to them.
+/// The derivative of a scene's computed step, applied to tangent vectors: up to `lanes` in dual
+/// numbers, any number in maps by columns (Tangents). Beside the state, the inertia and the step may
+/// have derivatives, so that the vectors become derivatives of the state with respect to them.
 ///
 /// A vector has the shape of the state's blocks stacked by rows (2N × N for (Q, M)) and is a column
 /// of V, column by column. A point is that of Observables.
@@ -43,6 +43,17 @@ struct TangentParameters {
   Tangent h;
 };
 
+/// The same for vectors that move together in any number: Λ and the step of the map, and their
+/// derivatives along each vector, a column of `by_lambda` and a number of `by_h`.
+struct ColumnParameters {
+  Eigen::VectorXd lambda;
+  double h = 0;
+  Eigen::MatrixXd by_lambda;
+  Eigen::VectorXd by_h;
+
+  bool constant() const { return by_lambda.isZero(0) && by_h.isZero(0); }
+};
+
 /// The tangent spaces of a scene's states.
 struct TangentSpace {
   using Dense = Eigen::MatrixXd;
@@ -61,6 +72,10 @@ struct Tangents {
   std::unique_ptr<TangentMap> (*make)(const Scene&, const TangentParameters&) = nullptr;
   /// Returns the vector field on states that are blocks stacked by rows; null for discrete systems.
   MatrixSystem<Tangent> (*field)(const Scene&) = nullptr;
+  /// Returns the map that moves all vectors by the linearised formula of the method, which solves
+  /// for the values of a step once; null where there is none for the scene. Every vector has the
+  /// bits that it has alone.
+  std::unique_ptr<TangentMap> (*make_columns)(const Scene&, const ColumnParameters&) = nullptr;
 };
 
 }  // namespace stiefel

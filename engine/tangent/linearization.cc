@@ -37,6 +37,14 @@ bool is_bound_to_inertia(const Scene& scene) {
   return scene.method() == Exact::traits.name && scene.dimension() != 3;
 }
 
+bool moves_by_columns(const Scene& scene) {
+  const std::optional<Tangents> tangents = tangents_of(scene.system());
+  if (!tangents || !tangents->make_columns || !scene.members().empty()) return false;
+  const Eigen::VectorXd lambda = all_inertia(scene);
+  const double h = scene.description().step.value_or(0) / scene.substeps();
+  return tangents->make_columns(scene, {lambda, h, Dense(lambda.size(), 0), {}}) != nullptr;
+}
+
 Violations cannot(const Place& place, std::string_view field, std::string value, std::string rule) {
   return {place.violation(field, std::move(value), std::move(rule))};
 }
@@ -58,7 +66,7 @@ Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
 
 }  // namespace
 
-/// The vectors and the maps that move them, `lanes` vectors a map.
+/// The vectors and the maps that move them: one map by columns, or `lanes` vectors a map.
 class Linearization::Vectors {
  public:
   Vectors(const Scene& scene, const Tangents& tangents, const LinearizationDescription& what,
@@ -83,6 +91,8 @@ class Linearization::Vectors {
     const Eigen::Index inertia = what.by_inertia ? lambda.size() : 0;
     count_ = V.cols() + inertia + (what.by_step ? 1 : 0);
     const Dense point = principal_point(start);
+    if (tangents.make_columns && begin_columns(scene, tangents, lambda, inertia, V, point))
+      return true;
     for (Eigen::Index first = 0; first < count_; first += lanes) {
       stop_point();
       TangentParameters at{lambda.cast<Tangent>(), 0.0};
@@ -126,8 +136,8 @@ class Linearization::Vectors {
     const Dense point = principal_point(motion);
     Dense V(rows_ * cols_, count_);
     for (std::size_t m = 0; m < maps_.size(); ++m) {
-      const Eigen::Index first = static_cast<Eigen::Index>(m) * lanes;
-      Dense part(V.rows(), std::min(lanes, count_ - first));
+      const Eigen::Index first = static_cast<Eigen::Index>(m) * of_map_;
+      Dense part(V.rows(), std::min(of_map_, count_ - first));
       maps_[m]->read(point, part);
       V.middleCols(first, part.cols()) = part;
     }
@@ -160,6 +170,22 @@ class Linearization::Vectors {
   }
 
  private:
+  bool begin_columns(const Scene& scene, const Tangents& tangents, const Eigen::VectorXd& lambda,
+                     Eigen::Index inertia, const Dense& V, const Dense& point) {
+    ColumnParameters at{lambda, scene.description().step.value_or(0) / scene.substeps(),
+                        Dense::Zero(lambda.size(), count_), Eigen::VectorXd::Zero(count_)};
+    at.by_lambda.middleCols(V.cols(), inertia).setIdentity();
+    at.by_h.tail(count_ - V.cols() - inertia).setConstant(1.0 / scene.substeps());
+    auto map = tangents.make_columns(scene, at);
+    if (!map) return false;
+    Dense all = Dense::Zero(rows_ * cols_, count_);
+    all.leftCols(V.cols()) = V;
+    map->start(point, all);
+    maps_.push_back(std::move(map));
+    of_map_ = count_;
+    return true;
+  }
+
   /// A scene without members has no other simulation.
   static const Dense& observed(const Simulation& motion) {
     return dynamic_cast<const ObservedSimulation&>(motion).point();
@@ -224,7 +250,7 @@ class Linearization::Vectors {
   bool as_blocks_, exact_body_, has_coordinates_ = false;
   std::int64_t first_;
   Eigen::Matrix3d R_ = Eigen::Matrix3d::Identity();
-  Eigen::Index rows_ = 0, cols_ = 0, count_ = 0;
+  Eigen::Index rows_ = 0, cols_ = 0, count_ = 0, of_map_ = lanes;
   std::optional<TangentChart> chart_;
   std::vector<std::unique_ptr<TangentMap>> maps_;
   Dense point_;
@@ -318,11 +344,13 @@ Eigen::Index Linearization::cols() const { return vectors_->cols(); }
 Eigen::Index Linearization::count() const { return vectors_->count(); }
 
 double linearization_work(const Scene& scene, double step_work, std::int64_t vectors) {
-  // Four vectors, in dual numbers, took at most 50 times the step (rk4, N = 8).
-  constexpr double of_lanes = 60, of_call = 2e4;
+  const auto m = static_cast<double>(vectors), N = static_cast<double>(scene.dimension());
+  constexpr double of_call = 2e4;
+  if (moves_by_columns(scene)) return (4 + 1.5 * m) * step_work + of_call + 40 * m * N;
+  // Four vectors, in dual numbers, took at most 50 times the step.
+  constexpr double of_lanes = 60;
   const auto maps = static_cast<double>((vectors + lanes - 1) / lanes);
-  const auto N = static_cast<double>(scene.dimension());
-  return maps * (of_lanes * step_work + of_call) + 40 * static_cast<double>(vectors) * N;
+  return maps * (of_lanes * step_work + of_call) + 40 * m * N;
 }
 
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors) {

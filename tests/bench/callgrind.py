@@ -18,30 +18,51 @@ def measure(program: Path, steps: int) -> list[dict]:
         return []
     found = []
     for N in (3, 8):
-        ours, theirs = (_per_step(program, method, N, steps) for method in ("variational", "rk4"))
+        ours, theirs = (_per_step(program, method, N, steps=steps) for method in ("variational", "rk4"))
         found.append({"name": f"variational, instructions, N = {N}", "unit": "a step", "rival": "rk4, the same",
                       "bound": None, "ours": [ours], "theirs": [theirs]})
-    alone, stream = (_per_step(program, method, 3, steps) for method in ("exact_alone", "exact"))
+    alone, stream = (_per_step(program, method, 3, steps=steps) for method in ("exact_alone", "exact"))
     found.append({"name": "exact, instructions, N = 3, a state alone", "unit": "a state", "bound": 2200, "values": [alone]})
     found.append({"name": "exact, instructions, N = 3, every state", "unit": "a state", "rival": "alone",
                   "bound": 1 / 2.5, "ours": [stream], "theirs": [alone]})
     sizes = (1000, 10_000, 100_000)
-    counts = [_per_step(program, "frames", N, 10) for N in sizes]
+    counts = [_per_step(program, "frames", N, steps=10) for N in sizes]
     growth = [math.log10(more / fewer) for fewer, more in zip(counts, counts[1:])]
     found.append({"name": "V(4, N), growth of the instructions a step", "unit": "power of N, 10³ … 10⁵",
                   "bound": 1.01, "values": growth})
     return found
 
 
-def _per_step(program: Path, method: str, N: int, steps: int) -> float:
+# Method, N or n,N, order, tangent vectors: those of the whole tangent space, but for V(4, 10^5).
+_TANGENTS = [("variational", "3", 2, 6), ("rk4", "3", 0, 6), ("variational", "4", 2, 12), ("variational", "5", 4, 20),
+             ("variational", "8", 2, 56), ("rk4", "8", 0, 56), ("variational", "2,3", 2, 6), ("variational", "2,5", 2, 14),
+             ("rk4", "2,5", 0, 14), ("variational", "3,6", 2, 24), ("variational", "4,100000", 2, 4)]
+
+
+def tangents(program: Path, steps: int) -> list[dict]:
+    """The instructions of a step with tangent vectors over those of the step alone."""
+    if steps == 0 or not shutil.which("valgrind"):
+        return []
+    found = []
+    for method, shape, order, vectors in _TANGENTS:
+        count = 2 if "000" in shape else steps
+        alone, with_vectors = (_per_step(program, method, shape, order, m, steps=count) for m in (0, vectors))
+        name = f"V({shape})" if "," in shape else f"N = {shape}"
+        found.append({"name": f"step with {vectors} tangent vectors, instructions, {method}{order or ''}, {name}", "unit": "a step",
+                      "bound": 2 + vectors / 2 if method == "variational" else 1 + vectors, "rival": "the step alone",
+                      "ours": [with_vectors], "theirs": [alone]})
+    return found
+
+
+def _per_step(program: Path, *what: object, steps: int) -> float:
     """Returns instructions per step from the difference of two runs, so that the start does not count."""
-    once, thrice = (_instructions(program, method, N, k * steps) for k in (1, 3))
+    once, thrice = (_instructions(program, *what, k * steps) for k in (1, 3))
     return (thrice - once) / (2 * steps)
 
 
-def _instructions(program: Path, method: str, N: int, steps: int) -> int:
-    print(f"  callgrind {method} N={N} steps={steps}", file=sys.stderr)
-    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", str(program), method, str(N), str(steps)]
+def _instructions(program: Path, *arguments: object) -> int:
+    print("  callgrind", *arguments, file=sys.stderr)
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", str(program), *map(str, arguments)]
     output = subprocess.run(command, check=True, capture_output=True, text=True).stderr
     match = re.search(r"Collected\s*:\s*(\d+)", output)
     assert match, output

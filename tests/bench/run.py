@@ -80,7 +80,9 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
         run("crowd", server.address, server.pid, "idle", counts["idle"])
     if counts["geodesics"]:
         found += geodesics(build, counts["geodesics"])
+        found += sensitivities(build, counts["geodesics"])
     found += callgrind.measure(programs / "bench_instructions", counts["instructions"])
+    found += callgrind.tangents(programs / "bench_tangents", counts["instructions"] // 40)
     if counts["instructions"]:
         found += weights.measure(programs / "bench_weights")
         found += prices.measure(programs / "bench_prices")
@@ -101,6 +103,17 @@ def geodesics(build: Path, repeats: int) -> list[dict]:
                           check=True, stdout=subprocess.PIPE, text=True,
                           env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(build / "python"),
                                "STIEFEL_SERVER": str(build / "bin/stiefel-server")})
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def sensitivities(build: Path, repeats: int) -> list[dict]:
+    """The rows of sensitivities.py, whose rival is heyoka."""
+    python = environment.python_of(build.parent / "peers")
+    if not python.exists() or subprocess.run([python, "-c", "import heyoka"], stderr=subprocess.DEVNULL).returncode:
+        print("  sensitivities.py is left out: no heyoka", file=sys.stderr)
+        return []
+    done = subprocess.run([python, Path(__file__).parent / "peers/sensitivities.py", build / "tests/bench/bench_sensitivities",
+                           str(repeats)], check=True, stdout=subprocess.PIPE, text=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 

@@ -69,7 +69,9 @@ class ModifiedJDInverse3 {
 
 /// The discrete rigid body of Moser and Veselov in three dimensions with modified moments J, for
 /// which it approximates the continuous body to an even order (Hairer and Vilmart 2006). The map
-/// keeps Σ m_i² and Σ m_i²/J_i, hence the energy of the body, because 1/J_i = s/I_i + d.
+/// keeps Σ m_i² and Σ m_i²/J_i, hence the energy of the body, because 1/J_i = s/I_i + d. It is
+/// symplectic to its order: J depends on |m| and the energy, so that the two-form changes by
+/// O(h^(p+1)) in a step, in proportion to the steps.
 template <class Scalar_, bool frame>
 class PreprocessedMoserVeselov {
  public:

@@ -1,53 +1,41 @@
-#include "engine/linalg/lie/dual_skew_flow.h"
 #include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
-#include "engine/rigid_body/tangents/steady_tangent.h"
-#include "engine/rigid_body/j_d/dual_j_d.h"
+#include "engine/linalg/iteration/dual_iterations.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/symmetric/dual_psi.h"
-#include "engine/stepping/tangent_map_of.h"
+#include "engine/rigid_body/tangents/discrete_body_tangent.h"
+#include "engine/rigid_body/tangents/dual_body_tangents.h"
+#include "engine/rigid_body/tangents/rk4_body_tangent.h"
 
 namespace stiefel {
 namespace {
 
-using Methods = TypeList<Variational, PreprocessedVariational, Exact, Splitting, MuntheKaas4,
-                         CrouchGrossman3, ImplicitMidpoint, Gauss4, Rk4>;
-
-template <class Space>
-std::unique_ptr<TangentMap> by_method(const Scene& scene, const TangentParameters& at) {
-  using Body = RigidBody<Space>;
-  const Body body(typename Space::Lambda(at.lambda), scene.has_frame());
-  const std::string method = scene.method().empty() ? Variational::traits.name : scene.method();
-  std::unique_ptr<TangentMap> made;
-  for_each_type(Methods{}, [&]<class Method>(Method*) {
-    if constexpr (applies<Method, Body>) {
-      if (method != Method::traits.name) return;
-      if constexpr (has_map_for<Method, Body> || !HasMatrixStates<Body>)
-        made = make_tangent_by<Method>(scene, body, at.h);
-      else
-        made = make_general_tangent(scene, body, at.h);
-    }
-  });
-  return made;
-}
-
 TangentSpace space(const Scene&) { return {TangentSpace::Coordinates::left_body, {}}; }
 
 std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at) {
-  if (scene.dimension() == 3 && scene.method() == Exact::traits.name)
-    if (auto steady = steady_tangent(scene, at)) return steady;
-  return scene.dimension() == 3 ? by_method<So3<Tangent, true>>(scene, at)
-                                : by_method<SoN<Tangent>>(scene, at);
+  if (scene.method() == Exact::traits.name) return exact_body_tangent(scene, at);
+  if (scene.dimension() == 3) return dual_body_tangent_3(scene, at);
+  if (scene.method().empty() || scene.method() == Variational::traits.name)
+    return dual_discrete_body_tangent(scene, at);
+  return body_tangent_by<SoN<Tangent>, MuntheKaas4, CrouchGrossman3, ImplicitMidpoint, Gauss4,
+                         Rk4>(scene, at);
+}
+
+std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParameters& at) {
+  return scene.method() == Rk4::traits.name ? rk4_body_tangent(scene, at)
+                                            : discrete_body_tangent(scene, at);
 }
 
 }  // namespace
 
 Tangents rigid_body_tangents() {
-  return {space, make, [](const Scene& scene) -> MatrixSystem<Tangent> {
+  return {space, make,
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
             return RigidBody<SoN<Tangent>>(scene.inertia().cast<Tangent>(), scene.has_frame());
-          }};
+          },
+          make_columns};
 }
-Tangents moser_veselov_tangents() { return {space, make}; }
+Tangents moser_veselov_tangents() { return {space, make, nullptr, make_columns}; }
 
 }  // namespace stiefel

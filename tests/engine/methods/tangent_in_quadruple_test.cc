@@ -93,20 +93,22 @@ TEST(TangentInQuadruplePrecision, OfBodies) {
       if (N > 3) expect_of_bodies<Rk4>(N, seed, 0);  // N = 3 has it on the quaternion
       expect_of_bodies<MuntheKaas4>(N, seed, 0);
     }
-  for (const int order : {4, 6, 8}) expect_of_bodies<Variational>(4, 3, order);
+  for (const int order : {4, 6, 8})
+    for (const int N : {3, 4, 5}) expect_of_bodies<Variational>(N, 3, order);
 }
 
 template <class Method>
-void expect_of_frames(int n, int N, unsigned seed) {
+void expect_of_frames(int n, int N, unsigned seed, int order = 0) {
   using System = Stiefel<Quad>;
   const testing::RandomFrame<double> frame(n, N, seed, 4);
   const char* name = Method::traits.name;
-  const Scene scene = scene_of("stiefel", name, 0, frame.lambda, "S", frame.Q,
+  const Scene scene = scene_of("stiefel", name, order, frame.lambda, "S", frame.Q,
                                frame.S / std::max(1.0, frame.S.norm()));
   expect_derivative(scene, "S",
                     typename Method::template Map<System>(
                         System(scene.inertia().cast<Quad>(), n), Quad(h),
-                        MethodOptions(Method::traits.default_order, Arithmetic::plain)),
+                        MethodOptions(std::max(order, Method::traits.default_order),
+                                      Arithmetic::plain)),
                     std::string(name) + " n, N = " + std::to_string(n) + ", " +
                         std::to_string(N) + ", seed " + std::to_string(seed));
 }
@@ -118,6 +120,10 @@ TEST(TangentInQuadruplePrecision, OfFrames) {
         expect_of_frames<Variational>(n, N, seed);
         expect_of_frames<Rk4>(n, N, seed);
       }
+  for (const int order : {4, 6, 8}) {
+    expect_of_frames<Variational>(2, 5, 3, order);
+    expect_of_frames<Variational>(3, 6, 3, order);
+  }
 }
 
 }  // namespace

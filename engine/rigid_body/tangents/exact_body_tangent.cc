@@ -1,8 +1,11 @@
-#include "engine/rigid_body/tangents/steady_tangent.h"
+#include "engine/rigid_body/tangents/dual_body_tangents.h"
 
+#include "engine/linalg/lie/dual_skew_flow.h"
 #include "engine/linalg/lie/general_exponential.h"
-#include "engine/linalg/lie/principal_moments_3.h"
-#include "engine/linalg/lie/so_3.h"
+#include "engine/rigid_body/exact/euler_top.h"
+#include "engine/rigid_body/exact/two_valued_body.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/stepping/tangent_map_of.h"
 
 namespace stiefel {
 namespace {
@@ -88,15 +91,24 @@ class SteadyTangent final : public TangentMap {
   bool frame_;
 };
 
-}  // namespace
-
-std::unique_ptr<TangentMap> steady_tangent(const Scene& scene, const TangentParameters& at) {
+/// Whether m × ω = 0. EulerTop has a formula of its own for these motions, whose derivative is not
+/// that of the motions beside them.
+bool is_steady(const Scene& scene) {
   const Eigen::Vector3d m = vee(scene.M()), lambda = scene.inertia();
   for (int a = 0; a < 3; ++a) {
     const int b = (a + 1) % 3, c = (a + 2) % 3;
-    if (m(b) != 0 && m(c) != 0 && lambda(b) != lambda(c)) return nullptr;
+    if (m(b) != 0 && m(c) != 0 && lambda(b) != lambda(c)) return false;
   }
-  return std::make_unique<SteadyTangent>(at, m.cast<Wide>(), scene.substeps());
+  return true;
+}
+
+}  // namespace
+
+std::unique_ptr<TangentMap> exact_body_tangent(const Scene& scene, const TangentParameters& at) {
+  if (scene.dimension() != 3) return body_tangent_by<SoN<Tangent>, Exact>(scene, at);
+  if (is_steady(scene))
+    return std::make_unique<SteadyTangent>(at, vee(scene.M()).cast<Wide>(), scene.substeps());
+  return body_tangent_by<So3<Tangent, true>, Exact>(scene, at);
 }
 
 }  // namespace stiefel

@@ -1,0 +1,317 @@
+#include "engine/frames/passes/rattle_tangent.h"
+
+#include "engine/linalg/iteration/continuation.h"
+#include "engine/linalg/matrix_equations/constraint_riccati.h"
+#include "engine/methods/support/symmetric_stages.h"
+#include "engine/numbers/pair.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+using Index = Eigen::Index;
+
+/// The matrix of X ↦ XC + CᵀX on symmetric n × n matrices, factored.
+class SymmetricSolve {
+ public:
+  explicit SymmetricSolve(Index n) : n_(n), lu_(size(n)) {}
+
+  static std::size_t size(Index n) { return static_cast<std::size_t>(n * (n + 1) / 2); }
+  /// Returns the place of element (a, b) of the upper triangle.
+  static constexpr std::size_t at(Index a, Index b) {
+    return static_cast<std::size_t>(a <= b ? b * (b + 1) / 2 + a : a * (a + 1) / 2 + b);
+  }
+
+  void factor(const Dense& C) {
+    lu_.set_zero();
+    for (Index b = 0; b < n_; ++b)
+      for (Index a = 0; a <= b; ++a)
+        for (Index k = 0; k < n_; ++k) {
+          lu_(at(a, b), at(a, k)) += C(k, b);
+          lu_(at(a, b), at(k, b)) += C(k, a);
+        }
+    lu_.factor();
+  }
+  /// Replaces the upper triangle of a right-hand side by that of X.
+  void solve(Pair* x) const { lu_.solve(x); }
+
+ private:
+  Index n_;
+  PairLu lu_;
+};
+
+/// The values of steps, in the letters of RattleStiefel; B and Z are Y/h and Y′/h:
+///
+///     S_½ = S + BQ,   Q′ = Q + hS_½Λ⁻¹,   S′ = S_½ + ZQ′,   C = GQ′ᵀ,   K′ = Q′Λ⁻¹Q′ᵀ.
+class RattleValues {
+ public:
+  RattleValues(const Eigen::VectorXd& lambda, Index n)
+      : inverse(lambda.cwiseInverse()),
+        Q(n, lambda.size()),
+        S(Q),
+        half(Q),
+        next(Q),
+        end(Q),
+        G1(Q),
+        V1(Q),
+        B(n, n),
+        Z(n, n),
+        C(n),
+        K(n),
+        n_(n),
+        riccati_(n),
+        G_(Q),
+        D_(Q),
+        A_(n, n),
+        P_(n, n),
+        E_(n, n),
+        Y_(n, n),
+        found_(n, n),
+        half_B_(Dense::Zero(n, n)),
+        upper_(SymmetricSolve::size(n)) {}
+
+  /// Forgets the last step.
+  void restart() { half_B_.setZero(); }
+
+  /// Makes a step from Q and S.
+  RunStatus step(double size) {
+    stop_point(12 * static_cast<double>(n_ * Q.size()));
+    h = size;
+    G_.noalias() = Q * inverse.asDiagonal();
+    P_.noalias() = G_ * G_.transpose();
+    Y_ = (h * h) * half_B_;
+    if (!solve(h) && !follow()) return {Outcome::solver_stalled, std::nullopt};
+    B = Y_ / h;
+    half.noalias() = B * Q;
+    half += S;
+    V1.noalias() = half * inverse.asDiagonal();
+    next = Q + h * V1;
+    G1.noalias() = next * inverse.asDiagonal();
+    A_.noalias() = G_ * next.transpose();
+    C.factor(A_);
+    A_.noalias() = G1 * next.transpose();
+    K.factor(A_);
+    E_.noalias() = next * V1.transpose();
+    for (Index b = 0; b < n_; ++b)
+      for (Index a = 0; a <= b; ++a) upper_[SymmetricSolve::at(a, b)] = -(E_(a, b) + E_(b, a));
+    K.solve(upper_.data());
+    for (Index b = 0; b < n_; ++b)
+      for (Index a = 0; a < n_; ++a) Z(a, b) = upper_[SymmetricSolve::at(a, b)][0];
+    half_B_ = Z / h;
+    end.noalias() = Z * next;
+    end += half;
+    V1.noalias() = end * inverse.asDiagonal();
+    return {};
+  }
+
+  Eigen::VectorXd inverse;  ///< Λ⁻¹
+  double h = 0;
+  Dense Q, S, half, next, end;  ///< Q, S, S_½, Q′, S′
+  Dense G1, V1;                 ///< Q′Λ⁻¹, S′Λ⁻¹
+  Dense B, Z;
+  SymmetricSolve C, K;
+
+ private:
+  /// Finds Y for a step of size t, starting from the current Y.
+  bool solve(double t) {
+    D_.noalias() = S * inverse.asDiagonal();
+    D_ = Q + t * D_;
+    A_.noalias() = G_ * D_.transpose();
+    E_.noalias() = D_ * D_.transpose();
+    E_.diagonal().array() -= 1;
+    return riccati_.solve(A_, P_, E_, Y_);
+  }
+  bool follow() {
+    Y_.setZero();
+    return !(continuation(1, [&](double t) {
+               found_ = Y_;
+               if (solve(t * h)) return true;
+               Y_ = found_;
+               return false;
+             }) < 1);
+  }
+
+  Index n_;
+  ConstraintRiccati<double> riccati_;
+  Dense G_, D_, A_, P_, E_, Y_, found_;
+  Dense half_B_;  ///< Z/h of the last step, from which the next solve starts
+  std::vector<Pair> upper_;
+};
+
+/// Two tangent vectors (δQ, δS), and δΛ⁻¹ and δh along them.
+struct RattlePair {
+  RattlePair(Index size, bool compensated)
+      : Q(static_cast<std::size_t>(size), compensated),
+        S(static_cast<std::size_t>(size), compensated) {}
+
+  PairSums Q, S;
+  std::vector<Pair> by_inverse;  ///< empty where the parameters are constant
+  Pair by_h = 0;
+};
+
+/// Moves two vectors by one step. With w = δS + BδQ,
+///
+///     δQ′ = δQ + h(w + δB Q)Λ⁻¹ + hS_½δΛ⁻¹ + δh S_½Λ⁻¹,     δQ′Q′ᵀ + Q′δQ′ᵀ = 0,
+///     δS′ = w + δB Q + ZδQ′ + δZ Q′,                        (δQ′V′ᵀ + Q′δV′ᵀ) + (…)ᵀ = 0,
+///
+/// V′ = S′Λ⁻¹: linear equations for the symmetric δB and δZ. `work` has the size of a vector.
+template <Index n>
+void move(const RattleValues& at, RattlePair& x, Pair by_h, Pair* work) {
+  const Index N = at.Q.cols();
+  const bool varies = !x.by_inverse.empty();
+  const Pair h = at.h;
+  Pair R[n * n] = {}, B[SymmetricSolve::at(n - 1, n - 1) + 1];
+  const auto shift = [&](Index j, Index a) {
+    const double half = at.half(a, j);
+    return h * Pair(half) * x.by_inverse[static_cast<std::size_t>(j)] +
+           by_h * Pair(half * at.inverse(j));
+  };
+  for (Index j = 0; j < N; ++j) {
+    const Pair* const dQ = x.Q.values() + n * j;
+    const Pair* const dS = x.S.values() + n * j;
+    Pair* const w = work + n * j;
+    const Pair hL = at.h * at.inverse(j);
+    for (Index a = 0; a < n; ++a) {
+      Pair sum = Pair(at.B(a, 0)) * dQ[0];
+      for (Index b = 1; b < n; ++b) sum += Pair(at.B(a, b)) * dQ[b];
+      w[a] = sum;
+      Pair W = dQ[a] + hL * (dS[a] + sum);
+      if (varies) W += shift(j, a);
+      for (Index b = 0; b < n; ++b) R[a + n * b] += W * Pair(at.next(b, j));
+    }
+  }
+  const double by_step = -1 / at.h;
+  for (Index b = 0; b < n; ++b)
+    for (Index a = 0; a <= b; ++a)
+      B[SymmetricSolve::at(a, b)] = Pair(by_step) * (R[a + n * b] + R[b + n * a]);
+  at.C.solve(B);
+  for (Pair& r : R) r = 0;
+  for (Index j = 0; j < N; ++j) {
+    const Pair* const dQ = x.Q.values() + n * j;
+    const Pair* const dS = x.S.values() + n * j;
+    Pair* const w = work + n * j;
+    const Pair hL = at.h * at.inverse(j);
+    for (Index a = 0; a < n; ++a) {
+      Pair sum = w[a];
+      for (Index b = 0; b < n; ++b) sum += B[SymmetricSolve::at(a, b)] * Pair(at.Q(b, j));
+      w[a] = sum;
+      Pair step = hL * (dS[a] + sum);
+      if (varies) step += shift(j, a);
+      x.Q.add(static_cast<std::size_t>(n * j + a), step);
+    }
+    for (Index a = 0; a < n; ++a) {
+      Pair sum = w[a];
+      for (Index b = 0; b < n; ++b) sum += Pair(at.Z(a, b)) * dQ[b];
+      w[a] = sum;
+      const Pair half = dS[a] + sum;
+      for (Index b = 0; b < n; ++b)
+        R[a + n * b] += dQ[a] * Pair(at.V1(b, j)) + half * Pair(at.G1(b, j));
+      if (!varies) continue;
+      const Pair dV = x.by_inverse[static_cast<std::size_t>(j)] * Pair(at.end(a, j));
+      for (Index b = 0; b < n; ++b) R[a + n * b] += dV * Pair(at.next(b, j));
+    }
+  }
+  for (Index b = 0; b < n; ++b)
+    for (Index a = 0; a <= b; ++a) B[SymmetricSolve::at(a, b)] = -(R[a + n * b] + R[b + n * a]);
+  at.K.solve(B);
+  for (Index j = 0; j < N; ++j)
+    for (Index a = 0; a < n; ++a) {
+      Pair sum = work[n * j + a];
+      for (Index b = 0; b < n; ++b) sum += B[SymmetricSolve::at(a, b)] * Pair(at.next(b, j));
+      x.S.add(static_cast<std::size_t>(n * j + a), sum);
+    }
+}
+
+using Move = void (*)(const RattleValues&, RattlePair&, Pair, Pair*);
+constexpr Move moves[] = {move<1>, move<2>, move<3>, move<4>, move<5>, move<6>};
+
+class RattleTangent final : public TangentMap {
+ public:
+  RattleTangent(const Scene& scene, const ColumnParameters& at)
+      : n_(scene.Q().rows()),
+        compensated_(scene.arithmetic() == Arithmetic::compensated),
+        substeps_(scene.substeps()),
+        unit_(binary_unit(at.lambda.maxCoeff())),
+        h_(at.h / unit_),
+        gamma_(symmetric_stages<double>(scene.order() > 0 ? scene.order() : 2)),
+        parameters_(at),
+        move_(moves[n_ - 1]),
+        values_(at.lambda / unit_, n_),
+        work_(static_cast<std::size_t>(n_ * at.lambda.size())) {}
+
+  void start(const Dense&, const Dense& V) override {
+    const Index N = values_.Q.cols();
+    pairs_.assign(static_cast<std::size_t>((V.cols() + 1) / 2), {n_ * N, compensated_});
+    values_.restart();
+    for (Index v = 0; v < V.cols(); ++v) {
+      RattlePair& x = pairs_[static_cast<std::size_t>(v / 2)];
+      const int lane = v % 2;
+      for (Index j = 0; j < N; ++j)
+        for (Index a = 0; a < n_; ++a) {
+          const auto i = static_cast<std::size_t>(a + n_ * j);
+          x.Q.set(i, lane, V(a + 2 * n_ * j, v));
+          x.S.set(i, lane, V(a + n_ + 2 * n_ * j, v));
+        }
+      if (parameters_.by_lambda.col(v).isZero(0) && parameters_.by_h(v) == 0) continue;
+      x.by_inverse.resize(static_cast<std::size_t>(N), 0.0);
+      for (Index j = 0; j < N; ++j)
+        x.by_inverse[static_cast<std::size_t>(j)].set(
+            lane, -(parameters_.by_lambda(j, v) / unit_) * values_.inverse(j) * values_.inverse(j));
+      x.by_h.set(lane, parameters_.by_h(v) / unit_);
+    }
+  }
+
+  RunStatus step(const Dense& point) override {
+    values_.Q = point.topRows(n_);
+    values_.S = point.bottomRows(n_);
+    const std::size_t stages = 2 * gamma_.size() - 1;
+    for (int k = 0; k < substeps_; ++k)
+      for (std::size_t stage = 0; stage < stages; ++stage) {
+        const double gamma = gamma_[std::min(stage, stages - 1 - stage)];
+        if (const RunStatus status = values_.step(gamma * h_); !status.reached()) return status;
+        for (RattlePair& x : pairs_) {
+          stop_point(18 * static_cast<double>(n_ * values_.Q.size()));
+          move_(values_, x, Pair(gamma) * x.by_h, work_.data());
+        }
+        std::swap(values_.Q, values_.next);
+        std::swap(values_.S, values_.end);
+      }
+    return {};
+  }
+
+  bool direct() const override { return false; }
+  RunStatus at(std::int64_t) override { return {Outcome::solver_stalled, std::nullopt}; }
+
+  void read(const Dense&, Dense& V) const override {
+    for (Index v = 0; v < V.cols(); ++v) {
+      const RattlePair& x = pairs_[static_cast<std::size_t>(v / 2)];
+      const int lane = v % 2;
+      for (Index j = 0; j < values_.Q.cols(); ++j)
+        for (Index a = 0; a < n_; ++a) {
+          V(a + 2 * n_ * j, v) = x.Q.values()[a + n_ * j][lane];
+          V(a + n_ + 2 * n_ * j, v) = x.S.values()[a + n_ * j][lane];
+        }
+    }
+  }
+
+ private:
+  Index n_;
+  bool compensated_;
+  int substeps_;
+  double unit_, h_;  ///< Λ and h are divided by the unit, as in RattleStiefel
+  std::vector<double> gamma_;
+  ColumnParameters parameters_;
+  Move move_;
+  RattleValues values_;
+  std::vector<RattlePair> pairs_;
+  std::vector<Pair> work_;
+};
+
+}  // namespace
+
+std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const ColumnParameters& at) {
+  if (scene.method() != "variational" || scene.Q().rows() > Index(std::size(moves))) return nullptr;
+  return std::make_unique<RattleTangent>(scene, at);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "engine/stepping/tangent_map.h"
+
+namespace stiefel {
+
+/// Returns the tangents of the variational step on V(n, N) by columns, for every order; null for n
+/// above 6.
+std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const ColumnParameters& at);
+
+}  // namespace stiefel

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace stiefel {
+
+/// Two numbers that go through the same operations, in one vector register of the baseline. Every
+/// operation gives each of them the bits that it has alone.
+class Pair {
+ public:
+  Pair() = default;
+  Pair(double x) : lanes_{x, x} {}
+  Pair(double first, double second) : lanes_{first, second} {}
+
+  double operator[](int k) const { return lanes_[k]; }
+  void set(int k, double x) { lanes_[k] = x; }
+
+  Pair& operator+=(Pair b) { return *this = *this + b; }
+  Pair& operator-=(Pair b) { return *this = *this - b; }
+  Pair& operator*=(Pair b) { return *this = *this * b; }
+  friend Pair operator-(Pair a) { return of(-a.lanes_); }
+  friend Pair operator+(Pair a, Pair b) { return of(a.lanes_ + b.lanes_); }
+  friend Pair operator-(Pair a, Pair b) { return of(a.lanes_ - b.lanes_); }
+  friend Pair operator*(Pair a, Pair b) { return of(a.lanes_ * b.lanes_); }
+
+ private:
+  using Lanes = double __attribute__((vector_size(16)));
+  static Pair of(Lanes lanes) {
+    Pair out;
+    out.lanes_ = lanes;
+    return out;
+  }
+  Lanes lanes_;
+};
+
+/// Pairs in sums over many steps, with the rounding errors of the additions in compensated
+/// arithmetic.
+class PairSums {
+ public:
+  PairSums(std::size_t size, bool compensated)
+      : values_(size, Pair(0)), carries_(compensated ? size : 0, Pair(0)) {}
+
+  Pair* values() { return values_.data(); }
+  const Pair* values() const { return values_.data(); }
+
+  /// Sets number `lane` of pair i, and its rounding error to 0.
+  void set(std::size_t i, int lane, double x) {
+    values_[i].set(lane, x);
+    if (!carries_.empty()) carries_[i].set(lane, 0);
+  }
+  void add(std::size_t i, Pair increment) {
+    if (carries_.empty()) {
+      values_[i] += increment;
+      return;
+    }
+    const Pair a = values_[i], b = carries_[i] + increment, sum = a + b, part = sum - a;
+    carries_[i] = (a - (sum - part)) + (b - part);
+    values_[i] = sum;
+  }
+
+ private:
+  std::vector<Pair> values_, carries_;
+};
+
+/// LU factors of a small dense matrix with pivoting by rows, for right-hand sides in pairs.
+class PairLu {
+ public:
+  explicit PairLu(std::size_t size)
+      : size_(size), A_(size * size), inverse_(size), pivots_(size) {}
+
+  /// The matrix that `factor` takes, and overwrites.
+  double& operator()(std::size_t i, std::size_t j) { return A_[i + j * size_]; }
+  void set_zero() { std::fill(A_.begin(), A_.end(), 0.0); }
+
+  void factor() {
+    for (std::size_t k = 0; k < size_; ++k) {
+      double* column = &A_[k * size_];
+      std::size_t pivot = k;
+      for (std::size_t i = k + 1; i < size_; ++i)
+        if (std::abs(column[i]) > std::abs(column[pivot])) pivot = i;
+      pivots_[k] = pivot;
+      if (pivot != k)
+        for (std::size_t j = 0; j < size_; ++j) std::swap(A_[k + j * size_], A_[pivot + j * size_]);
+      inverse_[k] = 1 / column[k];
+      for (std::size_t i = k + 1; i < size_; ++i) column[i] *= inverse_[k];
+      for (std::size_t j = k + 1; j < size_; ++j) {
+        double* other = &A_[j * size_];
+        const double factor = other[k];
+        for (std::size_t i = k + 1; i < size_; ++i) other[i] -= factor * column[i];
+      }
+    }
+  }
+
+  /// Not inlined: g++ 12 takes the loops for longer than a caller's array.
+  [[gnu::noinline]] void solve(Pair* x) const {
+    for (std::size_t k = 0; k < size_; ++k) std::swap(x[k], x[pivots_[k]]);
+    for (std::size_t k = 0; k < size_; ++k) {
+      const double* column = &A_[k * size_];
+      const Pair x_k = x[k];
+      for (std::size_t i = k + 1; i < size_; ++i) x[i] -= Pair(column[i]) * x_k;
+    }
+    for (std::size_t k = size_; k-- > 0;) {
+      const double* column = &A_[k * size_];
+      const Pair x_k = x[k] *= Pair(inverse_[k]);
+      for (std::size_t i = 0; i < k; ++i) x[i] -= Pair(column[i]) * x_k;
+    }
+  }
+
+ private:
+  std::size_t size_;
+  std::vector<double> A_, inverse_;
+  std::vector<std::size_t> pivots_;
+};
+
+}  // namespace stiefel
