@@ -2,7 +2,6 @@
 # stiefel::proto too, which need gRPC and protobuf.
 include(CMakeFindDependencyMacro)
 find_dependency(Eigen3 3.4)
-find_dependency(TBB)
 include(${CMAKE_CURRENT_LIST_DIR}/stiefelTargets.cmake)
 set(stiefel_engine_FOUND TRUE)
 

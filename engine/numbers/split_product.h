@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/numbers/scalar.h"
+#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 
@@ -27,21 +28,26 @@ class SplitProduct {
                   Matrix<Scalar>& low) {
     constexpr int digits = std::numeric_limits<Scalar>::digits;
     using std::ilogb;
-    for (Eigen::Index j = 0; j < X.cols(); ++j) {
-      const Scalar largest = X.col(j).cwiseAbs().maxCoeff();
-      const Scalar unit =
-          largest > 0 ? Scalar(1.5) * two_to<Scalar>(ilogb(largest) + digits - kept_) : Scalar(0);
-      for (Eigen::Index i = 0; i < X.rows(); ++i) {
-        const Scalar lifted = X(i, j) + unit;
-        H_(i, j) = lifted - unit;
-        L_(i, j) = X(i, j) - H_(i, j);
+    const double of_column = static_cast<double>(X.rows());
+    in_column_ranges(X.cols(), of_column, [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index j = begin; j < end; ++j) {
+        const Scalar largest = X.col(j).cwiseAbs().maxCoeff();
+        const Scalar unit =
+            largest > 0 ? Scalar(1.5) * two_to<Scalar>(ilogb(largest) + digits - kept_) : Scalar(0);
+        for (Eigen::Index i = 0; i < X.rows(); ++i) {
+          const Scalar lifted = X(i, j) + unit;
+          H_(i, j) = lifted - unit;
+          L_(i, j) = X(i, j) - H_(i, j);
+        }
       }
-    }
-    high.template triangularView<Eigen::Upper>().setZero();
-    high.template selfadjointView<Eigen::Upper>().rankUpdate(H_.transpose());
-    H_ += L_ / 2;
-    L_ += epsilon;
-    low.noalias() = H_.transpose() * L_;
+    });
+    stoppable_gram(H_, high);
+    in_column_ranges(X.cols(), of_column, [&](Eigen::Index begin, Eigen::Index end) {
+      const Eigen::Index count = end - begin;
+      H_.middleCols(begin, count) += L_.middleCols(begin, count) / 2;
+      L_.middleCols(begin, count) += epsilon.middleCols(begin, count);
+    });
+    stoppable_product(H_.transpose(), L_, low);
   }
 
  private:

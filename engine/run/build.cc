@@ -1,5 +1,4 @@
 #include <gnu/libc-version.h>
-#include <tbb/version.h>
 
 #include <Eigen/Core>
 #include <boost/version.hpp>
@@ -21,7 +20,7 @@ namespace stiefel {
 const std::string& build_fingerprint() {
   static const std::string fingerprint = [] {
     std::string text = "sources " STIEFEL_SOURCES_DIGEST;
-    text += ", Eigen " STIEFEL_EIGEN ", Boost " BOOST_LIB_VERSION ", TBB " TBB_VERSION_STRING;
+    text += ", Eigen " STIEFEL_EIGEN ", Boost " BOOST_LIB_VERSION;
     text += ", gcc " __VERSION__ ", " STIEFEL_BUILD_FLAGS;
     text += ", glibc " + std::string(gnu_get_libc_version());
     // The C library's sin and cos differ in the last bit between processors with and without fused

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include <tbb/global_control.h>
-
 #include "engine/catalogue/system_entry.h"
+#include "engine/numbers/parallel.h"
 #include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/run/groups.h"
-#include "engine/run/parallel.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -46,8 +44,8 @@ void Ensemble::form_group(std::span<const Scene> scenes) {
   if (!packed) return;
   for (std::size_t k = 0; k < group.count; ++k) members_[group.first + k]->save(state(group, k));
   fill_lanes(group);
-  group.packed = is_exact_body(scenes[0]) ? pack_closed_forms(scenes, group.states)
-                                          : pack_bodies(scenes);
+  group.packed =
+      is_exact_body(scenes[0]) ? pack_closed_forms(scenes, group.states) : pack_bodies(scenes);
 }
 
 std::int64_t Ensemble::map_steps() const {
@@ -180,12 +178,6 @@ double Ensemble::rate() const { return fastest().rate(); }
 
 std::optional<double> Ensemble::largest_step(double limit) const {
   return fastest().largest_step(limit);
-}
-
-void limit_ensemble_threads(int threads) {
-  static std::unique_ptr<tbb::global_control> limit;
-  limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                static_cast<std::size_t>(threads));
 }
 
 const Simulation& Ensemble::fastest() const {

@@ -4,15 +4,6 @@
 #include <stdexcept>
 
 namespace stiefel {
-namespace {
-
-thread_local Crew* crew_of_this_thread = nullptr;
-
-}  // namespace
-
-CrewOfThisThread::CrewOfThisThread(Crew& crew) { crew_of_this_thread = &crew; }
-CrewOfThisThread::~CrewOfThisThread() { crew_of_this_thread = nullptr; }
-Crew* CrewOfThisThread::find() { return crew_of_this_thread; }
 
 Eigen::MatrixXd Simulation::get(std::string_view name) const {
   const auto field = std::ranges::find(fields_, name, &Field::name);

@@ -5,8 +5,8 @@
 #include <limits>
 #include <tuple>
 
+#include "engine/numbers/parallel.h"
 #include "engine/run/groups.h"
-#include "engine/run/parallel.h"
 #include "engine/summary/member_group.h"
 
 namespace stiefel {

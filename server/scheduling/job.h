@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 
 namespace stiefel::server {
 
@@ -46,8 +45,6 @@ class Job {
     price_ = price;
     spent_ = 0;
   }
-  /// The price of a job that never goes before others.
-  static constexpr double no_price = std::numeric_limits<double>::infinity();
 
  private:
   friend class JobList;

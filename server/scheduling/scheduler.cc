@@ -40,14 +40,16 @@ void lower_priority(bool kept) noexcept {
   setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + (kept ? kept_below : others_below));
 }
 
-/// The share of the job that this worker runs.
-thread_local Share* share_at_work = nullptr;
 /// The meter of the slice that this thread runs, null outside a slice, and its reading when the
 /// work was last taken.
 thread_local const Scheduler::Meter* slice_meter = nullptr;
 thread_local double slice_mark = 0;
+/// The work of helpers in the slice that this thread runs, in instructions.
+thread_local double helpers_work = 0;
 
 }  // namespace
+
+thread_local Scheduler::Leader* Scheduler::leader_here = nullptr;
 
 double take_slice_work() {
   if (!slice_meter) return 0;
@@ -55,65 +57,14 @@ double take_slice_work() {
   return slice_mark - before;
 }
 
-/// Items of an ensemble that several workers do together.
-struct Scheduler::Items {
-  const std::size_t count, portion;
-  const Item item;
-  void* const context;
-  std::atomic<std::size_t> next = 0;
-  std::exception_ptr failure = nullptr;  // guarded by the scheduler's mutex, as is helpers_work
-  double helpers_work = 0;               // instructions
-
-  /// Does items until none is left or `pause` returns true.
-  template <class Pause>
-  void run(const Pause& pause) {
-    while (!pause()) {
-      const std::size_t first = next.fetch_add(portion, std::memory_order_relaxed);
-      if (first >= count) return;
-      failpoint("scheduler.items");
-      for (std::size_t i = first; i < std::min(first + portion, count); ++i) item(context, i);
-    }
-  }
-};
-
-/// Lets one more worker do items, until a short job waits.
-class Scheduler::Helper final : public Job {
- public:
-  void join(Scheduler& scheduler, Items& items, Share& share) {
-    scheduler_ = &scheduler;
-    items_ = &items;
-    bill(share, no_price);
-  }
-  bool done() const { return done_; }
-
- private:
-  bool run_slice() noexcept override {
-    Scheduler& scheduler = *scheduler_;
-    std::exception_ptr failure;
-    try {
-      items_->run([&] { return scheduler.queue_.short_waits(); });
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    const std::lock_guard lock(scheduler.mutex_);
-    if (failure) items_->failure = failure;
-    items_->helpers_work += take_slice_work();
-    done_ = true;
-    scheduler.helped_.notify_all();
-    return false;
-  }
-
-  Scheduler* scheduler_ = nullptr;
-  Items* items_ = nullptr;
-  bool done_ = false;  // guarded by the scheduler's mutex
-};
-
 Scheduler::Scheduler(int threads, Meter meter)
     : meter_(meter ? std::move(meter) : Meter(&processor_work)),
       threads_(threads > 0 ? threads
                            : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))),
       others_(static_cast<std::size_t>(std::max(1, threads_ - 1))),
-      since_(others_, outside) {
+      since_(others_, outside),
+      leaders_(others_ + 1 + most_extra) {
+  limit_threads(1);  // of the library: these threads are the only ones that compute
   workers_.reserve(others_ + 1);
   extra_.reserve(most_extra);
   for (std::size_t i = 0; i < others_; ++i) workers_.emplace_back([this, i] { work(false, i); });
@@ -126,6 +77,7 @@ Scheduler::~Scheduler() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    recall_helpers();
   }
   wake_.notify_all();
   wake_kept_.notify_all();
@@ -163,6 +115,7 @@ void Scheduler::finish(Job* job) noexcept {
 }
 
 void Scheduler::wake_for(JobKind kind, bool is_short) {
+  recall_helpers();
   if (kept_idle_ && is_short && kept_runs())
     wake_kept_.notify_one();
   else if (idle_ > 0)
@@ -173,6 +126,7 @@ void Scheduler::wake_for(JobKind kind, bool is_short) {
 
 void Scheduler::wake_another() {
   if (queue_.empty()) return;
+  recall_helpers();
   if (idle_ > 0)
     wake_.notify_one();
   else if (kept_idle_ && kept_runs())
@@ -196,35 +150,43 @@ void Scheduler::work(bool kept, std::size_t index) {
   pthread_setname_np(pthread_self(), thread_name);
   lower_priority(kept);
   const CrewOfThisThread crew(*this);
+  leader_here = &leaders_[index];
   std::unique_lock lock(mutex_);
   while (true) {
     const RunQueue::Turn turn = kept && !kept_runs() ? RunQueue::Turn() : queue_.pop(reach(kept));
     if (!turn.job && stopping_) return;
     if (!turn.job) {
-      wait(lock, kept);
+      if (Leader* leader = next_leader(kept))
+        help(*leader, kept, index, lock);
+      else
+        wait(lock, kept);
       continue;
     }
     const bool unsliced = turn.kind == JobKind::unsliced;
-    if (unsliced) {
-      ++in_unsliced_;
-      since_[index] = std::chrono::steady_clock::now();
-      wake_extra();
-    }
+    if (unsliced) enter_unsliced(index);
     wake_another();
     const bool more = run_slice(
         turn,
         kept && turn.length != JobLength::short_job ? brief_slice_nanoseconds : slice_nanoseconds,
         lock);
-    if (unsliced) {
-      --in_unsliced_;
-      since_[index] = outside;
-    }
+    if (unsliced) leave_unsliced(index);
     // The job may have become too long for the kept worker.
     if (kept && more) {
       wake_another();
       wake_extra();
     }
   }
+}
+
+void Scheduler::enter_unsliced(std::size_t index) {
+  ++in_unsliced_;
+  since_[index] = std::chrono::steady_clock::now();
+  wake_extra();
+}
+
+void Scheduler::leave_unsliced(std::size_t index) {
+  --in_unsliced_;
+  since_[index] = outside;
 }
 
 std::optional<Scheduler::Time> Scheduler::extra_due() const {
@@ -240,16 +202,17 @@ void Scheduler::wake_extra() {
 void Scheduler::add_extra() noexcept {
   if (extra_.size() == most_extra || stopping_) return;
   try {
-    extra_.emplace_back([this] { work_beside(); });
+    extra_.emplace_back([this, index = others_ + 1 + extra_.size()] { work_beside(index); });
   } catch (const std::exception&) {  // the jobs wait for the other workers
   }
 }
 
 /// One extra worker is always idle, so that the next principal finds one.
-void Scheduler::work_beside() {
+void Scheduler::work_beside(std::size_t index) {
   pthread_setname_np(pthread_self(), thread_name);
   lower_priority(false);
   const CrewOfThisThread crew(*this);
+  leader_here = &leaders_[index];
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     const Time now = std::chrono::steady_clock::now();
@@ -274,7 +237,7 @@ void Scheduler::work_beside() {
 bool Scheduler::run_slice(const RunQueue::Turn& turn, double nanoseconds,
                           std::unique_lock<std::mutex>& lock) {
   lock.unlock();
-  share_at_work = turn.share;
+  helpers_work = 0;
   const double before = meter_();
   slice_meter = &meter_;
   slice_mark = before;
@@ -283,7 +246,7 @@ bool Scheduler::run_slice(const RunQueue::Turn& turn, double nanoseconds,
     const SliceLength length(nanoseconds);
     more = turn.job->run_slice();
   }
-  const double done = meter_() - before;
+  const double done = meter_() - before + helpers_work;
   slice_meter = nullptr;
   lock.lock();
   work_done_.fetch_add(done, std::memory_order_relaxed);
@@ -297,47 +260,80 @@ bool Scheduler::run_slice(const RunQueue::Turn& turn, double nanoseconds,
   return more && !last;
 }
 
+std::size_t Scheduler::threads_at_hand() {
+  const bool kept = threads_ > 1 && kept_idle_.load(std::memory_order_relaxed);
+  return 1 + leader_here->helpers.load(std::memory_order_relaxed) +
+         idle_.load(std::memory_order_relaxed) + kept;
+}
+
 void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* context) {
   const double each = nanoseconds / static_cast<double>(count);
-  const double portion = std::clamp(portion_nanoseconds / std::max(each, 1.0), 1.0, 1e9);
-  Items items{count, static_cast<std::size_t>(portion), item, context};
-  std::array<Helper, most_helpers> helpers;
-  const std::size_t called = call_helpers(helpers, items, kind_of_steps(each));
-  std::exception_ptr failure;
+  const auto portion = static_cast<std::size_t>(
+      std::clamp(portion_nanoseconds / std::max(each, 1.0), 1.0, static_cast<double>(count)));
+  const std::size_t portions = (count + portion - 1) / portion;
+  Leader& leader = *leader_here;
+  leader.nanoseconds.store(each * static_cast<double>(portion), std::memory_order_relaxed);
+  if (portions > 1 && threads_at_hand() > 1 + leader.helpers.load(std::memory_order_relaxed))
+    call_helpers(leader, portions - 1);
+  struct Context {
+    Item item;
+    void* context;
+  } inner{item, context};
+  const auto item_with_failpoint = [](void* both, std::size_t index) {
+    failpoint("scheduler.items");
+    const auto& [inner_item, inner_context] = *static_cast<Context*>(both);
+    inner_item(inner_context, index);
+  };
+  const auto take_helpers_work = [&] {
+    const double work = leader.team.take_helpers_work();
+    helpers_work += work;
+    slice_mark -= work;
+  };
   try {
-    items.run([] { return false; });
+    leader.team.run(count, portion, item_with_failpoint, &inner);
   } catch (...) {
-    failure = std::current_exception();
+    take_helpers_work();
+    throw;
   }
-  dismiss(std::span(helpers).first(called));
-  slice_mark -= items.helpers_work;
-  if (!failure) failure = items.failure;
-  if (failure) std::rethrow_exception(failure);
+  take_helpers_work();
 }
 
-std::size_t Scheduler::call_helpers(std::array<Helper, most_helpers>& helpers, Items& items,
-                                    JobKind kind) {
+void Scheduler::call_helpers(Leader& leader, std::size_t wanted) {
   const std::lock_guard lock(mutex_);
-  const std::size_t free = idle_ + (kept_idle_ && kind <= reach(true));
-  const std::size_t portions = (items.count + items.portion - 1) / items.portion;
-  const std::size_t called = std::min({free, portions - 1, most_helpers});
-  for (Helper& helper : std::span(helpers).first(called)) {
-    helper.join(*this, items, *share_at_work);
-    queue_.push(&helper, kind);
-    (idle_ > 0 ? wake_ : wake_kept_).notify_one();
-  }
-  if (called > 0 && called > idle_) wake_kept_.notify_one();
-  return called;
+  leader.wanted = wanted;
+  const std::size_t most = std::min(wanted, leader.helpers + idle_);
+  for (std::size_t k = leader.helpers; k < most; ++k) wake_.notify_one();
+  if (most < wanted && kept_idle_ && next_leader(true)) wake_kept_.notify_one();
 }
 
-void Scheduler::dismiss(std::span<Helper> helpers) {
-  std::unique_lock lock(mutex_);
-  for (Helper& helper : helpers) {
-    if (RunQueue::is_queued(&helper))
-      queue_.remove(&helper);
-    else
-      helped_.wait(lock, [&] { return helper.done(); });
-  }
+Scheduler::Leader* Scheduler::next_leader(bool kept) {
+  Leader* next = nullptr;
+  const std::optional<JobKind> most = reach(kept);
+  for (Leader& leader : leaders_)
+    if (leader.helpers < leader.wanted && kind_of_steps(leader.nanoseconds) <= most &&
+        (!next || leader.helpers < next->helpers))
+      next = &leader;
+  return next;
+}
+
+void Scheduler::help(Leader& leader, bool kept, std::size_t index,
+                     std::unique_lock<std::mutex>& lock) {
+  const std::optional<JobKind> most = reach(kept);
+  const bool unsliced = kind_of_steps(leader.nanoseconds) == JobKind::unsliced;
+  const std::uint64_t seen = submissions_.load(std::memory_order_relaxed);
+  ++leader.helpers;
+  if (unsliced) enter_unsliced(index);
+  lock.unlock();
+  const bool no_work = leader.team.help(
+      [&] {
+        return submissions_.load(std::memory_order_relaxed) != seen ||
+               (kept && kind_of_steps(leader.nanoseconds.load(std::memory_order_relaxed)) > most);
+      },
+      meter_);
+  lock.lock();
+  if (unsliced) leave_unsliced(index);
+  --leader.helpers;
+  if (no_work) leader.wanted = std::min<std::size_t>(leader.wanted, leader.helpers);
 }
 
 }  // namespace stiefel::server

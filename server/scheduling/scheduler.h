@@ -1,18 +1,16 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <thread>
 #include <vector>
 
 #include "server/scheduling/run_queue.h"
-#include "stiefel/simulation.h"
+#include "stiefel/crew.h"
 
 namespace stiefel::server {
 
@@ -22,7 +20,9 @@ double take_slice_work();
 
 /// The threads that compute, shared by stepping, ensembles and searches. Jobs run one slice at a
 /// time in the order of RunQueue. The threads have a lower priority than those of gRPC. A worker
-/// with nothing to do helps a job that advances an ensemble.
+/// with nothing to do helps a job that divides its work, such as the members of an ensemble, and
+/// leaves it between two items as soon as a job is submitted. What helpers do counts as work of the
+/// job.
 ///
 /// One worker is kept for short jobs. With two threads or more it also runs longer jobs with brief
 /// slices and, while all other workers are inside unsliced jobs, those with ordinary slices. With
@@ -66,17 +66,21 @@ class Scheduler final : private Crew {
   std::uint64_t waiting_work() const { return queue_.waiting_work(); }
 
  private:
-  struct Items;
-  class Helper;
-  static constexpr std::size_t most_helpers = 63;
+  /// A worker that has divided its work.
+  struct Leader {
+    Team team;
+    std::atomic<std::size_t> helpers = 0;
+    std::atomic<double> nanoseconds = 0;  // of a portion of the items
+    std::size_t wanted = 0;               // helpers; guarded by mutex_
+  };
 
-  /// The loop of a worker; `index` counts the workers that are not kept.
+  /// The loop of a worker; `index` is its place in leaders_ and, unless it is kept, in since_.
   void work(bool kept, std::size_t index);
   /// Runs a slice of the job, without the lock; returns whether the job is queued again.
   bool run_slice(const RunQueue::Turn& turn, double nanoseconds,
                  std::unique_lock<std::mutex>& lock);
   /// The loop of an extra worker.
-  void work_beside();
+  void work_beside(std::size_t index);
   /// Starts one more extra worker, unless there are enough or the system refuses a thread.
   void add_extra() noexcept;
   /// Wakes an extra worker that may have something to do soon.
@@ -94,27 +98,41 @@ class Scheduler final : private Crew {
   void wake_for(JobKind kind, bool is_short);
   /// Wakes an idle worker while jobs wait: the worker that took a job may have been woken for two.
   void wake_another();
+  std::size_t threads_at_hand() override;
   void run(std::size_t count, double nanoseconds, Item item, void* context) override;
-  std::size_t call_helpers(std::array<Helper, most_helpers>& helpers, Items& items, JobKind kind);
-  void dismiss(std::span<Helper> helpers);
+  /// Wakes idle workers, so that the leader has up to `wanted` helpers.
+  void call_helpers(Leader& leader, std::size_t wanted);
+  /// Returns the leader with the fewest helpers of those that the worker may help.
+  Leader* next_leader(bool kept);
+  /// Helps the leader, without the lock, until a job is submitted or it divides no more work.
+  void help(Leader& leader, bool kept, std::size_t index, std::unique_lock<std::mutex>& lock);
+  /// Counts the worker as inside an unsliced job, or no longer.
+  void enter_unsliced(std::size_t index);
+  void leave_unsliced(std::size_t index);
+  /// Lets helpers look for jobs.
+  void recall_helpers() { submissions_.fetch_add(1, std::memory_order_relaxed); }
   /// Runs the slices of a cancelled job, without the lock.
   static void finish(Job* job) noexcept;
+
+  static thread_local Leader* leader_here;  // of this worker
 
   const Meter meter_;
   const int threads_;
   std::mutex mutex_;
-  std::condition_variable wake_, wake_kept_, wake_extra_, helped_;
-  RunQueue queue_;        // guarded by mutex_, as are the members below
-  std::size_t idle_ = 0;  // workers with nothing to do, without the kept one
-  bool kept_idle_ = false;
-  std::size_t in_unsliced_ = 0;  // workers inside unsliced jobs
-  const std::size_t others_;     // workers that are not kept
+  std::condition_variable wake_, wake_kept_, wake_extra_;
+  RunQueue queue_;                     // guarded by mutex_, as are the members below
+  std::atomic<std::size_t> idle_ = 0;  // workers with nothing to do, without the kept one
+  std::atomic<bool> kept_idle_ = false;
+  std::atomic<std::uint64_t> submissions_ = 0;  // and other events for which helpers look for jobs
+  std::size_t in_unsliced_ = 0;                 // workers inside unsliced jobs
+  const std::size_t others_;                    // workers that are not kept
   /// When each of these began the unsliced slice that it is inside; `outside` if it is not in one.
   std::vector<Time> since_;
   static constexpr Time outside = Time::max();
   std::size_t extra_idle_ = 0;
   std::atomic<double> work_done_ = 0;
   bool stopping_ = false;
+  std::vector<Leader> leaders_;  // one for each worker
   std::vector<std::jthread> workers_, extra_;
 };
 

@@ -152,7 +152,7 @@ void caps() {
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
-  limit_ensemble_threads(1);  // callgrind counts only the calling thread
+  limit_threads(1);  // callgrind counts only the calling thread
   if (what == "--list") {
     list();
   } else if (what == "--caps") {

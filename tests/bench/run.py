@@ -63,6 +63,7 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
         run(str(Path(__file__).parent / "streaming.py"), server.address, echo.address, repeats, counts["samples"])
     run("steps", repeats, counts["seconds"], counts["largest"])
     run("large", repeats, counts["largest"], counts["seconds"])
+    run("large", "cores", repeats, counts["largest"], min(counts["columns"], 1_000_000), 10 * counts["seconds"])
     run("ensembles", repeats, counts["seconds"])
     run("exact", repeats, counts["seconds"])
     run("summaries", repeats, counts["seconds"])

@@ -33,6 +33,13 @@ struct FrameMoments {
     for (auto& sum : VV) visit(sum);
   }
 
+  FrameMoments& operator+=(const FrameMoments& other) {
+    for (std::size_t p = 0; p < QQ.size(); ++p) QQ[p] += other.QQ[p];
+    for (std::size_t p = 0; p < QV.size(); ++p) QV[p] += other.QV[p];
+    for (std::size_t p = 0; p < VV.size(); ++p) VV[p] += other.VV[p];
+    return *this;
+  }
+
   FrameSums<Scalar> sums() {
     return {{QQ[0].data(), QQ[1].data(), QQ[2].data(), QQ[3].data()},
             {QV[0].data(), QV[1].data(), QV[2].data()},

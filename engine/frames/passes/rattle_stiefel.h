@@ -1,9 +1,8 @@
 #pragma once
 
 #include <cmath>
-#include <memory>
 
-#include "engine/frames/passes/frame_pass.h"
+#include "engine/frames/passes/blocked_pass.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
@@ -105,7 +104,7 @@ class RattleStiefel {
   Scalar h_, unit_;  ///< unit_ is the number by which h is divided: that of Λ for (Q, S), else 1
   Eigen::Index n_;
   Vector<Scalar> inverse_;  ///< Λ⁻¹, followed by zeros
-  std::unique_ptr<FramePass<Scalar>> pass_;
+  BlockedPass<Scalar> pass_;
   ConstraintRiccati<Scalar> riccati_;
   SymmetricLyapunov<Scalar> lyapunov_;
   Matrix<Scalar> A_, E_, defect_, Y_, Y1_, found_, product_;
@@ -119,7 +118,7 @@ RattleStiefel<Scalar>::RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index 
       unit_(lower == LowerBlock::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
       n_(n),
       inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
-      pass_(make_frame_pass<Scalar>(arithmetic, lower, n)),
+      pass_(arithmetic, lower, n, lambda.size()),
       riccati_(n),
       lyapunov_(n),
       A_(n, n),
@@ -136,7 +135,7 @@ template <class Scalar>
 auto RattleStiefel<Scalar>::start(const Point& x) -> State {
   State state{Accumulator<Point>(x, arithmetic_), FrameMoments<Scalar>(n_),
               Matrix<Scalar>::Zero(n_, n_)};
-  pass_->measure(columns(state), state.moments.sums());
+  pass_.measure(columns(state), state.moments);
   return state;
 }
 
@@ -161,7 +160,7 @@ RunStatus RattleStiefel<Scalar>::step(State& state, Scalar h) {
   state.half_B = Y1_ / (h * h);
   Y_ /= h;
   Y1_ /= h;
-  pass_->advance(columns(state), h, Y_.data(), Y1_.data(), state.moments.sums());
+  pass_.advance(columns(state), h, Y_.data(), Y1_.data(), state.moments);
   return {};
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "stiefel/crew.h"
 #include "stiefel/run_status.h"
 #include "stiefel/scene.h"
 
@@ -98,35 +99,6 @@ class Simulation {
 
 /// Returns the simulation of a scene, at step 0. Throws Stopped (stop.h).
 std::unique_ptr<Simulation> make_simulation(const Scene& scene);
-
-/// Limits the number of threads that all ensembles of this process use together. The default is one
-/// for each core.
-void limit_ensemble_threads(int threads);
-
-/// Threads that share the work into which a simulation divides a call. A program with threads of
-/// its own, like the server, sets its crew (CrewOfThisThread); without one, all cores work
-/// (limit_ensemble_threads).
-class Crew {
- public:
-  using Item = void (*)(void* context, std::size_t index);
-
-  virtual ~Crew() = default;
-  /// Calls item(context, 0) ... item(context, count - 1), count ≥ 1, once each, in any order on any
-  /// thread, and returns when all are done. Rethrows what an item throws. `nanoseconds` is a rough
-  /// estimate for all items together.
-  virtual void run(std::size_t count, double nanoseconds, Item item, void* context) = 0;
-};
-
-/// Makes `for_each_in_parallel` on this thread use `crew` while the object lives.
-class CrewOfThisThread {
- public:
-  explicit CrewOfThisThread(Crew& crew);
-  ~CrewOfThisThread();
-  CrewOfThisThread(const CrewOfThisThread&) = delete;
-  CrewOfThisThread& operator=(const CrewOfThisThread&) = delete;
-
-  static Crew* find();
-};
 
 /// Describes the status in one sentence for people; empty when it is `reached`. With a scene, the
 /// sentence also names a method that can go on where the scene's own cannot. With the rate too, and

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/numbers/parallel.h"
 #include "engine/numbers/scalar.h"
 
 namespace stiefel {
@@ -24,16 +25,19 @@ class History {
     const int p = points();
     if (p == 0) return false;
     constexpr Eigen::Index chunk = 1024;  // a chunk stays in the cache
-    for (Eigen::Index start = 0; start < next.size(); start += chunk) {
-      const Eigen::Index length = std::min(chunk, next.size() - start);
-      Eigen::Map<Vector<Scalar>> sum(next.data() + start, length);
-      Scalar coefficient = Scalar(p);
-      sum = coefficient * numbers(0, start, length);
-      for (int k = 1; k < p; ++k) {
-        coefficient = -coefficient * Scalar(p - k) / Scalar(k + 1);
-        sum += coefficient * numbers(k, start, length);
+    const auto predict_range = [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index start = begin; start < end; start += chunk) {
+        const Eigen::Index length = std::min(chunk, end - start);
+        Eigen::Map<Vector<Scalar>> sum(next.data() + start, length);
+        Scalar coefficient = Scalar(p);
+        sum = coefficient * numbers(0, start, length);
+        for (int k = 1; k < p; ++k) {
+          coefficient = -coefficient * Scalar(p - k) / Scalar(k + 1);
+          sum += coefficient * numbers(k, start, length);
+        }
       }
-    }
+    };
+    in_long_ranges(next.size(), chunk, static_cast<double>(p) / 2, predict_range);
     return true;
   }
 

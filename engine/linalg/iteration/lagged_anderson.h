@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/numbers/parallel.h"
 #include "engine/numbers/scalar.h"
 
 namespace stiefel {
@@ -18,7 +19,7 @@ namespace stiefel {
 template <class Scalar>
 class LaggedAnderson {
  public:
-  explicit LaggedAnderson(Eigen::Index size) {
+  explicit LaggedAnderson(Eigen::Index size) : along_((size + chunk - 1) / chunk), square_(along_) {
     f_.fill(Vector<Scalar>::Zero(size));
     g_ = f_;
   }
@@ -28,37 +29,46 @@ class LaggedAnderson {
   /// Sets x to the next iterate. `g` must hold g(x) and is overwritten.
   void operator()(Vector<Scalar>& x, Vector<Scalar>& g) {
     Vector<Scalar>&f = f_[k_ % 2], &earlier = g_[k_ % 2];
-    Scalar along = 0, square = 0;
-    by_chunks(x.size(), [&](auto here) {
+    by_chunks(x.size(), [&](Eigen::Index k, auto here) {
       const auto now = here(g) - here(x);
-      along += now.dot(now - here(f));
-      square += (now - here(f)).squaredNorm();
+      along_(k) = now.dot(now - here(f));
+      square_(k) = (now - here(f)).squaredNorm();
       here(f) = now;
     });
+    Scalar along = 0, square = 0;
+    for (Eigen::Index k = 0; k < along_.size(); ++k) {
+      along += along_(k);
+      square += square_(k);
+    }
     if (k_ < 2 || !(square > 0)) {
       x = g;
     } else {
       const Scalar gamma = along / square;
-      by_chunks(x.size(),
-                [&](auto here) { here(x) = here(g) - gamma * (here(g) - here(earlier)); });
+      by_chunks(x.size(), [&](Eigen::Index, auto here) {
+        here(x) = here(g) - gamma * (here(g) - here(earlier));
+      });
     }
     earlier.swap(g);
     ++k_;
   }
 
  private:
-  /// Works through long vectors in chunks that stay in the cache.
+  static constexpr Eigen::Index chunk = 512;  // stays in the cache
+
+  /// Works through long vectors in chunks.
   template <class Work>
   static void by_chunks(Eigen::Index size, Work&& work) {
-    constexpr Eigen::Index chunk = 512;
-    for (Eigen::Index start = 0; start < size; start += chunk)
-      work([start, length = std::min(chunk, size - start)](Vector<Scalar>& v) {
-        return v.segment(start, length);
-      });
+    in_long_ranges(size, chunk, 1, [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index start = begin; start < end; start += chunk)
+        work(start / chunk, [start, length = std::min(chunk, end - start)](Vector<Scalar>& v) {
+          return v.segment(start, length);
+        });
+    });
   }
 
   std::size_t k_ = 0;
   std::array<Vector<Scalar>, 2> f_, g_;  ///< f and g of the last two iterations
+  Vector<Scalar> along_, square_;        ///< sums over the chunks
 };
 
 }  // namespace stiefel

@@ -47,6 +47,8 @@ class DeviationN : public DeviationSweeps<Scalar> {
   /// that grows with the number of steps.
   void refine();
 
+  /// A rough time of a pass over one column in wider arithmetic.
+  double wide_column_nanoseconds() const { return 10 * static_cast<double>(N_); }
   double product_operations() const { return static_cast<double>(N_ * N_ * N_); }
   Wide wide_XX(Eigen::Index i, Eigen::Index j) const {
     return G_(i, j) + (Wide(low_(i, j)) + low_(j, i));
@@ -84,12 +86,14 @@ void DeviationN<Scalar>::transport_momentum(State& x) {
 template <class Scalar>
 void DeviationN<Scalar>::transport_plainly(State& x) {
   auto M = x.value.bottomRows(N_);
-  for (Eigen::Index j = 0; j < N_; ++j) {
-    const auto lambda = lambda_.head(j + 1).array();
-    M.col(j).head(j + 1).array() += R_column(j).array() * (lambda - lambda_(j)) *
-                                    (lambda + lambda_(j)) / (lambda * (lambda_(j) * h_));
-  }
-  mirror_upper(M, -1);
+  in_column_ranges(N_, static_cast<double>(N_), [&](Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index j = begin; j < end; ++j) {
+      const auto lambda = lambda_.head(j + 1).array();
+      M.col(j).head(j + 1).array() += R_column(j).array() * (lambda - lambda_(j)) *
+                                      (lambda + lambda_(j)) / (lambda * (lambda_(j) * h_));
+    }
+    mirror_columns(M, begin, end, -1);
+  });
 }
 
 template <class Scalar>
@@ -98,18 +102,20 @@ void DeviationN<Scalar>::transport_carefully(State& x) {
   stop_point(product_operations());
   form_product(x);
   refine();
-  for (Eigen::Index j = 0; j < N_; ++j)
-    for (Eigen::Index i = 0; i <= j; ++i) {
-      const Wide R = wide_R(i, j);
-      R_column(j)(i) = static_cast<Scalar>(R);
-      X_(i, j) = static_cast<Scalar>(R + wide_hOmegaLambda(x, i, j));
-      X_(j, i) = static_cast<Scalar>(R + wide_hOmegaLambda(x, j, i));
-      if (i == j) continue;
-      x.add_with_carry(top + i, j,
-                       -(wide_lambda_(i) - wide_lambda_(j)) * wide_XX(i, j) /
-                           (wide_lambda_(i) * wide_lambda_(j) * h_));
-      x.mirror(top + i, j, top + j, i);
-    }
+  in_column_ranges(N_, wide_column_nanoseconds(), [&](Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index j = begin; j < end; ++j)
+      for (Eigen::Index i = 0; i <= j; ++i) {
+        const Wide R = wide_R(i, j);
+        R_column(j)(i) = static_cast<Scalar>(R);
+        X_(i, j) = static_cast<Scalar>(R + wide_hOmegaLambda(x, i, j));
+        X_(j, i) = static_cast<Scalar>(R + wide_hOmegaLambda(x, j, i));
+        if (i == j) continue;
+        x.add_with_carry(top + i, j,
+                         -(wide_lambda_(i) - wide_lambda_(j)) * wide_XX(i, j) /
+                             (wide_lambda_(i) * wide_lambda_(j) * h_));
+        x.mirror(top + i, j, top + j, i);
+      }
+  });
 }
 
 template <class Scalar>
@@ -122,22 +128,26 @@ template <class Scalar>
 void DeviationN<Scalar>::transport_frame(State& x) {
   stop_point(product_operations());
   stoppable_product(x.value.topRows(N_), X_, G_);
-  for (Eigen::Index j = 0; j < N_; ++j)
-    if (!x.compensated)
-      x.value.col(j).head(N_) += G_.col(j) / lambda_(j);
-    else
-      for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar_with_carry(i, j, G_(i, j) / lambda_(j));
+  in_column_ranges(N_, static_cast<double>(N_), [&](Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index j = begin; j < end; ++j)
+      if (!x.compensated)
+        x.value.col(j).head(N_) += G_.col(j) / lambda_(j);
+      else
+        for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar_with_carry(i, j, G_(i, j) / lambda_(j));
+  });
 }
 
 template <class Scalar>
 void DeviationN<Scalar>::form_product(const State& x) {
-  for (Eigen::Index j = 0; j < N_; ++j)
-    for (Eigen::Index i = 0; i < N_; ++i) {
-      const Scalar R = i <= j ? R_column(j)(i) : R_column(i)(j);
-      const Wide exact = R + wide_hOmegaLambda(x, i, j);
-      X_(i, j) = static_cast<Scalar>(exact);
-      change_(i, j) = static_cast<Scalar>(exact - X_(i, j));
-    }
+  in_column_ranges(N_, wide_column_nanoseconds(), [&](Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index j = begin; j < end; ++j)
+      for (Eigen::Index i = 0; i < N_; ++i) {
+        const Scalar R = i <= j ? R_column(j)(i) : R_column(i)(j);
+        const Wide exact = R + wide_hOmegaLambda(x, i, j);
+        X_(i, j) = static_cast<Scalar>(exact);
+        change_(i, j) = static_cast<Scalar>(exact - X_(i, j));
+      }
+  });
   split_(X_, change_, G_, low_);
 }
 
@@ -149,14 +159,18 @@ void DeviationN<Scalar>::refine() {
   const Scalar size = X_.cwiseAbs().maxCoeff();
   change_.setZero();
   for (int k = 0; k < most; ++k) {
-    Scalar largest = 0;
-    for (Eigen::Index j = 0; j < N_; ++j)
-      for (Eigen::Index i = 0; i <= j; ++i) {
-        const Scalar change = static_cast<Scalar>(wide_R(i, j) - R_column(j)(i));
-        step_change_(i, j) = step_change_(j, i) = change - change_(i, j);
-        change_(i, j) = change;
-        largest = std::max<Scalar>(largest, abs(step_change_(i, j)));
-      }
+    const auto columns = [&](Eigen::Index begin, Eigen::Index end) {
+      Scalar largest = 0;
+      for (Eigen::Index j = begin; j < end; ++j)
+        for (Eigen::Index i = 0; i <= j; ++i) {
+          const Scalar change = static_cast<Scalar>(wide_R(i, j) - R_column(j)(i));
+          step_change_(i, j) = step_change_(j, i) = change - change_(i, j);
+          change_(i, j) = change;
+          largest = std::max<Scalar>(largest, abs(step_change_(i, j)));
+        }
+      return largest;
+    };
+    const Scalar largest = largest_in_column_ranges<Scalar>(N_, wide_column_nanoseconds(), columns);
     if (largest <= negligible * size) return;
     stop_point(product_operations());
     add_stoppable_product(X_.transpose(), step_change_, low_);

@@ -5,25 +5,32 @@
 
 #include "engine/linalg/iteration/lagged_anderson.h"
 #include "engine/numbers/compensated.h"
+#include "engine/numbers/parallel.h"
 #include "engine/numbers/scalar.h"
+#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
 
-/// Sets the elements below the diagonal of a square block to `sign` times those above it, tile by
-/// tile, so that columns and rows stay in the cache.
+/// Sets the elements below the diagonal of a square block to `sign` times those above it, for those
+/// above it in columns begin ... end - 1: tile by tile, so that columns and rows stay in the cache.
+/// `begin` is a multiple of the tile's 16 columns.
 template <class Block>
-void mirror_upper(Block&& A, int sign = 1) {
-  using Scalar = typename std::remove_cvref_t<Block>::Scalar;
+void mirror_columns(Block& A, Eigen::Index begin, Eigen::Index end, int sign) {
+  using Scalar = typename Block::Scalar;
   constexpr Eigen::Index tile = 16;
-  const Eigen::Index N = A.cols();
-  for (Eigen::Index j = 0; j < N; j += tile) {
-    const Eigen::Index width = std::min(tile, N - j);
+  for (Eigen::Index j = begin; j < end; j += tile) {
+    const Eigen::Index width = std::min(tile, end - j);
     for (Eigen::Index i = 0; i < j; i += tile)
       A.block(j, i, width, tile) = Scalar(sign) * A.block(i, j, tile, width).transpose();
     for (Eigen::Index l = j; l < j + width; ++l)
       for (Eigen::Index k = j; k < l; ++k) A(l, k) = Scalar(sign) * A(k, l);
   }
+}
+/// The same for all columns.
+template <class Block>
+void mirror_upper(Block&& A, int sign = 1) {
+  mirror_columns(A, 0, A.cols(), sign);
 }
 
 /// Finds U = J_D⁻¹(hM) in N dimensions as the deviation X = UΛ − Λ = hΩΛ + R, Ω = J⁻¹(M), R
@@ -71,6 +78,9 @@ class DeviationSweeps {
   /// Returns the largest |X_ij| / min(λ_i, λ_j), which bounds the elements of U − I = XΛ⁻¹.
   Scalar size() const;
 
+  /// A rough time of a pass over one column.
+  double column_nanoseconds() const { return static_cast<double>(N_); }
+
   Vector<Scalar> inverse_, next_;
   LaggedAnderson<Scalar> accelerate_;
   Matrix<Scalar> hOmegaLambda_;
@@ -114,39 +124,50 @@ bool DeviationSweeps<Scalar>::sweep(const Matrix<Scalar>& K, bool to_its_last_bi
 
 template <class Scalar>
 Scalar DeviationSweeps<Scalar>::size() const {
-  Scalar size = 0;
-  for (Eigen::Index j = 0; j < N_; ++j)
-    size = std::max<Scalar>(
-        size, X_.col(j).cwiseAbs().cwiseProduct(inverse_.cwiseMax(inverse_(j))).maxCoeff());
-  return size;
+  return largest_in_column_ranges<Scalar>(N_, column_nanoseconds(), [&](auto begin, auto end) {
+    Scalar size = 0;
+    for (Eigen::Index j = begin; j < end; ++j)
+      size = std::max<Scalar>(
+          size, X_.col(j).cwiseAbs().cwiseProduct(inverse_.cwiseMax(inverse_(j))).maxCoeff());
+    return size;
+  });
 }
 
 template <class Scalar>
 Scalar DeviationSweeps<Scalar>::correct() {
-  G_.template triangularView<Eigen::Upper>().setZero();
-  G_.template selfadjointView<Eigen::Upper>().rankUpdate(X_.transpose());
-  Scalar defect = 0;
-  for (Eigen::Index j = 0; j < N_; ++j) {
-    const auto inverse = inverse_.head(j + 1).array() + inverse_(j);
-    auto next = next_.segment(j * (j + 1) / 2, j + 1);
-    next = -G_.col(j).head(j + 1).array() / (lambda_.head(j + 1).array() + lambda_(j));
-    defect = std::max<Scalar>(defect, ((next - R_column(j)).array().abs() * inverse).maxCoeff());
-  }
+  stoppable_gram(X_, G_);
+  const auto columns = [&](Eigen::Index begin, Eigen::Index end) {
+    Scalar defect = 0;
+    for (Eigen::Index j = begin; j < end; ++j) {
+      const auto inverse = inverse_.head(j + 1).array() + inverse_(j);
+      auto next = next_.segment(j * (j + 1) / 2, j + 1);
+      next = -G_.col(j).head(j + 1).array() / (lambda_.head(j + 1).array() + lambda_(j));
+      defect = std::max<Scalar>(defect, ((next - R_column(j)).array().abs() * inverse).maxCoeff());
+    }
+    return defect;
+  };
+  const Scalar defect = largest_in_column_ranges<Scalar>(N_, column_nanoseconds(), columns);
   accelerate_(R_, next_);
   return defect;
 }
 
 template <class Scalar>
 void DeviationSweeps<Scalar>::form_hOmegaLambda(const Matrix<Scalar>& K) {
-  for (Eigen::Index j = 0; j < N_; ++j)
-    hOmegaLambda_.col(j) = lambda_(j) * K.col(j).array() / (lambda_.array() + lambda_(j));
+  in_column_ranges(N_, column_nanoseconds(), [&](Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index j = begin; j < end; ++j)
+      hOmegaLambda_.col(j) = lambda_(j) * K.col(j).array() / (lambda_.array() + lambda_(j));
+  });
 }
 
 template <class Scalar>
 void DeviationSweeps<Scalar>::form_X() {
-  for (Eigen::Index j = 0; j < N_; ++j) X_.col(j).head(j + 1) = R_column(j);
-  mirror_upper(X_);
-  X_ += hOmegaLambda_;
+  in_column_ranges(N_, column_nanoseconds(), [&](Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index j = begin; j < end; ++j) X_.col(j).head(j + 1) = R_column(j);
+    mirror_columns(X_, begin, end, 1);
+  });
+  in_column_ranges(N_, column_nanoseconds() / 2, [&](Eigen::Index begin, Eigen::Index end) {
+    X_.middleCols(begin, end - begin) += hOmegaLambda_.middleCols(begin, end - begin);
+  });
 }
 
 template <class Scalar>

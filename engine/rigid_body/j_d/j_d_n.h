@@ -85,8 +85,12 @@ JDInverseN<Scalar>::JDInverseN(const Vector<Scalar>& lambda, Scalar h, Scalar un
 
 template <class Scalar>
 bool JDInverseN<Scalar>::solve(const State& x, const Memory& memory) {
-  K_ = h_ * x.value.bottomRows(N_);
-  if (!K_.allFinite()) return false;
+  const auto times_h = [&](Eigen::Index begin, Eigen::Index end) {
+    auto columns = K_.middleCols(begin, end - begin);
+    columns = h_ * x.value.bottomRows(N_).middleCols(begin, end - begin);
+    return Scalar(columns.allFinite() ? 0 : 1);
+  };
+  if (largest_in_column_ranges<Scalar>(N_, static_cast<double>(N_), times_h) > 0) return false;
   in_rotation_form_ = false;
   if (rotation_) {
     if (!memory.predict(rotation_->S())) rotation_->S().setZero();

@@ -36,7 +36,7 @@ nlohmann::json answer(const std::vector<Contestant>& all, const nlohmann::json& 
 }  // namespace
 
 int main() {
-  limit_ensemble_threads(1);  // one thread, as MuJoCo's models use: the figure is per core
+  limit_threads(1);  // one thread, as MuJoCo's models use: the figure is per core
   const std::vector<Contestant> all = everybody();
   nlohmann::json who = nlohmann::json::array();
   for (const Contestant& c : all) {

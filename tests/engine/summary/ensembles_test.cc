@@ -87,6 +87,7 @@ TEST(SummaryOfAnEnsemble, OfManyMembersGoesOnAfterAStop) {
 
 /// Runs the items on the calling thread, the last one first, and counts them.
 struct CountingCrew : Crew {
+  std::size_t threads_at_hand() override { return 2; }
   void run(std::size_t count, double, Item item, void* context) override {
     for (std::size_t i = count; i-- > 0; ++items) item(context, i);
   }
@@ -120,12 +121,12 @@ TEST(SummaryOfAnEnsemble, IsOfEachMemberWhatItIsAlone) {
     what.events[1].terminal = method != std::string_view("rk4");
     std::vector<std::uint64_t> bits;
     for (const int threads : {1, 2, 5}) {
-      limit_ensemble_threads(threads);
+      limit_threads(threads);
       const Done all = run(ensemble, what, threads == 2 ? 10 : 1000);
       if (bits.empty()) bits = all.bits();
       EXPECT_EQ(all.bits(), bits) << method << " with " << threads << " threads";
     }
-    limit_ensemble_threads(2);
+    limit_threads(2);
     const Done all = run(ensemble, what);
     std::size_t events = 0;
     for (std::size_t b = 0; b < scenes.size(); ++b) {

@@ -1,6 +1,7 @@
 // The parts of an ensemble that idle workers compute.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -118,6 +119,105 @@ TEST(Crew, AnEnsembleHasTheBitsThatItHasAlone) {
   scheduler.submit(&job, JobKind::sliced);
   done.wait();
   EXPECT_EQ(test::saved(*shared), test::saved(*alone));
+}
+
+/// Another principal's long job arrives while idle workers help: one of them turns to it between
+/// two items. The leader ends only after that.
+TEST(Crew, HelpersLeaveForAJobThatIsSubmitted) {
+  Scheduler scheduler(3);
+  Share mine, others;
+  std::latch done(2);
+  std::atomic<bool> begun = false, submitted = false;
+  Calling other([&] { return begun = true, done.count_down(), false; });
+  other.of(others, endless);
+  Calling leader([&] {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (!begun && std::chrono::steady_clock::now() < end)
+      share_out(1000, 1e8, [&](std::size_t i) {
+        std::this_thread::sleep_for(std::chrono::microseconds(10));
+        if (i == 500 && !submitted.exchange(true)) scheduler.submit(&other, JobKind::unsliced);
+      });
+    EXPECT_TRUE(begun);
+    done.count_down();
+    return false;
+  });
+  leader.of(mine, endless);
+  scheduler.submit(&leader, JobKind::unsliced);
+  done.wait();
+}
+
+/// Two long jobs divide their work at once, and short jobs come between: each is done.
+TEST(Crew, TwoLeadersAndShortJobsAllEnd) {
+  for (const int threads : {1, 2, 3, 8}) {
+    std::atomic<int> items = 0, shorts = 0;
+    {
+      std::list<Calling> jobs;
+      Scheduler scheduler(threads);
+      for (int k = 0; k < 2; ++k) {
+        jobs.emplace_back([&, slices = 0]() mutable {
+          for (int run = 0; run < 10; ++run) share_out(64, 1e6, [&](std::size_t) { ++items; });
+          return ++slices < 10;
+        });
+        scheduler.submit(&jobs.back(), JobKind::unsliced);
+      }
+      for (int k = 0; k < 200; ++k) {
+        jobs.emplace_back([&] { return ++shorts, false; });
+        scheduler.submit(&jobs.back(), JobKind::brief);
+      }
+    }
+    EXPECT_EQ(items, 2 * 10 * 10 * 64) << threads;
+    EXPECT_EQ(shorts, 200) << threads;
+  }
+}
+
+/// The work of helpers counts as the job's, in the share that it is billed to and in what the call
+/// reads of it.
+TEST(Crew, TheWorkOfHelpersIsTheJobs) {
+  std::atomic<double> taken = 0;
+  std::atomic<int> helped = 0;
+  constexpr int items = 400;
+  Scheduler scheduler(4, &counted_work);
+  while (helped == 0) {  // a worker may not have gone to rest yet
+    std::latch done(1);
+    const double before = scheduler.work_done();
+    taken = 0;
+    Calling job([&] {
+      const auto leader = std::this_thread::get_id();
+      share_out(items, 1e8, [&](std::size_t) {
+        std::this_thread::sleep_for(std::chrono::microseconds(20));
+        work_done += 1;
+        helped += std::this_thread::get_id() != leader;
+      });
+      taken = take_slice_work();
+      done.count_down();
+      return false;
+    });
+    scheduler.submit(&job, JobKind::sliced);
+    done.wait();
+    EXPECT_EQ(taken, items);
+    while (scheduler.work_done() == before) std::this_thread::yield();
+    EXPECT_EQ(scheduler.work_done() - before, items);
+  }
+}
+
+TEST(Crew, OneThreadDividesNothing) {
+  Scheduler scheduler(1);
+  std::latch done(1);
+  std::atomic<int> elsewhere = 0;
+  Calling job([&] {
+    EXPECT_EQ(CrewOfThisThread::find()->threads_at_hand(), 1u);
+    const auto here = std::this_thread::get_id();
+    for (int run = 0; run < 20; ++run)
+      share_out(20, 1e8, [&](std::size_t) {
+        std::this_thread::sleep_for(std::chrono::microseconds(20));
+        elsewhere += std::this_thread::get_id() != here;
+      });
+    done.count_down();
+    return false;
+  });
+  scheduler.submit(&job, JobKind::unsliced);
+  done.wait();
+  EXPECT_EQ(elsewhere, 0);
 }
 
 TEST(Crew, WhatAnItemThrowsIsThrown) {

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <mutex>
+#include <span>
+
+#include "stiefel/crew.h"
+
+namespace stiefel {
+
+/// Work of a call that takes less time is not divided, because threads may have to be woken for it.
+inline constexpr double least_divided_nanoseconds = 1e5;
+
+/// The order of the smallest matrices whose products and passes are divided.
+inline constexpr Eigen::Index least_divided_order = 128;
+
+/// Returns the crew that shares what this thread divides; null within an item of a crew.
+Crew* crew_to_divide();
+
+/// Calls `work` with 0 ... count - 1, on the threads of the crew.
+template <class Work>
+void share_out(Crew& crew, std::size_t count, double nanoseconds, const Work& work) {
+  crew.run(
+      count, nanoseconds,
+      [](void* context, std::size_t index) { (*static_cast<const Work*>(context))(index); },
+      const_cast<void*>(static_cast<const void*>(&work)));
+}
+
+/// Calls `work` with each element, on several threads if all calls together take at least
+/// `least_divided_nanoseconds`. `nanoseconds` is an estimate for all calls together.
+template <class Element, class Work>
+void for_each_in_parallel(std::span<Element> elements, double nanoseconds, const Work& work) {
+  Crew* crew =
+      elements.size() < 2 || nanoseconds < least_divided_nanoseconds ? nullptr : crew_to_divide();
+  if (crew)
+    share_out(*crew, elements.size(), nanoseconds, [&](std::size_t i) { work(elements[i]); });
+  else
+    std::ranges::for_each(elements, work);
+}
+
+/// Calls work(begin, end) for consecutive ranges that together are 0 ... count, on the threads of
+/// the crew. Ranges begin at multiples of `unit`; how many there are depends on the threads, so
+/// the result of `work` must not depend on the division. `nanoseconds` is an estimate of the work
+/// on all. For parts of the work on matrices of at least `least_divided_order`.
+template <class Work>
+void in_ranges(Eigen::Index count, Eigen::Index unit, double nanoseconds, const Work& work) {
+  constexpr double least_nanoseconds = 1e4;  // of a range
+  constexpr Eigen::Index ranges_a_thread = 4;
+  const Eigen::Index units = (count + unit - 1) / unit;
+  Crew* crew = units < 2 || nanoseconds < 2 * least_nanoseconds ? nullptr : crew_to_divide();
+  const auto threads = crew ? static_cast<Eigen::Index>(crew->threads_at_hand()) : 1;
+  if (threads < 2) return work(Eigen::Index{0}, count);
+  const auto worth = static_cast<Eigen::Index>(std::min(nanoseconds / least_nanoseconds, 1e6));
+  const Eigen::Index ranges = std::min({worth, ranges_a_thread * threads, units});
+  const Eigen::Index size = (units + ranges - 1) / ranges * unit;
+  share_out(*crew, static_cast<std::size_t>((count + size - 1) / size), nanoseconds,
+            [&](std::size_t i) {
+              const Eigen::Index begin = static_cast<Eigen::Index>(i) * size;
+              work(begin, std::min(begin + size, count));
+            });
+}
+
+/// Calls work(begin, end) like `in_ranges` over the columns of a matrix of at least
+/// `least_divided_order`, each of `of_column` nanoseconds; over those of a smaller one at once.
+template <class Work>
+void in_column_ranges(Eigen::Index columns, double of_column, const Work& work) {
+  constexpr Eigen::Index tile = 16;
+  if (columns < least_divided_order) return work(Eigen::Index{0}, columns);
+  in_ranges(columns, tile, of_column * static_cast<double>(columns), work);
+}
+
+/// Calls work(begin, end) like `in_ranges` over as many elements as a triangle of such a matrix
+/// has, each of `of_element` nanoseconds; over fewer at once.
+template <class Work>
+void in_long_ranges(Eigen::Index elements, Eigen::Index unit, double of_element, const Work& work) {
+  constexpr Eigen::Index least = least_divided_order * (least_divided_order + 1) / 2;
+  if (elements < least) return work(Eigen::Index{0}, elements);
+  in_ranges(elements, unit, of_element * static_cast<double>(elements), work);
+}
+
+/// Copies `count` numbers.
+template <class Scalar>
+void copy_in_ranges(const Scalar* from, Scalar* to, Eigen::Index count) {
+  constexpr Eigen::Index unit = 4096;
+  constexpr double of_byte = 0.1;
+  in_ranges(count, unit, of_byte * static_cast<double>(sizeof(Scalar)) * static_cast<double>(count),
+            [=](Eigen::Index begin, Eigen::Index end) {
+              std::copy(from + begin, from + end, to + begin);
+            });
+}
+
+/// Returns the largest of what work(begin, end) returns for such ranges of columns, at least 0.
+template <class Scalar, class Work>
+Scalar largest_in_column_ranges(Eigen::Index columns, double of_column, const Work& work) {
+  std::mutex mutex;
+  Scalar largest = 0;
+  in_column_ranges(columns, of_column, [&](Eigen::Index begin, Eigen::Index end) {
+    const Scalar here = work(begin, end);
+    const std::lock_guard lock(mutex);
+    largest = std::max(largest, here);
+  });
+  return largest;
+}
+
+}  // namespace stiefel
