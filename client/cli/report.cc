@@ -60,8 +60,8 @@ nlohmann::ordered_json ending(const v1::RunStatus& run_status,
     end["message"] = run_status.message();
   }
   if (diagnosis.has_estimated_error())
-    end["estimated_error"] = cli::to_json(static_cast<const google::protobuf::Message&>(
-        diagnosis.estimated_error()));
+    end["estimated_error"] =
+        cli::to_json(static_cast<const google::protobuf::Message&>(diagnosis.estimated_error()));
   return end;
 }
 
