@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "grpc/health/v1/health.grpc.pb.h"
-#include "server/connections/listener.h"
 #include "server/connections/callers.h"
 #include "server/connections/certificates.h"
+#include "server/connections/listener.h"
 #include "server/connections/watched_files.h"
 #include "server/flags.h"
 #include "server/observability/exporter.h"

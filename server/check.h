@@ -21,8 +21,8 @@ int check(const Options& options);
 struct HealthCheck {
   std::string address = {};
   std::string service = {};  ///< full name; empty: the whole server
-  std::string ca = {};  ///< file of the authorities of the server's certificate; may be empty
-  TlsFiles tls = {};    ///< the server's own, shown where clients need a certificate
+  std::string ca = {};       ///< file of the authorities of the server's certificate; may be empty
+  TlsFiles tls = {};         ///< the server's own, shown where clients need a certificate
 };
 
 /// Asks the standard health service and writes the answer to stderr. Returns 0 if the service

@@ -13,8 +13,8 @@
 
 #include "server/check.h"
 #include "server/command_line.h"
-#include "server/connections/listener.h"
 #include "server/connections/callers.h"
+#include "server/connections/listener.h"
 #include "server/end_signal.h"
 #include "server/flags.h"
 #include "server/observability/log.h"

@@ -64,8 +64,8 @@ nlohmann::ordered_json ending(const v1::RunStatus& run_status,
                               const v1::DiagnoseResponse& diagnosis) {
   nlohmann::ordered_json end = ending(run_status);
   if (diagnosis.has_estimated_error())
-    end["estimated_error"] = cli::to_json(static_cast<const google::protobuf::Message&>(
-        diagnosis.estimated_error()));
+    end["estimated_error"] =
+        cli::to_json(static_cast<const google::protobuf::Message&>(diagnosis.estimated_error()));
   return end;
 }
 

@@ -3,8 +3,8 @@
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/input/message_file.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
@@ -133,10 +133,11 @@ void add_run(CLI::App& all, Command& chosen) {
          "quaternion and angular_velocity of a scene with `body`, otherwise the system's blocks")
       ->delimiter(',')
       ->type_name("Q,M,...");
-  app->add_option("--output", command->output,
-                  "a .json, .csv or .npz file; by default JSON on stdout. JSON contains outcome "
-                  "and diagnosis; with .csv and .npz the command prints them on stdout, on a terminal as "
-                  "a table")
+  app->add_option(
+         "--output", command->output,
+         "a .json, .csv or .npz file; by default JSON on stdout. JSON contains outcome "
+         "and diagnosis; with .csv and .npz the command prints them on stdout, on a terminal as "
+         "a table")
       ->type_name("FILE");
   for (const char* option : {"--from", "--every"}) app->get_option("--times")->excludes(option);
   add_error(app, command->estimate_error);

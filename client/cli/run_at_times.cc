@@ -8,8 +8,8 @@
 #include <ranges>
 
 #include "client/cli/endpoint.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/input/message_file.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
 #include "client/cli/sinks/sink.h"

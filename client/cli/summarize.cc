@@ -8,6 +8,7 @@
 #include "client/cli/endpoint.h"
 #include "client/cli/input/message_file.h"
 #include "client/cli/input/nested_numbers.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
@@ -84,8 +85,9 @@ nlohmann::ordered_json statistic(const v1::Field& field) {
   const std::size_t dot = field.name().rfind('.');
   const std::string name = field.name().substr(dot + 1);
   const auto& shape = field.value().shape();
-  return as_lists(field.value(), named_shape(field.name().substr(0, dot), {shape.begin(), shape.end()},
-                                             name == "quantiles" || name == "histogram"));
+  return as_lists(field.value(),
+                  named_shape(field.name().substr(0, dot), {shape.begin(), shape.end()},
+                              name == "quantiles" || name == "histogram"));
 }
 
 void append_events(const v1::EventBatch& batch, nlohmann::ordered_json& events) {

@@ -22,22 +22,22 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
     for k, angle in enumerate(np.linspace(0, 2 * np.pi, 120, endpoint=False)):
         v = np.array([np.cos(angle), np.sin(angle)]) @ basis
         time = client.conjugate_points(semi_axes**2, q[None], v[None], time=9)[0].time
-        scene = {"system": "ellipsoid", "inertia": semi_axes**2, "step": time / 60,
-                 "initial": {"q": q[None], "qdot": v[None]}}
+        scene: stiefel.Scene = {"system": "ellipsoid", "inertia": semi_axes**2, "step": time / 60,
+                                "initial": {"q": q[None], "qdot": v[None]}}
         way = stiefel.simulate(scene, to=60, every=1, fields=["q"])["q"] * semi_axes
         ends.append(way[-1])
         if k % 6 == 0:
             whole.plot(*way.T, linewidth=0.6, color="tab:blue")
         near.plot(*way[-10:].T, linewidth=0.5, color="tab:blue")
-ends = np.array(ends + ends[:1])
-assert np.allclose(np.sum((ends / semi_axes)**2, axis=1), 1, atol=1e-12)
+locus = np.array(ends + ends[:1])
+assert np.allclose(np.sum((locus / semi_axes)**2, axis=1), 1, atol=1e-12)
 for axes in (whole, near):
-    axes.plot(*ends.T, color="tab:red", linewidth=1.5)
+    axes.plot(*locus.T, color="tab:red", linewidth=1.5)
     axes.set_axis_off()
     axes.view_init(*np.degrees([-np.arcsin(q[2]), np.arctan2(q[1], q[0]) + np.pi]))
 whole.plot(*(q * semi_axes)[:, None], "ko", markersize=3)
 whole.set_box_aspect(semi_axes, zoom=1.5)
-centre, width = ends.mean(axis=0), np.ptp(ends, axis=0).max()
+centre, width = locus.mean(axis=0), np.ptp(locus, axis=0).max()
 near.set(xlim=centre[0] + width * np.array([-0.6, 0.6]), ylim=centre[1] + width * np.array([-0.6, 0.6]),
          zlim=centre[2] + width * np.array([-0.6, 0.6]))
 whole.set_title("geodesics up to their first conjugate point")

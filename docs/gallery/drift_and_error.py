@@ -12,14 +12,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
 
-scene = stiefel.examples["envisat"]
+scene: stiefel.Scene = stiefel.examples["envisat"]
 scene["step"] = 5.0
 steps = 4320
 methods: list[stiefel.MethodName] = ["variational", "rk4"]
 exact = stiefel.simulate(scene, to=steps, every=20, fields=["Q"])
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.5), sharey=True, constrained_layout=True)
 worst = {}
-for name, dashes in zip(methods, ("-", "--")):
+for name in methods:
+    dashes = "-" if name == "variational" else "--"
     run = stiefel.simulate({**scene, "method": {"name": name}}, to=steps, every=20, fields=["Q", "M", "Omega"])
     energy = (run["M"] * run["Omega"]).sum(axis=(1, 2)) / 4
     drift, error = abs(energy / energy[0] - 1), abs(run["Q"] - exact["Q"]).max(axis=(1, 2))

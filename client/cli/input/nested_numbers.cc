@@ -119,7 +119,8 @@ nlohmann::ordered_json as_lists(const v1::Tensor& array, std::span<const std::si
       if (at++ % parts == 0) list.push_back(x);
     return list;
   };
-  if (array.data_type() == v1::DATA_TYPE_FLOAT32) return nested(part(client::floats(array), 0), lengths);
+  if (array.data_type() == v1::DATA_TYPE_FLOAT32)
+    return nested(part(client::floats(array), 0), lengths);
   if (array.data_type() == v1::DATA_TYPE_INT64) return nested(part(integers(array), 0), lengths);
   const auto values = client::values(array);
   if (parts == 1) return nested(part(values, 0), lengths);

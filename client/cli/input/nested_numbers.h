@@ -29,8 +29,8 @@ void write_out_numbers(const Types& types, const std::string& path, nlohmann::js
 nlohmann::ordered_json nested_matrix(const nlohmann::ordered_json& matrix,
                                      std::span<const std::size_t> lengths);
 
-/// Returns numbers of an array as nested lists with these lengths, beginning with number `first`; of
-/// a complex one an object of two, `values` and `imaginary`.
+/// Returns numbers of an array as nested lists with these lengths, beginning with number `first`;
+/// of a complex one an object of two, `values` and `imaginary`.
 nlohmann::ordered_json as_lists(const v1::Tensor& array, std::span<const std::size_t> lengths,
                                 std::size_t first = 0);
 /// Returns all numbers of an array as nested lists of its shape.

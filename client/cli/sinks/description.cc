@@ -10,8 +10,7 @@ const FieldKind& kind_of(std::string_view field) {
   static const std::map<std::string_view, FieldKind> kinds = {
       {"quaternion", {1, {"q_w", "q_x", "q_y", "q_z"}, "1"}},
       {"angular_velocity", {1, {"omega_x", "omega_y", "omega_z"}, "rad/s"}},
-      {"angular_velocity_space",
-       {1, {"omega_space_x", "omega_space_y", "omega_space_z"}, "rad/s"}},
+      {"angular_velocity_space", {1, {"omega_space_x", "omega_space_y", "omega_space_z"}, "rad/s"}},
       {"momentum_space",
        {1, {"momentum_space_x", "momentum_space_y", "momentum_space_z"}, "kg m^2/s"}},
       {"q", {1, {}, ""}},
@@ -72,8 +71,9 @@ nlohmann::ordered_json Description::json() const {
     run["fields"].push_back(name);
     if (const std::string unit = unit_of(name); !unit.empty()) units[name] = unit;
   }
-  return {{"format", trajectory_format}, {"numerics_id", numerics_id_}, {"scene", scene_},
-          {"run", std::move(run)},       {"fields", fields_},           {"units", std::move(units)}};
+  return {
+      {"format", trajectory_format}, {"numerics_id", numerics_id_}, {"scene", scene_},
+      {"run", std::move(run)},       {"fields", fields_},           {"units", std::move(units)}};
 }
 
 }  // namespace stiefel::cli

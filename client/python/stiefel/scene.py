@@ -38,8 +38,8 @@ def to_message(scene: SceneLike) -> pb.Scene:
     """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
-    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix, a Solid or a list of solids. In an
-    ensemble, blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`,
+    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix, a Solid or a list of
+    solids. In an ensemble, blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`,
     Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. In `body`, `attitude`
     may be a rotation matrix, a Rotation of scipy or a quaternion in the `order` "xyzw", or `mrp` may stand instead, and
     `angular_velocity` or `angular_momentum` may be in the axes `frame`, as in `stiefel.body`. `normalize`: True makes an

@@ -151,7 +151,8 @@ class Session(Held):
 
         `body` and `initial` take every form that a scene takes: an attitude as a matrix or a Rotation, vectors in the `frame`
         "space", `angular_momentum`, Omega, Qdot, and with `normalize` what was rounded to a few digits. What stands in body
-        axes stays there when the attitude changes. A drift of the state off the manifold is repaired up to 0.01. The epoch of the fork is the instant of its start.
+        axes stays there when the attitude changes. A drift of the state off the manifold is repaired up to 0.01. The epoch of
+        the fork is the instant of its start.
         Raises FailedPrecondition if the step cannot be reached.
         """
         at = self._step_of("at", at, time)
