@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/summary/byte_stream.h"
+#include "engine/numbers/byte_stream.h"
 #include "stiefel/summary.h"
 
 namespace stiefel {

@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "engine/summary/byte_stream.h"
+#include "engine/numbers/byte_stream.h"
 
 namespace stiefel {
 

@@ -4,7 +4,6 @@
 #include <random>
 
 #include "engine/stepping/observed_simulation.h"
-#include "engine/tangent/coordinates.h"
 #include "stiefel/linearization.h"
 #include "stiefel/stop.h"
 
@@ -38,7 +37,18 @@ GrowthVectors::GrowthVectors(const Scene& scene, TangentSpace space, const Simul
 std::int64_t GrowthVectors::dimension(const Dense& x) const {
   if (is_body()) return cols_ * (cols_ - 1) / 2 * (rows_ > cols_ ? 2 : 1);
   if (size() > Linearization::largest_in_coordinates) return 0;
-  return TangentChart(space_, rows_, cols_).basis(x).cols();
+  Dense all(size(), size());
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    stop_point(static_cast<double>(rows_ * size()));
+    Dense G = Dense::Zero(rows_, cols_);
+    G(k) = 1 / weights_(k);
+    all.col(k) = weights_.cwiseProduct(tangent(x, G).reshaped());
+  }
+  stop_point(4 * static_cast<double>(size() * size() * size()));
+  constexpr double least = 1e-7;
+  Eigen::ColPivHouseholderQR<Dense> qr(all);
+  qr.setThreshold(least);
+  return qr.rank();
 }
 
 Dense GrowthVectors::state(const Simulation& motion) const {

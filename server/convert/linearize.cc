@@ -256,8 +256,10 @@ LyapunovPrice lyapunov_price(const Session& session, const v1::LyapunovSpectrumR
   LyapunovPrice price;
   price.of_step = lyapunov_work(session.scene(), step, vectors, size);
   const std::int64_t start = session.start_for(request.from());
+  // A second motion, where there is one, has twice as many substeps.
+  const double beside = 2 * step + lyapunov_work(session.scene(), 2 * step, 1, size);
   price.total = session.most_work(start, request.to()) + steps * price.of_step +
-                2 * steps * (step + lyapunov_work(session.scene(), step, 1, size));
+                most_steps_beside * steps * beside;
   price.bytes = session.simulation_bytes() + lyapunov_bytes(session.scene(), vectors, size);
   return price;
 }
@@ -327,8 +329,8 @@ grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& 
     const std::int64_t interval = spectrum_->interval();
     const std::int64_t end = what_.from + ((mark_ - what_.from - 1) / interval + 1) * interval;
     const bool before = simulation_->step() < std::min(end, what_.to);
-    status_ = spectrum_->advance(
-        *simulation_, before ? std::min(steps, end - simulation_->step()) : steps, stop);
+    status_ = spectrum_->advance(*simulation_,
+                                 before ? std::min(steps, end - simulation_->step()) : steps, stop);
     ended_ = !status_.reached();
     if (before && spectrum_->step() == end && end < what_.to) {
       due_ = true;

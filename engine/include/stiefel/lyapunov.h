@@ -112,8 +112,9 @@ class LyapunovSpectrum {
 /// Returns the most vectors that a LyapunovSpectrum of a state of `size` numbers moves.
 std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size);
 /// Returns the work of a step of the scene with so many vectors, in instructions, and the bytes of
-/// a LyapunovSpectrum whose states have `size` numbers: upper bounds. A second motion takes as much
-/// again for each of its steps, of which there are at most two for each step of the first.
+/// a LyapunovSpectrum whose states have `size` numbers: upper bounds. A second motion has at most
+/// `most_steps_beside` times as many steps as the first one, each of twice the work.
+constexpr double most_steps_beside = 2.7;
 double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors, std::int64_t size);
 std::uint64_t lyapunov_bytes(const Scene& scene, std::int64_t vectors, std::int64_t size);
 

@@ -112,13 +112,11 @@ TEST(LyapunovTest, GeodesicsOfEllipsoidsAndRoundMetricsAreRegular) {
 /// Frames of two rows with distinct Λ: d = 10 of V(2, 4), of which energy and flow, m = QSᵀ − SQᵀ
 /// and its rotations give four zeros.
 TEST(LyapunovTest, FramesOfTwoRowsAreChaotic) {
-  for (const unsigned seed : {1u, 2u}) {
-    const LyapunovSpectrum spectrum =
-        spectrum_of(resolved(geodesic(2, distinct_4, seed, 0.1)), {.to = 60000});
-    EXPECT_EQ(spectrum.kind(), MotionKind::chaotic) << said(spectrum, seed);
-    EXPECT_GT(spectrum.exponents()(0), 0.02) << said(spectrum, seed);
-    expect_hamiltonian(spectrum, 4, seed);
-  }
+  const LyapunovSpectrum spectrum =
+      spectrum_of(resolved(geodesic(2, distinct_4, 1, 0.1)), {.to = 30000});
+  EXPECT_EQ(spectrum.kind(), MotionKind::chaotic) << said(spectrum, 1);
+  EXPECT_GT(spectrum.exponents()(0), 3 * spectrum.errors()(0)) << said(spectrum, 1);
+  expect_hamiltonian(spectrum, 4, 1);
 }
 
 /// The logarithm of how far two simulated motions part from 1e-8, brought back whenever they are
@@ -151,13 +149,13 @@ double separation(const Scene& scene, double time) {
 
 TEST(LyapunovTest, ThreeWaysToTheLargestExponentAgree) {
   const Scene scene = resolved(geodesic(2, distinct_4, 1, 0.1));
-  const LyapunovSpectrum discrete = spectrum_of(scene, {.to = 60000, .count = 1});
+  const LyapunovSpectrum discrete = spectrum_of(scene, {.to = 30000, .count = 1});
   const LyapunovSpectrum continuous = spectrum_of(
-      scene, {.to = 60000, .count = 1, .orthonormalization = Orthonormalization::continuous});
+      scene, {.to = 30000, .count = 1, .orthonormalization = Orthonormalization::continuous});
   EXPECT_EQ(continuous.kind(), MotionKind::chaotic) << said(continuous);
   const double lambda = discrete.exponents()(0), error = discrete.errors()(0);
   EXPECT_NEAR(continuous.exponents()(0), lambda, error);
-  EXPECT_NEAR(separation(scene, 6000), lambda, error);
+  EXPECT_NEAR(separation(scene, 3000), lambda, error);
 }
 
 /// The flow and the tangent of steps of high order are the same to the order, for all exponents.
@@ -180,10 +178,12 @@ TEST(LyapunovTest, ContinuousOrthonormalizationIsOfOrderFour) {
       const double off =
           (discrete.exponents() - continuous.exponents()).norm() * std::abs(scene.time(what.to)) +
           (discrete.log_gali() - continuous.log_gali()).norm();
-      EXPECT_LT(off, 1e-2) << system;
-      if (before > 0 && before > 1e-9) EXPECT_LT(off, before / 8) << system << " from " << before;
+      if (before > 1e-9) {
+        EXPECT_LT(off, before / 8) << system << " from " << before;
+      }
       before = off;
     }
+    EXPECT_LT(before, 1e-2) << system;
   }
 }
 
@@ -207,8 +207,9 @@ TEST(LyapunovTest, AnUnstableRotationHasItsExponentAndIsNotChaotic) {
   description.step = 0.1;
   const LyapunovSpectrum spectrum = spectrum_of(resolved(description), {.to = 20000});
   const double expected = std::sqrt(1.0 * 1.0 / (1 * 3));
-  EXPECT_NEAR(spectrum.exponents()(0), expected, 1e-5);
-  EXPECT_NEAR(spectrum.exponents()(5), -expected, 1e-5);
+  EXPECT_NEAR(spectrum.exponents()(0), expected, spectrum.errors()(0));
+  EXPECT_NEAR(spectrum.exponents()(5), -expected, spectrum.errors()(5));
+  EXPECT_LT(spectrum.errors()(0), 0.02);
   EXPECT_EQ(spectrum.kind(), MotionKind::undecided) << said(spectrum);
 }
 
