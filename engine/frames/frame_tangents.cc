@@ -2,7 +2,7 @@
 #include "engine/frames/body/stiefel_costate.h"
 #include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/passes/dual_rattle.h"
-#include "engine/frames/passes/rattle_tangent.h"
+#include "engine/frames/rattle_tangent.h"
 #include "engine/frames/stiefel_maps.h"
 #include "engine/laws/tangent_spaces.h"
 #include "engine/linalg/lie/dual_skew_flow.h"

@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-std::expected<LyapunovSpectrum, Violations> LyapunovSpectrum::make(const Scene& scene,
+std::expected<LyapunovExponents, Violations> LyapunovExponents::make(const Scene& scene,
                                                                    const LyapunovDescription& what,
                                                                    const Simulation& start,
                                                                    const Place& place) {
@@ -18,23 +18,23 @@ std::expected<LyapunovSpectrum, Violations> LyapunovSpectrum::make(const Scene& 
     return std::unexpected(std::move(violations));
   if (auto violations = run->begin(start, place); !violations.empty())
     return std::unexpected(std::move(violations));
-  return LyapunovSpectrum(std::move(run));
+  return LyapunovExponents(std::move(run));
 }
 
-std::int64_t LyapunovSpectrum::saved_step(std::string_view saved) {
+std::int64_t LyapunovExponents::saved_step(std::string_view saved) {
   ByteReader in(saved);
   LyapunovHeader header;
   header.each([&](auto& number) { in.get(number); });
   return in.sound() && header.is == LyapunovHeader::format ? header.step : -1;
 }
 
-std::expected<LyapunovSpectrum, Violations> LyapunovSpectrum::resume(
+std::expected<LyapunovExponents, Violations> LyapunovExponents::resume(
     const Scene& scene, const LyapunovDescription& what, std::string_view saved,
     const Simulation& now, const Place& place) {
   const auto refused = [&] {
     return std::unexpected(Violations{place.violation(
         "checkpoint", std::to_string(saved.size()) + " bytes",
-        "must come from a LyapunovSpectrum of the same request, whose `to` and `every` alone may "
+        "must come from a LyapunovExponents of the same request, whose `to` and `every` alone may "
         "differ, and not be beyond `to`")});
   };
   ByteReader in(saved);
@@ -50,39 +50,39 @@ std::expected<LyapunovSpectrum, Violations> LyapunovSpectrum::resume(
   if (auto violations = run->prepare(now, place, header); !violations.empty())
     return std::unexpected(std::move(violations));
   if (!run->restore(in, now)) return refused();
-  return LyapunovSpectrum(std::move(run));
+  return LyapunovExponents(std::move(run));
 }
 
-std::string LyapunovSpectrum::save() const {
+std::string LyapunovExponents::save() const {
   return run_->saved().empty() ? run_->write() : run_->saved();
 }
 
-RunStatus LyapunovSpectrum::advance(Simulation& motion, std::int64_t steps,
+RunStatus LyapunovExponents::advance(Simulation& motion, std::int64_t steps,
                                     const std::stop_token& stop) {
   return run_->advance(motion, steps, stop);
 }
 
-bool LyapunovSpectrum::done() const { return run_->done(); }
-bool LyapunovSpectrum::is_current() const { return run_->at() == run_->last_end(); }
-std::int64_t LyapunovSpectrum::step() const { return run_->last_end(); }
-std::int64_t LyapunovSpectrum::interval() const { return run_->interval(); }
-std::int64_t LyapunovSpectrum::computed_steps() const { return run_->computed(); }
-Eigen::Index LyapunovSpectrum::vectors() const { return run_->growth().count(); }
+bool LyapunovExponents::done() const { return run_->done(); }
+bool LyapunovExponents::is_current() const { return run_->at() == run_->last_end(); }
+std::int64_t LyapunovExponents::step() const { return run_->last_end(); }
+std::int64_t LyapunovExponents::interval() const { return run_->interval(); }
+std::int64_t LyapunovExponents::computed_steps() const { return run_->computed(); }
+Eigen::Index LyapunovExponents::vectors() const { return run_->growth().count(); }
 
-Eigen::VectorXd LyapunovSpectrum::exponents() const {
+Eigen::VectorXd LyapunovExponents::exponents() const {
   const Growth& growth = run_->growth();
   return growth.sums().head(run_->shown()) / growth.time();
 }
-Eigen::VectorXd LyapunovSpectrum::errors() const {
+Eigen::VectorXd LyapunovExponents::errors() const {
   const Growth& growth = run_->growth();
   const double powers = std::log1p(run_->rate() * growth.time()) / growth.time();
   return growth.batch_errors().head(run_->shown()).array() + powers;
 }
-Eigen::VectorXd LyapunovSpectrum::log_gali() const {
+Eigen::VectorXd LyapunovExponents::log_gali() const {
   return run_->growth().log_gali().head(std::max<Eigen::Index>(run_->shown() - 1, 0));
 }
-MotionKind LyapunovSpectrum::kind() const { return run_->judgement().kind; }
-std::string LyapunovSpectrum::reason() const { return run_->judgement().reason; }
+MotionKind LyapunovExponents::kind() const { return run_->judgement().kind; }
+std::string LyapunovExponents::reason() const { return run_->judgement().reason; }
 
 std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size) {
   return what.count > 0 ? std::max<std::int64_t>(what.count, TangentMap::lanes) : size;
@@ -103,9 +103,9 @@ std::uint64_t lyapunov_bytes(const Scene& scene, std::int64_t vectors, std::int6
          sizeof(double) * (12 * D * m + frame + 256 * (m + 8) + 8 * m * m);
 }
 
-LyapunovSpectrum::LyapunovSpectrum(std::unique_ptr<LyapunovRun> run) : run_(std::move(run)) {}
-LyapunovSpectrum::LyapunovSpectrum(LyapunovSpectrum&&) noexcept = default;
-LyapunovSpectrum& LyapunovSpectrum::operator=(LyapunovSpectrum&&) noexcept = default;
-LyapunovSpectrum::~LyapunovSpectrum() = default;
+LyapunovExponents::LyapunovExponents(std::unique_ptr<LyapunovRun> run) : run_(std::move(run)) {}
+LyapunovExponents::LyapunovExponents(LyapunovExponents&&) noexcept = default;
+LyapunovExponents& LyapunovExponents::operator=(LyapunovExponents&&) noexcept = default;
+LyapunovExponents::~LyapunovExponents() = default;
 
 }  // namespace stiefel

@@ -85,11 +85,11 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
                         std::to_string(FrameFlow::largest) + " numbers");
     flow_.emplace(tangents->field(scene_), vectors_->weights(), count_);
   }
-  if ((what_.to - what_.from) / interval_ < LyapunovSpectrum::least_intervals)
+  if ((what_.to - what_.from) / interval_ < LyapunovExponents::least_intervals)
     return cannot(place, "to", std::to_string(what_.to),
                   "must be at least " +
-                      std::to_string(what_.from + LyapunovSpectrum::least_intervals * interval_) +
-                      ": " + std::to_string(LyapunovSpectrum::least_intervals) + " intervals of " +
+                      std::to_string(what_.from + LyapunovExponents::least_intervals * interval_) +
+                      ": " + std::to_string(LyapunovExponents::least_intervals) + " intervals of " +
                       std::to_string(interval_) + " steps after `from`");
   return {};
 }
@@ -176,7 +176,7 @@ void LyapunovRun::judge(const Simulation& motion) {
   what.count = std::min<std::int64_t>(2, count_);
   const double steps = beside_growth / (lambda * std::abs(scene_.step()));
   what.to = (static_cast<std::int64_t>(steps) / interval_ + 1) * interval_;
-  what.to = std::max(what.to, LyapunovSpectrum::least_intervals * interval_);
+  what.to = std::max(what.to, LyapunovExponents::least_intervals * interval_);
   const Dense direction = V_.rowwise().sum() / std::sqrt(static_cast<double>(count_));
   const Eigen::Index rows = vectors_->state(motion).rows();
   if (const auto scene = scene_beside(scene_, motion, direction.reshaped(rows, V_.rows() / rows))) {

@@ -32,7 +32,7 @@ struct LyapunovHeader {
   static LyapunovHeader of(const LyapunovDescription& what);
 };
 
-/// The run of a LyapunovSpectrum.
+/// The run of a LyapunovExponents.
 class LyapunovRun {
   using Dense = Eigen::MatrixXd;
 

@@ -285,7 +285,7 @@ grpc::Status LyapunovAnswer::read() {
   const auto content = verify_checkpoint(*session_, growth_format, request_.checkpoint());
   if (content) {
     saved_ = *content;
-    start_ = LyapunovSpectrum::saved_step(saved_);
+    start_ = LyapunovExponents::saved_step(saved_);
     if (start_ >= what_.from && start_ <= what_.to) return grpc::Status::OK;
     return errors::invalid("checkpoint", "step " + std::to_string(start_),
                            "must be of a step between `from` and `to`");
@@ -308,8 +308,8 @@ grpc::Status LyapunovAnswer::make() {
 
 grpc::Status LyapunovAnswer::begin() {
   auto made = saved_.empty()
-                  ? LyapunovSpectrum::make(session_->scene(), what_, *simulation_)
-                  : LyapunovSpectrum::resume(session_->scene(), what_, saved_, *simulation_);
+                  ? LyapunovExponents::make(session_->scene(), what_, *simulation_)
+                  : LyapunovExponents::resume(session_->scene(), what_, saved_, *simulation_);
   if (!made) return errors::invalid(made.error());
   spectrum_.emplace(*std::move(made));
   const std::int64_t every = request_.every();

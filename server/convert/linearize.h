@@ -108,7 +108,7 @@ class LyapunovAnswer {
   std::string saved_;  ///< the content of the request's checkpoint
   std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
   std::unique_ptr<Simulation> simulation_;
-  std::optional<LyapunovSpectrum> spectrum_;
+  std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;
   bool due_ = false, ended_ = false, priced_ = false, ignored_ = false;
   std::string checkpoint_;

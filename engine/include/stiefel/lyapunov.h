@@ -20,7 +20,7 @@ enum class Orthonormalization : std::uint8_t {
   continuous,   ///< Ẇ = AW − WT on V(k, D) along the computed states, T upper triangular
 };
 
-/// What a LyapunovSpectrum computes.
+/// What a LyapunovExponents computes.
 struct LyapunovDescription {
   std::int64_t from = 0, to = 0;
   /// The number k of exponents, the largest ones; 0: all.
@@ -47,14 +47,14 @@ class LyapunovRun;
 ///
 /// The states and their bits are those of the simulation. The numbers depend on the scene and the
 /// description alone, so that a run that `save` interrupted has the bits of an unbroken one.
-class LyapunovSpectrum {
+class LyapunovExponents {
  public:
   /// The least number of intervals from `from` to `to`, so that errors can be told.
   static constexpr std::int64_t least_intervals = 20;
 
   /// Refuses ensembles, methods without a tangent, and descriptions that do not fit. `start` is at
   /// `what.from`. Throws Stopped (stop.h), as do the functions below.
-  static std::expected<LyapunovSpectrum, Violations> make(const Scene& scene,
+  static std::expected<LyapunovExponents, Violations> make(const Scene& scene,
                                                           const LyapunovDescription& what,
                                                           const Simulation& start,
                                                           const Place& place = {});
@@ -65,7 +65,7 @@ class LyapunovSpectrum {
   static std::int64_t saved_step(std::string_view saved);
   /// Goes on where `save` wrote the bytes, with a motion at that step. `what.to` may differ from
   /// the one that was saved. Refuses bytes of another description.
-  static std::expected<LyapunovSpectrum, Violations> resume(const Scene& scene,
+  static std::expected<LyapunovExponents, Violations> resume(const Scene& scene,
                                                             const LyapunovDescription& what,
                                                             std::string_view saved,
                                                             const Simulation& now,
@@ -100,19 +100,19 @@ class LyapunovSpectrum {
   /// Says in words and numbers why the motion is of that kind.
   std::string reason() const;
 
-  LyapunovSpectrum(LyapunovSpectrum&&) noexcept;
-  LyapunovSpectrum& operator=(LyapunovSpectrum&&) noexcept;
-  ~LyapunovSpectrum();
+  LyapunovExponents(LyapunovExponents&&) noexcept;
+  LyapunovExponents& operator=(LyapunovExponents&&) noexcept;
+  ~LyapunovExponents();
 
  private:
-  explicit LyapunovSpectrum(std::unique_ptr<LyapunovRun> run);
+  explicit LyapunovExponents(std::unique_ptr<LyapunovRun> run);
   std::unique_ptr<LyapunovRun> run_;
 };
 
-/// Returns the most vectors that a LyapunovSpectrum of a state of `size` numbers moves.
+/// Returns the most vectors that a LyapunovExponents of a state of `size` numbers moves.
 std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size);
 /// Returns the work of a step of the scene with so many vectors, in instructions, and the bytes of
-/// a LyapunovSpectrum whose states have `size` numbers: upper bounds. A second motion has at most
+/// a LyapunovExponents whose states have `size` numbers: upper bounds. A second motion has at most
 /// `most_steps_beside` times as many steps as the first one, each of twice the work.
 constexpr double most_steps_beside = 2.7;
 double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors, std::int64_t size);

@@ -52,10 +52,10 @@ Scene body(Eigen::Index N, unsigned seed, const std::string& system = "rigid_bod
   return resolved(std::move(out));
 }
 
-LyapunovSpectrum spectrum_of(const Scene& scene, const LyapunovDescription& what) {
+LyapunovExponents spectrum_of(const Scene& scene, const LyapunovDescription& what) {
   auto motion = make_simulation(scene);
   if (!motion->advance(what.from).reached()) throw std::runtime_error("the start is not reached");
-  auto made = LyapunovSpectrum::make(scene, what, *motion);
+  auto made = LyapunovExponents::make(scene, what, *motion);
   if (!made) throw std::runtime_error(made.error().front().rule);
   while (!made->done())
     if (!made->advance(*motion, 100'000).reached()) throw std::runtime_error(made->reason());
@@ -90,7 +90,7 @@ TEST(LyapunovForLong, RegularControlsAreNotChaotic) {
   for (const Control& control : regular) {
     int undecided = 0;
     for (unsigned seed = 1; seed <= static_cast<unsigned>(control.count); ++seed) {
-      const LyapunovSpectrum spectrum =
+      const LyapunovExponents spectrum =
           spectrum_of(control.scene(seed), {.to = control.to, .count = 2});
       EXPECT_NE(spectrum.kind(), MotionKind::chaotic)
           << control.name << " " << seed << ": " << spectrum.reason();
@@ -112,7 +112,7 @@ TEST(LyapunovForLong, TheChaoticControlIsChaotic) {
   const Scene scene = geodesic(2, chaotic_inertia, chaotic_seed);
   for (unsigned k = 0; k < 120; ++k) {
     const std::int64_t from = 1000 * k;
-    const LyapunovSpectrum spectrum =
+    const LyapunovExponents spectrum =
         spectrum_of(scene, {.from = from, .to = from + 40'000, .count = 2, .seed = k});
     EXPECT_EQ(spectrum.kind(), MotionKind::chaotic) << k << ": " << spectrum.reason();
   }
@@ -128,7 +128,7 @@ TEST(LyapunovForLong, ErrorBarsCover) {
   int pairs = 0, sums = 0, zeros = 0;
   for (unsigned k = 0; k < runs; ++k) {
     const std::int64_t from = 5000 * k;
-    const LyapunovSpectrum spectrum =
+    const LyapunovExponents spectrum =
         spectrum_of(scene, {.from = from, .to = from + 40'000, .seed = k});
     const Eigen::VectorXd lambda = spectrum.exponents(), error = spectrum.errors();
     const Eigen::Index d = lambda.size();
@@ -159,7 +159,7 @@ TEST(LyapunovForLong, RegularGrowthIsLogarithmic) {
       double S[4];
       for (int decade = 0; decade < 4; ++decade) {
         const auto to = static_cast<std::int64_t>(200 * std::pow(10, decade));
-        const LyapunovSpectrum spectrum = spectrum_of(scene, {.to = to, .count = 1});
+        const LyapunovExponents spectrum = spectrum_of(scene, {.to = to, .count = 1});
         S[decade] = spectrum.exponents()(0) * scene.time(to);
       }
       EXPECT_LE(S[3] - S[0], 3 * std::log(10) * 1.25) << control.name << " " << seed;

@@ -56,26 +56,26 @@ SceneDescription body(const std::vector<double>& inertia, unsigned seed, double 
   return out;
 }
 
-LyapunovSpectrum begun(const Scene& scene, const LyapunovDescription& what,
+LyapunovExponents begun(const Scene& scene, const LyapunovDescription& what,
                        const Simulation& start) {
-  auto made = LyapunovSpectrum::make(scene, what, start);
+  auto made = LyapunovExponents::make(scene, what, start);
   if (!made)
     throw std::runtime_error(made.error().front().field + ": " + made.error().front().rule);
   return *std::move(made);
 }
-LyapunovSpectrum spectrum_of(const Scene& scene, const LyapunovDescription& what) {
+LyapunovExponents spectrum_of(const Scene& scene, const LyapunovDescription& what) {
   const auto motion = make_simulation(scene);
-  LyapunovSpectrum out = begun(scene, what, *motion);
+  LyapunovExponents out = begun(scene, what, *motion);
   while (!out.done())
     if (!out.advance(*motion, 1000).reached()) break;
   return out;
 }
-std::string said(const LyapunovSpectrum& spectrum, unsigned seed = 0) {
+std::string said(const LyapunovExponents& spectrum, unsigned seed = 0) {
   return "seed " + std::to_string(seed) + ": " + spectrum.reason();
 }
 
 /// λ and −λ, a sum of zero, and zeros by the number of integrals and symmetries, within the errors.
-void expect_hamiltonian(const LyapunovSpectrum& spectrum, Eigen::Index zeros, unsigned seed) {
+void expect_hamiltonian(const LyapunovExponents& spectrum, Eigen::Index zeros, unsigned seed) {
   const Eigen::VectorXd lambda = spectrum.exponents(), error = spectrum.errors();
   const Eigen::Index d = lambda.size();
   for (Eigen::Index i = 0; i < d / 2; ++i)
@@ -93,7 +93,7 @@ TEST(LyapunovTest, BodiesAreRegular) {
   for (const unsigned seed : {1u, 2u, 3u})
     for (const auto& inertia : {std::vector<double>{2.5, 1.5, 0.5}, {4, 3, 2, 1.5}}) {
       const Scene scene = resolved(body(inertia, seed, 0.2));
-      const LyapunovSpectrum spectrum = spectrum_of(scene, {.to = 50000});
+      const LyapunovExponents spectrum = spectrum_of(scene, {.to = 50000});
       EXPECT_EQ(spectrum.kind(), MotionKind::regular) << said(spectrum, seed);
       expect_hamiltonian(spectrum, spectrum.exponents().size(), seed);
     }
@@ -103,7 +103,7 @@ TEST(LyapunovTest, GeodesicsOfEllipsoidsAndRoundMetricsAreRegular) {
   for (const unsigned seed : {1u, 2u, 3u})
     for (const auto& description :
          {geodesic(1, distinct_4, seed, 0.1), geodesic(2, {1, 1, 1, 1}, seed, 0.1)}) {
-      const LyapunovSpectrum spectrum = spectrum_of(resolved(description), {.to = 30000});
+      const LyapunovExponents spectrum = spectrum_of(resolved(description), {.to = 30000});
       EXPECT_EQ(spectrum.kind(), MotionKind::regular) << said(spectrum, seed);
       expect_hamiltonian(spectrum, spectrum.exponents().size(), seed);
     }
@@ -112,7 +112,7 @@ TEST(LyapunovTest, GeodesicsOfEllipsoidsAndRoundMetricsAreRegular) {
 /// Frames of two rows with distinct Λ: d = 10 of V(2, 4), of which energy and flow, m = QSᵀ − SQᵀ
 /// and its rotations give four zeros.
 TEST(LyapunovTest, FramesOfTwoRowsAreChaotic) {
-  const LyapunovSpectrum spectrum =
+  const LyapunovExponents spectrum =
       spectrum_of(resolved(geodesic(2, distinct_4, 1, 0.1)), {.to = 30000});
   EXPECT_EQ(spectrum.kind(), MotionKind::chaotic) << said(spectrum, 1);
   EXPECT_GT(spectrum.exponents()(0), 3 * spectrum.errors()(0)) << said(spectrum, 1);
@@ -149,8 +149,8 @@ double separation(const Scene& scene, double time) {
 
 TEST(LyapunovTest, ThreeWaysToTheLargestExponentAgree) {
   const Scene scene = resolved(geodesic(2, distinct_4, 1, 0.1));
-  const LyapunovSpectrum discrete = spectrum_of(scene, {.to = 30000, .count = 1});
-  const LyapunovSpectrum continuous = spectrum_of(
+  const LyapunovExponents discrete = spectrum_of(scene, {.to = 30000, .count = 1});
+  const LyapunovExponents continuous = spectrum_of(
       scene, {.to = 30000, .count = 1, .orthonormalization = Orthonormalization::continuous});
   EXPECT_EQ(continuous.kind(), MotionKind::chaotic) << said(continuous);
   const double lambda = discrete.exponents()(0), error = discrete.errors()(0);
@@ -172,9 +172,9 @@ TEST(LyapunovTest, ContinuousOrthonormalizationIsOfOrderFour) {
       LyapunovDescription what{.to = static_cast<std::int64_t>(80 * 0.1 / step),
                                .count = 3,
                                .interval = static_cast<std::int64_t>(4 * 0.1 / step)};
-      const LyapunovSpectrum discrete = spectrum_of(scene, what);
+      const LyapunovExponents discrete = spectrum_of(scene, what);
       what.orthonormalization = Orthonormalization::continuous;
-      const LyapunovSpectrum continuous = spectrum_of(scene, what);
+      const LyapunovExponents continuous = spectrum_of(scene, what);
       const double off =
           (discrete.exponents() - continuous.exponents()).norm() * std::abs(scene.time(what.to)) +
           (discrete.log_gali() - continuous.log_gali()).norm();
@@ -189,9 +189,9 @@ TEST(LyapunovTest, ContinuousOrthonormalizationIsOfOrderFour) {
 
 TEST(LyapunovTest, GaliIsTheVolumeOfVectorsThatMoveAlone) {
   const Scene scene = resolved(geodesic(2, distinct_3, 4, 0.05));
-  const LyapunovSpectrum fine =
+  const LyapunovExponents fine =
       spectrum_of(scene, {.to = 2000, .count = 4, .interval = 1, .seed = 9});
-  const LyapunovSpectrum coarse =
+  const LyapunovExponents coarse =
       spectrum_of(scene, {.to = 2000, .count = 4, .interval = 100, .seed = 9});
   EXPECT_LT((fine.log_gali() - coarse.log_gali()).norm(), 1e-6);
   EXPECT_LT((fine.exponents() - coarse.exponents()).norm(), 1e-9);
@@ -205,7 +205,7 @@ TEST(LyapunovTest, AnUnstableRotationHasItsExponentAndIsNotChaotic) {
   description.method = MethodDescription{"variational", 4, {}, ""};
   description.body = BodyDescription{{}, {1, 2, 3}, {1, 0, 0, 0}, {0, 1, 0}};
   description.step = 0.1;
-  const LyapunovSpectrum spectrum = spectrum_of(resolved(description), {.to = 20000});
+  const LyapunovExponents spectrum = spectrum_of(resolved(description), {.to = 20000});
   const double expected = std::sqrt(1.0 * 1.0 / (1 * 3));
   EXPECT_NEAR(spectrum.exponents()(0), expected, spectrum.errors()(0));
   EXPECT_NEAR(spectrum.exponents()(5), -expected, spectrum.errors()(5));
@@ -221,7 +221,7 @@ TEST(LyapunovTest, MotionsNextToASeparatrixAreNotChaotic) {
       description.method = MethodDescription{"variational", 4, {}, ""};
       description.body = BodyDescription{{}, {1, 2, 3}, {1, 0, 0, 0}, {aside, 1, aside}};
       description.step = 0.1;
-      const LyapunovSpectrum spectrum =
+      const LyapunovExponents spectrum =
           spectrum_of(resolved(description), {.to = static_cast<std::int64_t>(10 * time)});
       EXPECT_NE(spectrum.kind(), MotionKind::chaotic) << aside << ", " << time << said(spectrum);
     }
@@ -229,12 +229,12 @@ TEST(LyapunovTest, MotionsNextToASeparatrixAreNotChaotic) {
 
 TEST(LyapunovTest, TheUnitsDoNotMatter) {
   auto description = geodesic(2, distinct_4, 1, 0.0625);
-  const LyapunovSpectrum one = spectrum_of(resolved(description), {.to = 4000});
+  const LyapunovExponents one = spectrum_of(resolved(description), {.to = 4000});
   // 2^40 times as fast in units of 2^20 of mass.
   description.step = 0.0625 * 0x1p-40;
   for (double& lambda : description.inertia) lambda *= 0x1p20;
   description.initial["S"].values *= 0x1p60;
-  const LyapunovSpectrum other = spectrum_of(resolved(description), {.to = 4000});
+  const LyapunovExponents other = spectrum_of(resolved(description), {.to = 4000});
   EXPECT_EQ(one.exponents(), other.exponents() * 0x1p-40);
   EXPECT_EQ(one.log_gali(), other.log_gali());
   EXPECT_EQ(one.kind(), other.kind());
@@ -252,15 +252,15 @@ TEST(LyapunovTest, AResumedRunHasTheSameBits) {
       return motion;
     };
     auto motion = begin_at(10);
-    LyapunovSpectrum whole = begun(scene, what, *motion);
+    LyapunovExponents whole = begun(scene, what, *motion);
     while (!whole.done()) ASSERT_TRUE(whole.advance(*motion, 1000000).reached());
     std::string saved;
     for (const std::int64_t to : {810, 2010, 4444, 8010}) {
       LyapunovDescription part = what;
       part.to = to;
-      motion = begin_at(saved.empty() ? 10 : LyapunovSpectrum::saved_step(saved));
-      auto run = saved.empty() ? LyapunovSpectrum::make(scene, part, *motion)
-                               : LyapunovSpectrum::resume(scene, part, saved, *motion);
+      motion = begin_at(saved.empty() ? 10 : LyapunovExponents::saved_step(saved));
+      auto run = saved.empty() ? LyapunovExponents::make(scene, part, *motion)
+                               : LyapunovExponents::resume(scene, part, saved, *motion);
       ASSERT_TRUE(run) << run.error().front().rule;
       while (!run->done()) ASSERT_TRUE(run->advance(*motion, 7).reached());
       saved = run->save();
@@ -274,10 +274,10 @@ TEST(LyapunovTest, AResumedRunHasTheSameBits) {
     {
       LyapunovDescription other = what;
       other.seed = 1;
-      motion = begin_at(LyapunovSpectrum::saved_step(saved));
-      EXPECT_FALSE(LyapunovSpectrum::resume(scene, other, saved, *motion));
+      motion = begin_at(LyapunovExponents::saved_step(saved));
+      EXPECT_FALSE(LyapunovExponents::resume(scene, other, saved, *motion));
       EXPECT_FALSE(
-          LyapunovSpectrum::resume(scene, what, saved.substr(0, saved.size() - 1), *motion));
+          LyapunovExponents::resume(scene, what, saved.substr(0, saved.size() - 1), *motion));
     }
   }
 }
@@ -286,7 +286,7 @@ TEST(LyapunovTest, WhatCannotBeIsRefused) {
   const Scene scene = resolved(geodesic(2, distinct_4, 1, 0.1));
   const auto refusal = [](const Scene& of, const LyapunovDescription& what) {
     const auto motion = make_simulation(of);
-    const auto made = LyapunovSpectrum::make(of, what, *motion);
+    const auto made = LyapunovExponents::make(of, what, *motion);
     return made ? std::string("accepted") : made.error().front().field;
   };
   constexpr auto continuous = Orthonormalization::continuous;
@@ -310,7 +310,7 @@ TEST(LyapunovTest, EverySystemHasASpectrum) {
   for (const SystemInfo& system : catalogue().systems) {
     const Scene scene = resolved(testing::any_scene(
         std::string(system.name), std::string(system.methods.front().method), 5, 0.1));
-    const LyapunovSpectrum spectrum = spectrum_of(scene, {.to = 2000, .count = 2});
+    const LyapunovExponents spectrum = spectrum_of(scene, {.to = 2000, .count = 2});
     EXPECT_TRUE(spectrum.exponents().allFinite()) << system.name;
     EXPECT_TRUE(spectrum.errors().allFinite()) << system.name;
     EXPECT_FALSE(spectrum.reason().empty()) << system.name;

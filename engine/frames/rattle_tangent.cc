@@ -1,8 +1,9 @@
-#include "engine/frames/passes/rattle_tangent.h"
+#include "engine/frames/rattle_tangent.h"
 
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/methods/support/symmetric_stages.h"
+#include "engine/methods/variational.h"
 #include "engine/numbers/pair.h"
 
 namespace stiefel {
@@ -310,7 +311,8 @@ class RattleTangent final : public TangentMap {
 }  // namespace
 
 std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const ColumnParameters& at) {
-  if (scene.method() != "variational" || scene.Q().rows() > Index(std::size(moves))) return nullptr;
+  if (scene.method() != Variational::traits.name || scene.Q().rows() > Index(std::size(moves)))
+    return nullptr;
   return std::make_unique<RattleTangent>(scene, at);
 }
 
