@@ -138,6 +138,7 @@ Scalar RotationN<Scalar>::residual() {
   X_ = hOmega_ + weight_.cwiseProduct(S_);
   G_.template triangularView<Eigen::Upper>().setZero();
   G_.template selfadjointView<Eigen::Upper>().rankUpdate(X_.transpose());
+  using std::abs;
   Scalar size = 0;
   for (Eigen::Index j = 0; j < S_.cols(); ++j) {
     auto f = G_.col(j).head(j + 1);
@@ -215,11 +216,12 @@ Scalar RotationN<Scalar>::careful_residual(const State& x) {
     put(j, j, S_(j, j));
   }
   split_(X_, epsilon_, G_, low_);
+  using std::abs;
   Scalar size = 0;
   for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i <= j; ++i) {
       G_(i, j) = -G_(i, j) / 2 - S_(i, j) - (low_(i, j) + low_(j, i)) / 2;
-      size = std::max<Scalar>(size, std::abs(G_(i, j)));
+      size = std::max<Scalar>(size, abs(G_(i, j)));
     }
   mirror_upper(G_);
   return size;
