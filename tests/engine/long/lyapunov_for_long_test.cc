@@ -78,7 +78,7 @@ const Control regular[] = {
     {"discrete bodies", 40, [](unsigned seed) { return body(4, seed, "moser_veselov"); }},
     {"ellipsoids", 80,
      [](unsigned seed) {
-       return geodesic(1, {1, 1.5 + seed % 7, 3 + seed % 5, 10}, seed);
+       return geodesic(1, {1, 1.5 + seed % 7, 3.0 + seed % 5, 10}, seed);
      }},
     {"round frames", 60,
      [](unsigned seed) {
