@@ -5,10 +5,8 @@
 #include <functional>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "engine/methods/support/concepts.h"
-#include "engine/numbers/parallel.h"
 #include "engine/stepping/coordinates.h"
 #include "engine/stepping/observed_simulation.h"
 #include "stiefel/stop.h"
@@ -98,28 +96,12 @@ class SimulationOf final : public ObservedSimulation {
     return y;
   }
 
-  void undo() override { copy(before_, state_); }
-
-  /// Sets a state to another one, block by block on several threads if it is large.
-  void copy(typename F::State& from, typename F::State& to) {
-    constexpr std::size_t large = 1 << 16;
-    if (saved_size_ < large) {
-      to = from;
-      return;
-    }
-    blocks_.clear();
-    from.each([this](auto& block) { blocks_.push_back(block.data()); });
-    auto next = blocks_.begin();
-    to.each([&]<class Block>(Block& block) {
-      copy_in_ranges(static_cast<const typename Block::Scalar*>(*next++), block.data(),
-                     block.size());
-    });
-  }
+  void undo() override { state_ = before_; }
 
   RunStatus walk(std::int64_t steps, const std::stop_token& stop) override {
     if constexpr (DirectMap<F>) {
       if (steps == 0) return {};
-      if (stops_inside_) copy(state_, before_);
+      if (stops_inside_) before_ = state_;
       const auto to = static_cast<long double>(step_ + steps) * substeps_;
       const RunStatus status = map_.at(state_, to);
       ++map_steps_;
@@ -129,20 +111,20 @@ class SimulationOf final : public ObservedSimulation {
     bool undoing = false;
     for (std::int64_t end = step_ + steps; step_ < end;) {
       if (substeps_ > 1 || stops_inside_ || (!only_rotates && since_copy_ >= between_copies)) {
-        copy(state_, before_);
+        before_ = state_;
         since_copy_ = 0;
       }
       for (int k = 0; k < substeps_; ++k) {
         const RunStatus status = step_of_map(stop, only_rotates || !undoing);
         if (status.reached()) continue;
-        if (k > 0) copy(before_, state_);
+        if (k > 0) state_ = before_;
         return status.outcome == Outcome::left_domain && make_
                    ? left_domain_of_all_substeps(status, stop)
                    : status;
       }
       if (!only_rotates && !(squared_norm() <= usual_) && !undoing && !is_finite()) {
         // Goes back to the copy and from there to the state before this step.
-        copy(before_, state_);
+        state_ = before_;
         end = step_;
         step_ -= std::exchange(since_copy_, 0);
         undoing = true;
@@ -197,7 +179,6 @@ class SimulationOf final : public ObservedSimulation {
   mutable typename F::State state_;  // mutable because `each` serves both saving and restoring
   typename F::State before_;         ///< the state since_copy_ steps before
   int since_copy_ = between_copies;
-  std::vector<const void*> blocks_ = {};  ///< of the state that `copy` reads
   std::size_t saved_size_ = 0;
   double usual_ = 0;  ///< |x|² up to which every field is finite
 };
