@@ -79,17 +79,6 @@ void in_long_ranges(Eigen::Index elements, Eigen::Index unit, double of_element,
   in_ranges(elements, unit, of_element * static_cast<double>(elements), work);
 }
 
-/// Copies `count` numbers.
-template <class Scalar>
-void copy_in_ranges(const Scalar* from, Scalar* to, Eigen::Index count) {
-  constexpr Eigen::Index unit = 4096;
-  constexpr double of_byte = 0.1;
-  in_ranges(count, unit, of_byte * static_cast<double>(sizeof(Scalar)) * static_cast<double>(count),
-            [=](Eigen::Index begin, Eigen::Index end) {
-              std::copy(from + begin, from + end, to + begin);
-            });
-}
-
 /// Returns the largest of what work(begin, end) returns for such ranges of columns, at least 0.
 template <class Scalar, class Work>
 Scalar largest_in_column_ranges(Eigen::Index columns, double of_column, const Work& work) {

@@ -43,8 +43,8 @@ struct TangentParameters {
   Tangent h;
 };
 
-/// The same for vectors that move together in any number: Λ and the step of the map, and their
-/// derivatives along each vector, a column of `by_lambda` and a number of `by_h`.
+/// What a map by columns depends on: Λ and the step of the map, and their derivatives along each
+/// vector, a column of `by_lambda` and a number of `by_h`.
 struct ColumnParameters {
   Eigen::VectorXd lambda;
   double h = 0;

@@ -26,8 +26,8 @@ struct LyapunovDescription {
   /// The number k of exponents, the largest ones; 0: all.
   std::int64_t count = 0;
   Orthonormalization orthonormalization = Orthonormalization::discrete_qr;
-  /// Steps between two orthonormalisations. 0: as many as the motion at `from` takes for about two
-  /// radians.
+  /// Steps between two orthonormalisations. 0: as many as the motion at `from` takes for about one
+  /// radian.
   std::int64_t interval = 0;
   /// Of the random first vectors.
   std::uint64_t seed = 0;

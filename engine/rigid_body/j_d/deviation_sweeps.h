@@ -27,7 +27,7 @@ void mirror_columns(Block& A, Eigen::Index begin, Eigen::Index end, int sign) {
       for (Eigen::Index k = j; k < l; ++k) A(l, k) = Scalar(sign) * A(k, l);
   }
 }
-/// The same for all columns.
+/// Sets all elements below the diagonal of a square block to `sign` times those above it.
 template <class Block>
 void mirror_upper(Block&& A, int sign = 1) {
   mirror_columns(A, 0, A.cols(), sign);

@@ -138,7 +138,6 @@ Scalar RotationN<Scalar>::residual() {
   X_ = hOmega_ + weight_.cwiseProduct(S_);
   G_.template triangularView<Eigen::Upper>().setZero();
   G_.template selfadjointView<Eigen::Upper>().rankUpdate(X_.transpose());
-  using std::abs;
   Scalar size = 0;
   for (Eigen::Index j = 0; j < S_.cols(); ++j) {
     auto f = G_.col(j).head(j + 1);
