@@ -1,9 +1,12 @@
 // Runs a fuzz target on files, in a build without libFuzzer: replay [--mutations=K] FILE... With K
-// also on K seeded changes of each, the same ones every time.
+// also on K seeded changes of each, the same ones every time. The last changed input is in the file
+// last-NAME.json of the working directory when the target has aborted.
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <string>
 #include <string_view>
 
 #include "tests/fuzz/mutate_message.h"
@@ -15,14 +18,15 @@ namespace {
 
 using namespace stiefel::fuzz;
 
-/// The input is written to a file first, so that it is there when the target aborts.
 void run_changed(const google::protobuf::Message& seed, unsigned number) {
   std::mt19937 random(number);
   const auto message = input();
   message->CopyFrom(seed);
   for (unsigned k = random() % 4 + 1; k > 0; --k) mutate(*message, random);
-  std::ofstream("last-" + message->GetDescriptor()->name() + ".json") << to_json_text(*message);
+  const std::string last = "last-" + message->GetDescriptor()->name() + ".json";
+  std::ofstream(last) << to_json_text(*message);
   run(*message);
+  std::filesystem::remove(last);
 }
 
 }  // namespace
