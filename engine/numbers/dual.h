@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "engine/numbers/double_word.h"
+#include "engine/numbers/eigen_products.h"
 
 namespace stiefel {
 
@@ -154,6 +155,9 @@ class Dual {
     return each(f, [&](int k) { return slope * d[k]; });
   }
 };
+
+template <class Real, int lanes>
+inline constexpr bool multiplied_by_elements<Dual<Real, lanes>> = true;
 
 template <class Real, int lanes>
 struct DoubledOf<Dual<Real, lanes>> {

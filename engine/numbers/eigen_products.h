@@ -1,6 +1,26 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <complex>
+
+namespace stiefel {
+
+/// Whether products of dense matrices of a Scalar are computed element by element. Eigen's kernels
+/// for large matrices have no packets of our number types, and would be compiled again for each form
+/// of an expression.
+template <class Scalar>
+inline constexpr bool multiplied_by_elements = false;
+template <>
+inline constexpr bool multiplied_by_elements<std::complex<long double>> = true;
+
+}  // namespace stiefel
+
+template <class Left, class Right>
+requires stiefel::multiplied_by_elements<typename Left::Scalar>
+struct Eigen::internal::product_type<Left, Right> {
+  static constexpr bool inner = Left::RowsAtCompileTime == 1 && Right::ColsAtCompileTime == 1;
+  enum { value = inner ? InnerProduct : CoeffBasedProductMode, ret = value };
+};
 
 /// Declares explicit instantiations of Eigen's kernels for products of dense matrices of a Scalar.
 /// eigen_products.cc compiles them once, in place of every file that multiplies. The template

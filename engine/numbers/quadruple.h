@@ -84,6 +84,9 @@ class Quad {
   Value x_ = 0;
 };
 
+template <>
+inline constexpr bool multiplied_by_elements<Quad> = true;
+
 }  // namespace stiefel
 
 template <>
@@ -108,5 +111,3 @@ class std::numeric_limits<stiefel::Quad> {
 
 template <>
 struct Eigen::NumTraits<stiefel::Quad> : Eigen::GenericNumTraits<stiefel::Quad> {};
-
-STIEFEL_EIGEN_PRODUCTS(extern, stiefel::Quad)

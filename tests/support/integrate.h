@@ -1,38 +1,40 @@
 #pragma once
 
-#include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
-#include <boost/numeric/odeint/stepper/bulirsch_stoer.hpp>
+#include <functional>
 #include <vector>
 
 #include "engine/methods/support/concepts.h"
-#include "engine/frames/body/stiefel.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel::testing {
 
-/// Returns the state of a system at time t, computed with Boost.odeint's Bulirsch–Stoer method in
-/// the system's own scalar.
+/// Sets the rates of a state.
+using Field = std::function<void(const std::vector<long double>& x, std::vector<long double>& dx)>;
+
+/// Returns the solution of dx/dt = field(x) at time t from x, computed in extended precision by
+/// Boost.odeint's Bulirsch–Stoer method.
+std::vector<long double> solution(const Field& field, std::vector<long double> x, long double t,
+                                  long double tolerance = 1e-17L);
+
+/// Returns the state of a system at time t. Uses the engine's vector field, but none of its methods.
 template <System S>
-typename S::State integrate(S system, const typename S::State& start, typename S::Scalar t,
-                            typename S::Scalar tolerance = 1e-17L) {
-  using Scalar = typename S::Scalar;
-  using Point = typename S::State;
-  using Numbers = std::vector<Scalar>;
-  Numbers x(start.data(), start.data() + start.size());
-  Point at = start, rate = start;
-  const auto field = [&](const Numbers& numbers, Numbers& rates, Scalar) {
-    at = Eigen::Map<const Point>(numbers.data(), start.rows(), start.cols());
+Matrix<long double> integrate(S system, const Matrix<long double>& start, long double t,
+                              long double tolerance = 1e-17L) {
+  Matrix<long double> at = start, rate = start;
+  const auto field = [&](const std::vector<long double>& x, std::vector<long double>& dx) {
+    at.reshaped() = Vector<long double>::Map(x.data(), at.size());
     system.field(at, rate);
-    Eigen::Map<Point>(rates.data(), start.rows(), start.cols()) = rate;
+    Vector<long double>::Map(dx.data(), rate.size()) = rate.reshaped();
   };
-  using Stepper = boost::numeric::odeint::bulirsch_stoer<Numbers, Scalar>;
-  boost::numeric::odeint::integrate_adaptive(Stepper(tolerance, tolerance), field, x, Scalar(0), t,
-                                             t / 100);
-  return Eigen::Map<const Point>(x.data(), start.rows(), start.cols());
+  const auto x = solution(field, {start.data(), start.data() + start.size()}, t, tolerance);
+  at.reshaped() = Vector<long double>::Map(x.data(), at.size());
+  return at;
 }
 
-// Compiled once, in integrate.cc.
-extern template Matrix<long double> integrate(Stiefel<long double> system,
-                                              const Matrix<long double>& start, long double t,
-                                              long double tolerance);
+/// The same from and to numbers of double precision.
+template <class S>
+Eigen::MatrixXd flow(S system, const Eigen::MatrixXd& x, double t) {
+  return integrate(std::move(system), x.cast<long double>(), t).template cast<double>();
+}
 
 }  // namespace stiefel::testing

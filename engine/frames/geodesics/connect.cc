@@ -169,10 +169,6 @@ auto within(const TwoPointProblem& problem, Search&& search) -> decltype(search(
   }
 }
 
-double energy(const VectorXd& lambda, const MatrixXd& V) {
-  return (V.cwiseAbs2() * lambda).sum() / 2;
-}
-
 std::optional<RoundGeodesic> logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0,
                                        const MatrixXd& Q_T, const FrameProducts& products,
                                        bool thorough = false,

@@ -28,6 +28,11 @@ struct Found {
   std::optional<double> length = {};  ///< of V at Λ = I or β, where it is known
 };
 
+/// Returns ½ Σ λ_i ‖v_i‖² of a velocity.
+inline double energy(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& V) {
+  return (V.cwiseAbs2() * lambda).sum() / 2;
+}
+
 /// Searches by the multipliers, n ≤ N and every λ_i > 0: relaxes the starts (`starts`) at 9 nodes,
 /// the direct one of a wide Λ by way of its roots Λ^{1/k}, and corrects the velocities of the
 /// shortest paths with the Taylor series of their geodesics. Doubles the number of nodes where the

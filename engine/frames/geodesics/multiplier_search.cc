@@ -120,10 +120,6 @@ Velocity corrected(const Posed& p, const Relaxation& relaxation) {
   return best;
 }
 
-double energy(const VectorXd& lambda, const MatrixXd& V) {
-  return (V.cwiseAbs2() * lambda).sum() / 2;
-}
-
 /// Returns the frames nearest to the polynomial of a path at other nodes.
 Path moved(const Path& path, const Nodes& from, const Nodes& to) {
   const MatrixXd L = interpolation(from.times, to.times);

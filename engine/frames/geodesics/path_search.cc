@@ -35,10 +35,6 @@ void refine(const VectorXd& lambda, RelaxedPath& c, double tolerance, const std:
   c.action = action(lambda, c.path);
 }
 
-double energy(const VectorXd& lambda, const MatrixXd& V) {
-  return (V.cwiseAbs2() * lambda).sum() / 2;
-}
-
 /// Shoots from paths of doubled K until the geodesic near the path is found.
 Shot solved(const Posed& p, RelaxedPath& c, const std::stop_token& stop) {
   constexpr std::size_t finest = 1024;

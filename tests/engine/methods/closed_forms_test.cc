@@ -4,7 +4,7 @@
 #include "engine/linalg/lie/orthogonal.h"
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"
-#include "tests/support/flow.h"
+#include "tests/support/integrate.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"
 

@@ -13,7 +13,7 @@
 #include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
 #include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
-#include "tests/support/flow.h"
+#include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"

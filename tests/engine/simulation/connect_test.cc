@@ -10,7 +10,7 @@
 
 #include "stiefel/conjugate_points.h"
 #include "tests/support/exact_motion.h"
-#include "tests/support/reference_motions.h"
+#include "tests/support/reference_cases.h"
 #include "tests/support/scenes/two_frames.h"
 
 namespace stiefel {

@@ -18,7 +18,7 @@
 #include "stiefel/simulation.h"
 #include "tests/support/extrapolation.h"
 #include "tests/support/linalg/quadruple.h"
-#include "tests/support/reference_motions.h"
+#include "tests/support/reference_cases.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/body_state.h"
 #include "tests/support/scenes/random_frame.h"

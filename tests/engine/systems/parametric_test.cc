@@ -13,7 +13,7 @@
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"
-#include "tests/support/flow.h"
+#include "tests/support/integrate.h"
 #include "tests/support/representations/rigid.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_scene.h"
