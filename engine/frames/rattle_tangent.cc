@@ -1,45 +1,16 @@
 #include "engine/frames/rattle_tangent.h"
 
+#include "engine/frames/symmetric_solve.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/methods/support/symmetric_stages.h"
 #include "engine/methods/variational.h"
-#include "engine/numbers/pair.h"
 
 namespace stiefel {
 namespace {
 
 using Dense = Eigen::MatrixXd;
 using Index = Eigen::Index;
-
-/// The matrix of X ↦ XC + CᵀX on symmetric n × n matrices, factored.
-class SymmetricSolve {
- public:
-  explicit SymmetricSolve(Index n) : n_(n), lu_(size(n)) {}
-
-  static std::size_t size(Index n) { return static_cast<std::size_t>(n * (n + 1) / 2); }
-  /// Returns the place of element (a, b) of the upper triangle.
-  static constexpr std::size_t at(Index a, Index b) {
-    return static_cast<std::size_t>(a <= b ? b * (b + 1) / 2 + a : a * (a + 1) / 2 + b);
-  }
-
-  void factor(const Dense& C) {
-    lu_.set_zero();
-    for (Index b = 0; b < n_; ++b)
-      for (Index a = 0; a <= b; ++a)
-        for (Index k = 0; k < n_; ++k) {
-          lu_(at(a, b), at(a, k)) += C(k, b);
-          lu_(at(a, b), at(k, b)) += C(k, a);
-        }
-    lu_.factor();
-  }
-  /// Replaces the upper triangle of a right-hand side by that of X.
-  void solve(Pair* x) const { lu_.solve(x); }
-
- private:
-  Index n_;
-  PairLu lu_;
-};
 
 /// The values of steps, in the letters of RattleStiefel; B and Z are Y/h and Y′/h:
 ///
@@ -313,7 +284,9 @@ class RattleTangent final : public TangentMap {
 std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const ColumnParameters& at) {
   if (scene.method() != Variational::traits.name || scene.Q().rows() > Index(std::size(moves)))
     return nullptr;
-  return std::make_unique<RattleTangent>(scene, at);
+  constexpr Index wide = 64;
+  return scene.dimension() < wide ? std::make_unique<RattleTangent>(scene, at)
+                                  : wide_rattle_tangent(scene, at);
 }
 
 }  // namespace stiefel

@@ -123,8 +123,9 @@ class Linearization::Vectors {
       const RunStatus status = motion.advance(steps, stop);
       return status.reached() ? move_to(motion, stop) : status;
     }
+    const auto& state = dynamic_cast<const ObservedSimulation&>(motion);
     for (; steps > 0; --steps) {
-      point_ = observed(motion);
+      point_ = state.point();
       if (const RunStatus status = motion.advance(1, stop); !status.reached()) return status;
       if (const RunStatus status = move(stop); !status.reached()) return status;
     }

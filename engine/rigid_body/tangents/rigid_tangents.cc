@@ -23,8 +23,8 @@ std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at
 }
 
 std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParameters& at) {
-  return scene.method() == Rk4::traits.name ? rk4_body_tangent(scene, at)
-                                            : discrete_body_tangent(scene, at);
+  if (scene.method() != Rk4::traits.name) return discrete_body_tangent(scene, at);
+  return scene.dimension() == 3 ? rk4_body_tangent_3(scene, at) : rk4_body_tangent(scene, at);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "engine/linalg/lie/so_3.h"
 #include "engine/numbers/pair.h"
 #include "stiefel/stop.h"
 
@@ -12,105 +11,13 @@ namespace {
 using Dense = Eigen::MatrixXd;
 using Index = Eigen::Index;
 
-/// Q as a quaternion and M = hat(m): an element of the algebra is a pure quaternion ω/2, and its
-/// products with quaternions follow. Numbers are double or Pair.
-struct Quaternions {
-  static constexpr Index frame = 4, momentum = 3;
-  template <class T>
-  using Frame = std::array<T, 4>;
-  template <class T>
-  using Momentum = std::array<T, 3>;
-
-  explicit Quaternions(Index) {}
-
-  template <class T>
-  static Frame<T> of_frame() {
-    return {};
-  }
-  template <class T>
-  static Momentum<T> of_momentum() {
-    return {};
-  }
-
-  /// Sets out += a∘ω/2.
-  template <class A, class B, class Out>
-  static void add_product(const A* a, const B* omega, Out* out) {
-    const B x = omega[0] * B(0.5), y = omega[1] * B(0.5), z = omega[2] * B(0.5);
-    out[0] -= Out(a[1]) * x + Out(a[2]) * y + Out(a[3]) * z;
-    out[1] += Out(a[0]) * x + (Out(a[2]) * z - Out(a[3]) * y);
-    out[2] += Out(a[0]) * y + (Out(a[3]) * x - Out(a[1]) * z);
-    out[3] += Out(a[0]) * z + (Out(a[1]) * y - Out(a[2]) * x);
-  }
-  /// Sets out += a∘b.
-  template <class A, class B>
-  static void add_frames(const A* a, const B* b, Pair* out) {
-    const Pair w = a[0], x = a[1], y = a[2], z = a[3], s = b[0], i = b[1], j = b[2], k = b[3];
-    out[0] += w * s - (x * i + y * j + z * k);
-    out[1] += w * i + x * s + (y * k - z * j);
-    out[2] += w * j + y * s + (z * i - x * k);
-    out[3] += w * k + z * s + (x * j - y * i);
-  }
-  static void set_identity(double* a) { std::fill_n(a, 4, 0.0), a[0] = 1; }
-
-  /// λ_i + λ_j and λ_i − λ_j of the elements of M.
-  template <class Lambda>
-  static auto sum(const Lambda& l, Index k) {
-    return l((k + 1) % 3) + l((k + 2) % 3);
-  }
-  template <class Lambda>
-  static auto difference(const Lambda& l, Index k) {
-    return l((k + 2) % 3) - l((k + 1) % 3);
-  }
-
-  /// Sets out = ΩΔ + ΔΩ, whose elements the differences of their two λ turn into those of the
-  /// derivative of [M, Ω].
-  template <class T>
-  static void square(const double* omega, const T* delta, T* out) {
-    for (Index k = 0; k < 3; ++k) {
-      const Index i = (k + 1) % 3, j = (k + 2) % 3;
-      out[k] = T(omega[i]) * delta[j] + T(omega[j]) * delta[i];
-    }
-  }
-
-  static void set(const Dense& point, double* Q, double* m) {
-    std::copy_n(point.data() + point.size() - 3, 3, m);
-    if (point.size() == 7) std::copy_n(point.data(), 4, Q);
-  }
-  static void write(const Dense& block, const double* Q, bool has_frame, double* dQ, double* dm) {
-    const Eigen::Vector3d m = vee(block.bottomRows(3));
-    std::copy_n(m.data(), 3, dm);
-    if (!has_frame) return;
-    const Eigen::Map<const Eigen::Vector4d> q(Q);
-    const Eigen::Matrix3d Qt_dQ = rotation_matrix<double>(q).transpose() * block.topRows(3);
-    const Eigen::Vector3d half = vee(((Qt_dQ - Qt_dQ.transpose()) / 4).eval());
-    const Eigen::Vector4d dq = So3<double, true>::quaternion_times(q, half);
-    std::copy_n(dq.data(), 4, dQ);
-  }
-  static void read(const double* Q, const double* dQ, const double* dm, Dense& block) {
-    block.bottomRows(3) = hat(Eigen::Vector3d(dm[0], dm[1], dm[2]));
-    if (block.rows() == 3) return;
-    // δQ of Q v = q v q*, a form in q, is its polar form with δq.
-    const Eigen::Map<const Eigen::Vector4d> q(Q), dq(dQ);
-    block.topRows(3) = (rotation_matrix<double>(q + dq) - rotation_matrix<double>(q - dq)) / 2;
-  }
-};
-
 /// Q and M as N × N matrices, column by column; M is known by all of its elements.
 struct Matrices {
-  template <class T>
-  using Frame = std::vector<T>;
-  template <class T>
-  using Momentum = std::vector<T>;
-
-  explicit Matrices(Index n) : N(n), frame(n * n), momentum(n * n) {}
+  explicit Matrices(Index n) : N(n), size(n * n) {}
 
   template <class T>
-  Frame<T> of_frame() const {
-    return Frame<T>(static_cast<std::size_t>(frame));
-  }
-  template <class T>
-  Momentum<T> of_momentum() const {
-    return Momentum<T>(static_cast<std::size_t>(momentum));
+  std::vector<T> zero() const {
+    return std::vector<T>(static_cast<std::size_t>(size));
   }
 
   template <class A, class B, class Out>
@@ -129,10 +36,6 @@ struct Matrices {
       for (; i < N; ++i)
         for (Index k = 0; k < N; ++k) out[i] += Out(a[i + N * k]) * Out(b[k]);
     }
-  }
-  template <class A, class B>
-  void add_frames(const A* a, const B* b, Pair* out) const {
-    add_product(a, b, out);
   }
   void set_identity(double* a) const {
     std::fill_n(a, N * N, 0.0);
@@ -166,10 +69,7 @@ struct Matrices {
       if (has_frame) std::copy_n(point.data() + j * point.rows(), N, Q + N * j);
     }
   }
-  void write(const Dense& block, const double*, bool, double* dQ, double* dM) const {
-    set(block, dQ, dM);
-  }
-  void read(const double*, const double* dQ, const double* dM, Dense& block) const {
+  void read(const double* dQ, const double* dM, Dense& block) const {
     for (Index j = 0; j < N; ++j)
       for (Index i = 0; i < N; ++i) {
         block(block.rows() - N + i, j) = dM[i + N * j];
@@ -177,7 +77,7 @@ struct Matrices {
       }
   }
 
-  Index N, frame, momentum;
+  Index N, size;
 };
 
 /// Rk4 on Q̇ = QΩ, Ṁ = [M, Ω]. The stages of Q are QF_i, so that
@@ -187,7 +87,6 @@ struct Matrices {
 ///     f_4),
 ///
 /// and the derivatives by the product rule. f_ij = (λ_i − λ_j)(Ω²)_ij.
-template <class Space>
 class Rk4BodyTangent final : public TangentMap {
  public:
   Rk4BodyTangent(const Scene& scene, const ColumnParameters& at)
@@ -196,16 +95,14 @@ class Rk4BodyTangent final : public TangentMap {
         has_frame_(scene.has_frame()),
         space_(scene.dimension()),
         parameters_(at) {
-    inverse_ = difference_ = M_ = space_.template of_momentum<double>();
-    Q_ = P_ = space_.template of_frame<double>();
-    for (Index k = 0; k < space_.momentum; ++k) {
+    inverse_ = difference_ = M_ = Q_ = P_ = space_.zero<double>();
+    for (Index k = 0; k < space_.size; ++k) {
       const double sum = space_.sum(at.lambda, k);  // 0 at most for i = j
       inverse_[count(k)] = sum == 0 ? 0 : 1 / sum;
       difference_[count(k)] = space_.difference(at.lambda, k);
     }
     for (Stage& s : stages_) s = {M_, M_, M_, Q_, Q_};
-    dOmega_ = df_ = sum_f_ = space_.template of_momentum<Pair>();
-    dK_ = dF_ = sum_K_ = space_.template of_frame<Pair>();
+    dOmega_ = df_ = sum_f_ = dK_ = dF_ = sum_K_ = space_.zero<Pair>();
   }
 
   void start(const Dense& point, const Dense& V) override {
@@ -213,13 +110,12 @@ class Rk4BodyTangent final : public TangentMap {
     pairs_.assign(
         count((V.cols() + 1) / 2),
         {{has_frame_ ? Q_.size() : 0, compensated_}, {M_.size(), compensated_}, 0, {}, {}});
-    auto dQ = Q_;
-    auto dM = M_;
+    auto dQ = Q_, dM = M_;
     const Index N = parameters_.lambda.size();
     for (Index v = 0; v < V.cols(); ++v) {
       auto& x = pairs_[count(v / 2)];
       const auto lane = static_cast<int>(v % 2);
-      space_.write(V.col(v).reshaped(V.rows() / N, N), Q_.data(), has_frame_, dQ.data(), dM.data());
+      space_.set(V.col(v).reshaped(V.rows() / N, N), dQ.data(), dM.data());
       for (std::size_t i = 0; i < dM.size(); ++i) x.M.set(i, lane, dM[i]);
       for (std::size_t i = 0; has_frame_ && i < dQ.size(); ++i) x.Q.set(i, lane, dQ[i]);
       const Eigen::VectorXd by_lambda = parameters_.by_lambda.col(v);
@@ -227,7 +123,7 @@ class Rk4BodyTangent final : public TangentMap {
       x.by_h.set(lane, parameters_.by_h(v));
       x.by_sum.resize(M_.size(), 0.0);
       x.by_difference.resize(M_.size(), 0.0);
-      for (Index k = 0; k < space_.momentum; ++k) {
+      for (Index k = 0; k < space_.size; ++k) {
         x.by_sum[count(k)].set(lane, space_.sum(by_lambda, k));
         x.by_difference[count(k)].set(lane, space_.difference(by_lambda, k));
       }
@@ -247,10 +143,8 @@ class Rk4BodyTangent final : public TangentMap {
   bool direct() const override { return false; }
   RunStatus at(std::int64_t) override { return {Outcome::solver_stalled, std::nullopt}; }
 
-  void read(const Dense& point, Dense& V) const override {
-    auto Q = Q_, dQ = Q_;
-    auto M = M_, dM = M_;
-    space_.set(point, Q.data(), M.data());
+  void read(const Dense&, Dense& V) const override {
+    auto dQ = Q_, dM = M_;
     const Index N = parameters_.lambda.size();
     Dense block(V.rows() / N, N);
     for (Index v = 0; v < V.cols(); ++v) {
@@ -258,19 +152,15 @@ class Rk4BodyTangent final : public TangentMap {
       const auto lane = static_cast<int>(v % 2);
       for (std::size_t i = 0; i < dM.size(); ++i) dM[i] = x.M.values()[i][lane];
       for (std::size_t i = 0; has_frame_ && i < dQ.size(); ++i) dQ[i] = x.Q.values()[i][lane];
-      space_.read(Q.data(), dQ.data(), dM.data(), block);
+      space_.read(dQ.data(), dM.data(), block);
       V.col(v) = block.reshaped();
     }
   }
 
  private:
-  template <class T>
-  using Frame = typename Space::template Frame<T>;
-  template <class T>
-  using Momentum = typename Space::template Momentum<T>;
   struct Stage {
-    Momentum<double> Omega, square, f;  ///< Ω_i, 2Ω_i², f_i
-    Frame<double> F, K;
+    std::vector<double> Omega, square, f;  ///< Ω_i, 2Ω_i², f_i
+    std::vector<double> F, K;
   };
   /// Two vectors, and the derivatives of h, λ_i + λ_j and λ_i − λ_j along them.
   struct Two {
@@ -303,7 +193,7 @@ class Rk4BodyTangent final : public TangentMap {
   }
 
   void move(Two& x) {
-    stop_point(26 * static_cast<double>(space_.frame * parameters_.lambda.size()));
+    stop_point(26 * static_cast<double>(space_.size * parameters_.lambda.size()));
     const bool varies = !x.by_sum.empty();
     std::fill(sum_f_.begin(), sum_f_.end(), Pair(0));
     std::fill(sum_K_.begin(), sum_K_.end(), Pair(0));
@@ -318,8 +208,8 @@ class Rk4BodyTangent final : public TangentMap {
     if (!has_frame_) return;
     for (Pair& sum : sum_K_) sum *= sixth;
     std::fill(dF_.begin(), dF_.end(), Pair(0));
-    space_.add_frames(x.Q.values(), P_.data(), dF_.data());
-    space_.add_frames(Q_.data(), sum_K_.data(), dF_.data());
+    space_.add_product(x.Q.values(), P_.data(), dF_.data());
+    space_.add_product(Q_.data(), sum_K_.data(), dF_.data());
     for (std::size_t i = 0; i < dF_.size(); ++i) x.Q.add(i, dF_[i]);
   }
 
@@ -370,33 +260,30 @@ class Rk4BodyTangent final : public TangentMap {
       for (std::size_t k = 0; k < M_.size(); ++k)
         M_[k] += weights_[s] / 6 * parameters_.h * stages_[s].f[k];
     if (!has_frame_) return;
-    auto Q = space_.template of_frame<Pair>();
+    auto Q = space_.zero<Pair>();
     std::copy(Q_.begin(), Q_.end(), Q.begin());
     std::fill(dF_.begin(), dF_.end(), Pair(0));
-    space_.add_frames(Q.data(), P_.data(), dF_.data());
+    space_.add_product(Q.data(), P_.data(), dF_.data());
     for (std::size_t i = 0; i < Q_.size(); ++i) Q_[i] += dF_[i][0];
   }
 
   int substeps_;
   bool compensated_, has_frame_;
-  Space space_;
+  Matrices space_;
   ColumnParameters parameters_;
-  Momentum<double> inverse_, difference_;  ///< 1/(λ_i + λ_j) and λ_i − λ_j
-  Momentum<double> M_;
-  Frame<double> Q_, P_;
+  std::vector<double> inverse_, difference_;  ///< 1/(λ_i + λ_j) and λ_i − λ_j
+  std::vector<double> M_, Q_, P_;
   std::array<Stage, 4> stages_;
   std::vector<Two> pairs_;
-  Momentum<Pair> dOmega_, df_, sum_f_;
-  Frame<Pair> dK_, dF_, sum_K_;
+  std::vector<Pair> dOmega_, df_, sum_f_, dK_, dF_, sum_K_;
 };
 
 }  // namespace
 
 std::unique_ptr<TangentMap> rk4_body_tangent(const Scene& scene, const ColumnParameters& at) {
   constexpr Index largest = 10;
-  if (scene.dimension() == 3) return std::make_unique<Rk4BodyTangent<Quaternions>>(scene, at);
   if (scene.dimension() > largest) return nullptr;
-  return std::make_unique<Rk4BodyTangent<Matrices>>(scene, at);
+  return std::make_unique<Rk4BodyTangent>(scene, at);
 }
 
 }  // namespace stiefel

@@ -7,6 +7,7 @@
 #include "engine/laws/derivative.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/random_matrices.h"
 
 namespace stiefel {
 namespace {
@@ -235,6 +236,63 @@ TEST(Linearization, ByParameters) {
               .finished();
       EXPECT_LT((columns.col(k) - expected).norm(), 1e-9 * (1 + expected.norm()))
           << method << " parameter " << k;
+    }
+  }
+}
+
+/// A frame with columns of zeros behind it moves as the frame does. From 64 columns on, vectors move
+/// in packs of columns.
+TEST(Linearization, OfManyColumnsIsThatOfFew) {
+  for (const auto& [n, order, arithmetic] :
+       {std::tuple(1, 2, "compensated"), {2, 4, "plain"}, {3, 2, "compensated"},
+        {4, 6, "compensated"}, {5, 2, "plain"}, {6, 2, "compensated"}}) {
+    constexpr int few = 9;
+    testing::RandomMatrices<double> random(static_cast<unsigned>(n));
+    const Dense Q = random.frame(n, few), A = random.matrix(n, few);
+    const Eigen::VectorXd lambda = random.lambda(few);
+    const Dense R = A * Q.transpose(), V = (A - (R + R.transpose()) * Q / 2) / A.norm();
+    const auto scene_with = [&](int columns) {
+      const auto wide = [&](const Dense& x) {
+        Dense out = Dense::Zero(x.rows(), columns);
+        out.leftCols(few) = x;
+        return out;
+      };
+      SceneDescription description;
+      description.system = "stiefel";
+      description.method = MethodDescription{"variational", order, 2, arithmetic};
+      description.inertia.assign(lambda.begin(), lambda.end());
+      description.inertia.resize(static_cast<std::size_t>(columns), 1.5);
+      description.initial = {{"Q", Block(wide(Q))},
+                             {"S", Block(wide(V * lambda.asDiagonal()))}};
+      description.step = 0.2;
+      return Scene::resolve(std::move(description)).value();
+    };
+    const Scene scene = scene_with(few);
+    const auto motion = make_simulation(scene);
+    const Dense basis = made(scene, *motion).basis(*motion);
+    Linearization tangent = made(scene, *motion, {basis, true, true, true});
+    ASSERT_TRUE(tangent.advance(*motion, 3).reached());
+    const Dense expected = tangent.vectors(*motion);
+    for (const int columns : {64, 64 + few, 200}) {
+      const Scene wide_scene = scene_with(columns);
+      const auto wide_motion = make_simulation(wide_scene);
+      Dense vectors = Dense::Zero(2 * n * columns, basis.cols());
+      for (int row = 0; row < 2 * n; ++row)
+        vectors.middleRows(row * columns, few) = basis.middleRows(row * few, few);
+      Linearization wide = made(wide_scene, *wide_motion, {vectors, true, true, true});
+      ASSERT_TRUE(wide.advance(*wide_motion, 3).reached());
+      const Dense found = wide.vectors(*wide_motion);
+      for (Eigen::Index k = 0; k < expected.cols(); ++k) {
+        // Then come the derivatives by λ, of which the wide frame has more, and by the step.
+        const Eigen::Index other = k < basis.cols() + few ? k : found.cols() - 1;
+        double off = 0;
+        for (int row = 0; row < 2 * n; ++row)
+          off += (found.col(other).segment(row * columns, few) -
+                  expected.col(k).segment(row * few, few))
+                     .squaredNorm();
+        EXPECT_LT(std::sqrt(off), 1e-13 * (1 + expected.col(k).norm()))
+            << "V(" << n << ", " << columns << ") vector " << k;
+      }
     }
   }
 }
