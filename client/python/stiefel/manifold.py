@@ -201,7 +201,8 @@ class _Manifold:
         frames = self._in(Q)
         defect = float(np.max(np.abs(frames @ np.swapaxes(frames, -1, -2) - np.eye(self.n)), initial=0.0))
         if not defect <= FRAME_TOLERANCE:
-            raise ValueError(f"max |QQ^T - I| = {defect:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}")
+            raise ValueError(f"max |QQ^T - I| = {defect:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}; "
+                             "project(Q) has the nearest ones")
         return frames
 
     def _vector(self, Q: Array, V: ArrayLike) -> Array:
