@@ -2,6 +2,7 @@
 import json
 import os
 import pty
+import re
 
 import numpy as np
 import pytest
@@ -119,6 +120,8 @@ def test_a_diagnosis_on_a_terminal_is_a_table(tmp_path):
     table = on_terminal()
     assert table.startswith("REACHED at step 100, time ") and "spatial_momentum[0,1]" in table and "estimated error at t = " in table
     assert len({line.index("exact") for line in table.splitlines() if " exact" in line}) == 1
+    digits = [number.partition("e")[0].replace(".", "").lstrip("-0") for number in re.findall(r"-?\d[\d.]*(?:e[-+]\d+)?", table)]
+    assert 4 < max(map(len, digits)) <= 6
     assert json.loads(on_terminal("--json"))["outcome"] == "REACHED"
     for more in ([], ["--every", "1"]):
         assert on_terminal("--output", tmp_path / "run.csv", *more, command="run") == table
