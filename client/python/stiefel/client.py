@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import functools
 import os
-from typing import Any, Iterable, Iterator, Optional, Sequence
+from typing import Any, Iterable, Iterator, Mapping, Optional, Sequence
 
 import grpc
 import numpy as np
@@ -176,6 +176,11 @@ class Client:
         scene beside its velocity, where the metric has one. The other arguments are those of `geodesic`.
         """
         given = list(pairs)
+        for i, pair in enumerate(given):
+            if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or np.ndim(pair[0]) < 2 and not isinstance(pair[0], Mapping):
+                raise refused(f"pairs[{i}]", "must be two frames (Q_0, Q_T)")
+        if metric == "lambda" and not np.size(inertia):
+            raise refused("inertia", "is empty: must have the N numbers of Lambda, or metric be euclidean, canonical or beta")
         return self._connect(given, [f"pairs[{i}]." for i in range(len(given))], inertia=inertia, metric=_metric(metric),
                              time=time, steps=steps, samples=samples, seed=seed, restarts=restarts, timeout=timeout, beta=beta,
                              scenes=scenes, normalize=normalize)
@@ -304,6 +309,8 @@ def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
     pair = pb.FramePair()
     for name, frame in (("Q_0", Q_0), ("Q_T", Q_T)):
         matrix, tensor = (pair.q_0, pair.q_0_tensor) if name == "Q_0" else (pair.q_t, pair.q_t_tensor)
+        if np.ndim(frame) == 2 and np.shape(frame)[0] > np.shape(frame)[1]:
+            raise refused(path + name, f"the shape {np.shape(frame)}: it looks transposed: frames have their vectors as rows")
         if normalize:
             frame = orthonormal(path + name, to_array(to_matrix(frame, path + name)))
         if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > LARGE:
