@@ -83,6 +83,14 @@ def test_what_the_python_client_saved_is_run_again(stiefel, tmp_path):
         assert client.load(tmp_path / f"cli.{extension}") == run == client.rerun(tmp_path / f"cli.{extension}")
 
 
+@pytest.mark.parametrize("extension", ["npz", "csv"])
+def test_a_file_of_samples_is_no_scene(stiefel, extension):
+    file = f"out.{extension}"
+    assert stiefel("run", BODY, "--to", 3, "--output", file).status == 0
+    again = stiefel("run", file, "--to", 3)
+    assert again.status == 2 and again.err.endswith("; a file of samples is for stiefel rerun\n"), again.err
+
+
 @pytest.mark.parametrize("name, text, why", [
     ("none.npz", None, "cannot be read"), ("other.npz", "no archive", "is not a file that stiefel run --output wrote"),
     ("other.json", "[1]", "is not a file"), ("other.csv", "step,time\n", "is not a file"), ("other.txt", "", "must end in .json, .csv or .npz"),
