@@ -76,12 +76,12 @@ void print_report(const nlohmann::ordered_json& report, const v1::DiagnoseRespon
     return show_summary(diagnosis);
   }
   std::cout << to_string(diagnosis.run_status().outcome()) << " at step " << diagnosis.step()
-            << ", time " << stiefel::to_text(diagnosis.time()) << '\n';
+            << ", time " << stiefel::to_text(diagnosis.time(), 6) << '\n';
   Rows rows = {{"invariant", "value", "drift", "kept"}};
   for (const auto& invariant : diagnosis.invariants()) {
     std::string name = invariant.name();
     if (invariant.has_member()) name += " of member " + std::to_string(invariant.member());
-    rows.push_back({name, stiefel::to_text(invariant.value()),
+    rows.push_back({name, stiefel::to_text(invariant.value(), 6),
                     scientific_text(invariant.drift(), 2), to_string(invariant.conservation())});
   }
   if (diagnosis.has_orthogonality())

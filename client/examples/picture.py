@@ -83,25 +83,27 @@ def basin(file: Any, flips: Any, largest: float, moments: Any, seconds: float) -
 
 def integrability(file: Any, rows: list[dict[str, Any]], sections: Any) -> None:
     """Draws the growth of tangent vectors by group and verdict, the exponents of the six sizes, and two sections of V(2, 3)."""
-    colours = {"regular": "#0072B2", "chaotic": "#D55E00", "undecided": "#64748b"}
-    figure, axes = plt.subplots(2, 2, figsize=(11, 8), layout="constrained")
+    # Dark, light and grey with a mark each, so that they can be told apart in grey.
+    styles = {"regular": ("#004c7a", "o"), "chaotic": ("#E69F00", "^"), "undecided": ("#64748b", "s")}
+    figure, axes = plt.subplots(2, 2, figsize=(11, 8.4), layout="constrained")
     for row in rows:
-        axes[0, 0].loglog(row["times"], np.maximum(row["growth"], 0.3), lw=0.6, ls="-", color=colours[row["verdict"]], alpha=0.6)
+        axes[0, 0].loglog(row["times"], np.maximum(row["growth"], 0.3), lw=0.6, ls="-", color=styles[row["verdict"]][0], alpha=0.6)
     times = np.array(max((row["times"] for row in rows), key=len, default=[1, 2]))
     axes[0, 0].loglog(times, np.log(times), color="black", lw=1.5, ls="--")
-    axes[0, 0].set(title="t λ(t); dashed: ln t", xlabel="time")
+    axes[0, 0].set(title="growth t λ(t) of a tangent vector; dashed: ln t", xlabel="time t")
     groups = list(dict.fromkeys(row["group"] for row in rows))
     for row in rows:
-        place = groups.index(row["group"]) + (row["seed"][1] % 12 - 6) / 20
-        axes[0, 1].errorbar(place, max(row["exponent"], 1e-4), min(row["error"], row["exponent"] * 0.99), fmt=".", ms=4, lw=0.7,
-                            color=colours[row["verdict"]])
-    axes[0, 1].set(title="largest exponent, with its error", yscale="log", ylim=(1e-4, None))
-    axes[0, 1].set_xticks(range(len(groups)), groups, rotation=60, ha="right", fontsize=8)
-    for verdict, colour in colours.items():
-        axes[0, 1].plot([], [], ".", color=colour, label=verdict)
-    axes[0, 1].legend(fontsize=8)
+        place, (colour, mark) = groups.index(row["group"]) + (row["seed"][1] % 12 - 6) / 20, styles[row["verdict"]]
+        axes[0, 1].errorbar(place, max(row["exponent"], 1e-4), min(row["error"], row["exponent"] * 0.99), fmt=mark, ms=3.5, lw=0.7,
+                            color=colour)
+    axes[0, 1].set(title="largest exponent and its error, per unit of time", yscale="log", ylim=(1e-4, None))
+    axes[0, 1].set_xticks(range(len(groups)), groups, rotation=60, ha="right", fontsize=9)
+    for verdict, (colour, mark) in styles.items():
+        axes[0, 1].plot([], [], ls="", marker=mark, color=colour, label=verdict)
+    axes[0, 0].legend(*axes[0, 1].get_legend_handles_labels(), loc="upper left")
     for axis, (inertia, orbits) in zip(axes[1], sections):
         for k, (azimuth, height) in enumerate(orbits):
-            axis.plot(np.degrees(azimuth), height, ls="", marker=",", color=plt.get_cmap("tab20")(k % 20))
-        axis.set(title=f"V(2, 3), Λ = {inertia}: the plane's normal where M_13 = 0", xlabel="azimuth, °", ylabel="height", xlim=(-180, 180), ylim=(-1, 1))
+            axis.plot(np.degrees(azimuth), height, ls="", marker=".", ms=2, mew=0, color=plt.get_cmap("tab20")(k % 20))
+        axis.set(title=f"section of V(2, 3), Λ = {inertia}, where M₁₃ = 0", xlabel="azimuth of the plane's normal, °",
+                 ylabel="its height along axis 2", xlim=(-180, 180), ylim=(-1, 1))
     save(figure, file)

@@ -37,9 +37,10 @@ for axes in (whole, near):
     axes.view_init(*np.degrees([-np.arcsin(q[2]), np.arctan2(q[1], q[0]) + np.pi]))
 whole.plot(*(q * semi_axes)[:, None], "ko", markersize=3)
 whole.set_box_aspect(semi_axes, zoom=1.5)
-centre, width = locus.mean(axis=0), np.ptp(locus, axis=0).max()
+centre, width = (locus.min(axis=0) + locus.max(axis=0)) / 2, np.ptp(locus, axis=0).max()
 near.set(xlim=centre[0] + width * np.array([-0.6, 0.6]), ylim=centre[1] + width * np.array([-0.6, 0.6]),
          zlim=centre[2] + width * np.array([-0.6, 0.6]))
+near.set_box_aspect((1, 1, 1), zoom=1.5)
 whole.set_title("geodesics up to their first conjugate point")
 near.set_title("the conjugate locus has four cusps")
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "conjugate_points.png", dpi=100)

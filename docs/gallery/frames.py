@@ -29,5 +29,8 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
                 axes.plot(*zip([0, 0, 0], frames[end, row]), style, color=color, linewidth=1)
         axes.set_box_aspect((1, 1, 1), zoom=1.5)
         axes.set_axis_off()
+        axes.plot([], [], "k--", linewidth=1, label="first frame")
+        axes.plot([], [], "k-", linewidth=1, label="last frame")
+        axes.legend(loc="lower right", fontsize=8, frameon=False)
         axes.set_title(f"Λ = diag{tuple(inertia)}, energy {way.energy:.3f}")
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "frames.png", dpi=100)

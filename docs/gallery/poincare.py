@@ -36,7 +36,7 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
                     lambda s: np.degrees(np.arctan2(normal(s)[:, 0], normal(s)[:, 2])), lambda s: normal(s)[:, 1], M12]).points
             axes.plot(*points[:, :2].T, ".", markersize=1.5, color=plt.get_cmap("tab10")(k))
             spread = max(spread, np.ptp(points[:, 2]) if len(points) else 0.0)
-        axes.set(title=f"Λ = {inertia}: M₁₂ varies by {spread:.0e}", xlabel="azimuth of the normal, °", xlim=(-180, 180))
+        axes.set(title=f"Λ = {inertia}: M₁₂ varies by {spread:.1g}", xlabel="azimuth of the normal, °", xlim=(-180, 180))
         assert (spread < 1e-9) == (inertia[0] == inertia[1])
 both[0].set(ylabel="its height along the second axis", ylim=(-1, 1))
 figure.savefig(sys.argv[1], dpi=100)

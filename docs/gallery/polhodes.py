@@ -26,7 +26,7 @@ elevation, azimuth = np.radians([20, 40])
 eye = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
 behind = (momentum @ eye < 0)[..., None]
 
-figure = plt.figure(figsize=(6, 6))
+figure = plt.figure(figsize=(6, 6), constrained_layout=True)
 axes = figure.add_subplot(projection="3d")
 for member in range(len(starts)):
     energy = (starts[member] ** 2 / moments).sum()
@@ -34,7 +34,8 @@ for member in range(len(starts)):
     for hidden, alpha in ((~behind, 0.2), (behind, 1.0)):
         axes.plot(*np.where(hidden, np.nan, momentum)[:, member].T, color=colour, linewidth=1.2, alpha=alpha)
 ticks = [-1, 0, 1]
-axes.set(xlabel="m₁", ylabel="m₂", zlabel="m₃", title="Momentum in body axes", xticks=ticks, yticks=ticks, zticks=ticks)
+axes.set(xlabel="m₁", ylabel="m₂", zlabel="m₃", xticks=ticks, yticks=ticks, zticks=ticks,
+         title="Momentum in body axes, kg m²/s")
 axes.set_box_aspect((1, 1, 1))
 axes.view_init(20, 40)
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "polhodes.png", dpi=100)

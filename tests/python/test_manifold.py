@@ -141,12 +141,17 @@ def test_frames_and_tangents_are_what_they_are_called(manifold):
 
 @pytest.mark.parametrize("make, said", [
     (lambda: Stiefel(4, 3), "n = 4, N = 3: must be 1 <= n <= N"),
+    (lambda: Stiefel(8, 3), "N = 3: .*; Stiefel\\(n, N\\) has n vectors of N numbers"),
     (lambda: Stiefel(2, 3, "round"), "metric: 'round': must be"),
     (lambda: Stiefel(2, 3, [1, 2]), "3 positive numbers"),
     (lambda: SpecialOrthogonal(3, [1, -2, 3]), "sum of any two"),
     (lambda: Stiefel(2, 3, layout="C"), "layout: 'C'"),
     (lambda: Stiefel(2, 3).exp(np.eye(3), np.eye(3)), r"the shape \(3, 3\): must end with \(2, 3\)"),
-    (lambda: Stiefel(2, 3).exp(2 * np.eye(2, 3), np.zeros((2, 3))), r"max \|QQ\^T - I\| = 3.0e\+00: frames must"),
+    (lambda: Stiefel(2, 3).log(np.eye(3, 2), np.eye(3, 2)), "layout 'rows'; layout='columns' takes this one$"),
+    (lambda: Stiefel(2, 3, layout="columns").project(np.eye(2, 3)), "layout 'columns'; layout='rows' takes this one$"),
+    (lambda: Stiefel(2, 3).log(np.ones((4, 1, 1)) * np.eye(2, 3), np.ones((3, 1, 1)) * np.eye(2, 3)), r"axes \(4,\) and \(3,\) do not broad"),
+    (lambda: Stiefel(2, 3).exp(np.ones((4, 1, 1)) * np.eye(2, 3), np.zeros((3, 2, 3))), r"axes \(4,\) and \(3,\) do not broadcast"),
+    (lambda: Stiefel(2, 3).exp(2 * np.eye(2, 3), np.zeros((2, 3))), r"max \|QQ\^T - I\| = 3.0e\+00: frames must .*; project"),
     (lambda: Stiefel(2, 3).log(np.eye(2, 3), np.full((2, 3), np.nan)), r"= nan: frames must"),
     (lambda: Stiefel(2, 3).exp(np.eye(2, 3), np.eye(2, 3)), r"max \|VQ\^T \+ QV\^T\| = 2.0e\+00: must be tangent at Q"),
     (lambda: Stiefel(2, 3).transport(np.eye(2, 3), np.zeros((2, 3)), np.ones((2, 3))), "must be tangent at Q"),

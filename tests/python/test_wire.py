@@ -107,6 +107,20 @@ def test_many_pairs_in_their_order(client):
     assert caught.value.violations[0].field.startswith("pairs[1].Q_T")
 
 
+def test_rounded_frames_are_joined_when_normalized(client):
+    Q_0, Q_T = stiefel.manifold.Stiefel(2, 4).random(2, seed=3)
+    rounded = (Q_0.round(3), Q_T.round(3).astype(np.float32))
+    for call in (lambda **more: client.connect([rounded], metric="euclidean", **more)[0],
+                 lambda **more: client.geodesic([1, 1, 1, 1], *rounded, **more)):
+        with pytest.raises(stiefel.InvalidArgument, match="to 1e-06; normalize=True makes it so"):
+            call()
+        assert abs(call(normalize=True).energy - client.geodesic([1, 1, 1, 1], Q_0, Q_T).energy) < 1e-2
+    with pytest.raises(stiefel.InvalidArgument, match=r"pairs\[0\].Q_T: changes by 0.5: normalize changes a state by at most 0.01"):
+        client.connect([(Q_0, 1.5 * np.eye(2, 4))], metric="euclidean", normalize=True)
+    with pytest.raises(stiefel.InvalidArgument, match="to 1e-06$"):
+        client.connect([(Q_0, 1.5 * np.eye(2, 4))], metric="euclidean")
+
+
 def test_calls_have_a_price(client):
     with client.create(SCENE) as session:
         step = session.step_price

@@ -89,7 +89,11 @@ void parse_messages(const std::string& name, const std::string& given,
   if (beside != nullptr) types.push_back(beside);
   const std::string plain = without_mark(name, given);
   const Syntax syntax = check_syntax(plain, types);
-  if (!syntax.fault.empty()) throw BadInput(name + ": " + syntax.fault);
+  if (!syntax.fault.empty()) {
+    const bool samples = plain.starts_with("# {") || plain.starts_with("PK\x03\x04");
+    throw BadInput(name + ": " + syntax.fault +
+                   (samples ? "; a file of samples is for stiefel rerun" : ""));
+  }
   std::string text = plain;
   if (syntax.nested || rewrite) {
     auto json = nlohmann::json::parse(plain);

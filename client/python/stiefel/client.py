@@ -3,17 +3,17 @@ from __future__ import annotations
 
 import functools
 import os
-from typing import Any, Iterable, Iterator, Optional, Sequence
+from typing import Any, Iterable, Iterator, Mapping, Optional, Sequence
 
 import grpc
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel._given.normalized import normalized
+from stiefel._given.normalized import normalized, orthonormal, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
-from stiefel._wire.arrays import LARGE, set_tensor
+from stiefel._wire.arrays import LARGE, set_tensor, to_array
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreation import route
 from stiefel._wire.replies import complete, described, require
@@ -151,47 +151,57 @@ class Client:
 
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
                  samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
-                 timeout: Optional[float] = None) -> Geodesic:
+                 timeout: Optional[float] = None, normalize: bool = False) -> Geodesic:
         """Returns the geodesic from the frame Q_0 at time 0 to the frame Q_T at `time`.
 
         `steps` > 0 solves the discrete problem of as many steps of the variational method. `samples`: samples of the
         trajectory after the first, 0 for none. `seed` and `restarts`: the seed and the number of the searches that
-        start from random frames.
+        start from random frames. `normalize`: takes the nearest frames of what was rounded to a few digits.
         """
-        pair = _frame_pair(Q_0, Q_T, "")
         try:
-            return self._connect([pair], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
-                                 restarts=restarts, timeout=timeout)[0]
+            return self._connect([(Q_0, Q_T)], [""], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
+                                 restarts=restarts, timeout=timeout, normalize=normalize)[0]
         except StiefelError as error:
             error._relative_to("pairs[0]")
             raise
 
     def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
                 steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
-                timeout: Optional[float] = None, beta: Optional[float] = None, scenes: bool = True) -> tuple[Geodesic, ...]:
-        """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs. Frames that were
-        rounded are refused: `stiefel.manifold.Stiefel(n, N).project` returns the nearest frames.
+                timeout: Optional[float] = None, beta: Optional[float] = None, scenes: bool = True,
+                normalize: bool = False) -> tuple[Geodesic, ...]:
+        """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs.
 
         `metric`: "lambda" (that of `inertia`), "euclidean" (Lambda = I), "canonical", or "beta" with the number `beta`
         (Hüper, Markina and Silva Leite 2021); the last three without `inertia`. `scenes`: whether each answer has its
         scene beside its velocity, where the metric has one. The other arguments are those of `geodesic`.
         """
-        messages = [_frame_pair(Q_0, Q_T, f"pairs[{i}].") for i, (Q_0, Q_T) in enumerate(pairs)]
-        return self._connect(messages, inertia=inertia, metric=_metric(metric), time=time, steps=steps, samples=samples,
-                             seed=seed, restarts=restarts, timeout=timeout, beta=beta, scenes=scenes)
+        given = list(pairs)
+        for i, pair in enumerate(given):
+            if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or np.ndim(pair[0]) < 2 and not isinstance(pair[0], Mapping):
+                raise refused(f"pairs[{i}]", "must be two frames (Q_0, Q_T)")
+        if metric == "lambda" and not np.size(inertia):
+            raise refused("inertia", "is empty: must have the N numbers of Lambda, or metric be euclidean, canonical or beta")
+        return self._connect(given, [f"pairs[{i}]." for i in range(len(given))], inertia=inertia, metric=_metric(metric),
+                             time=time, steps=steps, samples=samples, seed=seed, restarts=restarts, timeout=timeout, beta=beta,
+                             scenes=scenes, normalize=normalize)
 
-    def _connect(self, pairs: Sequence[pb.FramePair], timeout: Optional[float], inertia: Any, time: Any,
-                 restarts: Optional[int], metric: Any = None, beta: Optional[float] = None, scenes: bool = True,
+    def _connect(self, pairs: Sequence[tuple[Any, Any]], paths: Sequence[str], timeout: Optional[float], inertia: Any, time: Any,
+                 restarts: Optional[int], normalize: bool, metric: Any = None, beta: Optional[float] = None, scenes: bool = True,
                  **counts: int) -> tuple[Geodesic, ...]:
+        def messages(normalize: bool) -> list[pb.FramePair]:
+            return [_frame_pair(Q_0, Q_T, path, normalize) for (Q_0, Q_T), path in zip(pairs, paths)]
         request = pb.ConnectRequest(
-            pairs=pairs, metric=metric, inertia=_lambdas(inertia), time=number("time", time, SECONDS),
+            pairs=messages(normalize), metric=metric, inertia=_lambdas(inertia), time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts),
             beta=None if beta is None else number("beta", beta),
             view=pb.GEODESIC_VIEW_SCENE if scenes else pb.GEODESIC_VIEW_VELOCITY,
             **{name: whole(name, count) for name, count in counts.items()})
         replies: dict[int, Any] = {}
-        for reply in self._connection.call_all("Connect", request, timeout):
-            replies.setdefault(reply.pair, []).append(reply)
+        try:
+            for reply in self._connection.call_all("Connect", request, timeout):
+                replies.setdefault(reply.pair, []).append(reply)
+        except InvalidArgument as error:
+            raise error if normalize else with_hint(error, lambda: messages(True) != list(request.pairs)) from None
         if sorted(replies) != list(range(len(pairs))):
             raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
         return tuple(answers.geodesic(replies[pair], request) for pair in range(len(pairs)))
@@ -294,11 +304,15 @@ def _lambdas(inertia: Any) -> Any:
     return given.tolist()
 
 
-def _frame_pair(Q_0: Any, Q_T: Any, path: str) -> pb.FramePair:
+def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
     """Returns two frames as a message, large arrays as bytes. `path` is that of the pair in errors."""
     pair = pb.FramePair()
     for name, frame in (("Q_0", Q_0), ("Q_T", Q_T)):
         matrix, tensor = (pair.q_0, pair.q_0_tensor) if name == "Q_0" else (pair.q_t, pair.q_t_tensor)
+        if np.ndim(frame) == 2 and np.shape(frame)[0] > np.shape(frame)[1]:
+            raise refused(path + name, f"the shape {np.shape(frame)}: it looks transposed: frames have their vectors as rows")
+        if normalize:
+            frame = orthonormal(path + name, to_array(to_matrix(frame, path + name)))
         if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > LARGE:
             set_tensor(tensor, frame)
         else:

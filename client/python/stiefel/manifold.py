@@ -145,14 +145,14 @@ class _Manifold:
     def transport(self, Q: ArrayLike, V: ArrayLike, W: ArrayLike) -> Array:
         """Returns the tangent vector W of Q, transported in parallel along the geodesic with velocity V to exp(Q, V)."""
         frames = self._frame(Q)
-        return self._out(self._metric.transport(*np.broadcast_arrays(frames, self._vector(frames, V), self._vector(frames, W))))
+        return self._out(self._metric.transport(*self._same(frames, self._vector(frames, V), self._vector(frames, W))))
 
     def join(self, Q: ArrayLike, P: ArrayLike, restarts: int = 0, seed: int = 0) -> Joined:
         """Returns the geodesics from Q to P and what is known of them.
 
         `restarts`: how many searches for shorter geodesics start from random paths. Raises NotJoined if a pair has none.
         """
-        frames, others = np.broadcast_arrays(self._frame(Q), self._frame(P))
+        frames, others = self._same(self._frame(Q), self._frame(P))
         axes = frames.shape[:-2]
         pairs = list(zip(frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)))
         found = [geodesic for some in _chunks(pairs)
@@ -194,20 +194,29 @@ class _Manifold:
 
     def _start(self, Q: ArrayLike, V: ArrayLike) -> tuple[Array, Array]:
         frames = self._frame(Q)
-        frames, vectors = np.broadcast_arrays(frames, self._vector(frames, V))
+        frames, vectors = self._same(frames, self._vector(frames, V))
         return frames, vectors
+
+    def _same(self, *arrays: Array) -> tuple[Array, ...]:
+        """Returns the arrays with the same leading axes."""
+        try:
+            return tuple(np.broadcast_arrays(*arrays))
+        except ValueError:
+            axes = " and ".join(str(array.shape[:-2]) for array in arrays)
+            raise ValueError(f"the leading axes {axes} do not broadcast") from None
 
     def _frame(self, Q: ArrayLike) -> Array:
         frames = self._in(Q)
         defect = float(np.max(np.abs(frames @ np.swapaxes(frames, -1, -2) - np.eye(self.n)), initial=0.0))
         if not defect <= FRAME_TOLERANCE:
-            raise ValueError(f"max |QQ^T - I| = {defect:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}")
+            raise ValueError(f"max |QQ^T - I| = {defect:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}; "
+                             "project(Q) has the nearest ones")
         return frames
 
     def _vector(self, Q: Array, V: ArrayLike) -> Array:
         """Returns V, tangent at Q to rounding of numbers of size 1 or to the tolerance of frames, whichever is larger."""
-        vectors = self._in(V)
-        product = vectors @ np.swapaxes(Q, -1, -2)
+        frames, vectors = self._same(Q, self._in(V))
+        product = vectors @ np.swapaxes(frames, -1, -2)
         defect = float(np.max(np.abs(product + np.swapaxes(product, -1, -2)), initial=0.0))
         if not defect <= max(1e-12, FRAME_TOLERANCE * float(np.max(np.abs(vectors), initial=0.0))):
             raise ValueError(f"max |VQ^T + QV^T| = {defect:.1e}: must be tangent at Q; `tangent` makes it so")
@@ -216,7 +225,9 @@ class _Manifold:
     def _in(self, given: ArrayLike) -> Array:
         array = np.asarray(given, float)
         if array.shape[-2:] != self.shape:
-            raise ValueError(f"the shape {array.shape}: must end with {self.shape}, layout {self.layout!r}")
+            other = "columns" if self.layout == "rows" else "rows"
+            raise ValueError(f"the shape {array.shape}: must end with {self.shape}, layout {self.layout!r}"
+                             + f"; layout={other!r} takes this one" * (array.shape[-2:] == self.shape[::-1]))
         return array if self.layout == "rows" else np.swapaxes(array, -1, -2)
 
     def _out(self, array: Array) -> Array:
@@ -246,7 +257,7 @@ class Stiefel(_Manifold):
     def __init__(self, n: int, N: int, metric: Union[str, float, Sequence[float], Array] = "euclidean", *,
                  layout: str = "rows", client: Optional[Client] = None):
         if not 1 <= n <= N:
-            raise ValueError(f"n = {n}, N = {N}: must be 1 <= n <= N")
+            raise ValueError(f"n = {n}, N = {N}: must be 1 <= n <= N; Stiefel(n, N) has n vectors of N numbers")
         super().__init__(n, N, self._metric_of(metric, N), layout, client)
 
     def _metric_of(self, metric: Any, N: int) -> Union[BetaMetric, InertiaMetric]:

@@ -227,6 +227,7 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
         if "system" not in (example := examples[file]):
             raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesic: {', '.join(example)}")
         return dict(example)
+    saved = "; stiefel.load and stiefel.rerun read a file of samples" * (Path(file).suffix in (".csv", ".h5", ".npz", ".parquet"))
     try:
         scene = json.loads(Path(file).read_text(encoding="utf-8-sig"))  # with or without a byte order mark
     except FileNotFoundError as error:
@@ -234,9 +235,9 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
             error.strerror = f"{error.strerror}, and no example has this name{near(file)}"
         raise
     except UnicodeDecodeError as error:
-        raise refused("scene", f"{file}: byte {error.start}: must be UTF-8") from None
+        raise refused("scene", f"{file}: byte {error.start}: must be UTF-8{saved}") from None
     except ValueError as error:
-        raise refused("scene", f"{file}: not JSON: {error}") from None
+        raise refused("scene", f"{file}: not JSON: {error}{saved}") from None
     if not isinstance(scene, dict):
         raise refused("scene", f"{file}: {reprlib.repr(scene)}: must be an object: {{...}}")
     return scene

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._given.instants import instant, seconds_of
 from stiefel._given.mappings import Names, names
-from stiefel._given.normalized import with_hint
+from stiefel._given.normalized import normalized, with_hint
 from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, whole
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
@@ -440,7 +440,7 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
     try:
         reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     except InvalidArgument as error:
-        raise with_given_names(error if normalize else with_hint(error, scene), scene if given is None else given) from None
+        raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene if given is None else given) from None
     session = described(reply.session, request.session_id)
     for text in session.warnings:
         warn_of_scene(text)

@@ -2,6 +2,7 @@
 import json
 import os
 import pty
+import re
 
 import numpy as np
 import pytest
@@ -82,6 +83,14 @@ def test_what_the_python_client_saved_is_run_again(stiefel, tmp_path):
         assert client.load(tmp_path / f"cli.{extension}") == run == client.rerun(tmp_path / f"cli.{extension}")
 
 
+@pytest.mark.parametrize("extension", ["npz", "csv"])
+def test_a_file_of_samples_is_no_scene(stiefel, extension):
+    file = f"out.{extension}"
+    assert stiefel("run", BODY, "--to", 3, "--output", file).status == 0
+    again = stiefel("run", file, "--to", 3)
+    assert again.status == 2 and again.err.endswith("; a file of samples is for stiefel rerun\n"), again.err
+
+
 @pytest.mark.parametrize("name, text, why", [
     ("none.npz", None, "cannot be read"), ("other.npz", "no archive", "is not a file that stiefel run --output wrote"),
     ("other.json", "[1]", "is not a file"), ("other.csv", "step,time\n", "is not a file"), ("other.txt", "", "must end in .json, .csv or .npz"),
@@ -119,6 +128,8 @@ def test_a_diagnosis_on_a_terminal_is_a_table(tmp_path):
     table = on_terminal()
     assert table.startswith("REACHED at step 100, time ") and "spatial_momentum[0,1]" in table and "estimated error at t = " in table
     assert len({line.index("exact") for line in table.splitlines() if " exact" in line}) == 1
+    digits = [number.partition("e")[0].replace(".", "").lstrip("-0") for number in re.findall(r"-?\d[\d.]*(?:e[-+]\d+)?", table)]
+    assert 4 < max(map(len, digits)) <= 6
     assert json.loads(on_terminal("--json"))["outcome"] == "REACHED"
     for more in ([], ["--every", "1"]):
         assert on_terminal("--output", tmp_path / "run.csv", *more, command="run") == table

@@ -151,6 +151,13 @@ def test_frames_and_lists_of_calls(client):
             client.geodesic([1, 2, 3], given, frame)
     with pytest.raises(stiefel.InvalidArgument, match=r"^inertia: the shape \(3, 3\): must be \(numbers\)"):
         client.geodesic(np.diag([1, 2, 3]), frame, frame)
+    with pytest.raises(stiefel.InvalidArgument, match=r"^Q_T: the shape \(3, 1\): it looks transposed"):
+        client.geodesic([1, 2, 3], frame, frame.T)
+    for pairs in ((frame, frame), np.stack([frame, frame]), [(frame, frame, frame)], [frame, frame], [3]):
+        with pytest.raises(stiefel.InvalidArgument, match=r"^pairs\[0\]: must be two frames \(Q_0, Q_T\)"):
+            client.connect(pairs, metric="euclidean")
+    with pytest.raises(stiefel.InvalidArgument, match="^inertia: is empty: .* or metric be euclidean, canonical or beta"):
+        client.connect([(frame, frame)])
 
 
 @pytest.mark.parametrize("members", [B, float(B), str(B), np.int64(B), np.array(B)])

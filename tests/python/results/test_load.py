@@ -170,3 +170,11 @@ def test_errors_at_times(client):
     assert np.isfinite(run.error_at().reference_error).all() and list(run.error_at().step) == [-100, 100]
     with client.create(BODY) as session, pytest.raises(stiefel.InvalidArgument, match="times"):
         session.error_at([[1.0]])
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+def test_a_file_of_samples_is_no_scene(suffix, tmp_path):
+    file = tmp_path / f"run{suffix}"
+    stiefel.simulate(BODY, to=3).save(file)
+    with pytest.raises(stiefel.InvalidArgument, match="; stiefel.load and stiefel.rerun read a file of samples$"):
+        stiefel.simulate(file, to=3)

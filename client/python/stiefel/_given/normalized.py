@@ -2,7 +2,7 @@
 skew momenta."""
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ def normalized(scene: pb.Scene) -> pb.Scene:
     blocks = {**{name: to_array(block) for name, block in scene.initial.items()},
               **{name: decode(tensor) for name, tensor in scene.initial_tensors.items()}}
     stacked = {name: block.reshape(scene.members or 1, -1, block.shape[-1]) for name, block in blocks.items()}
-    fitting = {name: _orthonormal(f"scene.initial.{name}", block) for name, block in stacked.items() if name in _FRAMES}
+    fitting = {name: orthonormal(f"scene.initial.{name}", block) for name, block in stacked.items() if name in _FRAMES}
     if "M" in stacked:
         fitting["M"] = _skew("scene.initial.M", stacked["M"])
     name = _VELOCITIES.get(scene.system, "")
@@ -45,12 +45,13 @@ def normalized(scene: pb.Scene) -> pb.Scene:
     return scene
 
 
-def with_hint(error: InvalidArgument, scene: pb.Scene) -> InvalidArgument:
-    """Returns the error. What it says of a state that `normalized` would make fit says so."""
+def with_hint(error: InvalidArgument, changes: Callable[[], bool]) -> InvalidArgument:
+    """Returns the error. What it says of a state that `normalize` would make fit says so. `changes` makes what was given fit
+    and tells whether that changes it."""
     if not any(rule in violation.description for violation in error.violations for rule in _RULES):
         return error
     try:
-        if normalized(scene) == scene:
+        if not changes():
             return error
     except InvalidArgument:
         return error
@@ -67,7 +68,7 @@ def _copy(scene: pb.Scene) -> pb.Scene:
     return copy
 
 
-def _orthonormal(path: str, given: NDArray[Any]) -> NDArray[Any]:
+def orthonormal(path: str, given: NDArray[Any]) -> NDArray[Any]:
     """Returns the nearest matrices with orthonormal rows: the polar factors."""
     if given.shape[-2] > given.shape[-1]:
         return given  # no frame: the server says so
