@@ -1,25 +1,16 @@
 #include <fstream>
 #include <iterator>
-#include <optional>
 
-#include "client/cli/command.h"
-#include "client/cli/endpoint.h"
-#include "client/cli/options.h"
-#include "client/cli/progress/progress.h"
-#include "client/cli/report.h"
-#include "client/cli/sinks/destination.h"
+#include "client/cli/motion_command.h"
 
 namespace stiefel::cli {
 namespace {
 
-struct LyapunovCommand {
-  SceneSource scene;
-  Remote server;
-  std::int64_t from = 0, every = 0, count = 0, interval = 0, seed = 0;
+struct LyapunovCommand : MotionCommand {
+  std::int64_t every = 0, count = 0, interval = 0, seed = 0;
   std::string method = "discrete_qr";
   /// Files from which to go on, and to which the checkpoint is written.
   std::string resume, checkpoint;
-  std::string output;
 };
 
 template <class Numbers>
@@ -40,7 +31,6 @@ const char* name_of(v1::Verdict verdict) {
 
 v1::LyapunovSpectrumRequest request_of(const LyapunovCommand& command) {
   v1::LyapunovSpectrumRequest request;
-  request.set_from(command.from);
   request.set_every(command.every);
   request.set_count(static_cast<std::uint32_t>(command.count));
   request.set_orthonormalization(command.method == "continuous"
@@ -56,17 +46,10 @@ v1::LyapunovSpectrumRequest request_of(const LyapunovCommand& command) {
 }
 
 ExitStatus lyapunov(const LyapunovCommand& command, Origin& origin) {
-  const v1::Scene scene = read_scene(command.scene, origin);
-  v1::LyapunovSpectrumRequest request = request_of(command);
-  request.set_to(last_step(command.scene, scene));
-  std::optional<Destination> destination, saved;
-  if (!command.output.empty()) destination.emplace(command.output);
+  std::optional<Destination> saved;
   if (!command.checkpoint.empty()) saved.emplace(command.checkpoint);
-  const Endpoint endpoint(command.server);
-  const auto session = endpoint.create(scene);
-  print_remarks(session.description());
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
-  const auto end = with_progress(session, request.to(), [&](Progress& progress) {
+  const auto ask = [&](const auto& session, const auto& request, Progress& progress) {
     return session.lyapunov(request, [&](const v1::LyapunovSpectrumResponse& result) {
       progress.at(result.step());
       if (!result.exponents().empty())
@@ -76,18 +59,17 @@ ExitStatus lyapunov(const LyapunovCommand& command, Origin& origin) {
                            {"log_gali", as_list(result.log_gali())}});
       return true;
     });
+  };
+  return answer(command, origin, request_of(command), ask, [&](auto& json, const auto& end) {
+    json["verdict"] = name_of(end.verdict());
+    json["reason"] = end.reason();
+    json["exponents"] = as_list(end.exponents());
+    json["errors"] = as_list(end.errors());
+    json["log_gali"] = as_list(end.log_gali());
+    json["interval"] = end.interval();
+    json["results"] = std::move(results);
+    if (saved) write_whole(saved, end.checkpoint().data());
   });
-  nlohmann::ordered_json out = ending(end.run_status());
-  out["verdict"] = name_of(end.verdict());
-  out["reason"] = end.reason();
-  out["exponents"] = as_list(end.exponents());
-  out["errors"] = as_list(end.errors());
-  out["log_gali"] = as_list(end.log_gali());
-  out["interval"] = end.interval();
-  out["results"] = std::move(results);
-  if (saved) write_whole(saved, end.checkpoint().data());
-  write_whole(destination, to_text(out) + "\n");
-  return conclude(end.run_status(), end.step());
 }
 
 }  // namespace
@@ -96,10 +78,7 @@ void add_lyapunov(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<LyapunovCommand>();
   auto* app = all.add_subcommand(
       "lyapunov", "Prints Lyapunov exponents with error bars: regular, chaotic or undecided");
-  add_run_of_scene(app, command->scene);
-  app->add_option("--from", command->from, "the step at which the vectors start; 0 by default")
-      ->transform(whole_number(between_steps))
-      ->type_name("STEP");
+  add_motion(app, *command, "the step at which the vectors start; 0 by default");
   app->add_option("--every", command->every, "the numbers about every K steps too")
       ->transform(whole_number())
       ->type_name("K");
@@ -124,20 +103,13 @@ void add_lyapunov(CLI::App& all, Command& chosen) {
       ->type_name("FILE");
   app->add_option("--checkpoint", command->checkpoint, "writes what --resume needs")
       ->type_name("FILE");
-  app->add_option("--output", command->output, "a .json file; stdout by default")
-      ->type_name("FILE.json");
-  add_server(app, command->server);
-  app->callback([=, &chosen] {
-    chosen.origin = {.file = command->scene.shown(),
-                     .options = {{"from", "--from"},
-                                 {"to", command->scene.time ? "--time" : "--to"},
-                                 {"every", "--every"},
-                                 {"count", "--count"},
-                                 {"orthonormalization", "--orthonormalization"},
-                                 {"interval", "--interval"},
-                                 {"checkpoint", "--resume"}}};
-    chosen.run = [command](Origin& origin) { return lyapunov(*command, origin); };
-  });
+  add_end(app, chosen, command,
+          {{"every", "--every"},
+           {"count", "--count"},
+           {"orthonormalization", "--orthonormalization"},
+           {"interval", "--interval"},
+           {"checkpoint", "--resume"}},
+          lyapunov);
 }
 
 }  // namespace stiefel::cli

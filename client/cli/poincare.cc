@@ -1,29 +1,19 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
-#include <optional>
 
-#include "client/cli/command.h"
-#include "client/cli/endpoint.h"
 #include "client/cli/input/message_file.h"
-#include "client/cli/options.h"
-#include "client/cli/progress/progress.h"
-#include "client/cli/report.h"
-#include "client/cli/sinks/destination.h"
+#include "client/cli/motion_command.h"
 #include "stiefel/client/samples.h"
 
 namespace stiefel::cli {
 namespace {
 
-struct PoincareCommand {
-  SceneSource scene;
-  Remote server;
-  std::int64_t from = 0;
+struct PoincareCommand : MotionCommand {
   std::string section;  ///< "q=0,0,1"
   double level = 0;
   std::string direction = "rising";
   std::vector<std::string> coordinates;
-  std::string output;
 };
 
 /// A linear function of a field.
@@ -68,7 +58,6 @@ v1::SummarizeRequest request_of(const PoincareCommand& command, const Linear& se
       {"rising", v1::DIRECTION_RISING},
       {"falling", v1::DIRECTION_FALLING}};
   v1::SummarizeRequest request;
-  request.set_from(command.from);
   request.set_every(1);
   auto& event = *request.add_events();
   event.set_field(section.field);
@@ -112,27 +101,17 @@ ExitStatus poincare(const PoincareCommand& command, Origin& origin) {
   std::vector<Linear> coordinates;
   for (const std::string& text : command.coordinates)
     coordinates.push_back(read_linear("--coordinate", text));
-  const v1::Scene scene = read_scene(command.scene, origin);
-  v1::SummarizeRequest request = request_of(command, section, coordinates);
-  request.set_to(last_step(command.scene, scene));
-  std::optional<Destination> destination;
-  if (!command.output.empty()) destination.emplace(command.output);
-  const Endpoint endpoint(command.server);
-  const auto session = endpoint.create(scene);
-  print_remarks(session.description());
   nlohmann::ordered_json crossings = nlohmann::ordered_json::array();
-  const auto end = with_progress(session, request.to(), [&](Progress& progress) {
+  const auto ask = [&](const auto& session, const auto& request, Progress& progress) {
     return session.summarize(request, [&](const v1::SummarizeResponse& message) {
       progress.at(message.step());
       if (message.events().steps_size() > 0)
         append_crossings(message.events(), section, command.level, coordinates, crossings);
       return true;
     });
-  });
-  nlohmann::ordered_json out = ending(end.run_status());
-  out["crossings"] = std::move(crossings);
-  write_whole(destination, to_text(out) + "\n");
-  return conclude(end.run_status(), end.step());
+  };
+  return answer(command, origin, request_of(command, section, coordinates), ask,
+                [&](auto& json, const auto&) { json["crossings"] = std::move(crossings); });
 }
 
 }  // namespace
@@ -141,7 +120,7 @@ void add_poincare(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<PoincareCommand>();
   auto* app = all.add_subcommand("poincare",
                                  "Prints where a motion crosses a plane in the space of states");
-  add_run_of_scene(app, command->scene);
+  add_motion(app, *command, "the step after which crossings count; 0 by default");
   app->add_option("--section", command->section,
                   "the plane sum(NUMBER * FIELD) = level; the numbers row by row: q=0,0,1")
       ->required()
@@ -152,20 +131,7 @@ void add_poincare(CLI::App& all, Command& chosen) {
   app->add_option("--coordinate", command->coordinates,
                   "a linear function of a field, which is a number of each point. Repeatable")
       ->type_name("FIELD=NUMBER,...");
-  app->add_option("--from", command->from, "the step after which crossings count; 0 by default")
-      ->transform(whole_number(between_steps))
-      ->type_name("STEP");
-  app->add_option("--output", command->output, "a .json file; stdout by default")
-      ->type_name("FILE.json");
-  add_server(app, command->server);
-  app->callback([=, &chosen] {
-    chosen.origin = {.file = command->scene.shown(),
-                     .options = {{"from", "--from"},
-                                 {"to", command->scene.time ? "--time" : "--to"},
-                                 {"events", "--section"},
-                                 {"fields", "--coordinate"}}};
-    chosen.run = [command](Origin& origin) { return poincare(*command, origin); };
-  });
+  add_end(app, chosen, command, {{"events", "--section"}, {"fields", "--coordinate"}}, poincare);
 }
 
 }  // namespace stiefel::cli

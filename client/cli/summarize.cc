@@ -2,33 +2,22 @@
 #include <cctype>
 #include <functional>
 #include <numeric>
-#include <optional>
 
-#include "client/cli/command.h"
-#include "client/cli/endpoint.h"
 #include "client/cli/input/message_file.h"
 #include "client/cli/input/nested_numbers.h"
-#include "client/cli/interrupt.h"
-#include "client/cli/options.h"
-#include "client/cli/progress/progress.h"
-#include "client/cli/report.h"
+#include "client/cli/motion_command.h"
 #include "client/cli/sinks/description.h"
-#include "client/cli/sinks/destination.h"
 
 namespace stiefel::cli {
 namespace {
 
-struct SummarizeCommand {
-  SceneSource scene;
-  Remote server;
-  std::int64_t from = 0;
+struct SummarizeCommand : MotionCommand {
   std::int64_t every = 1;
   /// "energy=drift", "M=min,max".
   std::vector<std::string> quantities;
   /// A file with `quantities`, `events` and `fields`, as in stiefel.v1.SummarizeRequest.
   std::string request;
   bool over_members = false;
-  std::string output;
 };
 
 /// Reads a quantity such as "energy=drift,last".
@@ -71,7 +60,6 @@ v1::SummarizeRequest read_request(const std::string& file) {
 v1::SummarizeRequest request_of(const SummarizeCommand& command) {
   v1::SummarizeRequest request;
   if (!command.request.empty()) request = read_request(command.request);
-  request.set_from(command.from);
   request.set_every(command.every);
   if (command.over_members)
     for (auto& quantity : *request.mutable_quantities()) quantity.set_over_members(true);
@@ -114,48 +102,39 @@ nlohmann::ordered_json outcomes(const v1::Tensor& tensor) {
   return out;
 }
 
-nlohmann::ordered_json to_json(const v1::SummarizeResponse& end, nlohmann::ordered_json events,
-                               bool ensemble) {
-  nlohmann::ordered_json out = ending(end.run_status());
-  auto& statistics = out["statistics"] = nlohmann::ordered_json::object();
+/// Adds the statistics. In an ensemble each member has an outcome.
+void append_statistics(const v1::SummarizeResponse& end, nlohmann::ordered_json& json) {
+  auto& statistics = json["statistics"] = nlohmann::ordered_json::object();
   for (const auto& field : end.statistics()) {
     const bool of_quantity = field.name().find('.') != std::string::npos;
     if (of_quantity)
       statistics[field.name()] = statistic(field);
-    else if (field.name() == "outcome" && ensemble)
-      out["outcomes"] = outcomes(field.value());
+    else if (field.name() == "outcome" && field.value().shape_size() > 0)
+      json["outcomes"] = outcomes(field.value());
     else if (field.name() != "outcome")
-      out[field.name()] = as_lists(field.value());
+      json[field.name()] = as_lists(field.value());
   }
-  if (!events.is_null()) out["events"] = std::move(events);
-  return out;
 }
 
 ExitStatus summarize(const SummarizeCommand& command, Origin& origin) {
   if (command.every <= 0)
     throw BadInput("--every: " + std::to_string(command.every) + " must be positive");
-  const v1::Scene scene = read_scene(command.scene, origin);
-  v1::SummarizeRequest request = request_of(command);
-  request.set_to(last_step(command.scene, scene));
+  const v1::SummarizeRequest request = request_of(command);
   if (request.quantities().empty() && request.events().empty())
     throw BadInput("summarize: give --quantity, or --request with quantities or events");
-  std::optional<Destination> destination;
-  if (!command.output.empty()) destination.emplace(command.output);
-  const Endpoint endpoint(command.server);
-  const auto session = endpoint.create(scene);
-  print_remarks(session.description());
   nlohmann::ordered_json events;
   if (!request.events().empty()) events = nlohmann::ordered_json::array();
-  const auto end = with_progress(session, request.to(), [&](Progress& progress) {
-    return session.summarize(request, [&](const v1::SummarizeResponse& message) {
+  const auto ask = [&](const auto& session, const auto& whole, Progress& progress) {
+    return session.summarize(whole, [&](const v1::SummarizeResponse& message) {
       progress.at(message.step());
       append_events(message.events(), events);
       return true;
     });
+  };
+  return answer(command, origin, request, ask, [&](auto& json, const auto& end) {
+    append_statistics(end, json);
+    if (!events.is_null()) json["events"] = std::move(events);
   });
-  const std::string text = to_text(to_json(end, std::move(events), scene.has_members())) + "\n";
-  write_whole(destination, text);
-  return conclude(end.run_status(), end.step());
 }
 
 }  // namespace
@@ -164,10 +143,7 @@ void add_summarize(CLI::App& all, Command& chosen) {
   const auto command = std::make_shared<SummarizeCommand>();
   auto* app = all.add_subcommand("summarize",
                                  "Prints statistics and events of a motion without its samples");
-  add_run_of_scene(app, command->scene);
-  app->add_option("--from", command->from, "the first sample; 0 by default")
-      ->transform(whole_number(between_steps))
-      ->type_name("STEP");
+  add_motion(app, *command, "the first sample; 0 by default");
   app->add_option("--every", command->every,
                   "a sample every K steps, and always at the last step; 1 by default")
       ->transform(whole_number())
@@ -184,18 +160,9 @@ void add_summarize(CLI::App& all, Command& chosen) {
          "file with `quantities` (which may have quantiles and edges), `events` and `fields`: the "
          "JSON form of stiefel.v1.SummarizeRequest")
       ->type_name("FILE.json");
-  app->add_option("--output", command->output, "a .json file; stdout by default")
-      ->type_name("FILE.json");
-  add_server(app, command->server);
-  app->callback([=, &chosen] {
-    chosen.origin = {.file = command->scene.shown(),
-                     .options = {{"from", "--from"},
-                                 {"to", command->scene.time ? "--time" : "--to"},
-                                 {"every", "--every"},
-                                 {"events", "--request: events"},
-                                 {"fields", "--request: fields"}}};
-    chosen.run = [command](Origin& origin) { return summarize(*command, origin); };
-  });
+  add_end(app, chosen, command,
+          {{"every", "--every"}, {"events", "--request: events"}, {"fields", "--request: fields"}},
+          summarize);
 }
 
 }  // namespace stiefel::cli

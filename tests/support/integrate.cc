@@ -5,7 +5,7 @@
 
 namespace stiefel::testing {
 
-std::vector<long double> solution(const Field& field, std::vector<long double> x, long double t,
+std::vector<long double> solution(const Rates& field, std::vector<long double> x, long double t,
                                   long double tolerance) {
   using State = std::vector<long double>;
   boost::numeric::odeint::integrate_adaptive(

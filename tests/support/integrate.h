@@ -9,11 +9,11 @@
 namespace stiefel::testing {
 
 /// Sets the rates of a state.
-using Field = std::function<void(const std::vector<long double>& x, std::vector<long double>& dx)>;
+using Rates = std::function<void(const std::vector<long double>& x, std::vector<long double>& dx)>;
 
 /// Returns the solution of dx/dt = field(x) at time t from x, computed in extended precision by
 /// Boost.odeint's Bulirsch–Stoer method.
-std::vector<long double> solution(const Field& field, std::vector<long double> x, long double t,
+std::vector<long double> solution(const Rates& field, std::vector<long double> x, long double t,
                                   long double tolerance = 1e-17L);
 
 /// Returns the state of a system at time t. Uses the engine's vector field, but none of its methods.
