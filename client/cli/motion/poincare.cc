@@ -3,7 +3,7 @@
 #include <map>
 
 #include "client/cli/input/message_file.h"
-#include "client/cli/motion_command.h"
+#include "client/cli/motion/motion_command.h"
 #include "stiefel/client/samples.h"
 
 namespace stiefel::cli {
