@@ -1,4 +1,4 @@
-#include "engine/rigid_body/tangents/discrete_body_tangent.h"
+#include "engine/rigid_body/tangents/column_tangents.h"
 
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/support/symmetric_stages.h"

@@ -4,9 +4,8 @@
 #include "engine/linalg/iteration/dual_iterations.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/symmetric/dual_psi.h"
-#include "engine/rigid_body/tangents/discrete_body_tangent.h"
+#include "engine/rigid_body/tangents/column_tangents.h"
 #include "engine/rigid_body/tangents/dual_body_tangents.h"
-#include "engine/rigid_body/tangents/rk4_body_tangent.h"
 
 namespace stiefel {
 namespace {

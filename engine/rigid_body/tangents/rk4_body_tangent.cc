@@ -1,4 +1,4 @@
-#include "engine/rigid_body/tangents/rk4_body_tangent.h"
+#include "engine/rigid_body/tangents/column_tangents.h"
 
 #include <array>
 

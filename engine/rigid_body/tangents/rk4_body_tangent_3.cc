@@ -2,7 +2,7 @@
 
 #include "engine/linalg/lie/so_3.h"
 #include "engine/numbers/pair.h"
-#include "engine/rigid_body/tangents/rk4_body_tangent.h"
+#include "engine/rigid_body/tangents/column_tangents.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
