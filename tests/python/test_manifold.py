@@ -69,6 +69,25 @@ def test_the_logarithm_is_the_inverse_of_exp(manifold):
         assert set(joined.shortest) == {"yes"}
 
 
+@pytest.mark.parametrize("metric", ["euclidean", "canonical", 0.7])
+@pytest.mark.parametrize("n, N", [(1, 5), (2, 9), (5, 40)])
+def test_frames_that_are_joined_in_their_span_have_the_velocity_of_whole_frames(metric, n, N, client):
+    manifold = Stiefel(n, N, metric=metric, client=client)
+    Q = manifold.random(seed=1)
+    V = manifold.random_tangent(Q, seed=2)
+    turn = np.zeros((n, N))
+    turn[0] = manifold.tangent(Q, np.eye(n)[:1].T @ V[:1])[0]  # one vector leaves the span of Q
+    ends = [Q, manifold.exp(Q, 2 * V), manifold.exp(Q, 1e-9 * V), manifold.exp(Q, 1e-4 * V),
+            manifold.exp(Q, manifold.tangent(Q, turn)), manifold.exp(Q, 2 * V).astype(np.float32)]
+    joined = manifold.join(Q, np.array(ends, float))
+    whole = client.connect([(Q, P) for P in ends], scenes=False, metric=metric if isinstance(metric, str) else "beta",
+                           **{} if isinstance(metric, str) else {"beta": metric})
+    for velocity, P, said, geodesic in zip(joined.velocity, ends, joined.shortest, whole):
+        np.testing.assert_allclose(velocity, geodesic.velocity, atol=1e-14)
+        np.testing.assert_allclose(manifold.exp(Q, velocity), P, atol=1e-13 if P.dtype == float else 1e-7)
+        assert said == geodesic.shortest
+
+
 def test_frames_without_a_path_are_refused_by_their_index():
     with pytest.raises(stiefel.InvalidArgument, match=r"pairs\[1\].Q_T: det Q_0 = 1 and det Q_T = -1"):
         SpecialOrthogonal(3).log([np.eye(3), np.eye(3)], [np.eye(3), np.diag([1, 1, -1])])

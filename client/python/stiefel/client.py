@@ -13,7 +13,7 @@ from stiefel._given.normalized import normalized, orthonormal, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
-from stiefel._wire.arrays import LARGE, set_tensor, to_array
+from stiefel._wire.arrays import set_tensor, to_array
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreation import route
 from stiefel._wire.replies import complete, described, require
@@ -304,6 +304,9 @@ def _lambdas(inertia: Any) -> Any:
     return given.tolist()
 
 
+AS_NUMBERS = 256  # numbers; a larger frame of a pair travels as bytes, which takes a tenth of the time
+
+
 def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
     """Returns two frames as a message, large arrays as bytes. `path` is that of the pair in errors."""
     pair = pb.FramePair()
@@ -313,7 +316,7 @@ def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
             raise refused(path + name, f"the shape {np.shape(frame)}: it looks transposed: frames have their vectors as rows")
         if normalize:
             frame = orthonormal(path + name, to_array(to_matrix(frame, path + name)))
-        if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > LARGE:
+        if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > AS_NUMBERS:
             set_tensor(tensor, frame)
         else:
             matrix.CopyFrom(to_matrix(frame, path + name))

@@ -20,7 +20,7 @@ from typing import Any, Iterator, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stiefel._manifold.beta import BetaMetric
+from stiefel._manifold.beta import BetaMetric, Span, defect, polished
 from stiefel._manifold.inertia import InertiaMetric
 from stiefel.client import Client
 from stiefel.errors import StiefelError
@@ -152,16 +152,23 @@ class _Manifold:
 
         `restarts`: how many searches for shorter geodesics start from random paths. Raises NotJoined if a pair has none.
         """
-        frames, others = self._same(self._frame(Q), self._frame(P))
+        (frames, defects), (others, other_defects) = self._checked(Q), self._checked(P)
+        frames, others = self._same(frames, others)
         axes = frames.shape[:-2]
-        pairs = list(zip(frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)))
-        found = [geodesic for some in _chunks(pairs)
+        starts, ends = frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)
+        span = None
+        if isinstance(self._metric, BetaMetric) and self.N > 2 * self.n:
+            span = Span(polished(starts, np.broadcast_to(defects, axes).ravel()),
+                        polished(ends, np.broadcast_to(other_defects, axes).ravel()))
+            starts, ends = span.start, span.end
+        found = [geodesic for some in _chunks(list(zip(starts, ends)))
                  for geodesic in self._client().connect(some, restarts=restarts, seed=seed, scenes=False, **self._metric.request)]
         missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
         if missed:
-            raise NotJoined(missed, len(pairs), found[missed[0]].run_status.message)
-        V = np.reshape([geodesic.velocity for geodesic in found], frames.shape)
-        return Joined(self._out(V), np.sqrt(self._metric.inner(frames, V, V)),
+            raise NotJoined(missed, len(found), found[missed[0]].run_status.message)
+        V = np.reshape([geodesic.velocity for geodesic in found], starts.shape)
+        length = np.sqrt(self._metric.inner(starts, V, V))
+        return Joined(self._out(np.reshape(span.lifted(V) if span else V, frames.shape)), length.reshape(axes),
                       np.reshape([geodesic.residual for geodesic in found], axes),
                       np.reshape([geodesic.shortest for geodesic in found], axes))
 
@@ -206,12 +213,17 @@ class _Manifold:
             raise ValueError(f"the leading axes {axes} do not broadcast") from None
 
     def _frame(self, Q: ArrayLike) -> Array:
+        return self._checked(Q)[0]
+
+    def _checked(self, Q: ArrayLike) -> tuple[Array, Array]:
+        """Returns frames and the defect of each."""
         frames = self._in(Q)
-        defect = float(np.max(np.abs(frames @ np.swapaxes(frames, -1, -2) - np.eye(self.n)), initial=0.0))
-        if not defect <= FRAME_TOLERANCE:
-            raise ValueError(f"max |QQ^T - I| = {defect:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}; "
+        defects = defect(frames)
+        largest = float(np.max(defects, initial=0.0))
+        if not largest <= FRAME_TOLERANCE:
+            raise ValueError(f"max |QQ^T - I| = {largest:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}; "
                              "project(Q) has the nearest ones")
-        return frames
+        return frames, defects
 
     def _vector(self, Q: Array, V: ArrayLike) -> Array:
         """Returns V, tangent at Q to rounding of numbers of size 1 or to the tolerance of frames, whichever is larger."""

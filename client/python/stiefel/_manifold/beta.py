@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+ROUNDING = 1e-13  # of products of frames
 
 
 def transposed(A: Array) -> Array:
@@ -28,6 +29,47 @@ def rotation(A: Array) -> Array:
     theta, X = np.linalg.eigh(1j * A)
     product: Array = np.real(X * np.exp(-1j * theta)[..., None, :] @ np.conj(transposed(X)))
     return product
+
+
+def defect(Q: Array) -> Array:
+    """Returns max |QQ^T - I| of each frame."""
+    largest: Array = np.max(np.abs(Q @ transposed(Q) - np.eye(Q.shape[-2])), axis=(-2, -1), initial=0.0)
+    return largest
+
+
+def polished(Q: Array, defects: Array) -> Array:
+    """Returns frames (pairs, n, N); those that are orthonormal to 1e-6 become orthonormal to rounding."""
+    rounded = (defects > ROUNDING)[:, None, None]
+    for _ in range(2 if np.any(rounded) else 0):  # the defect becomes 3/4 of its square
+        Q = np.where(rounded, (3 * np.eye(Q.shape[-2]) - Q @ transposed(Q)) @ Q / 2, Q)
+    return Q
+
+
+class Span:
+    """Frames Q and P, (pairs, n, N) with N > 2n, in orthonormal bases [Q; K] of their spans. No metric of beta changes under
+    rotations of R^N, so that geodesics from Q to P lie there."""
+
+    def __init__(self, Q: Array, P: Array):
+        n = Q.shape[-2]
+        inside = P @ transposed(Q)
+        K, R = np.linalg.qr(transposed(P - inside @ Q))
+        outside = transposed(R)
+        slanted = np.min(np.abs(np.diagonal(R, axis1=-2, axis2=-1)), axis=-1) < 1e-2
+        if np.any(slanted):  # some of K is the rounding of P - inside Q, and need not be orthogonal to Q
+            both = np.concatenate([transposed(Q[slanted]), K[slanted]], axis=-1)
+            K[slanted] = np.linalg.qr(both)[0][..., n:]
+            outside = np.where(slanted[:, None, None], P @ K, outside)
+        self.Q, self.K = Q, transposed(K)
+        self.start = np.broadcast_to(np.eye(n, 2 * n), inside.shape[:-1] + (2 * n,))
+        end = np.concatenate([inside, outside], axis=-1)
+        equal = np.max(np.abs(end - self.start), axis=(-2, -1), keepdims=True, initial=0.0) < 1e-14
+        self.end = np.where(equal, self.start, end)
+
+    def lifted(self, V: Array) -> Array:
+        """Returns velocities at Q from those at `start`."""
+        n = self.Q.shape[-2]
+        whole: Array = V[..., :n] @ self.Q + V[..., n:] @ self.K
+        return whole
 
 
 class Geodesic:
@@ -101,6 +143,8 @@ class BetaMetric:
 
     def inner(self, Q: Array, V: Array, W: Array) -> Array:
         product: Array = np.sum(V * W, axis=(-2, -1))
+        if self.beta == 1:
+            return product
         along = np.sum((V @ transposed(Q)) * (W @ transposed(Q)), axis=(-2, -1))
         return product - (1 - self.beta) * np.asarray(along)
 
