@@ -13,6 +13,7 @@
 #include <exception>
 #include <new>
 #include <stdexcept>
+#include <thread>
 
 #include "server/scheduling/failpoint.h"
 
@@ -147,13 +148,20 @@ std::expected<Certificates, std::string> certificates(const TlsFiles& files,
                       expire_time(chain.front())};
 }
 
-/// The function that gRPC's core calls at every handshake.
+/// The function that gRPC's core calls at every handshake. gRPC 1.51 destroys the previous
+/// certificates without a lock, although another handshake may be between this function and their
+/// use. Handshakes therefore wait while certificates are exchanged, and for `margin` before and after.
 struct CertificateFetcher {
+  static constexpr auto margin = std::chrono::milliseconds(20);
+
   static grpc_ssl_certificate_config_reload_status fetch(
       void* user_data, grpc_ssl_server_certificate_config** config) noexcept {
     auto& served = *static_cast<ServedCertificates*>(user_data);
+    const std::lock_guard lock(served.exchange_);
+    std::this_thread::sleep_until(served.exchanged_);
     const std::uint64_t version = served.version_;
     if (served.served_ == version) return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
+    if (served.served_ > 0) std::this_thread::sleep_for(margin);
     try {
       const Certificates now = served.current();
       const grpc_ssl_pem_key_cert_pair pair = {now.key.c_str(), now.chain.c_str()};
@@ -163,6 +171,7 @@ struct CertificateFetcher {
     } catch (const std::exception&) {
       return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_FAIL;  // gRPC keeps the previous certificates
     }
+    if (served.served_ > 0) served.exchanged_ = std::chrono::steady_clock::now() + margin;
     served.served_ = version;
     return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
   }

@@ -75,7 +75,9 @@ class ServedCertificates {
   mutable std::mutex mutex_;
   Certificates current_;  // guarded by mutex_
   std::atomic<std::uint64_t> version_ = 1;
-  std::atomic<std::uint64_t> served_ = 0;
+  std::mutex exchange_;
+  std::uint64_t served_ = 0;                           // the version that gRPC has
+  std::chrono::steady_clock::time_point exchanged_{};  // when gRPC uses it; guarded by exchange_
   std::optional<WatchedFiles> watch_;
 
   friend struct CertificateFetcher;
