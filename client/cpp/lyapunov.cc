@@ -12,8 +12,8 @@ namespace {
 /// to the receiver once.
 class GrowthReading {
  public:
-  GrowthReading(const v1::LyapunovSpectrumRequest& request, const Session::SpectrumReceiver& receive)
-      : request_(request), receive_(receive) {}
+  GrowthReading(v1::LyapunovSpectrumRequest& request, const Session::SpectrumReceiver& receive)
+      : request_(request), given_(request.checkpoint()), receive_(receive) {}
 
   void begin() {
     before_ = -1;
@@ -32,6 +32,10 @@ class GrowthReading {
               "a part of the checkpoint is missing");
       checkpoint_ += part.data();
       complete_ = checkpoint_.size() == part.size();
+      if (complete_ && !message.has_run_status()) {
+        request_.set_checkpoint(std::exchange(checkpoint_, {}));
+        progressed_ = true;
+      }
     }
     if (!message.exponents().empty()) {
       require(message.log_gali_size() == message.exponents_size() - 1 && message.step() > before_,
@@ -56,17 +60,25 @@ class GrowthReading {
     return !receive_ || receive_(message);
   }
 
-  bool has_progressed() const { return false; }
-  bool begins_anew_after(const Error&) const { return false; }
+  /// Returns whether a checkpoint has come since the last call of this function.
+  bool has_progressed() { return std::exchange(progressed_, false); }
+  /// Returns whether the error is the refusal of a checkpoint that an earlier stream sent. The
+  /// request then has the caller's checkpoint again.
+  bool begins_anew_after(const Error& error) {
+    if (request_.checkpoint() == given_ || !Recreation::refuses_checkpoint(error)) return false;
+    request_.set_checkpoint(given_);
+    return true;
+  }
   v1::LyapunovSpectrumResponse& last() { return last_; }
 
  private:
-  const v1::LyapunovSpectrumRequest& request_;
+  v1::LyapunovSpectrumRequest& request_;
+  const std::string given_;  // the caller's checkpoint
   const Session::SpectrumReceiver& receive_;
   std::int64_t before_ = -1;     // of this stream
   std::int64_t passed_on_ = -1;  // by all streams
   std::string checkpoint_;
-  bool has_price_ = false, complete_ = false;
+  bool has_price_ = false, complete_ = false, progressed_ = false;
   v1::LyapunovSpectrumResponse last_;
 };
 

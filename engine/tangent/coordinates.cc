@@ -1,6 +1,7 @@
 #include "engine/tangent/coordinates.h"
 
 #include "engine/linalg/lie/so_3.h"
+#include "engine/tangent/systems.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -85,8 +86,33 @@ Dense TangentChart::coordinates(const Dense& x, const Dense& V) const {
 
 Dense TangentChart::tangent(const Dense& x, const Dense& G) const {
   if (!is_body()) return space_.tangent(x, G);
-  const Dense V = basis(x) * coordinates(x, Dense(G.reshaped()));
-  return V.reshaped(rows_, cols_);
+  Dense out(rows_, cols_);
+  out.bottomRows(cols_) = skew_part(G.bottomRows(cols_));
+  if (rows_ == cols_) return out;
+  const Dense Q = x.topRows(cols_), dQ = G.topRows(cols_);
+  const Eigen::PartialPivLU<Dense> lu(Q);
+  out.topRows(cols_) = left() ? Dense(Q * skew_part(lu.solve(dQ)))
+                              : Dense(skew_part(dQ * lu.inverse()) * Q);
+  return out;
+}
+
+StateExtent extent_of(const Scene& scene) {
+  const SceneDescription& description = scene.description();
+  constexpr double of_body = 18;  // Q and M
+  StateExtent out{description.body ? of_body : 0, 0, false, false};
+  for (const auto& [name, block] : description.initial) {
+    out.size += static_cast<double>(block.values.size() + block.imaginary.size());
+    out.is_complex = out.is_complex || block.imaginary.size() > 0;
+  }
+  const double N = static_cast<double>(scene.dimension()),
+               n = static_cast<double>(scene.Q().rows());
+  const std::optional<Tangents> tangents = tangents_of(scene.system());
+  out.is_body =
+      tangents && tangents->space(scene).coordinates != TangentSpace::Coordinates::orthonormal;
+  // QQᵀ = I, but for the systems in GL(N), which have a parameter.
+  const bool has_frame = n > 0 && !out.is_complex && !description.parameter;
+  out.dimension = out.is_body ? N * (N - 1) : out.size - (has_frame ? n * (n + 1) / 2 : 0);
+  return out;
 }
 
 }  // namespace stiefel

@@ -34,4 +34,12 @@ class TangentChart {
   Eigen::Index rows_, cols_;
 };
 
+/// The numbers of a scene's states, and at most how many directions their tangent spaces have.
+struct StateExtent {
+  double size, dimension;
+  bool is_body;  ///< its coordinates are (η, δM)
+  bool is_complex;
+};
+StateExtent extent_of(const Scene& scene);
+
 }  // namespace stiefel

@@ -1,11 +1,13 @@
 #include "stiefel/linearization.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "engine/linalg/lie/so_3.h"
 #include "engine/methods/exact.h"
+#include "engine/methods/variational.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/scene_draft.h"
 #include "engine/stepping/observed_simulation.h"
@@ -354,10 +356,27 @@ double linearization_work(const Scene& scene, double step_work, std::int64_t vec
   return maps * (of_lanes * step_work + of_call) + 40 * m * N;
 }
 
-std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors) {
-  constexpr std::uint64_t of_dual = sizeof(Tangent) / sizeof(double);
-  const auto maps = static_cast<std::uint64_t>((vectors + lanes - 1) / lanes);
-  return (maps * of_dual + 2) * simulation_bytes(scene);
+std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates) {
+  // Counted with malloc: copies of the vectors and of the values of a step, the bases of a tangent
+  // space, and the matrices of a step in dual numbers over those of its simulation.
+  constexpr double copies = 6, of_values = 8, of_bases = 5, object = 1 << 14;
+  const StateExtent x = extent_of(scene);
+  const double of_parameters = static_cast<double>(all_inertia(scene).size() + 1);
+  const double m = std::min(static_cast<double>(vectors), x.dimension + of_parameters);
+  const double basis = !in_coordinates || x.size > Linearization::largest_in_coordinates ? 0
+                       : x.is_body                              ? x.dimension
+                                                                : of_bases * x.size;
+  const double kept = sizeof(double) * x.size * (copies * m + of_values + basis) + object;
+  if (moves_by_columns(scene)) return static_cast<std::uint64_t>(kept);
+  const bool is_square = scene.Q().rows() == scene.Q().cols();
+  const double of_map = x.is_complex ? 5
+                        : scene.method().empty() ||
+                                (is_square && scene.method() == Variational::traits.name)
+                            ? 1.5
+                            : 2.9;
+  const double maps = std::ceil(m / static_cast<double>(lanes));
+  return static_cast<std::uint64_t>(kept + of_map * maps *
+                                               static_cast<double>(simulation_bytes(scene)));
 }
 
 Linearization::Linearization(std::unique_ptr<Vectors> vectors) : vectors_(std::move(vectors)) {}

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/tangent/coordinates.h"
 #include "engine/tangent/lyapunov_run.h"
 #include "stiefel/price.h"
 
@@ -96,11 +97,20 @@ double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors,
          of_numbers * D * m + 8 * D * m * m;
 }
 
-std::uint64_t lyapunov_bytes(const Scene& scene, std::int64_t vectors, std::int64_t size) {
+std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
+                             std::int64_t size) {
+  const StateExtent x = extent_of(scene);
+  const std::int64_t vectors = std::min({lyapunov_vectors(what, size), size,
+                                         static_cast<std::int64_t>(x.dimension)});
   const auto m = static_cast<std::uint64_t>(vectors), D = static_cast<std::uint64_t>(size);
-  const std::uint64_t frame = size <= FrameFlow::largest ? 20 * D * D : 0;
-  return 2 * (linearization_bytes(scene, vectors) + simulation_bytes(scene)) +
-         sizeof(double) * (12 * D * m + frame + 256 * (m + 8) + 8 * m * m);
+  const bool continuous = what.orthonormalization == Orthonormalization::continuous;
+  const std::uint64_t squares =
+      continuous ? 20 : x.is_body || size > Linearization::largest_in_coordinates ? 0 : 3;
+  // A second motion has at most as many vectors as one map of `Tangent` moves.
+  return linearization_bytes(scene, vectors, false) +
+         linearization_bytes(scene, std::min<std::int64_t>(vectors, TangentMap::lanes), false) +
+         simulation_bytes(scene) +
+         sizeof(double) * (6 * D * m + squares * D * D + 256 * (m + 8) + 8 * m * m);
 }
 
 LyapunovExponents::LyapunovExponents(std::unique_ptr<LyapunovRun> run) : run_(std::move(run)) {}

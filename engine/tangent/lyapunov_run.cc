@@ -98,6 +98,7 @@ Violations LyapunovRun::restart(const Simulation& motion, const Place& place) {
   R_ = Dense::Identity(count_, count_);
   W_ = V_;
   if (flow_) return {};
+  linearization_.reset();
   LinearizationDescription moved;
   moved.vectors = vectors_->by_rows(V_);
   moved.as_blocks = true;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -153,7 +154,8 @@ double linearize_work(const Session& session, const v1::LinearizeRequest& reques
 
 std::uint64_t linearize_workspace(const Session& session, const v1::LinearizeRequest& request) {
   return session.simulation_bytes() +
-         linearization_bytes(session.scene(), most_vectors(session, request)) +
+         linearization_bytes(session.scene(), most_vectors(session, request),
+                             request.vectors().shape_size() != 3 || request.bases()) +
          2 * result_bytes(session, request);
 }
 
@@ -249,7 +251,11 @@ bool LinearizeAnswer::next(v1::LinearizeResponse& message) {
 
 LyapunovPrice lyapunov_price(const Session& session, const v1::LyapunovSpectrumRequest& request) {
   const std::int64_t size = state_size(session);
-  const LyapunovDescription what{.count = request.count()};
+  const LyapunovDescription what{
+      .count = request.count(),
+      .orthonormalization = request.orthonormalization() == v1::ORTHONORMALIZATION_CONTINUOUS
+                                ? Orthonormalization::continuous
+                                : Orthonormalization::discrete_qr};
   const auto vectors = std::min(lyapunov_vectors(what, size), size);
   const double step = session.most_work(0, 1);
   const auto steps = static_cast<double>(request.to() - request.from());
@@ -260,7 +266,7 @@ LyapunovPrice lyapunov_price(const Session& session, const v1::LyapunovSpectrumR
   const double beside = 2 * step + lyapunov_work(session.scene(), 2 * step, 1, size);
   price.total = session.most_work(start, request.to()) + steps * price.of_step +
                 most_steps_beside * steps * beside;
-  price.bytes = session.simulation_bytes() + lyapunov_bytes(session.scene(), vectors, size);
+  price.bytes = session.simulation_bytes() + lyapunov_bytes(session.scene(), what, size);
   return price;
 }
 
@@ -314,7 +320,23 @@ grpc::Status LyapunovAnswer::begin() {
   spectrum_.emplace(*std::move(made));
   const std::int64_t every = request_.every();
   mark_ = every > 0 ? what_.from + ((start_ - what_.from) / every + 1) * every : what_.to;
+  checkpoint_step_ = start_;
   return grpc::Status::OK;
+}
+
+std::int64_t LyapunovAnswer::steps_between_checkpoints() const {
+  constexpr double most = 64;
+  constexpr double least_work = 1e10;
+  if (work_ < least_work) return std::numeric_limits<std::int64_t>::max();
+  const double part = std::max(1. / most, least_work / work_);
+  return static_cast<std::int64_t>(part * static_cast<double>(what_.to - what_.from)) + 1;
+}
+
+void LyapunovAnswer::take_checkpoint() {
+  const std::string content = spectrum_->save();
+  checkpoint_ = sign_checkpoint(*session_, growth_format, {content});
+  checkpoint_step_ = LyapunovExponents::saved_step(content);
+  sent_ = 0;
 }
 
 grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
@@ -339,10 +361,9 @@ grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& 
   }
   if (status_.outcome == Outcome::cancelled) return errors::cancelled();
   if (spectrum_ && spectrum_->done()) ended_ = true;
-  if (ended_ && spectrum_) {
-    const std::string content = spectrum_->save();
-    checkpoint_ = sign_checkpoint(*session_, growth_format, {content});
-  }
+  if (spectrum_ &&
+      (ended_ || spectrum_->step() - checkpoint_step_ >= steps_between_checkpoints()))
+    take_checkpoint();
   return grpc::Status::OK;
 }
 
@@ -361,7 +382,7 @@ bool LyapunovAnswer::next(v1::LyapunovSpectrumResponse& message) {
   if (spectrum_) message.set_interval(spectrum_->interval());
   if (sent_ < checkpoint_.size()) {
     auto& part = *message.mutable_checkpoint();
-    part.set_step(step);
+    part.set_step(checkpoint_step_);
     part.set_size(checkpoint_.size());
     part.set_offset(sent_);
     part.set_data(checkpoint_.substr(sent_, part_bytes));

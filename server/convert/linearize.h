@@ -87,8 +87,8 @@ class LyapunovAnswer {
   bool made() const { return simulation_ != nullptr; }
   /// Advances by about `steps` steps. Ends early on a stop request.
   grpc::Status advance(std::int64_t steps, const std::stop_token& stop);
-  /// Whether numbers or the end are there to be sent.
-  bool has_results() const { return due_ || ended_; }
+  /// Whether numbers, a checkpoint or the end are there to be sent.
+  bool has_results() const { return due_ || ended_ || sent_ < checkpoint_.size(); }
   /// Writes the next message over `message`, without results the progress alone. Returns whether it
   /// is the last message.
   bool next(v1::LyapunovSpectrumResponse& message);
@@ -99,6 +99,9 @@ class LyapunovAnswer {
  private:
   grpc::Status read();
   grpc::Status begin();
+  /// At most 64 checkpoints are sent on the way, and none for less than a second's work.
+  std::int64_t steps_between_checkpoints() const;
+  void take_checkpoint();
 
   const SessionLease session_;
   const v1::LyapunovSpectrumRequest& request_;
@@ -107,6 +110,7 @@ class LyapunovAnswer {
   LyapunovDescription what_;
   std::string saved_;  ///< the content of the request's checkpoint
   std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
+  std::int64_t checkpoint_step_ = 0;  ///< of the last checkpoint
   std::unique_ptr<Simulation> simulation_;
   std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;

@@ -116,6 +116,7 @@ std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size
 /// `most_steps_beside` times as many steps as the first one, each of twice the work.
 constexpr double most_steps_beside = 2.7;
 double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors, std::int64_t size);
-std::uint64_t lyapunov_bytes(const Scene& scene, std::int64_t vectors, std::int64_t size);
+std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
+                             std::int64_t size);
 
 }  // namespace stiefel

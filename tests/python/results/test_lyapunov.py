@@ -1,8 +1,10 @@
 """Lyapunov exponents by the client: the numbers are those of the engine's tests; here is what the call promises."""
+import grpc
 import numpy as np
 import pytest
 
 import stiefel
+from stiefel import v1 as pb
 
 INERTIA = np.array([1.0, 2, 5, 10])
 BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.1,
@@ -52,6 +54,62 @@ def test_a_run_goes_on_with_the_same_bits(client, method):
     assert later == whole and later.checkpoint == whole.checkpoint
     with client.create(geodesic(2)) as session, pytest.raises(stiefel.InvalidArgument, match="checkpoint"):
         session.lyapunov(to=6000, checkpoint=part.checkpoint, **{**options, "seed": 6})
+
+
+class Broken(grpc.RpcError):
+    def code(self):
+        return grpc.StatusCode.UNAVAILABLE
+
+    def details(self):
+        return "on purpose"
+
+    def initial_metadata(self):
+        return ()
+
+    def trailing_metadata(self):
+        return ()
+
+
+class BreaksAtCheckpoints:
+    """LyapunovSpectrum, whose first streams break when a checkpoint has come."""
+
+    def __init__(self, call, streams):
+        self.call, self.left, self.requests, self.steps = call, streams, [], []
+
+    def __call__(self, request, timeout=None, metadata=None):
+        self.requests.append(pb.LyapunovSpectrumRequest.FromString(request.SerializeToString()))
+        return self
+
+    def __iter__(self):
+        stream = self.call(self.requests[-1])
+        for message in stream:
+            part = message.checkpoint
+            yield message
+            if self.left and part.size and part.offset + len(part.data) == part.size:
+                self.left -= 1
+                self.steps.append(part.step)
+                stream.cancel()
+                raise Broken()
+
+    def initial_metadata(self):
+        return ()
+
+    def cancel(self):
+        pass
+
+
+def test_a_broken_run_goes_on_from_its_checkpoints(client, monkeypatch, without_pauses):
+    to, options = 300_000, {"every": 50_000}
+    with client.create(geodesic(1)) as session:
+        whole = session.lyapunov(to=to, **options)
+        breaks = BreaksAtCheckpoints(session._connection.stub.LyapunovSpectrum, 3)
+        monkeypatch.setattr(session._connection.stub, "LyapunovSpectrum", breaks)
+        again = session.lyapunov(to=to, **options)
+    assert len(breaks.requests) == 4 and 0 < breaks.steps[0] < breaks.steps[1] < breaks.steps[2] < to
+    assert not breaks.requests[0].checkpoint and all(request.checkpoint for request in breaks.requests[1:])
+    assert again == whole and again.checkpoint == whole.checkpoint
+    assert again.history.tobytes() == whole.history.tobytes()
+    assert whole.computed_steps <= again.computed_steps <= whole.computed_steps + to // 4, "nothing was computed anew but slices"
 
 
 def test_what_cannot_be_is_refused(client):
