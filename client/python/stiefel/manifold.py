@@ -160,7 +160,7 @@ class _Manifold:
         missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
         if missed:
             raise NotJoined(missed, len(pairs), found[missed[0]].run_status.message)
-        V = np.reshape([geodesic.velocity for geodesic in found], frames.shape)
+        V = np.reshape([np.asarray(geodesic.velocity) for geodesic in found], frames.shape)
         return Joined(self._out(V), np.sqrt(self._metric.inner(frames, V, V)),
                       np.reshape([geodesic.residual for geodesic in found], axes),
                       np.reshape([geodesic.shortest for geodesic in found], axes))
