@@ -24,6 +24,7 @@ import multiprocessing
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Generator, Iterator, Optional
 
@@ -222,13 +223,11 @@ def crossings(inertia: Any, momentum: float, orbits: int, steps: int, seed: int 
         return np.cross(section["Q"][:, 0], section["Q"][:, 1])
 
     for _ in range(orbits):
-        velocity: Optional[Any] = None
-        while velocity is None:
+        while True:
             Q = manifold.random(seed=rng)
-            try:
+            with suppress(ValueError):  # at some frames the momentum needs more energy
                 velocity = manifold.velocity(Q, manifold.random_tangent(Q, seed=rng), 0.5, [[0, momentum], [-momentum, 0]])
-            except ValueError:
-                pass  # at this frame the momentum needs more energy
+                break
         scene: stiefel.Scene = {"system": "stiefel", "inertia": list(inertia), "step": 2 * STEP,
                                 "method": {"name": "variational", "order": 2}, "initial": {"Q": Q, "Qdot": velocity}}
         with own_client().create(scene) as session:

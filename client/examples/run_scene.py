@@ -9,6 +9,7 @@ import sys
 import time
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ TURNS = 10  # that are drawn
 
 def first_turns(session: stiefel.Session, last_step: int) -> stiefel.Trajectory:
     """Returns samples of the first turns, between the steps too where the system has states there."""
-    scene = session.scene
+    scene: dict[str, Any] = {**session.scene}
     step = scene["step"]
     speed = session.diagnose(to=0).domain.h_omega * scene.get("method", {}).get("substeps", 1) / abs(step)
     end = min(last_step * abs(step), 2 * np.pi * TURNS / speed if speed else np.inf)
@@ -49,7 +50,7 @@ def main() -> int:
         print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {run.samples} samples, "
               f"{run.computed_steps / seconds:.2e} steps/s")
         if session.choice:
-            print(f"{session.scene['method']['name']} was chosen: {session.choice.reason}")
+            print(f"{session.scene.get('method', {}).get('name')} was chosen: {session.choice.reason}")
         if run.run_status.message:
             print(run.run_status.message)
         last = session.diagnose(to=reached, estimate_error=True)
@@ -62,7 +63,7 @@ def main() -> int:
             print(f"  {family:<20}{drift:.1e}")
         print(f"estimated error at step {reached}: {last.estimated_error}")
         run.save(arguments.output / "trajectory.npz")
-        title = f"{arguments.scene.name}: {run.scene['system']} {run.scene.get('method', {}).get('name', '')}"
+        title = f"{arguments.scene.name}: {run.scene.get('system')} {run.scene.get('method', {}).get('name', '')}"
         picture.scene(arguments.output / "scene.png", title.rstrip(), first_turns(session, reached), reached)
     print(f"\nwrote {arguments.output}/trajectory.npz and {arguments.output}/scene.png")
     return 0 if run.outcome is stiefel.Outcome.REACHED else 3

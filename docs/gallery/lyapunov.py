@@ -33,7 +33,8 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         growth.loglog(found.times, found.times * found.history[:, 0], dashes, color=colour, linewidth=1, label=label)
         volume.loglog(found.times, np.maximum(np.exp(found.log_gali_history[:, 0]), 1e-300), dashes, color=colour, linewidth=1)
 assert {"regular", "chaotic"} <= seen
-growth.loglog(found.times, np.log(found.times), "k--", label="ln t")
+t = np.geomspace(10, 6000)
+growth.loglog(t, np.log(t), "k--", label="ln t")
 growth.set(xlabel="t", ylabel="t λ(t)", xlim=(10, None), ylim=(0.3, None), title="largest growth")
 volume.set(xlabel="t", ylabel="GALI₂", xlim=(10, None), ylim=(1e-16, 2), title="volume of two vectors")
 growth.legend()

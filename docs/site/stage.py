@@ -36,7 +36,6 @@ docs/catalogue
 docs/manifolds
 docs/tangents
 docs/conjugate_points
-docs/tangents
 docs/lyapunov
 docs/integrability
 docs/summaries

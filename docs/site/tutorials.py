@@ -19,6 +19,7 @@ def executed(notebook: Path) -> nbformat.NotebookNode:
     """Runs a notebook in its folder. Raises RuntimeError with the cell that failed and its error."""
     os.environ["PYDEVD_DISABLE_FILE_VALIDATION"] = "1"  # of which the kernel's debugger warns
     os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
+    os.environ["MATPLOTLIBRC"] = str(Path(__file__).with_name("matplotlibrc"))
     made = nbformat.read(notebook, as_version=4)
     client = NotebookClient(made, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(notebook.parent)}})
     try:

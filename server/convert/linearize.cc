@@ -125,12 +125,13 @@ v1::Verdict verdict_of(MotionKind kind) {
 }  // namespace
 
 std::int64_t most_vectors(const Session& session, const v1::LinearizeRequest& request) {
-  const std::int64_t given = request.has_vectors() && request.vectors().shape_size() > 0
-                                 ? static_cast<std::int64_t>(std::min<std::uint64_t>(
-                                       request.vectors().shape(0), request.ByteSizeLong()))
-                             : has_coordinates(session) ? state_size(session)
-                                                        : 0;
-  return given + (request.inertia() ? session.scene().dimension() : 0) + (request.step() ? 1 : 0);
+  const bool given = request.has_vectors() && request.vectors().shape_size() > 0;
+  if (!given && !has_coordinates(session)) return 0;
+  const std::int64_t first =
+      given ? static_cast<std::int64_t>(
+                  std::min<std::uint64_t>(request.vectors().shape(0), request.ByteSizeLong()))
+            : state_size(session);
+  return first + (request.inertia() ? session.scene().dimension() : 0) + (request.step() ? 1 : 0);
 }
 
 double work_of_vectors(const Session& session, const v1::LinearizeRequest& request) {

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import functools
 import os
-from typing import Any, Iterable, Iterator, Mapping, Optional, Sequence
+from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Sequence
 
 import grpc
 import numpy as np
@@ -68,7 +68,7 @@ class Client:
         seconds, knows_tls = checked(timeout), None
         if channel is None:
             secret = token_from_environment() if token is None else token
-            opened = functools.partial(self._open_channel, self.address, tls, secret, _OPTIONS)
+            opened: Callable[[], Any] = functools.partial(self._open_channel, self.address, tls, secret, _OPTIONS)
             knows_tls = has_tls(tls, self.address)
         else:
             self.address = "a channel of the caller's"

@@ -166,7 +166,7 @@ class _Manifold:
         missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
         if missed:
             raise NotJoined(missed, len(found), found[missed[0]].run_status.message)
-        V = np.reshape([geodesic.velocity for geodesic in found], starts.shape)
+        V = np.reshape([np.asarray(geodesic.velocity) for geodesic in found], starts.shape)
         length = np.sqrt(self._metric.inner(starts, V, V))
         return Joined(self._out(np.reshape(span.lifted(V) if span else V, frames.shape)), length.reshape(axes),
                       np.reshape([geodesic.residual for geodesic in found], axes),

@@ -260,7 +260,9 @@ def blocks_of(scene: pb.Scene) -> dict[str, NDArray[Any]]:
 
 
 def _lists(block: NDArray[Any]) -> Any:
-    return {"values": block.real.tolist(), "imaginary": block.imag.tolist()} if np.iscomplexobj(block) else block.tolist()
+    if not np.iscomplexobj(block):
+        return block.tolist()
+    return {"values": np.real(block).tolist(), "imaginary": np.imag(block).tolist()}
 
 
 def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:

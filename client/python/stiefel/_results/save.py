@@ -120,7 +120,7 @@ def _parquet(run: Trajectory, part: str) -> None:
 def _block(values: Array) -> str:
     """Returns one field of one sample as nested lists; a complex one as an object of two such lists."""
     if np.iscomplexobj(values):
-        return f'{{"values": {_lists(values.real.tolist())}, "imaginary": {_lists(values.imag.tolist())}}}'
+        return f'{{"values": {_lists(np.real(values).tolist())}, "imaginary": {_lists(np.imag(values).tolist())}}}'
     return _lists(values.tolist())
 
 
