@@ -150,7 +150,8 @@ std::expected<Certificates, std::string> certificates(const TlsFiles& files,
 
 /// The function that gRPC's core calls at every handshake. gRPC 1.51 destroys the previous
 /// certificates without a lock, although another handshake may be between this function and their
-/// use. Handshakes therefore wait while certificates are exchanged, and for `margin` before and after.
+/// use. Handshakes therefore wait while certificates are exchanged, and for `margin` before and
+/// after.
 struct CertificateFetcher {
   static constexpr auto margin = std::chrono::milliseconds(20);
 

@@ -16,7 +16,8 @@ using Rates = std::function<void(const std::vector<long double>& x, std::vector<
 std::vector<long double> solution(const Rates& field, std::vector<long double> x, long double t,
                                   long double tolerance = 1e-17L);
 
-/// Returns the state of a system at time t. Uses the engine's vector field, but none of its methods.
+/// Returns the state of a system at time t. Uses the engine's vector field, but none of its
+/// methods.
 template <System S>
 Matrix<long double> integrate(S system, const Matrix<long double>& start, long double t,
                               long double tolerance = 1e-17L) {

@@ -8,7 +8,8 @@
 namespace stiefel::testing {
 namespace {
 
-/// Reads a number, which the file holds as a decimal string, or a count, which it holds as a number.
+/// Reads a number, which the file holds as a decimal string, or a count, which it holds as a
+/// number.
 long double read(const nlohmann::json& entry) {
   return entry.is_string() ? std::stold(entry.get<std::string>()) : entry.get<long double>();
 }

@@ -40,8 +40,9 @@ void add_end(CLI::App* app, Command& chosen, std::shared_ptr<C> command,
   });
 }
 
-/// Prints the answer to a request for the steps of a motion. `ask(session, request, progress)` makes
-/// the call and returns its last message `end`; `tell(json, end)` adds to how the motion ended.
+/// Prints the answer to a request for the steps of a motion. `ask(session, request, progress)`
+/// makes the call and returns its last message `end`; `tell(json, end)` adds to how the motion
+/// ended.
 template <class Request, class Ask, class Tell>
 ExitStatus answer(const MotionCommand& command, Origin& origin, Request request, const Ask& ask,
                   const Tell& tell) {
@@ -53,9 +54,8 @@ ExitStatus answer(const MotionCommand& command, Origin& origin, Request request,
   const Endpoint endpoint(command.server);
   const auto session = endpoint.create(scene);
   print_remarks(session.description());
-  const auto end = with_progress(session, request.to(), [&](Progress& progress) {
-    return ask(session, request, progress);
-  });
+  const auto end = with_progress(
+      session, request.to(), [&](Progress& progress) { return ask(session, request, progress); });
   nlohmann::ordered_json json = ending(end.run_status());
   tell(json, end);
   write_whole(destination, to_text(json) + "\n");

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "server/convert/linearize.h"
+#include "stiefel/lyapunov.h"
+#include "stiefel/v1/lyapunov.pb.h"
+
+namespace stiefel::server {
+
+TangentPrice price_of(const Session& session, const v1::LyapunovSpectrumRequest& request);
+
+/// Answers a LyapunovSpectrum: moves the vectors and writes its messages.
+class LyapunovAnswer {
+ public:
+  /// The request must outlive this object. `memory`: the bytes that the call holds.
+  LyapunovAnswer(SessionLease session, const v1::LyapunovSpectrumRequest& request, double work,
+                 std::uint64_t memory)
+      : session_(std::move(session)), request_(request), work_(work), memory_(memory) {}
+  ~LyapunovAnswer();
+
+  /// Checks the checkpoint and leases the simulation. Throws Stopped (stiefel/stop.h), as do the
+  /// functions below.
+  grpc::Status make();
+  bool made() const { return simulation_ != nullptr; }
+  /// Advances by about `steps` steps. Ends early on a stop request.
+  grpc::Status advance(std::int64_t steps, const std::stop_token& stop);
+  /// Whether numbers, a checkpoint or the end are there to be sent.
+  bool has_results() const { return due_ || ended_ || sent_ < checkpoint_.size(); }
+  /// Writes the next message over `message`, without results the progress alone. Returns whether it
+  /// is the last message.
+  bool next(v1::LyapunovSpectrumResponse& message);
+  std::int64_t computed_steps() const {
+    return computed_ + (spectrum_ ? spectrum_->computed_steps() : 0);
+  }
+
+ private:
+  grpc::Status read();
+  grpc::Status begin();
+  /// At most 64 checkpoints are sent on the way, and none for less than a second's work.
+  std::int64_t steps_between_checkpoints() const;
+  void take_checkpoint();
+
+  const SessionLease session_;
+  const v1::LyapunovSpectrumRequest& request_;
+  const double work_;
+  const std::uint64_t memory_;
+  LyapunovDescription what_;
+  std::string saved_;  ///< the content of the request's checkpoint
+  std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
+  std::int64_t checkpoint_step_ = 0;  ///< of the last checkpoint
+  std::unique_ptr<Simulation> simulation_;
+  std::optional<LyapunovExponents> spectrum_;
+  RunStatus status_;
+  bool due_ = false, ended_ = false, priced_ = false, ignored_ = false;
+  std::string checkpoint_;
+  std::size_t sent_ = 0;
+};
+
+}  // namespace stiefel::server
