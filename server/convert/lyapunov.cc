@@ -7,6 +7,7 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
+#include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {

@@ -45,7 +45,8 @@ Matrix<long double> ReferenceCase::wide_matrix(const std::string& key, const cha
 
 std::vector<ReferenceCase> reference_cases(const std::string& system) {
   std::vector<ReferenceCase> cases;
-  for (const auto& entry : file_beside("reference.json").at("cases"))
+  const nlohmann::json file = file_beside("reference.json");
+  for (const auto& entry : file.at("cases"))
     if (entry.at("system") == system)
       cases.emplace_back(std::make_shared<const nlohmann::json>(entry));
   if (cases.empty()) throw std::runtime_error("no reference case of " + system);
