@@ -27,6 +27,18 @@ bool is_the_shortest(const VectorXd& lambda, const MatrixXd& Q, const MatrixXd& 
   return length >= t * (1 - 1e-13) - 1e-13 && apart < 1e-4;
 }
 
+/// A wide Λ for which no start of the search leads to a minimum, so that it proves nothing itself.
+TEST(InjectivityRadius, AGeodesicPastAConjugatePointIsNotTheShortest) {
+  const TwoPointProblem problem = testing::random_frames(2, 4, 1e4, 5);
+  const auto found = connect(problem);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->shortest, Shortest::no);
+  EXPECT_LE(found->residual, TwoPointProblem::joined);
+  const auto passed = conjugate_points({problem.inertia, found->Q, found->Qdot, problem.time});
+  ASSERT_TRUE(passed && !passed->points.empty());
+  EXPECT_LT(passed->points.front().time, problem.time);
+}
+
 /// Λ in equal steps from 1 to `ratio`.
 struct Row {
   Index n, N;
