@@ -5,7 +5,7 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/errors.h"
-#include "server/convert/lyapunov.h"
+#include "server/convert/tangents/lyapunov.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/work_price.h"
 

@@ -1,4 +1,4 @@
-#include "server/convert/lyapunov.h"
+#include "server/convert/tangents/lyapunov.h"
 
 #include <algorithm>
 #include <string>

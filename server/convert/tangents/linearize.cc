@@ -1,4 +1,4 @@
-#include "server/convert/linearize.h"
+#include "server/convert/tangents/linearize.h"
 
 #include <algorithm>
 #include <cstring>
