@@ -24,9 +24,21 @@ class Growth {
   const Numbers& sums() const { return sums_; }
   /// Returns ln GALI_2 … ln GALI_k.
   Numbers log_gali() const;
-  /// Returns the half-widths of 95 % intervals of sums / time by batch means; infinite below 20
+  struct BatchMeans {
+    Numbers errors;        ///< half-widths of 95 % intervals of sums / time
+    double last_rise = 1;  ///< of the squared error of S_1 / time from the last doubling of batches
+    double longest = 0;    ///< the time of the longest batches
+  };
+  /// Blocking [FlyvbjergPetersen1989]: v_m is the squared standard error of sums / time from
+  /// batches of m blocks, m = 1, 2, 4, … M with at least 8 batches. It rises with m until the
+  /// batches are longer than the correlations of the growth. Where it rose, it is taken to rise
+  /// like the same power of m for as many doublings again, which is up to about the whole run:
+  ///
+  ///     error = max(max_m t_m √v_m, t_M √(v_M · v_M / v_1)),
+  ///
+  /// t_m the 97.5 % point of Student's distribution for that number of batches. Infinite below 16
   /// intervals.
-  Numbers batch_errors() const;
+  BatchMeans batch_means() const;
   /// The largest fall of S_1 from a value that it had before.
   double deepest_fall() const { return deepest_fall_; }
 
@@ -52,8 +64,8 @@ class Growth {
   /// The most blocks. Then every two become one, so that there are at least half as many.
   static constexpr std::size_t most_blocks = 128;
 
-  /// Returns the errors from batches of so many blocks.
-  Numbers errors_of(std::size_t blocks_a_batch) const;
+  /// Returns the squares of the standard errors of sums / time from batches of so many blocks.
+  Numbers squared_error(std::size_t blocks_a_batch) const;
   void close_block();
 
   Numbers sums_;

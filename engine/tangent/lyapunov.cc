@@ -77,7 +77,7 @@ Eigen::VectorXd LyapunovExponents::exponents() const {
 Eigen::VectorXd LyapunovExponents::errors() const {
   const Growth& growth = run_->growth();
   const double powers = std::log1p(run_->rate() * growth.time()) / growth.time();
-  return growth.batch_errors().head(run_->shown()).array() + powers;
+  return growth.batch_means().errors.head(run_->shown()).array() + powers;
 }
 Eigen::VectorXd LyapunovExponents::log_gali() const {
   return run_->growth().log_gali().head(std::max<Eigen::Index>(run_->shown() - 1, 0));

@@ -25,9 +25,13 @@ constexpr double regular_power = 1.5, regular_fall = 6;
 /// S_1 of a regular motion may exceed that power of the angle by so much: what one passage of an
 /// unstable motion contributes.
 constexpr double regular_offset = 8;
-/// In the last octave of means S_1 of a chaotic motion rises by so much, and by so many times the
-/// rise in the octave before, which for growth in proportion to the time is 2.
-constexpr double chaotic_rise = 15, chaotic_ratio = 1.4, chaotic_fall = 8;
+/// S_1 of a chaotic motion is so many times the most that a regular one may have. It rose by so
+/// much in the last octave of means, and over three octaves at least like that power of the time,
+/// which for growth in proportion to the time is 1.
+constexpr double chaotic_excess = 2, chaotic_rise = 15, chaotic_power = 0.5, chaotic_fall = 8;
+/// If the squared error of λ rises so much by the last doubling of batches, then these are hardly
+/// longer than the correlations of the growth.
+constexpr double correlated_rise = 1.5;
 /// Beyond that fall of S_1 the vectors consist of rounding errors.
 constexpr double rounding_fall = 25;
 /// The part of the exponent that a motion beside must have, and its growth, which is far above what
@@ -47,7 +51,9 @@ Judgement judge_growth(const Growth& growth, double rate) {
   const double rise = a.first - b.first, before = b.first - c.first;
   const double power = (a.first - d.first) / (3 * ln2), last_power = rise / ln2;
   const double fall_2 = b.gali_2 - a.gali_2, fall_k = b.gali_k - a.gali_k;
-  const double lambda = S / time, error = growth.batch_errors()(0);
+  const Growth::BatchMeans means = growth.batch_means();
+  const double lambda = S / time, error = means.errors(0);
+  const double regular_S = regular_power * std::log1p(angle) + regular_offset;
   const bool many = growth.count() > 1;
 
   const std::string growths = "t·lambda(t) is " + number(S) + " at the end and rose by " +
@@ -61,8 +67,8 @@ Judgement judge_growth(const Growth& growth, double rate) {
                  " in the last doubling"
            : "";
 
-  const bool grows_by_power = last_power <= regular_power && power <= regular_power &&
-                              S <= regular_power * std::log1p(angle) + regular_offset;
+  const bool grows_by_power =
+      last_power <= regular_power && power <= regular_power && S <= regular_S;
   if (grows_by_power && (!many || fall_2 <= regular_fall * ln2)) {
     if (angle < least_turn)
       return {MotionKind::undecided, growths + volumes + ", but the motion turned by " +
@@ -74,19 +80,26 @@ Judgement judge_growth(const Growth& growth, double rate) {
             ", like a power of t. Exponential growth in the last half of the time was at most " +
             number(std::max(rise, 0.0) / (0.375 * time)) + " a unit of time."};
   }
-  const bool rises = rise >= chaotic_rise && rise >= chaotic_ratio * before;
+  const bool rises = rise >= chaotic_rise && S >= chaotic_excess * regular_S &&
+                     a.first >= std::exp2(3 * chaotic_power) * d.first;
   const bool falls = !many || std::max(fall_2, fall_k) >= chaotic_fall;
   const std::string fell = "t·lambda(t) fell by up to " + number(growth.deepest_fall()) +
                            " on the way, so that the vectors had become rounding errors";
   if (rises && growth.deepest_fall() >= rounding_fall)
     return {MotionKind::undecided, growths + ", but " + fell + "."};
-  if (rises && falls && lambda > 3 * error)
-    return {MotionKind::chaotic, growths + ": in proportion to t, with lambda = " + number(lambda) +
-                                     " ± " + number(error) + volumes};
+  const std::string correlated =
+      means.last_rise >= correlated_rise
+          ? ". Growth is correlated over spans as long as the longest batches, " +
+                number(means.longest) + ": the squared error rose by a factor of " +
+                number(means.last_rise) + " when they became so long, and may still be too small"
+          : "";
+  if (rises && falls && lambda > error)
+    return {MotionKind::chaotic, growths + ": exponential over the whole run, with lambda = " +
+                                     number(lambda) + " ± " + number(error) + volumes + correlated};
   return {MotionKind::undecided,
           growths + volumes +
-              ": neither like a power of t nor in proportion to t. A longer run may "
-              "decide."};
+              ": neither like a power of t nor, beyond the error of lambda = " + number(lambda) +
+              " ± " + number(error) + ", exponential. A longer run may decide" + correlated + "."};
 }
 
 std::optional<Scene> scene_beside(const Scene& scene, const Simulation& now,

@@ -14,10 +14,10 @@ struct Judgement {
   std::string reason = "The motion has not reached the last step.";
 };
 
-/// Judges by three means over the last octaves of time, whatever the unit: how the largest growth
-/// S_1 rises (by a constant a doubling: regular; in proportion to the time: chaotic), how GALI
-/// falls (by a power, or exponentially), and whether S_1 fell so far that rounding decides. `rate`:
-/// that of the motion at its start, 1/time.
+/// Judges by four means over the last octaves of time, whatever the unit: how the largest growth
+/// S_1 rises (by a constant a doubling: regular; over three octaves at least like √t, and to far
+/// beyond c ln t: chaotic), how GALI falls (by a power, or exponentially), and whether S_1 fell so
+/// far that rounding decides. `rate`: that of the motion at its start, 1/time.
 Judgement judge_growth(const Growth& growth, double rate);
 
 /// The time for which a motion beside one that looks chaotic runs, in units of 1/lambda.

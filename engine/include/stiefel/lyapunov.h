@@ -89,9 +89,9 @@ class LyapunovExponents {
 
   /// λ_i(t), i = 1 … k.
   Eigen::VectorXd exponents() const;
-  /// The half-widths of 95 % intervals: batch means over 20 to 63 batches and over 64 to 127, the
-  /// larger of both, and ln(1 + ωt)/t, ω the rate at the first step, which growth by a factor t
-  /// contributes.
+  /// The half-widths of 95 % intervals: batch means by blocking [FlyvbjergPetersen1989], the
+  /// batches doubled down to 8 of them and their rise continued (docs/lyapunov.md), and ln(1 +
+  /// ωt)/t, ω the rate at the first step, which growth by a factor t contributes.
   Eigen::VectorXd errors() const;
   /// ln GALI_2 … ln GALI_k.
   Eigen::VectorXd log_gali() const;

@@ -19,8 +19,8 @@ Scene resolved(SceneDescription description) {
   return *std::move(scene);
 }
 
-/// Returns a geodesic of unit speed on V(n, N) from a random frame, by steps of 0.1.
-Scene geodesic(Eigen::Index n, const Inertia& inertia, unsigned seed) {
+/// Returns a geodesic of unit speed on V(n, N) from a random frame, by steps of 0.1 or `step`.
+Scene geodesic(Eigen::Index n, const Inertia& inertia, unsigned seed, double step = 0.1) {
   const auto N = static_cast<Eigen::Index>(inertia.size());
   const Eigen::Map<const Eigen::VectorXd> lambda(inertia.data(), N);
   testing::RandomMatrices<double> random(seed);
@@ -34,7 +34,7 @@ Scene geodesic(Eigen::Index n, const Inertia& inertia, unsigned seed) {
   out.method = MethodDescription{"variational", 4, {}, ""};
   out.inertia = inertia;
   out.initial = {{"Q", Block(Q)}, {"S", Block((V * lambda.asDiagonal()).eval())}};
-  out.step = 0.1;
+  out.step = step;
   return resolved(std::move(out));
 }
 
@@ -103,33 +103,32 @@ TEST(LyapunovForLong, RegularControlsAreNotChaotic) {
   }
 }
 
-/// The motion from the random frame `chaotic_seed` on V(2, 4), Λ = (1, 2, 5, 10), at 120 of its
-/// steps, with other first vectors.
-constexpr unsigned chaotic_seed = 1;
-const Inertia chaotic_inertia = {1, 2, 5, 10};
-
+/// The motion from a random frame on V(2, 4), Λ = (1, 2, 5, 10), which stays near regular ones for
+/// thousands of units of time, at 120 of its steps, with other first vectors.
 TEST(LyapunovForLong, TheChaoticControlIsChaotic) {
-  const Scene scene = geodesic(2, chaotic_inertia, chaotic_seed);
+  const Scene scene = geodesic(2, {1, 2, 5, 10}, 1);
   for (unsigned k = 0; k < 120; ++k) {
     const std::int64_t from = 1000 * k;
     const LyapunovExponents spectrum =
-        spectrum_of(scene, {.from = from, .to = from + 40'000, .count = 2, .seed = k});
+        spectrum_of(scene, {.from = from, .to = from + 100'000, .count = 2, .seed = k});
     EXPECT_EQ(spectrum.kind(), MotionKind::chaotic) << k << ": " << spectrum.reason();
   }
 }
 
-/// The error bars hold the exponents of a motion 25 times as long, pairs, zeros and the sum in 95 %
-/// of 200 runs.
+/// The error bars hold the exponents of a motion 50 times as long, pairs, zeros and the sum in 95 %
+/// of 200 runs in a row of 800 units of time. The growth of this motion on V(3, 5) is correlated
+/// over less than 20: the variance of batches of 10 to 400 units, times their length, is the same
+/// to 30 %.
 TEST(LyapunovForLong, ErrorBarsCover) {
-  const Scene scene = geodesic(2, chaotic_inertia, chaotic_seed);
-  const Eigen::VectorXd expected = spectrum_of(scene, {.to = 1'000'000}).exponents();
+  const Scene scene = geodesic(3, {1, 2, 4, 7, 12}, 1, 0.2);
+  const Eigen::VectorXd expected = spectrum_of(scene, {.to = 200'000}).exponents();
   constexpr int runs = 200, most = runs / 20;
   Eigen::VectorXi outside = Eigen::VectorXi::Zero(expected.size());
   int pairs = 0, sums = 0, zeros = 0;
   for (unsigned k = 0; k < runs; ++k) {
-    const std::int64_t from = 5000 * k;
+    const std::int64_t from = 4000 * k;
     const LyapunovExponents spectrum =
-        spectrum_of(scene, {.from = from, .to = from + 40'000, .seed = k});
+        spectrum_of(scene, {.from = from, .to = from + 4000, .seed = k});
     const Eigen::VectorXd lambda = spectrum.exponents(), error = spectrum.errors();
     const Eigen::Index d = lambda.size();
     for (Eigen::Index i = 0; i < d; ++i) outside(i) += std::abs(lambda(i) - expected(i)) > error(i);
@@ -138,10 +137,10 @@ TEST(LyapunovForLong, ErrorBarsCover) {
       paired &= std::abs(lambda(i) + lambda(d - 1 - i)) <= std::hypot(error(i), error(d - 1 - i));
     pairs += !paired;
     sums += std::abs(lambda.sum()) > error.norm();
-    // Energy and flow, m = QSᵀ − SQᵀ and its rotations.
+    // Energy and flow, the three numbers of m = QSᵀ − SQᵀ and the three rotations.
     int found = 0;
     for (Eigen::Index i = 0; i < d; ++i) found += std::abs(lambda(i)) <= error(i);
-    zeros += found < 4;
+    zeros += found < 8;
   }
   std::cout << "outside: " << outside.transpose() << "; pairs " << pairs << ", sums " << sums
             << ", zeros " << zeros << " of " << runs << "\n";
