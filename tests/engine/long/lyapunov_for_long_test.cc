@@ -117,8 +117,8 @@ TEST(LyapunovForLong, TheChaoticControlIsChaotic) {
 
 /// The error bars hold the exponents of a motion 50 times as long, pairs, zeros and the sum in 95 %
 /// of 200 runs in a row of 800 units of time. The growth of this motion on V(3, 5) is correlated
-/// over less than 20: the variance of batches of 10 to 400 units, times their length, is the same
-/// to 30 %.
+/// over little of that: the variance of batches of 50 to 800 units, times their length, is the same
+/// to 50 %.
 TEST(LyapunovForLong, ErrorBarsCover) {
   const Scene scene = geodesic(3, {1, 2, 4, 7, 12}, 1, 0.2);
   const Eigen::VectorXd expected = spectrum_of(scene, {.to = 200'000}).exponents();
