@@ -168,3 +168,19 @@ def serve(folder):
     server.add_insecure_port(address)
     server.start()
     return fake, server, address
+
+
+class Broken(grpc.RpcError):
+    """What a call raises whose connection broke."""
+
+    def code(self):
+        return grpc.StatusCode.UNAVAILABLE
+
+    def details(self):
+        return "on purpose"
+
+    def initial_metadata(self):
+        return ()
+
+    def trailing_metadata(self):
+        return ()

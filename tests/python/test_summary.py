@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stiefel
+from fake import Broken
 from stiefel import v1 as pb
 from stiefel._wire import retries
 
@@ -254,20 +255,6 @@ def test_a_checkpoint_goes_on_with_the_same_bytes(session):
     for damaged in (checkpoints[0].data[:-1], b"x", checkpoints[0].data[:100] + bytes([checkpoints[0].data[100] ^ 1]) + checkpoints[0].data[101:]):
         with pytest.raises(grpc.RpcError, match="damaged"):
             every_message(session, checkpoint=damaged, **request)
-
-
-class Broken(grpc.RpcError):
-    def code(self):
-        return grpc.StatusCode.UNAVAILABLE
-
-    def details(self):
-        return "on purpose"
-
-    def initial_metadata(self):
-        return ()
-
-    def trailing_metadata(self):
-        return ()
 
 
 class Breaks:

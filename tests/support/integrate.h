@@ -32,7 +32,7 @@ Matrix<long double> integrate(S system, const Matrix<long double>& start, long d
   return at;
 }
 
-/// The same from and to numbers of double precision.
+/// Returns the state at time t, with the state at time 0 and the result in double precision.
 template <class S>
 Eigen::MatrixXd flow(S system, const Eigen::MatrixXd& x, double t) {
   return integrate(std::move(system), x.cast<long double>(), t).template cast<double>();

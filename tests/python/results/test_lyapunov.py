@@ -1,9 +1,9 @@
 """Lyapunov exponents by the client: the numbers are those of the engine's tests; here is what the call promises."""
-import grpc
 import numpy as np
 import pytest
 
 import stiefel
+from fake import Broken
 from stiefel import v1 as pb
 
 INERTIA = np.array([1.0, 2, 5, 10])
@@ -54,20 +54,6 @@ def test_a_run_goes_on_with_the_same_bits(client, method):
     assert later == whole and later.checkpoint == whole.checkpoint
     with client.create(geodesic(2)) as session, pytest.raises(stiefel.InvalidArgument, match="checkpoint"):
         session.lyapunov(to=6000, checkpoint=part.checkpoint, **{**options, "seed": 6})
-
-
-class Broken(grpc.RpcError):
-    def code(self):
-        return grpc.StatusCode.UNAVAILABLE
-
-    def details(self):
-        return "on purpose"
-
-    def initial_metadata(self):
-        return ()
-
-    def trailing_metadata(self):
-        return ()
 
 
 class BreaksAtCheckpoints:
