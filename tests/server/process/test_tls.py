@@ -159,7 +159,7 @@ def test_a_certificate_exchanged_under_load_loses_no_call(serve, authority, iden
     stop.set()
     for thread in threads:
         thread.join(60)
-    assert not lost, [error.details() for error in lost]
+    assert not lost, [error.debug_error_string() for error in lost]
     assert last != first
     process.stop()
     reader.join(60)
