@@ -26,7 +26,7 @@ def address(checkpoint_key):
 
 @pytest.fixture(scope="session")
 def client(address):
-    with stiefel.Client(address) as client:
+    with stiefel.Client(address, timeout=600) as client:  # the default of 60 s is short on a busy machine
         yield client
 
 
@@ -35,5 +35,5 @@ def other(address, checkpoint_key):
     """A client of a second server process of the same build."""
     if os.environ.get("STIEFEL_ADDRESS"):
         pytest.skip("needs a second server of the same build")
-    with stiefel.Server.start(arguments=checkpoint_key) as server, stiefel.Client(server.address) as client:
+    with stiefel.Server.start(arguments=checkpoint_key) as server, stiefel.Client(server.address, timeout=600) as client:
         yield client
