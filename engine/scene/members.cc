@@ -82,7 +82,7 @@ Violations check_members(const SceneDescription& all, const Place& place) {
     if (block.values.rows() % count != 0 || block.imaginary.rows() % count != 0)
       wrong.push_back(place.violation(
           "initial." + name, shape_text(block.values.rows(), block.values.cols()),
-          "must have as many rows for each of " + std::to_string(count) + " members"));
+          "must have the rows of all " + std::to_string(count) + " members, one after another"));
   return wrong;
 }
 

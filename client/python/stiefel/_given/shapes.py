@@ -107,14 +107,15 @@ def list_of(path: str, given: Any, ensemble: Ensemble) -> list[float]:
 
 
 def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[Any]:
-    """Returns a block, real or complex, with the shape (rows, cols) or (members, rows, cols). Raises InvalidArgument for
-    any other shape. A block of one row may be given as (cols)."""
+    """Returns a block, real or complex, with the shape (rows, cols); in an ensemble (members, rows, cols), or (members rows,
+    cols). Raises InvalidArgument for any other shape. A block of one row may be given as (cols)."""
     array = numbers(path, given, may_be_complex=True, what="a matrix of numbers")
     if array.ndim == 1:
         array = array[np.newaxis]
     if array.ndim != 2 and not (array.ndim == 3 and (array.shape[0] == ensemble.members or ensemble.wrong)):
-        own = "" if ensemble.members is None else f" or ({ensemble.members}, rows, cols)"
-        raise refused(path, f"the shape {array.shape}: must be (rows, cols){own}")
+        of = ensemble.members
+        fits = "(rows, cols)" if of is None else f"({of}, rows, cols), or ({of} rows, cols) with one member after another"
+        raise refused(path, f"the shape {array.shape}: must be {fits}")
     return array
 
 

@@ -47,19 +47,22 @@ def polished(Q: Array, defects: Array) -> Array:
 
 class Span:
     """Frames Q and P, (pairs, n, N) with N > 2n, in orthonormal bases [Q; K] of their spans. No metric of beta changes under
-    rotations of R^N, so that geodesics from Q to P lie there."""
+    rotations of R^N, so that geodesics from Q to P lie there. K = L^-1 (P - inside Q), inside = P Q^T, is not computed:
+    I - inside inside^T = L L^T."""
 
     def __init__(self, Q: Array, P: Array):
         n = Q.shape[-2]
         inside = P @ transposed(Q)
-        K, R = np.linalg.qr(transposed(P - inside @ Q))
-        outside = transposed(R)
-        slanted = np.min(np.abs(np.diagonal(R, axis1=-2, axis2=-1)), axis=-1) < 1e-2
-        if np.any(slanted):  # some of K is the rounding of P - inside Q, and need not be orthogonal to Q
-            both = np.concatenate([transposed(Q[slanted]), K[slanted]], axis=-1)
-            K[slanted] = np.linalg.qr(both)[0][..., n:]
-            outside = np.where(slanted[:, None, None], P @ K, outside)
-        self.Q, self.K = Q, transposed(K)
+        gram = np.eye(n) - inside @ transposed(inside)
+        self.slanted = np.linalg.eigvalsh(gram)[..., 0] < 1e-2  # where gram has lost digits
+        outside = np.linalg.cholesky(np.where(self.slanted[:, None, None], np.eye(n), gram))
+        self.from_P = np.linalg.inv(outside)
+        self.from_Q = -self.from_P @ inside
+        self.Q, self.P = Q, P
+        self.K = np.empty((0, n, Q.shape[-1]))  # of the slanted
+        if np.any(self.slanted):
+            self.K = _complement(Q[self.slanted], P[self.slanted], inside[self.slanted])
+            outside[self.slanted] = P[self.slanted] @ transposed(self.K)
         self.start = np.broadcast_to(np.eye(n, 2 * n), inside.shape[:-1] + (2 * n,))
         end = np.concatenate([inside, outside], axis=-1)
         equal = np.max(np.abs(end - self.start), axis=(-2, -1), keepdims=True, initial=0.0) < 1e-14
@@ -68,8 +71,22 @@ class Span:
     def lifted(self, V: Array) -> Array:
         """Returns velocities at Q from those at `start`."""
         n = self.Q.shape[-2]
-        whole: Array = V[..., :n] @ self.Q + V[..., n:] @ self.K
+        along_Q, along_K = V[..., :n], V[..., n:]
+        whole: Array = (along_Q + along_K @ self.from_Q) @ self.Q
+        whole += along_K @ self.from_P @ self.P
+        whole[self.slanted] = along_Q[self.slanted] @ self.Q[self.slanted] + along_K[self.slanted] @ self.K
         return whole
+
+
+def _complement(Q: Array, P: Array, inside: Array) -> Array:
+    """Returns n orthonormal vectors that are orthogonal to Q and with Q span P. inside = P Q^T."""
+    n = Q.shape[-2]
+    K, R = np.linalg.qr(transposed(P - inside @ Q))
+    slanted = np.min(np.abs(np.diagonal(R, axis1=-2, axis2=-1)), axis=-1) < 1e-2
+    if np.any(slanted):  # some of K is the rounding of P - inside Q, and need not be orthogonal to Q
+        both = np.concatenate([transposed(Q[slanted]), K[slanted]], axis=-1)
+        K[slanted] = np.linalg.qr(both)[0][..., n:]
+    return transposed(K)
 
 
 class Geodesic:
