@@ -35,9 +35,15 @@ inline double energy(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& V) {
 
 /// Searches by the multipliers, n ≤ N and every λ_i > 0: relaxes the starts (`starts`) at 9 nodes,
 /// the direct one of a wide Λ by way of its roots Λ^{1/k}, and corrects the velocities of the
-/// shortest paths with the Taylor series of their geodesics. Doubles the number of nodes where the
-/// corrections do not converge. Of columns with equal λ only their span enters.
+/// shortest paths with the Taylor series of their geodesics. Where the corrections do not converge,
+/// takes what `by_roots` finds for a wide Λ, else doubles the number of nodes. Of columns with equal λ
+/// only their span enters.
 Found by_multipliers(const Posed& p, const TwoPointProblem& problem);
+
+/// Follows the direct path by dense Newton steps of whole paths from nearly Λ = I to a wide Λ, over
+/// the roots Λ^{i/m}, and corrects the velocity with the variational equation. Takes every λ_i > 0;
+/// K = 128, then 512 steps, as long as K d³ ≤ 2·10⁸.
+Found by_roots(const Posed& p, const TwoPointProblem& problem);
 
 /// Searches by dense Newton steps of whole paths (`relax`), which needs no λ_i > 0 at n = N, and
 /// corrects the velocity with the variational equation (`shoot`). The work is O(K d³), d the

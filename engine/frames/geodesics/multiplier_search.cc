@@ -267,6 +267,13 @@ Found by_multipliers(const Posed& p, const TwoPointProblem& problem) {
     Found found = searched(spans, problem, K);
     found.residual = std::min(found.residual, best.residual);
     best = std::move(found);
+    if (best.V.size() == 0 && p.wide() && K == least_nodes(p.lambda)) {
+      Found followed = by_roots(spans.reduced(), problem);
+      if (followed.V.size() > 0) {
+        followed.V = spans.lifted(followed.V);
+        return followed;
+      }
+    }
     if (best.V.size() > 0 || 2 * K * n * (n + 1) / 2 > most_unknowns) break;
   }
   return best;

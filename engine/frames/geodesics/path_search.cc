@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -35,10 +36,12 @@ void refine(const VectorXd& lambda, RelaxedPath& c, double tolerance, const std:
   c.action = action(lambda, c.path);
 }
 
+/// How much the energy of a geodesic may exceed the action of the path from which it was shot.
+constexpr double strayed = 0.02;
+
 /// Shoots from paths of doubled K until the geodesic near the path is found.
 Shot solved(const Posed& p, RelaxedPath& c, const std::stop_token& stop) {
   constexpr std::size_t finest = 1024;
-  constexpr double strayed = 0.02;
   Shot best;
   for (;;) {
     const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, initial_velocity(p.lambda, c.path), stop);
@@ -76,6 +79,34 @@ std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& prob
     all.push_back({std::move(path), reached, start++, settled});
   }
   return distinct(std::move(all));
+}
+
+Found by_roots(const Posed& p, const TwoPointProblem& problem) {
+  constexpr double coarse = 1e-3, fine = 1e-6, roots_in_a_decade = 3;
+  constexpr double most_work = 2e8;  // K d³
+  const double d = connect_work::degrees(static_cast<double>(p.Q_0.rows()),
+                                         static_cast<double>(p.Q_0.cols()));
+  const double decades = std::log10(p.lambda.maxCoeff() / p.lambda.minCoeff());
+  const double m = std::ceil(roots_in_a_decade * decades);
+  Found best;
+  for (const int K : {128, 512}) {
+    if (K * d * d * d > most_work) return best;
+    const VectorXd times = VectorXd::LinSpaced(K + 1, 0, 1);
+    RelaxedPath direct{starts(p.Q_0, p.Q_T, times, 0, problem.seed, false).front(), 0, 0, true};
+    for (double i = 1; i < m && direct.settled; ++i)
+      direct.settled = relax(p.lambda.array().pow(i / m), direct.path, coarse, problem.stop);
+    if (!direct.settled || !relax(p.lambda, direct.path, fine, problem.stop)) continue;
+    const MatrixXd start = initial_velocity(p.lambda, direct.path);
+    const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, start, problem.stop);
+    best.residual = std::min(best.residual, shot.residual);
+    const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * action(p.lambda, direct.path);
+    if (!near || shot.residual > TwoPointProblem::joined) continue;
+    best.V = shot.V;
+    best.distinct = 1;
+    best.shortest = Shortest::unknown;
+    return best;
+  }
+  return best;
 }
 
 Found by_paths(const Posed& p, const TwoPointProblem& problem) {
