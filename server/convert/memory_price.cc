@@ -52,8 +52,9 @@ std::uint64_t references(const v1::Scene& scene, int members, bool dense) {
 /// Returns the bytes of the search for a geodesic between two frames of shape n x N.
 std::uint64_t geodesic(double n, double N, const v1::ConnectRequest& request) {
   const double searches = request.has_restarts() ? request.restarts() : TwoPointProblem().restarts;
-  const double points = request.steps() > 0 ? request.steps() : 128;
-  const double d = n * N - n * (n + 1) / 2, multipliers = std::min(7.5 * n * (n + 1), 1500.0);
+  const double d = n * N - n * (n + 1) / 2;
+  const double points = request.steps() > 0 ? request.steps() : TwoPointProblem::most_path_steps(d);
+  const double multipliers = std::min(7.5 * n * (n + 1), 1500.0);
   double numbers = n * N * (request.samples() + 200.0);
   if (request.steps() > 0 || d <= 128)
     numbers += (5 * d * d + n * N * d + n * N * (searches + 3)) * points;

@@ -39,15 +39,20 @@ void refine(const VectorXd& lambda, RelaxedPath& c, double tolerance, const std:
 /// How much the energy of a geodesic may exceed the action of the path from which it was shot.
 constexpr double strayed = 0.02;
 
+double degrees(const Posed& p) {
+  return connect_work::degrees(static_cast<double>(p.Q_0.rows()),
+                               static_cast<double>(p.Q_0.cols()));
+}
+
 /// Shoots from paths of doubled K until the geodesic near the path is found.
 Shot solved(const Posed& p, RelaxedPath& c, const std::stop_token& stop) {
-  constexpr std::size_t finest = 1024;
+  const int finest = TwoPointProblem::most_path_steps(degrees(p));
   Shot best;
   for (;;) {
     const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, initial_velocity(p.lambda, c.path), stop);
     const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * c.action + 1e-300;
     if (near && shot.residual < best.residual) best = shot;
-    if (best.residual <= TwoPointProblem::joined || 2 * c.path.size() > finest) return best;
+    if (best.residual <= TwoPointProblem::joined || 2 * std::ssize(c.path) - 2 > finest) return best;
     refine(p.lambda, c, 1e-8, stop);
     if (!c.settled) return best;
   }
@@ -58,9 +63,8 @@ Shot solved(const Posed& p, RelaxedPath& c, const std::stop_token& stop) {
 std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& problem, int K,
                                  double tolerance) {
   const VectorXd times = VectorXd::LinSpaced(K + 1, 0, 1);
-  const double n = static_cast<double>(posed.Q_0.rows()), N = static_cast<double>(posed.Q_0.cols());
-  const bool dense = connect_work::degrees(n, N) <= most_dense_degrees ||
-                     !(posed.lambda.minCoeff() > 0) || K == 1;
+  const bool dense =
+      degrees(posed) <= most_dense_degrees || !(posed.lambda.minCoeff() > 0) || K == 1;
   std::optional<Relaxation> relaxation;
   if (!dense) relaxation.emplace(posed.lambda, posed.Q_0, posed.Q_T, equally_spaced(K));
   std::vector<RelaxedPath> all;
@@ -84,13 +88,12 @@ std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& prob
 Found by_roots(const Posed& p, const TwoPointProblem& problem) {
   constexpr double coarse = 1e-3, fine = 1e-6, roots_in_a_decade = 3;
   constexpr double most_work = 2e8;  // K d³
-  const double d = connect_work::degrees(static_cast<double>(p.Q_0.rows()),
-                                         static_cast<double>(p.Q_0.cols()));
+  const double d = degrees(p);
   const double decades = std::log10(p.lambda.maxCoeff() / p.lambda.minCoeff());
   const double m = std::ceil(roots_in_a_decade * decades);
   Found best;
   for (const int K : {128, 512}) {
-    if (K * d * d * d > most_work) return best;
+    if (K > TwoPointProblem::most_path_steps(d) || K * d * d * d > most_work) return best;
     const VectorXd times = VectorXd::LinSpaced(K + 1, 0, 1);
     RelaxedPath direct{starts(p.Q_0, p.Q_T, times, 0, problem.seed, false).front(), 0, 0, true};
     for (double i = 1; i < m && direct.settled; ++i)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <expected>
 #include <optional>
@@ -45,6 +46,11 @@ struct TwoPointProblem {
   static constexpr double joined = 1e-11;
   /// Most bytes that a search may take; `connect` refuses a K, or frames, that need more.
   static constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
+  /// Most steps of a path that a search relaxes by dense Newton steps in d ≤ 128 degrees of freedom:
+  /// 128 to 512, such that 5 d² numbers a step take at most 84 MB.
+  static constexpr int most_path_steps(double d) {
+    return static_cast<int>(std::clamp(128 * 128 * 128 / std::max(d * d, 1.0), 128.0, 512.0));
+  }
 };
 
 /// Tells whether the answer is the shortest of all geodesics that join the frames.
