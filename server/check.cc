@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "server/command_line.h"
 #include "server/connections/callers.h"
 #include "server/connections/certificates.h"
 #include "server/connections/listener.h"
@@ -100,6 +101,7 @@ int threads_of(const Options& options) {
 }
 
 int check(const Options& options) {
+  for (const std::string& text : unknown_variables()) std::cerr << "warning: " << text << '\n';
   Faults faults;
   check_addresses(options, faults);
   check_files(options.access, faults);

@@ -35,7 +35,7 @@ for member in range(len(starts)):
         axes.plot(*np.where(hidden, np.nan, momentum)[:, member].T, color=colour, linewidth=1.2, alpha=alpha)
 ticks = [-1, 0, 1]
 axes.set(xlabel="m₁", ylabel="m₂", zlabel="m₃", xticks=ticks, yticks=ticks, zticks=ticks,
-         title="Momentum in body axes, kg m²/s")
-axes.set_box_aspect((1, 1, 1))
+         title="Momentum in body axes, kg m²/s; the lighter, the more energy")
+axes.set_box_aspect((1, 1, 1), zoom=0.9)
 axes.view_init(20, 40)
 figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "polhodes.png", dpi=100)

@@ -55,6 +55,10 @@ def test_a_body_of_solids_is_that_of_its_points():
     assert np.allclose(whole.inertia_tensor, sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, d)), rtol=1e-13)
     R = turn([1, 2, 3], 0.7)
     assert np.allclose(solids.box(3, (1, 2, 4), attitude=R).inertia_tensor, R @ np.diag([5, 4.25, 1.25]) @ R.T, rtol=1e-14)
+    rounded = solids.box(3, (1, 2, 4), attitude=np.round(R, 4)).inertia_tensor
+    assert np.allclose(rounded, R @ np.diag([5, 4.25, 1.25]) @ R.T, rtol=0, atol=1e-3) and np.trace(rounded) == pytest.approx(10.5, rel=1e-14)
+    with pytest.raises(stiefel.InvalidArgument, match="attitude: .* of norm 1.41.*: must have norm 1 to 0.01$"):
+        solids.box(3, (1, 2, 4), attitude=[1, 0, 0, 1])
     assert stiefel.body(inertia_tensor=half, angular_velocity=[0, 0, 1])["body"]["inertia_tensor"] == pytest.approx(
         [5, 4.25, 1.25, 0, 0, 0])
 
@@ -202,7 +206,9 @@ def test_a_frame_by_its_velocity(client, system):
     with pytest.raises(stiefel.InvalidArgument, match="initial.Qdot: must be absent where S is given"):
         client.create({**scene, "initial": {**scene["initial"], "S": Qdot}})
     for change, told in (({"initial": {"Q": Q.T, "Qdot": Qdot.T}}, r"initial.Qdot: the shape \(5, 2\): .* it looks transposed"),
-                         ({"inertia": None}, "scene.inertia: absent"), ({"inertia": [1, 2, 3]}, r"the shape \(2, 5\): .* has numbers, 3$")):
+                         ({"inertia": None}, "scene.inertia: absent"), ({"inertia": [1, 2, 3]}, r"the shape \(2, 5\): .* has numbers, 3$"),
+                         ({"inertia": [1, 2]}, r"the shape \(2, 5\): .* has numbers, 2$"),
+                         ({"initial": {"Q": Q, "Qdott": Qdot}}, "scene.initial: has Q, Qdott: must have [SPM] or Qdot beside Q$")):
         with pytest.raises(stiefel.InvalidArgument, match=told):
             client.create({**scene, **change})
     with pytest.raises(stiefel.InvalidArgument, match=r"initial.Omega: max \|Omega \+ Omega\^T\| = 2: must be skew-symmetric"):

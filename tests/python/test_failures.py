@@ -148,6 +148,18 @@ def test_grpcs_words_are_translated(grpc_says, plain):
     assert in_plain_words(grpc_says) == plain
 
 
+def test_a_name_of_two_addresses_of_which_one_accepts():
+    """gRPC tells of the last address alone, where nothing listens."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        name = f"localhost:{server.getsockname()[1]}"
+        refused = f"failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:{name[10:]}: Connection refused"
+        assert in_plain_words(refused, False, name) == (
+            f"cannot reach {name}: it closes the connection, as a server with TLS does to a client without: give `tls`")
+        assert in_plain_words(refused, True, name) == (
+            f"cannot reach {name}: it accepts the connection, and then the TLS handshake fails")
+    assert in_plain_words(refused, False, name).endswith("]:" + name[10:] + ": the connection is refused, nothing listens there")
+
+
 SLOW = {"system": "rigid_body", "step": 1e-3, "method": {"name": "variational", "order": 8, "substeps": 16}, "inertia": [1, 2, 3, 4],
         "initial": {"Q": np.eye(4), "M": np.diag([1.0, 2, 3], 1) - np.diag([1.0, 2, 3], -1)}}
 LARGE = {"system": "rigid_body", "step": 1e-3, "inertia": np.linspace(1, 2, 256),
@@ -176,7 +188,7 @@ def test_a_call_that_took_too_long_says_how_long_it_takes_and_where_it_stands(cl
     lambda client: client.tradeoff(SLOW, horizon=1e4),
     lambda client: client.convert(LARGE, "interpolation")], ids=["create", "geodesic", "tradeoff", "convert"])
 def test_a_call_without_a_session_says_how_long_it_takes(client, late):
-    for timeout in (0.05, 0.2, 0.8):  # a busy server has not begun the call in the first of them
+    for timeout in (0.05, 0.2, 0.8, 3.2):  # a busy server has not begun the call in the first of them
         with stiefel.Client(client.address, timeout=timeout) as hurried, \
                 pytest.raises(stiefel.DeadlineExceeded) as caught:
             late(hurried)

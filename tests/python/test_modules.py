@@ -4,6 +4,7 @@ import dataclasses
 import enum
 import importlib
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -96,3 +97,14 @@ def test_what_completion_shows_of_an_object(client):
         "choice covariance created delete diagnose drive epoch error_at events fork id lyapunov message poincare resolved scene state_transition step step_price stream stream_events summarize "
         "trajectory",
         "close step"]
+
+
+def test_an_optional_package_belongs_to_an_extra():
+    """What an error tells the user to install exists."""
+    extras = (FOLDER.parent / "pyproject.toml").read_text(encoding="utf-8").partition("[project.optional-dependencies]")[2]
+    named = [found for file in FOLDER.rglob("*.py")
+             for found in re.findall(r'imported\("([a-z0-9]+)[\w.]*", "(\w+)"\)', file.read_text(encoding="utf-8"))]
+    assert len(named) > 8
+    for module, extra in named:
+        line = re.search(rf"^{extra} = .*$", extras, re.MULTILINE)
+        assert line and {"distributed": "distributed", "rerun": "rerun-sdk"}.get(module, module) in line[0], (module, extra)

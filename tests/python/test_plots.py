@@ -193,6 +193,20 @@ def test_frames_in_three_coordinates(client, name, labels):
         run.plot3d(coordinates=(0, 1, 90))
 
 
+@pytest.mark.parametrize("name", ["toutatis", "rigid_body_8", "stiefel"])
+def test_nothing_is_cut_off_at_the_edges(client, name):
+    with client.create(name) as session:
+        run = session.trajectory(to=30)
+    figures = [run.plot(), run.plot3d(), *([run.polhode()] if name == "toutatis" else [])]
+    for figure in figures:
+        figure.canvas.draw()
+        drawn = figure.bbox.padded(1)
+        texts = [text for axes in figure.axes for text in (*axes.texts, axes.title, axes._left_title)]
+        for artist in (*texts, *filter(None, (axes.get_legend() for axes in figure.axes))):
+            box = artist.get_window_extent()
+            assert drawn.x0 <= box.x0 and box.x1 <= drawn.x1 and drawn.y0 <= box.y0 and box.y1 <= drawn.y1, artist
+
+
 def test_what_has_no_real_frame_is_refused(client):
     with client.create("double_bracket") as session:
         run = session.trajectory(to=3)

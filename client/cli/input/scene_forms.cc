@@ -58,14 +58,30 @@ RowMatrix momentum(const std::string& system, const std::string& given, const Ro
   return Lambda * Omega + Omega * Lambda;
 }
 
+/// Refuses a frame that has neither a momentum nor a velocity.
+void check_momentum(const std::string& name, const Json& initial, bool is_body,
+                    const std::string& system) {
+  constexpr std::array momenta = {"M", "P", "S", "B"};
+  if (!initial.contains("Q") ||
+      std::ranges::any_of(momenta, [&](const char* block) { return initial.contains(block); }))
+    return;
+  std::string names;
+  for (const auto& [block, value] : initial.items()) names += (names.empty() ? "" : ", ") + block;
+  throw BadInput(name + ": initial: has " + names + ": must have " +
+                 (is_body ? "M, Omega" : frames.at(system)) + " or Qdot beside Q");
+}
+
 /// Replaces Omega or Qdot by the system's own block. Returns the names of the two.
 std::map<std::string, std::string> write_out_velocity(const std::string& name, Json& scene,
                                                       std::size_t members) {
   Json& initial = scene["initial"];
   const std::string given = initial.contains("Omega") ? "Omega" : "Qdot";
-  if (!initial.contains(given) || initial[given].is_null()) return {};
   const std::string place = name + ": initial." + given, system = system_of(scene);
   const bool is_body = std::ranges::find(bodies, system) != bodies.end();
+  if (!initial.contains(given) || initial[given].is_null()) {
+    if (is_body || frames.contains(system)) check_momentum(name, initial, is_body, system);
+    return {};
+  }
   if (!is_body && (given == "Omega" || !frames.contains(system)))
     throw BadInput(place + ": must be absent: " + system + " takes " +
                    (frames.contains(system) ? "Qdot" : "neither Omega nor Qdot"));
@@ -83,7 +99,8 @@ std::map<std::string, std::string> write_out_velocity(const std::string& name, J
     throw BadInput(
         place + ": is " + std::to_string(rows) + " x " + std::to_string(cols) +
         ": must have as many columns as inertia has numbers, " + std::to_string(lambda.size()) +
-        (rows == static_cast<Eigen::Index>(lambda.size()) ? "; it looks transposed" : ""));
+        (cols < rows && rows == static_cast<Eigen::Index>(lambda.size()) ? "; it looks transposed"
+                                                                         : ""));
   if (given == "Qdot" && (!Q || Q->front().rows() != rows || Q->front().cols() != cols))
     throw BadInput(place + ": must have the shape of Q");
   std::vector<RowMatrix> made;

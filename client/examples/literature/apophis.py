@@ -50,8 +50,8 @@ def main() -> None:
         x, y, _ = run["Q"][run.time <= hours * HOUR, :, axis].T
         path.plot(x, y, style, color="black", label=f"{'long' if axis == 0 else 'short'} axis, {hours:g} h", linewidth=0.9)
     path.add_patch(plt.Circle((0, 0), 1, fill=False, color="0.8"))
-    path.set(aspect="equal", title="seen from the momentum", xticks=[], yticks=[], xlim=(-1.05, 1.05))
-    path.legend(loc="upper right", fontsize=8)
+    path.set(aspect="equal", title="seen from the momentum", xticks=[], yticks=[], xlim=(-1.05, 1.05), ylim=(-1.05, 1.35))
+    path.legend(loc="upper left", fontsize=8, ncol=2, frameon=False)
     turning.plot(run.time / HOUR, phi / (2 * np.pi), "-", color="black", label=f"φ: a turn in {seen_phi:.2f} h")
     turning.plot(run.time / HOUR, psi / (2 * np.pi), "--", color="black", label=f"ψ: a turn in {seen_psi:.1f} h, backwards")
     turning.plot(run.time / HOUR, np.degrees(theta) / 10, ":", color="0.4", label="θ, in tens of degrees")

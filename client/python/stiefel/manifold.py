@@ -55,7 +55,8 @@ class Joined:
     def __repr__(self) -> str:
         kinds, counts = np.unique(self.shortest, return_counts=True)
         most = [f"{np.min(self.distance):.6g} to {np.max(self.distance):.6g}", f"{np.max(self.residual):.1e}"] if kinds.size else ["", ""]
-        return (f"<stiefel.manifold.Joined of {self.distance.size} pairs: distance {most[0]}, residual at most {most[1]}\n"
+        pairs = f"{self.distance.size} pair{'s' if self.distance.size != 1 else ''}"
+        return (f"<stiefel.manifold.Joined of {pairs}: distance {most[0]}, residual at most {most[1]}\n"
                 f"  shortest: {', '.join(f'{kind} {count}' for kind, count in zip(kinds, counts))}>")
 
 

@@ -42,7 +42,8 @@ class Solid:
 
 def box(mass: float, size: Any, at: Any = ORIGIN, attitude: Any = None) -> Solid:
     """A box with edges `size` along its axes x, y, z. `at`: its centre of mass in the axes of the body. `attitude`: its
-    axes in those of the body, in a form that `stiefel.body` takes."""
+    axes in those of the body, a quaternion with the scalar first, a rotation matrix or a Rotation of scipy; numbers that
+    were rounded to a few digits stand for the nearest rotation."""
     squares = _lengths("size", size, 3) ** 2
     return _placed(mass, (squares.sum() - squares) / 12, at, attitude)
 
@@ -79,7 +80,7 @@ def _placed(mass: float, moments: NDArray[Any], at: Any, attitude: Any) -> Solid
     centre = numbers("at", at, "m")
     if centre.shape != (3,):
         raise refused("at", f"the shape {centre.shape}: must be (3)")
-    R = np.eye(3) if attitude is None else matrices("attitude", attitude)
+    R = np.eye(3) if attitude is None else matrices("attitude", attitude, normalize=True)
     return Solid(weight, centre, R @ np.diag(weight * moments) @ R.T)
 
 

@@ -60,7 +60,7 @@ def test_an_aem_has_the_attitudes(run, tmp_path):
 
 
 def test_an_apm_has_one_state(run, tmp_path):
-    run.to_apm(tmp_path / "run.apm", at=3)
+    assert repr(run.to_apm(tmp_path / "run.apm", at=3)).startswith("<stiefel.Export of 1 sample as CCSDS APM")
     found = keywords((tmp_path / "run.apm").read_text())
     np.testing.assert_allclose(ccsds_matrix(*(float(found[name]) for name in ("Q1", "Q2", "Q3", "QC"))), run["Q"][3].T, atol=1e-15)
     rates = [float(found[f"ANGVEL_{axis}"].split()[0]) for axis in "XYZ"]

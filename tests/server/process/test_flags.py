@@ -49,6 +49,11 @@ def test_an_unknown_variable_is_warned_of(form):
     assert lines[1].endswith("STIEFEL_THREAD: unknown variable; did you mean STIEFEL_THREADS?")
 
 
+def test_check_warns_of_an_unknown_variable():
+    done = run("check", STIEFEL_THREAD="3")
+    assert done.returncode == 0 and done.stderr == "warning: STIEFEL_THREAD: unknown variable; did you mean STIEFEL_THREADS?\n"
+
+
 def test_every_variable_is_known():
     """To the Python client, which warns of others too."""
     named = re.findall(r"`STIEFEL_(\w+)`", run("flags").stdout)

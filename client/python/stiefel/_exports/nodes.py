@@ -32,7 +32,8 @@ class Export(Shown):
         rounding = "exact" if self.time_rounding == 0 else f"rounded by at most {self.time_rounding:.1e} s"
         between = "" if np.isnan(self.interpolation_error) else \
             f"; between two samples at most {self.interpolation_error:.1e} rad from the motion"
-        return f"<stiefel.Export of {self.samples} samples as {self.format}: {', '.join(self.files)}\n  times {rounding}{between}>"
+        count = f"{self.samples} sample{'s' if self.samples != 1 else ''}"
+        return f"<stiefel.Export of {count} as {self.format}: {', '.join(self.files)}\n  times {rounding}{between}>"
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,13 @@ def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mappin
     """Returns the blocks of an initial state, in which M = Lambda Omega + Omega Lambda stands for Omega, where Q' = Q Omega
     (Q' = Omega Q in the right-invariant systems), and S = Q' Lambda, P = S or M = Q^T S - S^T Q for Qdot on V(n, N)."""
     given = [name for name in ("Omega", "Qdot") if name in blocks]
+    takes = ("Omega", "Qdot") if system in _LEFT + _RIGHT else ("Qdot",) if system in _FRAMES else ()
     if not given:
+        if takes and "Q" in blocks and not any(name in blocks for name in MOMENTA):
+            wanted = [_FRAMES.get(system, "M"), *takes]
+            raise refused("scene.initial", f"has {', '.join(blocks)}: must have {', '.join(wanted[:-1])} or {wanted[-1]} beside Q")
         return blocks
     path = f"scene.initial.{given[0]}"
-    takes = ("Omega", "Qdot") if system in _LEFT + _RIGHT else ("Qdot",) if system in _FRAMES else ()
     if given[0] not in takes:
         raise refused(path, f"must be absent: {system} takes {' or '.join(takes) or 'neither Omega nor Qdot'}")
     if (others := [*given[1:], *(name for name in MOMENTA if name in blocks)]):
@@ -34,7 +37,7 @@ def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mappin
     if isinstance(velocity, Mapping):
         raise refused(path, "must be a matrix of real numbers")
     if scale.shape[-1:] != velocity.shape[-1:] or scale.ndim > 2:
-        turned = scale.shape[-1:] == velocity.shape[-2:-1]
+        turned = scale.shape[-1:] == velocity.shape[-2:-1] and velocity.shape[-1] < velocity.shape[-2]
         raise refused(path, f"the shape {velocity.shape}: must have as many columns as inertia has numbers, {scale.shape[-1]}"
                             + "; it looks transposed: frames have their vectors as rows" * turned)
     _check(path, given[0], velocity)

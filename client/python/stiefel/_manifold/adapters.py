@@ -6,12 +6,14 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel._results.extras import imported
+
 Array = NDArray[np.float64]
 
 
 def pymanopt_manifold(manifold: Any) -> Any:
     """Returns a pymanopt.manifolds.manifold.Manifold, whose retraction is the exponential map."""
-    from pymanopt.manifolds.manifold import Manifold
+    Manifold = imported("pymanopt.manifolds.manifold", "pymanopt").Manifold
 
     class Frames(Manifold):  # type: ignore[misc]
         def __init__(self) -> None:
@@ -72,7 +74,7 @@ def geomstats_space(manifold: Any) -> Any:
 
     Points of geomstats are N x n, so the manifold's layout must be "columns"; for n = N either will do.
     """
-    import geomstats.backend as backend
+    backend = imported("geomstats.backend", "geomstats")
     from geomstats.geometry.riemannian_metric import RiemannianMetric
     from geomstats.geometry.special_orthogonal import SpecialOrthogonal
     from geomstats.geometry.stiefel import Stiefel

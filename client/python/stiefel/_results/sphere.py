@@ -39,11 +39,12 @@ def polhode(axes: Any, scene: Mapping[str, Any], trajectory: Trajectory, member:
         for axis, name in zip(np.eye(3), inertia.names):
             x, y, depth = view @ axis * sign
             alpha = 1 if depth >= 0 else 0.35
-            axes.plot(x, y, "k.", ms=5, alpha=alpha, zorder=4)
-            axes.annotate(("+" if sign > 0 else "\N{MINUS SIGN}") + name, (1.1 * x, 1.1 * y), alpha=alpha, ha="center",
-                          va="center", zorder=6)
+            axes.plot(x, y, "k.", ms=5, alpha=alpha, zorder=7)
+            away = 1 + 0.14 / max(np.hypot(x, y), 0.01)
+            axes.annotate(("+" if sign > 0 else "\N{MINUS SIGN}") + name, (away * x, away * y), alpha=alpha, ha="center",
+                          va="center", zorder=6, bbox={"fc": "white", "ec": "none", "alpha": 0.6, "pad": 0.5})
     axes.set_title("polhode on the momentum sphere")
-    moments = ", ".join(f"{name} {moment:.6g}" for name, moment in zip(inertia.names, inertia.moments))
+    moments = f"{' : '.join(inertia.names)} = {' : '.join(f'{moment:.5g}' for moment in inertia.moments / inertia.moments[0])}"
     key = "dot: start; dashed: separatrix" if inertia.distinct else "dot: start"
     axes.text(0, -1.24, f"moments {moments}\n{key}", ha="center", va="top", fontsize="small", color="0.25")
 
@@ -111,4 +112,4 @@ def frames(axes: Any, values: Array, coordinates: tuple[int, int, int], vectors:
     axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1), xticks=(-1, 0, 1), yticks=(-1, 0, 1), zticks=(-1, 0, 1),
              **{f"{axis}label": f"coordinate {k}" for axis, k in zip("xyz", coordinates)})
     axes.set_box_aspect((1, 1, 1))
-    axes.legend(loc="upper left", bbox_to_anchor=(1.1, 0.9))
+    axes.legend(loc="upper left", bbox_to_anchor=(1.03, 0.9), frameon=False)

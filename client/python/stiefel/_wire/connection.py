@@ -122,7 +122,7 @@ class Connection:
             return Unavailable("the process forked, which closed the channel")
         if not isinstance(failure, grpc.RpcError):
             raise failure
-        error = from_rpc_error(failure, self._tls)
+        error = from_rpc_error(failure, self._tls, self.address)
         if isinstance(error, DeadlineExceeded):
             error._takes = _takes(failure)
         if isinstance(error, Unimplemented) and not error.reason:  # gRPC's own error names neither call nor version

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import re
+import socket
 from contextlib import suppress
 from typing import Any, Optional
 from urllib.parse import unquote
@@ -59,6 +60,7 @@ _UNREACHABLE = re.compile(r"(?:DNS resolution failed for|errors resolving) (\S+)
                           r"(?:; last error: \w+: (?:ipv4:|ipv6:)?(\S+): )?")
 _NO_GRPC = "nothing that speaks gRPC answers there"
 _CLOSES = "it closes the connection"
+_FAILS_LATER = "it accepts the connection, and then the TLS handshake fails"
 _REASONS = {  # the first key that occurs in gRPC's message counts
     "Connection refused": "the connection is refused, nothing listens there",
     "No such file or directory": "there is no such socket",
@@ -101,24 +103,37 @@ _PLAIN = {  # gRPC's messages for calls that reached a server, by how they begin
 }
 
 
-def in_plain_words(message: str, tls: Optional[bool] = None) -> str:
+def in_plain_words(message: str, tls: Optional[bool] = None, asked: str = "") -> str:
     """Replaces gRPC's message for a server that it does not find by one such as "cannot reach HOST:PORT: the name is
     unknown", and its messages for a call that broke. Returns any other message unchanged. `tls`: whether the channel
-    has TLS, if that is known."""
+    has TLS, if that is known. `asked`: the address of the channel."""
     found = _UNREACHABLE.match(message)
     if not found:
         plain = next((ours for theirs, ours in _PLAIN.items() if message.startswith(theirs)), None)
         return plain or (_BROKE if _BROKEN.match(message) else message)
     address = unquote(found.group(1) or found.group(2) or "the server")
     reason = next((plain for grpc_says, plain in _REASONS.items() if grpc_says in message), message.split(": ")[-1])
+    if reason == _REASONS["Connection refused"] and asked not in ("", address) and _accepts(asked):
+        address, reason = asked, _FAILS_LATER if tls else _CLOSES
     if reason == _CLOSES and tls is not None:
         reason += (", as a server does that asks clients for a certificate: give one in `tls`" if tls else
                    ", as a server with TLS does to a client without: give `tls`")
     return f"cannot reach {address}: {reason}"
 
 
-def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None) -> StiefelError:
-    """Returns this package's exception. `tls`: whether the channel has TLS, if that is known."""
+def _accepts(address: str) -> bool:
+    """Returns whether one of the addresses of a name, of which gRPC's message has the last alone, accepts connections:
+    localhost may be 127.0.0.1, where a server closes them, and ::1, where none listens."""
+    host, _, port = address.rpartition(":")
+    try:
+        with socket.create_connection((host, int(port)), timeout=1):
+            return True
+    except (OSError, ValueError):
+        return False
+
+
+def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None, asked: str = "") -> StiefelError:
+    """Returns this package's exception. `tls`: whether the channel has TLS, if that is known. `asked`: its address."""
     metadata: Any = error.trailing_metadata() or ()
     trailing = dict(iter(metadata))  # the Metadata of grpc.aio has no keys that `dict` could ask
     details = trailing.get("grpc-status-details-bin", b"")
@@ -132,4 +147,4 @@ def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None) -> StiefelE
     maybe = code in (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN)
     if (maybe and _BROKEN.match(message)) or message.startswith("Received http2 header"):
         code = grpc.StatusCode.UNAVAILABLE
-    return make_error(code.value[0], in_plain_words(message, tls))
+    return make_error(code.value[0], in_plain_words(message, tls, asked))
