@@ -1,7 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "engine/linalg/iteration/continuation.h"
