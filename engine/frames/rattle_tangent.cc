@@ -1,9 +1,7 @@
 #include "engine/frames/rattle_tangent.h"
 
+#include "engine/frames/rattle_tangent_of.h"
 #include "engine/frames/symmetric_solve.h"
-#include "engine/linalg/iteration/continuation.h"
-#include "engine/linalg/matrix_equations/constraint_riccati.h"
-#include "engine/methods/support/symmetric_stages.h"
 #include "engine/methods/variational.h"
 
 namespace stiefel {
@@ -31,14 +29,9 @@ class RattleValues {
         C(n),
         K(n),
         n_(n),
-        riccati_(n),
         G_(Q),
         D_(Q),
-        A_(n, n),
-        P_(n, n),
-        E_(n, n),
-        Y_(n, n),
-        found_(n, n),
+        multiplier_(n),
         half_B_(Dense::Zero(n, n)),
         upper_(SymmetricSolve::size(n)) {}
 
@@ -49,23 +42,30 @@ class RattleValues {
   RunStatus step(double size) {
     stop_point(12 * static_cast<double>(n_ * Q.size()));
     h = size;
+    auto &A = multiplier_.A, &P = multiplier_.P, &E = multiplier_.E, &Y = multiplier_.Y;
     G_.noalias() = Q * inverse.asDiagonal();
-    P_.noalias() = G_ * G_.transpose();
-    Y_ = (h * h) * half_B_;
-    if (!solve(h) && !follow()) return {Outcome::solver_stalled, std::nullopt};
-    B = Y_ / h;
+    P.noalias() = G_ * G_.transpose();
+    Y = (h * h) * half_B_;
+    const bool found = multiplier_.find(h, [&](double t) {
+      D_.noalias() = S * inverse.asDiagonal();
+      D_ = Q + t * D_;
+      A.noalias() = G_ * D_.transpose();
+      E.noalias() = D_ * D_.transpose();
+    });
+    if (!found) return {Outcome::solver_stalled, std::nullopt};
+    B = Y / h;
     half.noalias() = B * Q;
     half += S;
     V1.noalias() = half * inverse.asDiagonal();
     next = Q + h * V1;
     G1.noalias() = next * inverse.asDiagonal();
-    A_.noalias() = G_ * next.transpose();
-    C.factor(A_);
-    A_.noalias() = G1 * next.transpose();
-    K.factor(A_);
-    E_.noalias() = next * V1.transpose();
+    A.noalias() = G_ * next.transpose();
+    C.factor(A);
+    A.noalias() = G1 * next.transpose();
+    K.factor(A);
+    E.noalias() = next * V1.transpose();
     for (Index b = 0; b < n_; ++b)
-      for (Index a = 0; a <= b; ++a) upper_[SymmetricSolve::at(a, b)] = -(E_(a, b) + E_(b, a));
+      for (Index a = 0; a <= b; ++a) upper_[SymmetricSolve::at(a, b)] = -(E(a, b) + E(b, a));
     K.solve(upper_.data());
     for (Index b = 0; b < n_; ++b)
       for (Index a = 0; a < n_; ++a) Z(a, b) = upper_[SymmetricSolve::at(a, b)][0];
@@ -84,28 +84,9 @@ class RattleValues {
   SymmetricSolve C, K;
 
  private:
-  /// Finds Y for a step of size t, starting from the current Y.
-  bool solve(double t) {
-    D_.noalias() = S * inverse.asDiagonal();
-    D_ = Q + t * D_;
-    A_.noalias() = G_ * D_.transpose();
-    E_.noalias() = D_ * D_.transpose();
-    E_.diagonal().array() -= 1;
-    return riccati_.solve(A_, P_, E_, Y_);
-  }
-  bool follow() {
-    Y_.setZero();
-    return !(continuation(1, [&](double t) {
-               found_ = Y_;
-               if (solve(t * h)) return true;
-               Y_ = found_;
-               return false;
-             }) < 1);
-  }
-
   Index n_;
-  ConstraintRiccati<double> riccati_;
-  Dense G_, D_, A_, P_, E_, Y_, found_;
+  Dense G_, D_;
+  RattleMultiplier multiplier_;
   Dense half_B_;  ///< Z/h of the last step, from which the next solve starts
   std::vector<Pair> upper_;
 };
@@ -197,82 +178,57 @@ void move(const RattleValues& at, RattlePair& x, Pair by_h, Pair* work) {
 using Move = void (*)(const RattleValues&, RattlePair&, Pair, Pair*);
 constexpr Move moves[] = {move<1>, move<2>, move<3>, move<4>, move<5>, move<6>};
 
-class RattleTangent final : public TangentMap {
+/// The vectors in pairs, beside the values of a step.
+class RattlePairs {
  public:
-  RattleTangent(const Scene& scene, const ColumnParameters& at)
-      : n_(scene.Q().rows()),
-        compensated_(scene.arithmetic() == Arithmetic::compensated),
-        substeps_(scene.substeps()),
-        unit_(binary_unit(at.lambda.maxCoeff())),
-        h_(at.h / unit_),
-        gamma_(symmetric_stages<double>(scene.order() > 0 ? scene.order() : 2)),
-        parameters_(at),
-        move_(moves[n_ - 1]),
-        values_(at.lambda / unit_, n_),
-        work_(static_cast<std::size_t>(n_ * at.lambda.size())) {}
+  RattlePairs(const Eigen::VectorXd& lambda, Index n, bool compensated)
+      : n_(n),
+        compensated_(compensated),
+        move_(moves[n - 1]),
+        values_(lambda, n),
+        work_(static_cast<std::size_t>(values_.Q.size())) {}
 
-  void start(const Dense&, const Dense& V) override {
-    const Index N = values_.Q.cols();
-    pairs_.assign(static_cast<std::size_t>((V.cols() + 1) / 2), {n_ * N, compensated_});
+  void begin(Index vectors) {
+    pairs_.assign(static_cast<std::size_t>((vectors + 1) / 2), {values_.Q.size(), compensated_});
     values_.restart();
-    for (Index v = 0; v < V.cols(); ++v) {
-      RattlePair& x = pairs_[static_cast<std::size_t>(v / 2)];
-      const int lane = v % 2;
-      for (Index j = 0; j < N; ++j)
-        for (Index a = 0; a < n_; ++a) {
-          const auto i = static_cast<std::size_t>(a + n_ * j);
-          x.Q.set(i, lane, V(a + 2 * n_ * j, v));
-          x.S.set(i, lane, V(a + n_ + 2 * n_ * j, v));
-        }
-      if (parameters_.by_lambda.col(v).isZero(0) && parameters_.by_h(v) == 0) continue;
-      x.by_inverse.resize(static_cast<std::size_t>(N), 0.0);
-      for (Index j = 0; j < N; ++j)
-        x.by_inverse[static_cast<std::size_t>(j)].set(
-            lane, -(parameters_.by_lambda(j, v) / unit_) * values_.inverse(j) * values_.inverse(j));
-      x.by_h.set(lane, parameters_.by_h(v) / unit_);
-    }
+  }
+  void set(Index v, Index a, Index j, double dQ, double dS) {
+    RattlePair& x = pairs_[static_cast<std::size_t>(v / 2)];
+    const auto i = static_cast<std::size_t>(a + n_ * j);
+    x.Q.set(i, v % 2, dQ);
+    x.S.set(i, v % 2, dS);
+  }
+  std::pair<double, double> get(Index v, Index a, Index j) const {
+    const RattlePair& x = pairs_[static_cast<std::size_t>(v / 2)];
+    return {x.Q.values()[a + n_ * j][v % 2], x.S.values()[a + n_ * j][v % 2]};
+  }
+  void vary(Index v, const Eigen::ArrayXd& by_inverse, double by_h) {
+    RattlePair& x = pairs_[static_cast<std::size_t>(v / 2)];
+    x.by_inverse.resize(static_cast<std::size_t>(by_inverse.size()), 0.0);
+    for (Index j = 0; j < by_inverse.size(); ++j)
+      x.by_inverse[static_cast<std::size_t>(j)].set(v % 2, by_inverse(j));
+    x.by_h.set(v % 2, by_h);
   }
 
-  RunStatus step(const Dense& point) override {
+  void set(const Dense& point) {
     values_.Q = point.topRows(n_);
     values_.S = point.bottomRows(n_);
-    const std::size_t stages = 2 * gamma_.size() - 1;
-    for (int k = 0; k < substeps_; ++k)
-      for (std::size_t stage = 0; stage < stages; ++stage) {
-        const double gamma = gamma_[std::min(stage, stages - 1 - stage)];
-        if (const RunStatus status = values_.step(gamma * h_); !status.reached()) return status;
-        for (RattlePair& x : pairs_) {
-          stop_point(18 * static_cast<double>(n_ * values_.Q.size()));
-          move_(values_, x, Pair(gamma) * x.by_h, work_.data());
-        }
-        std::swap(values_.Q, values_.next);
-        std::swap(values_.S, values_.end);
-      }
-    return {};
   }
-
-  bool direct() const override { return false; }
-  RunStatus at(std::int64_t) override { return {Outcome::solver_stalled, std::nullopt}; }
-
-  void read(const Dense&, Dense& V) const override {
-    for (Index v = 0; v < V.cols(); ++v) {
-      const RattlePair& x = pairs_[static_cast<std::size_t>(v / 2)];
-      const int lane = v % 2;
-      for (Index j = 0; j < values_.Q.cols(); ++j)
-        for (Index a = 0; a < n_; ++a) {
-          V(a + 2 * n_ * j, v) = x.Q.values()[a + n_ * j][lane];
-          V(a + n_ + 2 * n_ * j, v) = x.S.values()[a + n_ * j][lane];
-        }
+  RunStatus step(double size) { return values_.step(size); }
+  void move(double gamma) {
+    for (RattlePair& x : pairs_) {
+      stop_point(18 * static_cast<double>(n_ * values_.Q.size()));
+      move_(values_, x, Pair(gamma) * x.by_h, work_.data());
     }
+  }
+  void swap() {
+    std::swap(values_.Q, values_.next);
+    std::swap(values_.S, values_.end);
   }
 
  private:
   Index n_;
   bool compensated_;
-  int substeps_;
-  double unit_, h_;  ///< Λ and h are divided by the unit, as in RattleStiefel
-  std::vector<double> gamma_;
-  ColumnParameters parameters_;
   Move move_;
   RattleValues values_;
   std::vector<RattlePair> pairs_;
@@ -285,7 +241,7 @@ std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const ColumnParam
   if (scene.method() != Variational::traits.name || scene.Q().rows() > Index(std::size(moves)))
     return nullptr;
   constexpr Index wide = 64;
-  return scene.dimension() < wide ? std::make_unique<RattleTangent>(scene, at)
+  return scene.dimension() < wide ? std::make_unique<RattleTangentOf<RattlePairs>>(scene, at)
                                   : wide_rattle_tangent(scene, at);
 }
 

@@ -1,12 +1,7 @@
-#include <algorithm>
-#include <optional>
-
 #include "engine/frames/passes/rattle_tangent_pass.h"
 #include "engine/frames/rattle_tangent.h"
+#include "engine/frames/rattle_tangent_of.h"
 #include "engine/frames/symmetric_solve.h"
-#include "engine/linalg/iteration/continuation.h"
-#include "engine/linalg/matrix_equations/constraint_riccati.h"
-#include "engine/methods/support/symmetric_stages.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -24,37 +19,47 @@ auto& element(auto& x, Index n, Index a, Index j) {
   return x[static_cast<std::size_t>(j / TileRow::columns * n + a)].x[j % TileRow::columns];
 }
 
-/// The values of a step of RATTLE, in the letters of RattleTangent.
-class WideRattleValues {
+/// The values of a step of RATTLE, in the letters of RattleTangentPass, and vectors that are moved
+/// one by one, in passes over packs of columns.
+class RattleTiles {
  public:
-  WideRattleValues(const Eigen::VectorXd& lambda, Index n)
-      : C(n),
-        K(n),
-        B(n, n),
-        Z(Dense::Zero(n, n)),
-        n_(n),
+  RattleTiles(const Eigen::VectorXd& lambda, Index n, bool compensated)
+      : n_(n),
         N_(lambda.size()),
+        compensated_(compensated),
         pass_(make_rattle_tangent_pass(n)),
-        riccati_(n),
-        A_(n, n),
-        P_(n, n),
-        E_(n, n),
-        Y_(n, n),
-        found_(n, n) {
+        multiplier_(n),
+        C_(n),
+        K_(n),
+        B_(n, n),
+        Z_(n, n) {
     inverse_ = zero(1);
     for (Index j = 0; j < N_; ++j) element(inverse_, 1, 0, j) = 1 / lambda(j);
-    Q_ = S_ = half_ = next_ = end_ = G1_ = V1_ = zero(n);
+    Q_ = S_ = half_ = next_ = end_ = G1_ = V1_ = work_ = zero(n);
   }
 
-  Tiles zero(Index rows) const {
-    const Index tiles = (N_ + TileRow::columns - 1) / TileRow::columns;
-    return Tiles(static_cast<std::size_t>(tiles * rows), TileRow{});
+  void begin(Index vectors) {
+    vectors_.assign(static_cast<std::size_t>(vectors), {zero(n_), zero(n_), {}, {}, {}, 0});
+    if (compensated_)
+      for (Vector& x : vectors_) x.Q_carry = x.S_carry = zero(n_);
+    Z_.setZero();
   }
-  double inverse(Index j) { return element(inverse_, 1, 0, j); }
-  RattleTangentPass& pass() const { return *pass_; }
+  void set(Index v, Index a, Index j, double dQ, double dS) {
+    Vector& x = vectors_[static_cast<std::size_t>(v)];
+    element(x.Q, n_, a, j) = dQ;
+    element(x.S, n_, a, j) = dS;
+  }
+  std::pair<double, double> get(Index v, Index a, Index j) const {
+    const Vector& x = vectors_[static_cast<std::size_t>(v)];
+    return {element(x.Q, n_, a, j), element(x.S, n_, a, j)};
+  }
+  void vary(Index v, const Eigen::ArrayXd& by_inverse, double by_h) {
+    Vector& x = vectors_[static_cast<std::size_t>(v)];
+    x.by_inverse = zero(1);
+    for (Index j = 0; j < N_; ++j) element(x.by_inverse, 1, 0, j) = by_inverse(j);
+    x.by_h = by_h;
+  }
 
-  /// Forgets the last step.
-  void restart() { Z.setZero(); }
   void set(const Dense& point) {
     for (Index j = 0; j < N_; ++j)
       for (Index a = 0; a < n_; ++a) {
@@ -62,28 +67,42 @@ class WideRattleValues {
         element(S_, n_, a, j) = point(n_ + a, j);
       }
   }
-
-  /// Makes a step from Q and S.
   RunStatus step(double size) {
     stop_point(12 * static_cast<double>(n_ * n_ * N_));
-    h = size;
-    Y_ = h * Z;
-    if (!solve(h) && !follow()) return {Outcome::solver_stalled, std::nullopt};
-    B = Y_ / h;
-    C.factor(A_ + P_ * Y_);
+    h_ = size;
+    auto &A = multiplier_.A, &P = multiplier_.P, &E = multiplier_.E, &Y = multiplier_.Y;
+    Y = h_ * Z_;
     const RattleColumns x = columns();
-    pass_->advance(x, h, B.data(), A_.data(), E_.data());
-    K.factor(A_);
-    K.solve(-1, E_.data(), Z.data());
-    pass_->finish(x, Z.data());
+    if (!multiplier_.find(h_,
+                          [&](double t) { pass_->measure(x, t, A.data(), P.data(), E.data()); }))
+      return {Outcome::solver_stalled, std::nullopt};
+    B_ = Y / h_;
+    C_.factor(A + P * Y);
+    pass_->advance(x, h_, B_.data(), A.data(), E.data());
+    K_.factor(A);
+    K_.solve(-1, E.data(), Z_.data());
+    pass_->finish(x, Z_.data());
     return {};
   }
-  /// Goes on from the end of the step.
+  void move(double gamma) {
+    for (Vector& x : vectors_) move(x, gamma * x.by_h);
+  }
   void swap() {
     Q_.swap(next_);
     S_.swap(end_);
   }
 
+ private:
+  struct Vector {
+    Tiles Q, S, Q_carry, S_carry;
+    Tiles by_inverse;  ///< empty where the parameters are constant
+    double by_h;
+  };
+
+  Tiles zero(Index rows) const {
+    const Index tiles = (N_ + TileRow::columns - 1) / TileRow::columns;
+    return Tiles(static_cast<std::size_t>(tiles * rows), TileRow{});
+  }
   RattleColumns columns() {
     return {static_cast<std::ptrdiff_t>(inverse_.size()),
             inverse_.data(),
@@ -96,108 +115,11 @@ class WideRattleValues {
             V1_.data()};
   }
 
-  double h = 0;
-  SymmetricSolve C, K;
-  Dense B, Z;
-
- private:
-  /// Finds Y for a step of size t, starting from the current Y.
-  bool solve(double t) {
-    pass_->measure(columns(), t, A_.data(), P_.data(), E_.data());
-    E_.diagonal().array() -= 1;
-    return riccati_.solve(A_, P_, E_, Y_);
-  }
-  bool follow() {
-    Y_.setZero();
-    return !(continuation(1, [&](double t) {
-               found_ = Y_;
-               if (solve(t * h)) return true;
-               Y_ = found_;
-               return false;
-             }) < 1);
-  }
-
-  Index n_, N_;
-  std::unique_ptr<RattleTangentPass> pass_;
-  ConstraintRiccati<double> riccati_;
-  Dense A_, P_, E_, Y_, found_;
-  Tiles inverse_, Q_, S_, half_, next_, end_, G1_, V1_;
-};
-
-/// RattleTangent for many columns: vectors one by one, in passes over packs of columns.
-class WideRattleTangent final : public TangentMap {
- public:
-  WideRattleTangent(const Scene& scene, const ColumnParameters& at)
-      : n_(scene.Q().rows()),
-        compensated_(scene.arithmetic() == Arithmetic::compensated),
-        substeps_(scene.substeps()),
-        unit_(binary_unit(at.lambda.maxCoeff())),
-        h_(at.h / unit_),
-        gamma_(symmetric_stages<double>(scene.order() > 0 ? scene.order() : 2)),
-        parameters_(at) {}
-
-  void start(const Dense&, const Dense& V) override {
-    values_.emplace(parameters_.lambda / unit_, n_);
-    vectors_.clear();
-    for (Index v = 0; v < V.cols(); ++v) {
-      Vector& x = vectors_.emplace_back(Vector{values_->zero(n_), values_->zero(n_), {}, {}, {}, 0});
-      if (compensated_) x.Q_carry = x.S_carry = values_->zero(n_);
-      for (Index j = 0; j < size(); ++j)
-        for (Index a = 0; a < n_; ++a) {
-          element(x.Q, n_, a, j) = V(a + 2 * n_ * j, v);
-          element(x.S, n_, a, j) = V(a + n_ + 2 * n_ * j, v);
-        }
-      if (parameters_.by_lambda.col(v).isZero(0) && parameters_.by_h(v) == 0) continue;
-      x.by_inverse = values_->zero(1);
-      for (Index j = 0; j < size(); ++j)
-        element(x.by_inverse, 1, 0, j) = -(parameters_.by_lambda(j, v) / unit_) *
-                                         values_->inverse(j) * values_->inverse(j);
-      x.by_h = parameters_.by_h(v) / unit_;
-    }
-    work_ = values_->zero(n_);
-  }
-
-  RunStatus step(const Dense& point) override {
-    values_->set(point);
-    const std::size_t stages = 2 * gamma_.size() - 1;
-    for (int k = 0; k < substeps_; ++k)
-      for (std::size_t stage = 0; stage < stages; ++stage) {
-        const double gamma = gamma_[std::min(stage, stages - 1 - stage)];
-        if (const RunStatus status = values_->step(gamma * h_); !status.reached()) return status;
-        for (Vector& x : vectors_) move(x, gamma * x.by_h);
-        values_->swap();
-      }
-    return {};
-  }
-
-  bool direct() const override { return false; }
-  RunStatus at(std::int64_t) override { return {Outcome::solver_stalled, std::nullopt}; }
-
-  void read(const Dense&, Dense& V) const override {
-    for (Index v = 0; v < V.cols(); ++v) {
-      const Vector& x = vectors_[static_cast<std::size_t>(v)];
-      for (Index j = 0; j < size(); ++j)
-        for (Index a = 0; a < n_; ++a) {
-          V(a + 2 * n_ * j, v) = element(x.Q, n_, a, j);
-          V(a + n_ + 2 * n_ * j, v) = element(x.S, n_, a, j);
-        }
-    }
-  }
-
- private:
-  struct Vector {
-    Tiles Q, S, Q_carry, S_carry;
-    Tiles by_inverse;  ///< empty where the parameters are constant
-    double by_h;
-  };
-
-  Index size() const { return parameters_.lambda.size(); }
-
   void move(Vector& x, double by_h) {
-    stop_point(9 * static_cast<double>(n_ * n_ * size()));
+    stop_point(9 * static_cast<double>(n_ * n_ * N_));
     constexpr std::size_t most = SymmetricSolve::largest * SymmetricSolve::largest;
     double R[most], dB[most], dZ[most];
-    const RattleColumns at = values_->columns();
+    const RattleColumns at = columns();
     const RattleVector vector{x.Q.data(),
                               x.S.data(),
                               compensated_ ? x.Q_carry.data() : nullptr,
@@ -205,29 +127,28 @@ class WideRattleTangent final : public TangentMap {
                               x.by_inverse.empty() ? nullptr : x.by_inverse.data(),
                               by_h,
                               work_.data()};
-    RattleTangentPass& pass = values_->pass();
-    pass.begin(at, vector, values_->h, values_->B.data(), R);
-    values_->C.solve(-1 / values_->h, R, dB);
-    pass.move_Q(at, vector, values_->h, dB, values_->Z.data(), R);
-    values_->K.solve(-1, R, dZ);
-    pass.move_S(at, vector, dZ);
+    pass_->begin(at, vector, h_, B_.data(), R);
+    C_.solve(-1 / h_, R, dB);
+    pass_->move_Q(at, vector, h_, dB, Z_.data(), R);
+    K_.solve(-1, R, dZ);
+    pass_->move_S(at, vector, dZ);
   }
 
-  Index n_;
+  Index n_, N_;
   bool compensated_;
-  int substeps_;
-  double unit_, h_;  ///< Λ and h are divided by the unit, as in RattleStiefel
-  std::vector<double> gamma_;
-  ColumnParameters parameters_;
-  std::optional<WideRattleValues> values_;
+  double h_ = 0;
+  std::unique_ptr<RattleTangentPass> pass_;
+  RattleMultiplier multiplier_;
+  SymmetricSolve C_, K_;
+  Dense B_, Z_;
+  Tiles inverse_, Q_, S_, half_, next_, end_, G1_, V1_, work_;
   std::vector<Vector> vectors_;
-  Tiles work_;
 };
 
 }  // namespace
 
 std::unique_ptr<TangentMap> wide_rattle_tangent(const Scene& scene, const ColumnParameters& at) {
-  return std::make_unique<WideRattleTangent>(scene, at);
+  return std::make_unique<RattleTangentOf<RattleTiles>>(scene, at);
 }
 
 }  // namespace stiefel

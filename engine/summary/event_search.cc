@@ -14,36 +14,48 @@ struct NoState {};
 EventFunctions::EventFunctions(const std::vector<EventDescription>& events,
                                const Simulation& start) {
   for (const EventDescription& event : events) {
-    const auto field = std::ranges::find(start.fields(), event.field, &Field::name);
-    const auto index = static_cast<std::size_t>(field - start.fields().begin());
-    auto read = std::ranges::find(fields_, index, &Read::index);
-    if (read == fields_.end()) {
-      fields_.push_back({index, std::vector<double>(event.coefficients.size())});
-      read = fields_.end() - 1;
-    }
-    terms_.push_back({static_cast<std::size_t>(read - fields_.begin()), &event});
+    Function& function = functions_.emplace_back(Function{{}, event.level});
+    function.terms.push_back(term(start, event.field, event.coefficients));
+    for (const LinearTerm& more : event.plus)
+      function.terms.push_back(term(start, more.field, more.coefficients));
   }
 }
 
-double EventFunctions::sum(const Terms& terms) const {
-  const auto& numbers = fields_[terms.field].numbers;
-  const auto& coefficients = terms.event->coefficients;
+EventFunctions::Term EventFunctions::term(const Simulation& start, const std::string& field,
+                                          const std::vector<double>& coefficients) {
+  const auto found = std::ranges::find(start.fields(), field, &Field::name);
+  const auto index = static_cast<std::size_t>(found - start.fields().begin());
+  auto read = std::ranges::find(fields_, index, &Read::index);
+  if (read == fields_.end()) {
+    fields_.push_back({index, std::vector<double>(coefficients.size())});
+    read = fields_.end() - 1;
+  }
+  return {static_cast<std::size_t>(read - fields_.begin()), &coefficients};
+}
+
+double EventFunctions::sum(const Function& function) const {
   long double g = 0;
-  for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (coefficients[i] != 0) g += static_cast<long double>(coefficients[i]) * numbers[i];
-  return static_cast<double>(g - terms.event->level);
+  for (const Term& term : function.terms) {
+    const auto& numbers = fields_[term.field].numbers;
+    const auto& coefficients = *term.coefficients;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      if (coefficients[i] != 0) g += static_cast<long double>(coefficients[i]) * numbers[i];
+  }
+  return static_cast<double>(g - function.level);
 }
 
 void EventFunctions::values(const Simulation& now, std::vector<double>& g) {
   for (Read& read : fields_) now.write(read.index, read.numbers);
-  g.resize(terms_.size());
-  for (std::size_t i = 0; i < terms_.size(); ++i) g[i] = sum(terms_[i]);
+  g.resize(functions_.size());
+  for (std::size_t i = 0; i < functions_.size(); ++i) g[i] = sum(functions_[i]);
 }
 
 double EventFunctions::value(const Simulation& now, std::size_t event) {
-  Read& read = fields_[terms_[event].field];
-  now.write(read.index, read.numbers);
-  return sum(terms_[event]);
+  for (const Term& term : functions_[event].terms) {
+    Read& read = fields_[term.field];
+    now.write(read.index, read.numbers);
+  }
+  return sum(functions_[event]);
 }
 
 bool crosses(double before, double after, Direction direction) {

@@ -14,28 +14,34 @@ namespace stiefel {
 /// The functions g of a description's events, evaluated at states of one scene.
 class EventFunctions {
  public:
-  /// The fields must be among those of `start`.
+  /// The fields must be among those of `start`. Refers to `events`.
   EventFunctions(const std::vector<EventDescription>& events, const Simulation& start);
 
-  std::size_t size() const { return terms_.size(); }
+  std::size_t size() const { return functions_.size(); }
   /// `values` computes g of all events at a state, with sums in extended precision in the order of
-  /// the field's numbers; `value` computes g of one event.
+  /// the terms and of their fields' numbers; `value` computes g of one event.
   void values(const Simulation& now, std::vector<double>& g);
   double value(const Simulation& now, std::size_t event);
 
  private:
-  struct Terms {
+  struct Term {
     std::size_t field;  ///< index in fields_
-    const EventDescription* event;
+    const std::vector<double>* coefficients;
+  };
+  struct Function {
+    std::vector<Term> terms;
+    double level;
   };
   struct Read {
     std::size_t index;  ///< index among the simulation's fields
     std::vector<double> numbers;
   };
-  double sum(const Terms& terms) const;
+  Term term(const Simulation& start, const std::string& field,
+            const std::vector<double>& coefficients);
+  double sum(const Function& function) const;
 
   std::vector<Read> fields_;
-  std::vector<Terms> terms_;
+  std::vector<Function> functions_;
 };
 
 /// Whether a zero of g lies after a state with g = `before`, up to the next state, where g =

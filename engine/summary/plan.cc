@@ -125,26 +125,35 @@ class Check {
 
   void event(std::size_t i) {
     const EventDescription& asked = plan_.what.events[i];
-    const Field* of = field(asked.field);
-    if (of == nullptr)
-      return refuse(at("events", i, ".field"), asked.field,
-                    "must be one of " + names(false) +
-                        did_you_mean(asked.field, start_.fields(), &Field::name));
-    if (of->complex) return refuse(at("events", i, ".field"), asked.field, "must be a real field");
-    const auto size = static_cast<std::size_t>(of->size());
-    if (asked.coefficients.size() != size)
-      refuse(at("events", i, ".coefficients"),
-             std::to_string(asked.coefficients.size()) + " numbers",
-             "must be " + std::to_string(size) + ", one for each element of " + asked.field);
-    bool finite = std::isfinite(asked.level), any = false;
-    for (const double c : asked.coefficients) {
-      finite = finite && std::isfinite(c);
-      any = any || c != 0;
-    }
-    if (!finite)
-      refuse(at("events", i), asked.field, "coefficients and level must be finite");
+    bool any = false;
+    const std::string place = at("events", i);
+    if (!term(place, asked.field, asked.coefficients, any)) return;
+    for (std::size_t k = 0; k < asked.plus.size(); ++k)
+      if (!term(place + at(".plus", k), asked.plus[k].field, asked.plus[k].coefficients, any))
+        return;
+    if (!std::isfinite(asked.level))
+      refuse(place, asked.field, "coefficients and level must be finite");
     else if (!any)
-      refuse(at("events", i, ".coefficients"), to_text(asked.coefficients), "must not all be 0");
+      refuse(place + ".coefficients", to_text(asked.coefficients), "must not all be 0");
+  }
+
+  /// Returns whether the term of an event is sound. Sets `any` where a coefficient is not 0.
+  bool term(const std::string& place, const std::string& name,
+            const std::vector<double>& coefficients, bool& any) {
+    const std::size_t before = violations_.size();
+    const Field* of = field(name);
+    if (of == nullptr)
+      refuse(place + ".field", name,
+             "must be one of " + names(false) + did_you_mean(name, start_.fields(), &Field::name));
+    else if (of->complex)
+      refuse(place + ".field", name, "must be a real field");
+    else if (const auto size = static_cast<std::size_t>(of->size()); coefficients.size() != size)
+      refuse(place + ".coefficients", std::to_string(coefficients.size()) + " numbers",
+             "must be " + std::to_string(size) + ", one for each element of " + name);
+    else if (!std::ranges::all_of(coefficients, [](double c) { return std::isfinite(c); }))
+      refuse(place, name, "coefficients and level must be finite");
+    any = any || std::ranges::any_of(coefficients, [](double c) { return c != 0; });
+    return violations_.size() == before;
   }
 
   void fields() {

@@ -5,13 +5,8 @@
 #include "stiefel/stop.h"
 
 namespace stiefel {
-namespace {
 
 using Dense = Eigen::MatrixXd;
-
-Dense skew_part(const Dense& A) { return (A - A.transpose()) / 2; }
-
-}  // namespace
 
 Dense TangentChart::unit(Eigen::Index k) const {
   if (cols_ == 3) return hat(Eigen::Vector3d(Eigen::Vector3d::Unit(k)));

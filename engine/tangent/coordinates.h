@@ -6,6 +6,8 @@
 
 namespace stiefel {
 
+inline Eigen::MatrixXd skew_part(const Eigen::MatrixXd& A) { return (A - A.transpose()) / 2; }
+
 /// The coordinates of tangent vectors at the states of a scene (linearization.h). States and
 /// vectors are blocks stacked by rows; a vector is a column, its numbers column by column.
 class TangentChart {

@@ -4,18 +4,13 @@
 #include <random>
 
 #include "engine/stepping/observed_simulation.h"
+#include "engine/tangent/coordinates.h"
 #include "stiefel/linearization.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
 
 using Dense = Eigen::MatrixXd;
-
-namespace {
-
-Dense skew_part(const Dense& A) { return (A - A.transpose()) / 2; }
-
-}  // namespace
 
 GrowthVectors::GrowthVectors(const Scene& scene, TangentSpace space, const Simulation& start)
     : space_(std::move(space)) {

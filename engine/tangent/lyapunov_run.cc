@@ -13,10 +13,6 @@ namespace {
 
 using Dense = Eigen::MatrixXd;
 
-Violations cannot(const Place& place, std::string_view field, std::string value, std::string rule) {
-  return {place.violation(field, std::move(value), std::move(rule))};
-}
-
 /// Returns the steps of about one radian of the motion.
 std::int64_t chosen_interval(const Scene& scene, double rate) {
   const double steps = std::ceil(1 / (rate * std::abs(scene.step())));
@@ -37,25 +33,26 @@ LyapunovHeader LyapunovHeader::of(const LyapunovDescription& what) {
 Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
                                 const std::optional<LyapunovHeader>& saved) {
   if (!scene_.members().empty())
-    return cannot(place, "", std::to_string(scene_.members().size()) + " members",
-                  "the scene must have no `members`");
+    return {place.violation("", std::to_string(scene_.members().size()) + " members",
+                            "the scene must have no `members`")};
   const auto tangents = tangents_of(scene_.system());
-  if (!tangents) return cannot(place, "", scene_.system(), "has no tangent map");
+  if (!tangents) return {place.violation("", scene_.system(), "has no tangent map")};
   const bool continuous = what_.orthonormalization == Orthonormalization::continuous;
   if (continuous && !tangents->field)
-    return cannot(place, "orthonormalization", "continuous",
-                  "must be discrete_qr: " + scene_.system() +
-                      " is a discrete system, which has no vector field");
+    return {place.violation("orthonormalization", "continuous",
+                            "must be discrete_qr: " + scene_.system() +
+                                " is a discrete system, which has no vector field")};
   vectors_.emplace(scene_, tangents->space(scene_), start);
   const std::int64_t dimension = vectors_->dimension(vectors_->state(start));
   if (dimension == 0 && what_.count == 0)
-    return cannot(place, "count", "0",
-                  "must be given: all exponents are offered for states of up to " +
-                      std::to_string(Linearization::largest_in_coordinates) + " numbers");
+    return {place.violation("count", "0",
+                            "must be given: all exponents are offered for states of up to " +
+                                std::to_string(Linearization::largest_in_coordinates) +
+                                " numbers")};
   const std::int64_t most = dimension > 0 ? dimension : GrowthVectors::most_of_large;
   if (what_.count < 0 || what_.count > most)
-    return cannot(place, "count", std::to_string(what_.count),
-                  "must be 0, for all, or at most " + std::to_string(most));
+    return {place.violation("count", std::to_string(what_.count),
+                            "must be 0, for all, or at most " + std::to_string(most))};
   // Four vectors cost no more than one.
   count_ = static_cast<Eigen::Index>(std::min<std::int64_t>(
       most, what_.count == 0 ? most : std::max<std::int64_t>(what_.count, TangentMap::lanes)));
@@ -66,31 +63,33 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
               : what_.interval > 0 ? what_.interval
                                    : chosen_interval(scene_, rate_);
   if (what_.interval < 0)
-    return cannot(place, "interval", std::to_string(what_.interval), "must be at least 0");
+    return {place.violation("interval", std::to_string(what_.interval), "must be at least 0")};
   if (continuous) {
     interval_ += interval_ % 2;
     constexpr double longest = 0.5;
     if (rate_ * std::abs(scene_.step()) > longest)
-      return cannot(place, "orthonormalization", "continuous",
-                    "must be discrete_qr, or the step at most " + to_text(longest / rate_, 3) +
-                        ": the flow is integrated over two steps, so that these may turn by " +
-                        to_text(longest) + " rad each");
+      return {place.violation(
+          "orthonormalization", "continuous",
+          "must be discrete_qr, or the step at most " + to_text(longest / rate_, 3) +
+              ": the flow is integrated over two steps, so that these may turn by " +
+              to_text(longest) + " rad each")};
     if ((what_.to - what_.from) % 2 != 0)
-      return cannot(place, "to", std::to_string(what_.to),
-                    "must be an even number of steps after `from` for continuous "
-                    "orthonormalization, which takes two steps at a time");
+      return {place.violation("to", std::to_string(what_.to),
+                              "must be an even number of steps after `from` for continuous "
+                              "orthonormalization, which takes two steps at a time")};
     if (vectors_->size() > FrameFlow::largest)
-      return cannot(place, "orthonormalization", "continuous",
-                    "must be discrete_qr for states of more than " +
-                        std::to_string(FrameFlow::largest) + " numbers");
+      return {place.violation("orthonormalization", "continuous",
+                              "must be discrete_qr for states of more than " +
+                                  std::to_string(FrameFlow::largest) + " numbers")};
     flow_.emplace(tangents->field(scene_), vectors_->weights(), count_);
   }
   if ((what_.to - what_.from) / interval_ < LyapunovExponents::least_intervals)
-    return cannot(place, "to", std::to_string(what_.to),
-                  "must be at least " +
-                      std::to_string(what_.from + LyapunovExponents::least_intervals * interval_) +
-                      ": " + std::to_string(LyapunovExponents::least_intervals) + " intervals of " +
-                      std::to_string(interval_) + " steps after `from`");
+    return {place.violation(
+        "to", std::to_string(what_.to),
+        "must be at least " +
+            std::to_string(what_.from + LyapunovExponents::least_intervals * interval_) + ": " +
+            std::to_string(LyapunovExponents::least_intervals) + " intervals of " +
+            std::to_string(interval_) + " steps after `from`")};
   return {};
 }
 

@@ -14,7 +14,7 @@ struct alignas(64) TileRow {
   double x[columns];
 };
 
-/// The values of a step of RATTLE, in the letters of RattleTangent.
+/// The values of a step of RATTLE, in the letters of RattleValues (rattle_tangent.cc).
 struct RattleColumns {
   std::ptrdiff_t tiles;
   const TileRow* inverse;               ///< Λ⁻¹

@@ -43,9 +43,15 @@ struct Quantity {
 
 enum class Direction { both, rising, falling };
 
-/// An event: a zero of g = Σ coefficients_i · field_i − level. There is one after state k where g_k
-/// < 0 ≤ g_{k+1} (rising) or g_k > 0 ≥ g_{k+1} (falling). Two zeros between the same two states go
-/// unnoticed.
+/// Σ coefficients_i · field_i.
+struct LinearTerm {
+  std::string field;
+  std::vector<double> coefficients = {};  ///< one for each number of the field, row by row
+};
+
+/// An event: a zero of g = Σ coefficients_i · field_i − level + Σ plus. There is one after state k
+/// where g_k < 0 ≤ g_{k+1} (rising) or g_k > 0 ≥ g_{k+1} (falling). Two zeros between the same two
+/// states go unnoticed.
 struct EventDescription {
   std::string field;
   std::vector<double> coefficients = {};  ///< one for each number of the field, row by row
@@ -54,6 +60,7 @@ struct EventDescription {
   std::uint64_t limit = 0;  ///< reports only the first `limit` events of each member; 0: all
   /// Ends the motion at event number `limit`, or at the first if `limit` is 0.
   bool terminal = false;
+  std::vector<LinearTerm> plus = {};  ///< of more fields
 };
 
 /// What a Summary computes. Samples are at from, from + every, … and always at `to`, or at the last

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
@@ -91,6 +92,40 @@ TEST(Events, AreFoundOnTheStatesOfEveryMethod) {
               << system.name << " " << method.method << " step " << event.step;
       }
     }
+}
+
+/// A great circle q = (cos t, sin t) has q_1 cos a + q̇_1 sin a = cos(t + a), with coefficients of
+/// either field alone or of both.
+TEST(Events, OfALinearFormOfSeveralFields) {
+  SceneDescription d;
+  d.system = "stiefel";
+  d.method = MethodDescription{"variational", 8, {}, ""};
+  d.inertia = {1, 1, 1};
+  d.initial = {{"Q", Block((Eigen::MatrixXd(1, 3) << 1, 0, 0).finished())},
+               {"S", Block((Eigen::MatrixXd(1, 3) << 0, 1, 0).finished())}};
+  d.step = 0.02;
+  const Scene scene = resolved(std::move(d));
+  for (const double a : {0.0, 0.4, 1.0, std::numbers::pi / 2}) {
+    SummaryDescription what{.to = 2500, .fields = {"S"}};
+    what.events = {{.field = "Q", .coefficients = {std::cos(a), 0, 7}, .level = 0.5},
+                   {.field = "S", .coefficients = {0, 0, 0}}};
+    what.events[0].plus = {{"S", {std::sin(a), 0, 0}}};
+    what.events[1].level = 0.5;
+    what.events[1].plus = {
+        {"S", {std::sin(a) / 2, 0, 3}}, {"Q", {std::cos(a), 0, 0}}, {"S", {std::sin(a) / 2, 0, 0}}};
+    const Done done = run(scene, what);
+    std::vector<double> exact;
+    for (int k = 0; k <= 8; ++k)
+      for (const double at : {-1.0, 1.0})
+        if (const double t = 2 * std::numbers::pi * k + at * std::numbers::pi / 3 - a;
+            t > 0 && t <= 50)
+          exact.push_back(t);
+    ASSERT_EQ(done.events.size(), 2 * exact.size()) << a;
+    for (std::size_t i = 0; i < done.events.size(); ++i) {
+      EXPECT_NE(done.events[i].event, done.events[i ^ 1].event);
+      EXPECT_NEAR(done.events[i].time, exact[i / 2], 1e-11) << a;
+    }
+  }
 }
 
 /// A zero 1e-301 or 1e-17 of a step after a state is in that state, not in the next one.

@@ -77,6 +77,12 @@ TEST(Summary, RefusesWhatIsWrongBeforeAnythingMoves) {
   EXPECT_EQ(refused([](W& w) { w.events[0].coefficients.pop_back(); }), "events[0].coefficients");
   EXPECT_EQ(refused([](W& w) { w.events[0].coefficients.assign(9, 0); }), "events[0].coefficients");
   EXPECT_EQ(refused([](W& w) { w.events[0].level = INFINITY; }), "events[0]");
+  using Terms = std::vector<LinearTerm>;
+  const auto with = [&](Terms plus) { return refused([&](W& w) { w.events[1].plus = plus; }); };
+  EXPECT_EQ(with({{"M", std::vector<double>(9)}, {"quaternion", {0, 1, 0, 0}}}), "taken");
+  EXPECT_EQ(with({{"quaternion", {0, 1, 0, 0}}, {"energy", {1}}}), "events[1].plus[1].field");
+  EXPECT_EQ(with({{"quaternion", {1, 0, 0}}}), "events[1].plus[0].coefficients");
+  EXPECT_EQ(with({{"quaternion", {NAN, 0, 0, 0}}}), "events[1].plus[0]");
   EXPECT_EQ(refused([](W& w) { w.events.resize(65, w.events[0]); }), "events");
   EXPECT_EQ(refused([](W& w) { w.fields = {"Q", "Q"}; }), "fields[1]");
   EXPECT_EQ(refused([](W& w) { w.times = {1, 0.5}; }), "times[1]");
