@@ -93,7 +93,7 @@ def test_engineers_may_have_many_bodies(client):
     ({"members": 0}, "members: 0"),
     ({"members": 10**6, "inertia": [1, 2, 3], "initial": {"M": np.zeros((9, 3))}}, "members: 1000000"),
     ({"members": 4, "inertia": [1, 2, 3], "initial": {"M": np.zeros((9, 3))}}, "initial.M: 9 x 3"),
-    ({"members": 4}, r"the shape \(3, 3, 3\): must be \(rows, cols\) or \(4, rows, cols\)"),
+    ({"members": 4}, r"the shape \(3, 3, 3\): must be \(4, rows, cols\), or \(4 rows, cols\)"),
     ({"inertia": [1, 1]}, "must have 3|must be 2 x 2"),
     ({"method": None, "tolerance": 1e-6}, "horizon: absent"),
     ({"initial": {"M": np.zeros((3, 3, 3)), "Q": np.stack([np.eye(3), np.eye(3), np.diag([1, 1, 2])])}}, "member 2"),

@@ -58,19 +58,6 @@ RowMatrix momentum(const std::string& system, const std::string& given, const Ro
   return Lambda * Omega + Omega * Lambda;
 }
 
-/// Refuses a frame that has neither a momentum nor a velocity.
-void check_momentum(const std::string& name, const Json& initial, bool is_body,
-                    const std::string& system) {
-  constexpr std::array momenta = {"M", "P", "S", "B"};
-  if (!initial.contains("Q") ||
-      std::ranges::any_of(momenta, [&](const char* block) { return initial.contains(block); }))
-    return;
-  std::string names;
-  for (const auto& [block, value] : initial.items()) names += (names.empty() ? "" : ", ") + block;
-  throw BadInput(name + ": initial: has " + names + ": must have " +
-                 (is_body ? "M, Omega" : frames.at(system)) + " or Qdot beside Q");
-}
-
 /// Replaces Omega or Qdot by the system's own block. Returns the names of the two.
 std::map<std::string, std::string> write_out_velocity(const std::string& name, Json& scene,
                                                       std::size_t members) {
@@ -78,10 +65,7 @@ std::map<std::string, std::string> write_out_velocity(const std::string& name, J
   const std::string given = initial.contains("Omega") ? "Omega" : "Qdot";
   const std::string place = name + ": initial." + given, system = system_of(scene);
   const bool is_body = std::ranges::find(bodies, system) != bodies.end();
-  if (!initial.contains(given) || initial[given].is_null()) {
-    if (is_body || frames.contains(system)) check_momentum(name, initial, is_body, system);
-    return {};
-  }
+  if (!initial.contains(given) || initial[given].is_null()) return {};
   if (!is_body && (given == "Omega" || !frames.contains(system)))
     throw BadInput(place + ": must be absent: " + system + " takes " +
                    (frames.contains(system) ? "Qdot" : "neither Omega nor Qdot"));

@@ -21,9 +21,6 @@ def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mappin
     given = [name for name in ("Omega", "Qdot") if name in blocks]
     takes = ("Omega", "Qdot") if system in _LEFT + _RIGHT else ("Qdot",) if system in _FRAMES else ()
     if not given:
-        if takes and "Q" in blocks and not any(name in blocks for name in MOMENTA):
-            wanted = [_FRAMES.get(system, "M"), *takes]
-            raise refused("scene.initial", f"has {', '.join(blocks)}: must have {', '.join(wanted[:-1])} or {wanted[-1]} beside Q")
         return blocks
     path = f"scene.initial.{given[0]}"
     if given[0] not in takes:
