@@ -41,6 +41,12 @@ void read(const v1::Quantity& from, const Path& path, Quantity& to, Faults& faul
 void read(const v1::Event& from, const Path& path, EventDescription& to, Faults& faults) {
   to.field = from.field();
   to.coefficients.assign(from.coefficients().begin(), from.coefficients().end());
+  if (std::cmp_greater(from.plus_size(), max_fields))
+    faults.add(Path(path, "plus"), std::to_string(from.plus_size()),
+               "must be at most " + std::to_string(max_fields));
+  else
+    for (const v1::LinearTerm& term : from.plus())
+      to.plus.push_back({term.field(), {term.coefficients().begin(), term.coefficients().end()}});
   to.level = from.level();
   to.limit = from.limit();
   to.terminal = from.terminal();

@@ -107,7 +107,11 @@ ReadingWork reading_work(const Session& session, const v1::SummarizeRequest& req
   for (const v1::Quantity& quantity : request.quantities())
     (last_only(quantity) ? once : on_the_way) += reading_work(session, quantity.name());
   double at_events = 0;
-  for (const v1::Event& event : request.events()) at_events += reading_work(session, event.field());
+  for (const v1::Event& event : request.events()) {
+    at_events += reading_work(session, event.field());
+    for (const v1::LinearTerm& term : event.plus())
+      at_events += reading_work(session, term.field());
+  }
   const auto steps = static_cast<double>(request.to() - request.from());
   const double samples =
       steps / static_cast<double>(std::max<std::int64_t>(request.every(), 1)) + 1;

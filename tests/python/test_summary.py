@@ -341,6 +341,7 @@ def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses)
     (dict(events=[pb.Event(field="M", coefficients=[1])]), "events[0].coefficients"),
     (dict(events=[pb.Event(field="M", coefficients=[float("nan")] * 9)]), "events[0]"),
     (dict(events=[pb.Event(field="M", coefficients=[1] * 9, direction=7)]), "events[0].direction"),
+    (dict(events=[pb.Event(field="M", coefficients=[1] * 9, plus=[pb.LinearTerm(field="M", coefficients=[0] * 9)] * 65)]), "events[0].plus"),
     (dict(times=[0.5, 0.2]), "times[1]"),
     (dict(times=[float("inf")]), "times[0]"),
     (dict(times=[6.0]), "times[0]"),

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <ranges>
 
 #include "client/cli/input/message_file.h"
 #include "client/cli/motion/motion_command.h"
@@ -10,7 +11,7 @@ namespace stiefel::cli {
 namespace {
 
 struct PoincareCommand : MotionCommand {
-  std::string section;  ///< "q=0,0,1"
+  std::vector<std::string> section;  ///< "q=0,0,1", terms that are added
   double level = 0;
   std::string direction = "rising";
   std::vector<std::string> coordinates;
@@ -51,7 +52,7 @@ Linear read_linear(const std::string& option, const std::string& text) {
   return linear;
 }
 
-v1::SummarizeRequest request_of(const PoincareCommand& command, const Linear& section,
+v1::SummarizeRequest request_of(const PoincareCommand& command, const std::vector<Linear>& section,
                                 const std::vector<Linear>& coordinates) {
   static const std::map<std::string, v1::Direction> directions = {
       {"both", v1::DIRECTION_UNSPECIFIED},
@@ -60,18 +61,22 @@ v1::SummarizeRequest request_of(const PoincareCommand& command, const Linear& se
   v1::SummarizeRequest request;
   request.set_every(1);
   auto& event = *request.add_events();
-  event.set_field(section.field);
-  event.mutable_coefficients()->Add(section.coefficients.begin(), section.coefficients.end());
+  const auto put = [](const Linear& of, auto& term) {
+    term.set_field(of.field);
+    term.mutable_coefficients()->Add(of.coefficients.begin(), of.coefficients.end());
+  };
+  put(section.front(), event);
+  for (const Linear& of : section | std::views::drop(1)) put(of, *event.add_plus());
   event.set_level(command.level);
   event.set_direction(directions.at(command.direction));
-  request.add_fields(section.field);
-  for (const Linear& of : coordinates)
-    if (std::ranges::find(request.fields(), of.field) == request.fields().end())
-      request.add_fields(of.field);
+  for (const auto* all : {&section, &coordinates})
+    for (const Linear& of : *all)
+      if (std::ranges::find(request.fields(), of.field) == request.fields().end())
+        request.add_fields(of.field);
   return request;
 }
 
-void append_crossings(const v1::EventBatch& batch, const Linear& section, double level,
+void append_crossings(const v1::EventBatch& batch, const std::vector<Linear>& section, double level,
                       const std::vector<Linear>& coordinates, nlohmann::ordered_json& crossings) {
   const auto count = static_cast<std::size_t>(batch.steps_size());
   const auto values = [&](const Linear& of) {
@@ -86,19 +91,21 @@ void append_crossings(const v1::EventBatch& batch, const Linear& section, double
     const int k = static_cast<int>(i);
     nlohmann::ordered_json point = nlohmann::ordered_json::array();
     for (const Linear& of : coordinates) point.push_back(of.at(values(of), i));
+    double residual = -level;
+    for (const Linear& of : section) residual += of.at(values(of), i);
     nlohmann::ordered_json crossing = {{"step", batch.steps(k)},
                                        {"fraction", batch.fractions(k)},
                                        {"time", batch.times(k)},
                                        {"point", std::move(point)},
-                                       {"residual", section.at(values(section), i) - level}};
+                                       {"residual", residual}};
     if (batch.members_size() > 0) crossing["member"] = batch.members(k);
     crossings.push_back(std::move(crossing));
   }
 }
 
 ExitStatus poincare(const PoincareCommand& command, Origin& origin) {
-  const Linear section = read_linear("--section", command.section);
-  std::vector<Linear> coordinates;
+  std::vector<Linear> section, coordinates;
+  for (const std::string& text : command.section) section.push_back(read_linear("--section", text));
   for (const std::string& text : command.coordinates)
     coordinates.push_back(read_linear("--coordinate", text));
   nlohmann::ordered_json crossings = nlohmann::ordered_json::array();
@@ -121,8 +128,10 @@ void add_poincare(CLI::App& all, Command& chosen) {
   auto* app = all.add_subcommand("poincare",
                                  "Prints where a motion crosses a plane in the space of states");
   add_motion(app, *command, "the step after which crossings count; 0 by default");
-  app->add_option("--section", command->section,
-                  "the plane sum(NUMBER * FIELD) = level; the numbers row by row: q=0,0,1")
+  app->add_option(
+         "--section", command->section,
+         "the plane sum(NUMBER * FIELD) = level; the numbers row by row: q=0,0,1. Repeatable: "
+         "the sums are added")
       ->required()
       ->type_name("FIELD=NUMBER,...");
   app->add_option("--level", command->level, "0 by default")->type_name("NUMBER");

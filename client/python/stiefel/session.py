@@ -16,7 +16,7 @@ from stiefel._given.normalized import normalized, with_hint
 from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, whole
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
-from stiefel._given.sections import Coordinate, columns, linear, to_section
+from stiefel._given.sections import Coordinate, column, columns, to_section
 from stiefel._given.typed import Blocks, Body, Fields, Method
 from stiefel._given.when import every_of, in_steps
 from stiefel._results.origin import Origin
@@ -350,10 +350,11 @@ class Session(Held):
                                            "direction": "rising"})
 
         Each event is a mapping with the keys field and coefficients, and optionally level (default 0), direction
-        ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all) and terminal (whether the
-        motion ends at the last zero of `limit`, by default False). A zero is found where g has different signs at two
-        consecutive steps; two zeros between them are not seen. `fields`: the fields to return at the zeros, as in `step`.
-        `time`: instead of `to`, the time of a step.
+        ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all), terminal (whether the
+        motion ends at the last zero of `limit`, by default False) and plus (a mapping from more fields to coefficients,
+        whose sums are added to g). A zero is found where g has different signs at two consecutive steps; two zeros
+        between them are not seen. `fields`: the fields to return at the zeros, as in `step`. `time`: instead of `to`, the
+        time of a step.
         """
         request = self._events_request(to, events, start, fields, time)
         running = self._summarizing(request, timeout)
@@ -370,19 +371,19 @@ class Session(Held):
 
             session.poincare({"q": [0, 0, 1]}, to=10**5, coordinates=[{"q": [1, 0, 0]}, {"qdot": [1, 0, 0]}]).points
 
-        `section`: the field and its coefficients, in the field's shape. `direction`: "rising", "falling" or "both".
+        `section`: fields and their coefficients, in the field's shape, whose sums are added. `direction`: "rising", "falling" or "both".
         `coordinates`: the columns of `points`; each a mapping from fields to coefficients, whose sums are added, or a function
         of the section, such as `lambda s: np.arctan2(s["q"][:, 1], s["q"][:, 0])`. `fields`: the fields to return, by default
         those that `section` and the mappings name. A crossing is located, and two of them between two steps are missed, as
         `events` says; `Section.residual` is g at the states that are returned. `time`: instead of `to`, the time of a step.
         """
-        event, name, coefficients = to_section(section, level, direction)
+        event = to_section(section, level, direction)
         wanted: Any = names("fields", fields)
-        for one in (name, *(field for of in coordinates if isinstance(of, Mapping) for field in of)):
+        for one in (field for of in (section, *coordinates) if isinstance(of, Mapping) for field in of):
             if one not in wanted:
                 wanted.append(one)
         found = self.events(to, event, start, wanted, timeout, time)
-        residual = linear(f"section.{name}", found[name], coefficients) - event["level"]
+        residual = column("section", found, section) - event["level"]
         return Section(found.event, found.step, found.fraction, found.time, found.member, found.fields, found.run_status,
                        columns(found, coordinates), residual)
 

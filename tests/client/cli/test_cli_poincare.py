@@ -33,6 +33,15 @@ def test_level_direction_start_and_a_file(stiefel, write, tmp_path):
     assert json.loads((tmp_path / "out.json").read_text())["crossings"] == [one for one in both if one["step"] >= 1000]
 
 
+def test_the_terms_of_a_plane_are_added(stiefel, write):
+    """On qdot_3 = q_1, as the coordinates of the crossings say."""
+    crossings = stiefel("poincare", write(SCENE), "--to", 4000, "--section", "qdot=0,0,1", "--section", "q=-1,0,0",
+                        "--coordinate", "q=1,0,0", "--coordinate", "qdot=0,0,1", "--direction", "both").json["crossings"]
+    points = np.array([crossing["point"] for crossing in crossings])
+    assert len(points) > 30 and np.ptp(points[:, 0]) > 0.1 and abs(points[:, 0] - points[:, 1]).max() < 1e-14
+    assert [one["residual"] for one in crossings] == list(points[:, 1] - points[:, 0])
+
+
 def test_the_members_of_an_ensemble_are_told_apart(stiefel, write):
     two = {**SCENE, "members": 2, "initial": {name: {"rows": 2, "cols": 3, "values": block["values"] + [2 * x if name == "qdot" else x for x in block["values"]]}
                                               for name, block in SCENE["initial"].items()}}

@@ -13,14 +13,12 @@ from stiefel._results.base import Array
 Coordinate = Union[Mapping[str, Any], Callable[[Any], Any]]
 
 
-def to_section(section: Mapping[str, Any], level: float, direction: str) -> tuple[dict[str, Any], str, Array]:
-    """Returns the event of a crossing, the name of its field, and the coefficients."""
-    if not isinstance(section, Mapping) or len(section) != 1:
-        raise refused("section", f"{reprlib.repr(section)}: must be a mapping from one field to its coefficients")
-    (name, given), = section.items()
-    coefficients = numbers(f"section.{name}", given)
-    return ({"field": name, "coefficients": coefficients, "level": number("level", level), "direction": direction}, name,
-            coefficients)
+def to_section(section: Mapping[str, Any], level: float, direction: str) -> dict[str, Any]:
+    """Returns the event of a crossing."""
+    if not isinstance(section, Mapping) or not section:
+        raise refused("section", f"{reprlib.repr(section)}: must be a mapping from fields to their coefficients")
+    (name, coefficients), *more = ((name, numbers(f"section.{name}", given)) for name, given in section.items())
+    return {"field": name, "coefficients": coefficients, "plus": dict(more), "level": number("level", level), "direction": direction}
 
 
 def linear(path: str, values: Array, coefficients: Any) -> Array:

@@ -13,7 +13,7 @@ from stiefel.scene import to_matrix
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
 Quantities = Mapping[str, Statistics]
-#: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal.
+#: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal, plus.
 EventDescription = Mapping[str, Any]
 TangentVector = Mapping[str, Any]  #: blocks by name
 Form = tuple[str, TangentVector, TangentVector]
@@ -91,10 +91,13 @@ def _event(description: EventDescription, path: str) -> pb.Event:
             event.limit = whole(place, value)
         elif key == "terminal":
             event.terminal = _truth(place, value)
+        elif key == "plus":
+            if not isinstance(value, Mapping):
+                raise refused(place, f"{reprlib.repr(value)}: must be a mapping from fields to coefficients")
+            for field, coefficients in value.items():
+                event.plus.add(field=_name(place, field), coefficients=numbers(f"{place}.{field}", coefficients).ravel().tolist())
         elif key == "field":
-            if not isinstance(value, str):
-                raise refused(place, f"{reprlib.repr(value)}: must be a name")
-            event.field = value
+            event.field = _name(place, value)
         else:
             raise refused(path, f"{key!r}: must be one of {keys}")
     return event
@@ -105,6 +108,12 @@ def _number(known: Mapping[str, int], name: Any, path: str) -> Any:
         names = ", ".join(key for key in known if key != "unspecified")
         raise refused(path, f"{reprlib.repr(name)}: must be one of {names}")
     return known[name]
+
+
+def _name(path: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise refused(path, f"{reprlib.repr(value)}: must be a name")
+    return value
 
 
 def _truth(path: str, value: Any) -> bool:
