@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 def pymanopt_manifold(manifold: Any) -> Any:
     """Returns a pymanopt.manifolds.manifold.Manifold, whose retraction is the exponential map."""
-    Manifold = imported("pymanopt.manifolds.manifold", "pymanopt").Manifold
+    Manifold: Any = imported("pymanopt.manifolds.manifold", "pymanopt").Manifold
 
     class Frames(Manifold):  # type: ignore[misc]
         def __init__(self) -> None:
