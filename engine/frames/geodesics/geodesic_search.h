@@ -42,7 +42,7 @@ Found by_multipliers(const Posed& p, const TwoPointProblem& problem);
 
 /// Follows the direct path by dense Newton steps of whole paths from nearly Λ = I to a wide Λ, over
 /// the roots Λ^{i/m}, and corrects the velocity with the variational equation. Takes every λ_i > 0;
-/// K = 128, then 512 steps, as long as K d³ ≤ 2·10⁸.
+/// K = 128, then 512 steps, as long as K d³ ≤ 2·10⁸. Whether the geodesic is the shortest is unknown.
 Found by_roots(const Posed& p, const TwoPointProblem& problem);
 
 /// Searches by dense Newton steps of whole paths (`relax`), which needs no λ_i > 0 at n = N, and

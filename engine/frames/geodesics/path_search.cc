@@ -91,9 +91,8 @@ Found by_roots(const Posed& p, const TwoPointProblem& problem) {
   const double d = degrees(p);
   const double decades = std::log10(p.lambda.maxCoeff() / p.lambda.minCoeff());
   const double m = std::ceil(roots_in_a_decade * decades);
-  Found best;
   for (const int K : {128, 512}) {
-    if (K > TwoPointProblem::most_path_steps(d) || K * d * d * d > most_work) return best;
+    if (K > TwoPointProblem::most_path_steps(d) || K * d * d * d > most_work) return {};
     const VectorXd times = VectorXd::LinSpaced(K + 1, 0, 1);
     RelaxedPath direct{starts(p.Q_0, p.Q_T, times, 0, problem.seed, false).front(), 0, 0, true};
     for (double i = 1; i < m && direct.settled; ++i)
@@ -101,15 +100,11 @@ Found by_roots(const Posed& p, const TwoPointProblem& problem) {
     if (!direct.settled || !relax(p.lambda, direct.path, fine, problem.stop)) continue;
     const MatrixXd start = initial_velocity(p.lambda, direct.path);
     const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, start, problem.stop);
-    best.residual = std::min(best.residual, shot.residual);
     const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * action(p.lambda, direct.path);
-    if (!near || shot.residual > TwoPointProblem::joined) continue;
-    best.V = shot.V;
-    best.distinct = 1;
-    best.shortest = Shortest::unknown;
-    return best;
+    if (near && shot.residual <= TwoPointProblem::joined)
+      return {shot.V, Shortest::unknown, 1, 0, shot.residual};
   }
-  return best;
+  return {};
 }
 
 Found by_paths(const Posed& p, const TwoPointProblem& problem) {

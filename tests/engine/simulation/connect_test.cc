@@ -197,6 +197,21 @@ TEST(Connect, JoinsFramesOfAnySizeAndInertiaAndTakesNoLongerWay) {
     }
 }
 
+/// The first nodes of the multipliers find no geodesic between these frames.
+TEST(Connect, FollowsAGeodesicFromEqualToVeryWideInertias) {
+  for (const std::uint64_t seed : {9, 19, 25}) {
+    TwoPointProblem p = random_frames(3, 8, 1e4, seed);
+    MatrixXd V = random_frames(3, 8, 1e4, seed + 1'000'000).Q_T;
+    V -= ((V * p.Q_0.transpose() + p.Q_0 * V.transpose()) / 2 * p.Q_0).eval();
+    V *= 0.5 * pi / V.norm();
+    p.Q_T = frame_at(p.inertia, p.Q_0, V, 1);
+    const auto answer = connect(p);
+    ASSERT_TRUE(answer) << seed;
+    EXPECT_LT(miss(p, *answer), 1e-11);
+    EXPECT_LE(answer->energy, energy(p.inertia, V) * (1 + 1e-10));
+  }
+}
+
 /// Columns of one λ stay in the span of those of both frames, so the search has at most 2n of each.
 TEST(Connect, JoinsFramesWithFewDifferentInertias) {
   VectorXd lambda(60);
