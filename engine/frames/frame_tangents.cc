@@ -32,9 +32,8 @@ Made costate_map(const Scene& scene, const TangentParameters& at) {
   return make_tangent(scene, StiefelCostate<Tangent>(at.lambda, scene.Q().rows()), at.h);
 }
 
-Vector<Tangent> lambda(const Scene& scene) { return scene.inertia().cast<Tangent>(); }
 MatrixSystem<Tangent> costate_field(const Scene& scene) {
-  return StiefelCostate<Tangent>(lambda(scene), scene.Q().rows());
+  return StiefelCostate<Tangent>(inertia_tangent(scene), scene.Q().rows());
 }
 
 }  // namespace
@@ -48,7 +47,7 @@ Tangents stiefel_tangents() {
             return make_tangent(scene, Stiefel<Tangent>(at.lambda, scene.Q().rows()), at.h);
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return Stiefel<Tangent>(lambda(scene), scene.Q().rows());
+            return Stiefel<Tangent>(inertia_tangent(scene), scene.Q().rows());
           },
           rattle_tangent};
 }
@@ -76,8 +75,8 @@ Tangents ellipsoid_tangents() {
                        : make_tangent(scene, Ellipsoid<Tangent>(at.lambda), at.h);
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
-            if (scene.block("p").size() > 0) return EllipsoidCostate<Tangent>(lambda(scene));
-            return Ellipsoid<Tangent>(lambda(scene));
+            if (scene.block("p").size() > 0) return EllipsoidCostate<Tangent>(inertia_tangent(scene));
+            return Ellipsoid<Tangent>(inertia_tangent(scene));
           }};
 }
 

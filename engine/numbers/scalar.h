@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/numbers/dense_product.h"
 #include "engine/numbers/eigen_products.h"
 
 namespace stiefel {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/parametric/parametric_psi.h"
 #include "engine/rigid_body/rigid_body_invariants.h"
 #include "engine/rigid_body/rigid_forms.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/rigid_body/body/outside_domain.h"
 
 namespace stiefel {

@@ -5,7 +5,7 @@
 
 #include "engine/linalg/lie/general_exponential.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/methods/support/concepts.h"
 #include "engine/numbers/stoppable_product.h"
 #include "stiefel/conservation.h"

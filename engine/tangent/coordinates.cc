@@ -1,6 +1,7 @@
 #include "engine/tangent/coordinates.h"
 
 #include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/tangent/systems.h"
 #include "stiefel/stop.h"
 

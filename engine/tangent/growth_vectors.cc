@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/stepping/observed_simulation.h"
 #include "engine/tangent/coordinates.h"
 #include "stiefel/linearization.h"

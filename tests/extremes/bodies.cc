@@ -5,7 +5,7 @@
 
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel::extremes {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "engine/numbers/scalar.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "tests/support/linalg/quadruple.h"
 
 namespace stiefel::testing {

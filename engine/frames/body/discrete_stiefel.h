@@ -2,7 +2,7 @@
 
 #include <type_traits>
 
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
 #include "engine/methods/support/concepts.h"
 #include "engine/numbers/compensated.h"

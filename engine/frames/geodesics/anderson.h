@@ -1,7 +1,8 @@
 #pragma once
 
-#include <Eigen/QR>
 #include <algorithm>
+
+#include "engine/linalg/matrix_equations/decompositions.h"
 
 namespace stiefel {
 

@@ -14,7 +14,7 @@
 #include "engine/frames/geodesics/round_logarithm.h"
 #include "engine/frames/geodesics/shoot.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/conjugate_points.h"
 #include "stiefel/stop.h"

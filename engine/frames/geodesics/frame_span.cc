@@ -1,11 +1,11 @@
 #include "engine/frames/geodesics/frame_span.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <type_traits>
 
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

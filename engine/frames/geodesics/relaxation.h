@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <vector>
 
 #include "engine/frames/geodesics/nodes.h"
 #include "engine/frames/geodesics/path.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 
 namespace stiefel {
 

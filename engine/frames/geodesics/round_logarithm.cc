@@ -1,6 +1,5 @@
 #include "engine/frames/geodesics/round_logarithm.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/skew_flow.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/numbers/small_product.h"
 #include "stiefel/stop.h"
 

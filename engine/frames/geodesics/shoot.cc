@@ -1,6 +1,5 @@
 #include "engine/frames/geodesics/shoot.h"
 
-#include <Eigen/QR>
 #include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
 #include <boost/numeric/odeint/stepper/generation.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
@@ -11,6 +10,7 @@
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/frames/geodesics/geodesic_flow.h"
 #include "engine/frames/geodesics/path.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "stiefel/stop.h"
 

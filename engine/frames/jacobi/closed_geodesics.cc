@@ -1,6 +1,5 @@
 #include "engine/frames/jacobi/closed_geodesics.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,6 +7,7 @@
 
 #include "engine/frames/geodesics/path.h"
 #include "engine/frames/jacobi/posed_metric.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

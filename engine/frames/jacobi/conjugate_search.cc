@@ -1,13 +1,12 @@
 #include "engine/frames/jacobi/conjugate_search.h"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "stiefel/stop.h"
 

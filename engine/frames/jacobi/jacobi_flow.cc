@@ -1,6 +1,5 @@
 #include "engine/frames/jacobi/jacobi_flow.h"
 
-#include <Eigen/Cholesky>
 #include <boost/numeric/odeint/algebra/default_operations.hpp>
 #include <boost/numeric/odeint/algebra/range_algebra.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
@@ -10,6 +9,7 @@
 
 #include "engine/frames/geodesics/geodesic_flow.h"
 #include "engine/frames/geodesics/path.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 
 namespace stiefel {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/numbers/scalar.h"
 #include "engine/numbers/stoppable_product.h"
 

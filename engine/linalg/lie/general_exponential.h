@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/numbers/scalar.h"
 #include "engine/numbers/stoppable_product.h"
 

@@ -22,10 +22,7 @@ Matrix<Scalar> nearest_orthogonal(Matrix<Scalar> Q) {
 
 /// Returns the frame that stands for a given Q, n × N: Q where its rows are orthonormal to
 /// rounding, max |QQᵀ − I| ≤ 4Nu, else the frame nearest to it.
-inline Matrix<double> repaired(const Matrix<double>& Q) {
-  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
-  return orthogonality_defect(Q) > rounding ? nearest_orthogonal<double>(Q) : Q;
-}
+Matrix<double> repaired(const Matrix<double>& Q);
 
 /// Returns the first k ≤ N columns of the orthogonal N × N factor of the QR decomposition of A,
 /// which has N rows, by Householder's reflections: the columns of A made orthonormal, then columns
@@ -34,6 +31,7 @@ template <class Scalar>
 Matrix<Scalar> orthonormal_columns(const Matrix<Scalar>& A, Eigen::Index k);
 
 // Compiled once, in orthogonal.cc.
+extern template Matrix<double> nearest_orthogonal(Matrix<double> Q);
 extern template Matrix<double> orthonormal_columns(const Matrix<double>& A, Eigen::Index k);
 extern template Matrix<long double> orthonormal_columns(const Matrix<long double>& A,
                                                         Eigen::Index k);

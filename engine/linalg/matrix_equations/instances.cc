@@ -1,5 +1,6 @@
 #include "engine/linalg/iteration/fixed_point.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
@@ -22,3 +23,8 @@ template class FixedPoint<double>;
 
 template class Eigen::PartialPivLU<stiefel::Matrix<double>>;
 template class Eigen::PartialPivLU<stiefel::Matrix<long double>>;
+template class Eigen::LLT<stiefel::Matrix<double>>;
+template Eigen::Index Eigen::internal::llt_inplace<double, Eigen::Lower>::blocked(
+    stiefel::Matrix<double>&);
+template class Eigen::HouseholderQR<stiefel::Matrix<double>>;
+template class Eigen::ColPivHouseholderQR<stiefel::Matrix<double>>;

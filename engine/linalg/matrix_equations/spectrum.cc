@@ -1,6 +1,6 @@
 #include "engine/linalg/matrix_equations/spectrum.h"
 
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/stoppable_schur.h"
 #include "stiefel/stop.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "engine/linalg/matrix_equations/inertia_operator.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/stoppable_product.h"

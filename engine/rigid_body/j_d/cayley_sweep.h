@@ -1,9 +1,9 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/numbers/scalar.h"
 #include "stiefel/stop.h"
 

@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-TangentSpace space(const Scene&) { return {TangentSpace::Coordinates::left_body, {}}; }
+TangentSpace body_space(const Scene&) { return {TangentSpace::Coordinates::left_body, {}}; }
 
 std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at) {
   if (scene.method() == Exact::traits.name) return exact_body_tangent(scene, at);
@@ -29,12 +29,12 @@ std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParamet
 }  // namespace
 
 Tangents rigid_body_tangents() {
-  return {space, make,
+  return {body_space, make,
           [](const Scene& scene) -> MatrixSystem<Tangent> {
             return RigidBody<SoN<Tangent>>(scene.inertia().cast<Tangent>(), scene.has_frame());
           },
           make_columns};
 }
-Tangents moser_veselov_tangents() { return {space, make, nullptr, make_columns}; }
+Tangents moser_veselov_tangents() { return {body_space, make, nullptr, make_columns}; }
 
 }  // namespace stiefel

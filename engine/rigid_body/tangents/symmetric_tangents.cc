@@ -15,7 +15,6 @@ using Made = std::unique_ptr<TangentMap>;
 using Dense = Eigen::MatrixXd;
 
 Tangent epsilon(const Scene& scene) { return scene.epsilon(); }
-Vector<Tangent> lambda(const Scene& scene) { return scene.inertia().cast<Tangent>(); }
 Matrix<Tangent> A(const Scene& scene) {
   return constant_A<double>(scene.Q(), scene.block("P")).cast<Tangent>();
 }
@@ -34,7 +33,7 @@ Tangents right_rigid_body_tangents() {
             return make_tangent(scene, RightRigidBody<Tangent>(at.lambda), at.h);
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return RightRigidBody<Tangent>(lambda(scene));
+            return RightRigidBody<Tangent>(inertia_tangent(scene));
           }};
 }
 
@@ -45,7 +44,7 @@ Tangents symmetric_rigid_body_tangents() {
                                 at.h);
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return SymmetricRigidBody<Tangent>(lambda(scene), epsilon(scene));
+            return SymmetricRigidBody<Tangent>(inertia_tangent(scene), epsilon(scene));
           }};
 }
 
@@ -56,7 +55,7 @@ Tangents right_symmetric_rigid_body_tangents() {
                                 at.h);
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return RightSymmetricRigidBody<Tangent>(lambda(scene), epsilon(scene));
+            return RightSymmetricRigidBody<Tangent>(inertia_tangent(scene), epsilon(scene));
           }};
 }
 
@@ -73,7 +72,7 @@ Tangents reduced_rigid_body_tangents() {
                 scene, ReducedRigidBody<Tangent>(at.lambda, A(scene), epsilon(scene)), at.h);
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return ReducedRigidBody<Tangent>(lambda(scene), A(scene), epsilon(scene));
+            return ReducedRigidBody<Tangent>(inertia_tangent(scene), A(scene), epsilon(scene));
           }};
 }
 
@@ -89,7 +88,7 @@ Tangents mclachlan_scovel_tangents() {
             return make_tangent(scene, McLachlanScovel<Tangent>(at.lambda), at.h);
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return McLachlanScovel<Tangent>(lambda(scene));
+            return McLachlanScovel<Tangent>(inertia_tangent(scene));
           }};
 }
 

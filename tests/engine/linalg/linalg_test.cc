@@ -8,7 +8,7 @@
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/lyapunov.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/split_product.h"

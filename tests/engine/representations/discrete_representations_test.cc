@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/laws/dirac_bracket.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/stein.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "engine/rigid_body/moser_veselov/interpolation.h"

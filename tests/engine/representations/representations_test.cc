@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/rigid_body/body/angular_velocity.h"
 #include "engine/rigid_body/symmetric/left_right.h"
 #include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"

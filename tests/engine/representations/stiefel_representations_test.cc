@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/frames/body/stiefel_legendre.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/rigid_body/body/angular_velocity.h"
 #include "tests/support/representations/frames.h"
 #include "tests/support/representations/rigid.h"

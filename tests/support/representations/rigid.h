@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/rigid_body/symmetric/psi.h"
 
 /// Formulas of the rigid body that the engine does not need, for tests of those that it has. All

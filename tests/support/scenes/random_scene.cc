@@ -4,7 +4,7 @@
 #include <random>
 
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel::testing {

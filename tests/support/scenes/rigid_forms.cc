@@ -4,7 +4,7 @@
 #include <complex>
 
 #include "engine/linalg/matrix_equations/eigenvectors.h"
-#include "engine/linalg/matrix_equations/lu.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 
 namespace stiefel::testing {
 

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <type_traits>
+
+namespace stiefel {
+
+/// What a product does to the matrix that it is written to.
+enum class Into { set, add, subtract };
+
+/// A matrix in memory whose columns (Eigen::ColMajor) or rows are a stride apart. A const Scalar
+/// makes it read-only.
+template <class Scalar, int order>
+using Strided =
+    Eigen::Map<std::conditional_t<std::is_const_v<Scalar>,
+                                  const Eigen::Matrix<std::remove_const_t<Scalar>, -1, -1, order>,
+                                  Eigen::Matrix<Scalar, -1, -1, order>>,
+               Eigen::Unaligned, Eigen::OuterStride<>>;
+
+/// Computes out = αAB, out + αAB or out − αAB by Eigen. dense_product.cc compiles it for float,
+/// double and long double and both orders of each operand.
+template <Into into, class Scalar, int left, int right>
+void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Scalar, left>& A,
+                   const Strided<const Scalar, right>& B, Scalar alpha);
+
+template <class Scalar>
+inline constexpr bool is_real = std::is_same_v<Scalar, float> || std::is_same_v<Scalar, double> ||
+                                std::is_same_v<Scalar, long double>;
+
+/// A matrix of any size, its transpose, a block of one, or a multiple of these.
+template <class A>
+concept DenseOperand = is_real<typename A::Scalar> &&(A::MaxRowsAtCompileTime == Eigen::Dynamic) &&
+                       (A::MaxColsAtCompileTime == Eigen::Dynamic) &&
+                       bool(Eigen::internal::blas_traits<A>::HasUsableDirectAccess);
+
+template <class A>
+inline constexpr bool is_strided = false;
+template <class M>
+inline constexpr bool is_strided<Eigen::Map<M, Eigen::Unaligned, Eigen::OuterStride<>>> = true;
+
+/// Whether A is Strided, or a multiple of one, as dense_product hands it to Eigen.
+template <class A>
+inline constexpr bool is_multiple_of_strided =
+    is_strided<std::remove_cvref_t<typename Eigen::internal::blas_traits<A>::ExtractType>>;
+
+/// Whether every file that multiplies A and B calls the one dense_product.
+template <class A, class B>
+concept MultipliedOnce = std::is_same_v<typename A::Scalar, typename B::Scalar> &&
+    DenseOperand<A> && DenseOperand<B> && !(is_multiple_of_strided<A> && is_multiple_of_strided<B>);
+
+/// Calls dense_product on the memory of out, A and B.
+template <Into into, class Out, class A, class B>
+void multiply(Out& out, const A& a, const B& b) {
+  using Scalar = typename Out::Scalar;
+  if constexpr (Out::IsRowMajor) {
+    auto turned = out.transpose();
+    multiply<into>(turned, b.transpose(), a.transpose());
+  } else {
+    const auto strided = []<class M>(const M& m) {
+      return Strided<const Scalar, M::IsRowMajor>(m.data(), m.rows(), m.cols(),
+                                                  Eigen::OuterStride<>(m.outerStride()));
+    };
+    const auto left = strided(Eigen::internal::blas_traits<A>::extract(a));
+    const auto right = strided(Eigen::internal::blas_traits<B>::extract(b));
+    static_assert(Eigen::internal::inner_stride_at_compile_time<Out>::ret == 1);
+    dense_product<into, Scalar, left.IsRowMajor, right.IsRowMajor>(
+        Strided<Scalar, Eigen::ColMajor>(out.data(), out.rows(), out.cols(),
+                                         Eigen::OuterStride<>(out.outerStride())),
+        left, right, Eigen::internal::combine_scalar_factors<Scalar>(a, b));
+  }
+}
+
+}  // namespace stiefel
+
+/// Eigen compiles a product anew for each pair of types of operands, half a second each. Those of
+/// dense matrices call dense_product instead.
+template <class A, class B>
+requires stiefel::MultipliedOnce<A, B>
+struct Eigen::internal::generic_product_impl<A, B, Eigen::DenseShape, Eigen::DenseShape,
+                                             Eigen::GemmProduct> {
+  template <class Out>
+  static void evalTo(Out& out, const A& a, const B& b) {
+    stiefel::multiply<stiefel::Into::set>(out, a, b);
+  }
+  template <class Out>
+  static void addTo(Out& out, const A& a, const B& b) {
+    stiefel::multiply<stiefel::Into::add>(out, a, b);
+  }
+  template <class Out>
+  static void subTo(Out& out, const A& a, const B& b) {
+    stiefel::multiply<stiefel::Into::subtract>(out, a, b);
+  }
+};

@@ -1,0 +1,129 @@
+#include "engine/numbers/dense_product.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "engine/numbers/scalar.h"
+
+namespace stiefel {
+namespace {
+
+template <class Scalar>
+class DenseProduct : public ::testing::Test {
+ protected:
+  using Plain = Matrix<Scalar>;
+  using PlainRows = Eigen::Matrix<Scalar, -1, -1, Eigen::RowMajor>;
+
+  Plain random(Eigen::Index rows, Eigen::Index columns) {
+    return Plain::NullaryExpr(rows, columns, [&] { return Scalar(uniform_(engine_)); });
+  }
+
+  /// The product summed in twice the precision or more, element by element.
+  static Plain expected(const Plain& A, const Plain& B) {
+    using Wide = std::conditional_t<std::is_same_v<Scalar, float>, double, long double>;
+    Plain C(A.rows(), B.cols());
+    for (Eigen::Index i = 0; i < C.rows(); ++i)
+      for (Eigen::Index j = 0; j < C.cols(); ++j) {
+        Wide sum = 0;
+        for (Eigen::Index k = 0; k < A.cols(); ++k) sum += Wide(A(i, k)) * Wide(B(k, j));
+        C(i, j) = static_cast<Scalar>(sum);
+      }
+    return C;
+  }
+
+  static void expect_near(const Plain& C, const Plain& exact, Eigen::Index depth) {
+    const Scalar bound = Scalar(4 * (depth + 2)) * std::numeric_limits<Scalar>::epsilon();
+    EXPECT_LE((C - exact).cwiseAbs().maxCoeff(), bound);
+  }
+
+ private:
+  std::mt19937 engine_{1};
+  std::uniform_real_distribution<double> uniform_{-1, 1};
+};
+
+using Scalars = ::testing::Types<float, double, long double>;
+TYPED_TEST_SUITE(DenseProduct, Scalars);
+
+/// Sizes below and above those from which Eigen uses its blocked kernels, and vectors.
+constexpr int sizes[][3] = {{1, 1, 1}, {1, 30, 1},  {30, 1, 30}, {2, 3, 5},    {7, 6, 6},
+                            {8, 8, 8}, {1, 40, 33}, {33, 40, 1}, {37, 29, 41}, {120, 70, 90}};
+
+TYPED_TEST(DenseProduct, OperandsOfEachOrder) {
+  for (const auto& [rows, depth, columns] : sizes) {
+    const auto A = this->random(rows, depth), B = this->random(depth, columns);
+    const typename TestFixture::Plain At = A.transpose(), Bt = B.transpose();
+    const typename TestFixture::PlainRows Ar = A, Br = B;
+    const auto exact = this->expected(A, B);
+    this->expect_near(A * B, exact, depth);
+    this->expect_near(At.transpose() * B, exact, depth);
+    this->expect_near(A * Bt.transpose(), exact, depth);
+    this->expect_near(At.transpose() * Bt.transpose(), exact, depth);
+    this->expect_near(Ar * B, exact, depth);
+    this->expect_near(A * Br, exact, depth);
+    typename TestFixture::PlainRows Cr = Ar * Br;
+    this->expect_near(Cr, exact, depth);
+    Cr.noalias() = At.transpose() * Br;
+    this->expect_near(Cr, exact, depth);
+  }
+}
+
+TYPED_TEST(DenseProduct, SumsMultiplesBlocksAndAliases) {
+  using Dense = typename TestFixture::Plain;
+  for (const auto& [rows, depth, columns] : sizes) {
+    const Dense A = this->random(rows, depth), B = this->random(depth, columns),
+                C = this->random(rows, columns);
+    const Dense AB = this->expected(A, B);
+    Dense out = C;
+    out.noalias() += A * B;
+    this->expect_near(out, C + AB, depth);
+    out = C;
+    out.noalias() -= TypeParam(2) * A * B;
+    this->expect_near(out, C - TypeParam(2) * AB, 2 * depth);
+    out = C;
+    out += -A * (B * TypeParam(3));
+    this->expect_near(out, C - TypeParam(3) * AB, 3 * depth);
+
+    Dense large = Dense::Constant(rows + 3, columns + 2, TypeParam(7));
+    Dense around(depth + 1, columns + 4);
+    around.setConstant(std::numeric_limits<TypeParam>::quiet_NaN());
+    around.block(1, 2, depth, columns) = B;
+    large.block(2, 1, rows, columns).noalias() = A * around.block(1, 2, depth, columns);
+    this->expect_near(large.block(2, 1, rows, columns), AB, depth);
+    EXPECT_EQ(large(0, 0), TypeParam(7));
+    EXPECT_EQ(large(rows + 2, columns + 1), TypeParam(7));
+    large.block(2, 1, rows, columns).transpose().noalias() += B.transpose() * A.transpose();
+    this->expect_near(large.block(2, 1, rows, columns), 2 * AB, 2 * depth);
+
+    Dense square = this->random(depth, depth);
+    const Dense twice = this->expected(square, square);
+    square = square * square;
+    this->expect_near(square, twice, depth);
+  }
+}
+
+/// No terms, no rows, no columns.
+TYPED_TEST(DenseProduct, EmptyOperands) {
+  using Dense = typename TestFixture::Plain;
+  const Dense C = Dense(3, 0) * Dense(0, 4);
+  EXPECT_EQ(C.rows(), 3);
+  EXPECT_EQ(C.cols(), 4);
+  EXPECT_TRUE((C.array() == TypeParam(0)).all());
+  EXPECT_EQ((Dense(0, 5) * Dense(5, 2)).eval().size(), 0);
+}
+
+/// The one that is compiled once gives the bits of Eigen's own product of the same memory.
+TYPED_TEST(DenseProduct, HasTheBitsOfEigen) {
+  using Dense = typename TestFixture::Plain;
+  for (const auto& [rows, depth, columns] : sizes) {
+    const Dense At = this->random(depth, rows), B = this->random(depth, columns);
+    const Strided<const TypeParam, Eigen::RowMajor> left(At.data(), rows, depth,
+                                                         Eigen::OuterStride<>(depth));
+    const Strided<const TypeParam, Eigen::ColMajor> right(B.data(), depth, columns,
+                                                          Eigen::OuterStride<>(depth));
+    EXPECT_EQ(Dense(At.transpose() * B), Dense(left * right));
+  }
+}
+
+}  // namespace
+}  // namespace stiefel
