@@ -29,7 +29,9 @@ import numpy as np
 import stiefel
 from stiefel.simulation import own_client
 
-STEP, INTERVAL = 0.05, 50  # an interval lies between two orthonormalisations, less than 2.5 rad of any of these motions
+#: A frame turns by less than 1 rad a unit of time, and by less than 2.5 rad between two orthonormalisations. The fastest
+#: oscillation beside a motion, sqrt(ratio) rad a unit of time, takes at least 12 steps.
+STEP, INTERVAL = 0.05, 50
 SIZES = [(2, 3), (2, 4), (3, 4), (2, 5), (3, 5), (3, 6)]
 #: Controls and open cases by name: n, and the pattern of Lambda, in which equal letters are equal numbers.
 OTHERS = {"N > 3, two values": [(2, "aabb"), (2, "aaab"), (3, "aaab"), (2, "aabbb"), (3, "aabbb"), (3, "aaaab")],
@@ -77,7 +79,7 @@ def scene_of(group: str, n: int, pattern: str, rng: np.random.Generator) -> dict
 
 
 def measured(task: dict[str, Any]) -> dict[str, Any]:
-    """Runs a scene and returns its exponent, GALI, their course at times that double, and the verdict."""
+    """Runs a scene and returns its exponent, GALI, their course at times of a ratio of sqrt(2), and the verdict."""
     with own_client().create(task["scene"]) as session:
         found = session.lyapunov(to=task["steps"], count=3, every=INTERVAL, interval=INTERVAL, seed=task["seed"][1])
     count = len(found.times)
@@ -85,7 +87,7 @@ def measured(task: dict[str, Any]) -> dict[str, Any]:
     return {**task, "steps_done": found.step, "exponent": float(found.exponents[0]), "error": float(found.errors[0]),
             "log_gali": found.log_gali.tolist(), "verdict": str(found.verdict), "reason": found.reason,
             "times": found.times[at].tolist(), "growth": (found.times * found.history[:, 0])[at].tolist(),
-            "log_areas": found.log_gali_history[at, 0].tolist()}
+            "log_gali_2": found.log_gali_history[at, 0].tolist()}
 
 
 def study(work: list[dict[str, Any]], where: str = "here") -> list[dict[str, Any]]:

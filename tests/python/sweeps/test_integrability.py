@@ -174,6 +174,64 @@ def test_neighbours_of_the_chaotic_control_part_at_the_rate_of_its_exponent(clie
     assert abs(np.sum(growth) / (steps * integrability.STEP) - row["exponent"]) < row["error"]
 
 
+def symmetric(X):
+    return (X + np.swapaxes(X, 1, 2)) / 2
+
+
+def geodesic_flow(state, inertia):
+    """Q'' = sigma Q/Lambda, where sigma = sigma^T makes Q Q^T constant, and its linearisation, of many geodesics at once."""
+    Q, V, dQ, dV = state
+    W = Q / inertia
+    values, axes = np.linalg.eigh(W @ np.swapaxes(Q, 1, 2))
+
+    def solved(C):
+        """sigma of sigma A + A sigma = -2 (C + C^T), A = Q Lambda^-1 Q^T."""
+        inner = np.swapaxes(axes, 1, 2) @ (-4 * symmetric(C)) @ axes
+        return axes @ (inner / (values[:, :, None] + values[:, None, :])) @ np.swapaxes(axes, 1, 2)
+
+    sigma = solved(V @ np.swapaxes(V, 1, 2) / 2)
+    dA = 2 * symmetric(dQ @ np.swapaxes(W, 1, 2))
+    change = solved(dV @ np.swapaxes(V, 1, 2) + sigma @ dA / 2)
+    return np.stack([V, sigma @ W, dV, change @ W + sigma @ (dQ / inertia)])
+
+
+def growth_without_the_engine(work, time, step=0.05, span=2.5):
+    """ln of the growth of a tangent vector of each geodesic, by the method of Runge and Kutta."""
+    inertia = np.array([task["scene"]["inertia"] for task in work])[:, None, :]
+    Q, V = (np.array([task["scene"]["initial"][name] for task in work]) for name in ("Q", "Qdot"))
+    dQ, dV = np.random.default_rng(0).normal(size=(2, *Q.shape))
+    growth = np.zeros(len(work))
+    for k in range(round(time / span) + 1):
+        left, _, right = np.linalg.svd(Q, full_matrices=False)
+        Q = left @ right
+        V, dQ = (X - symmetric(X @ np.swapaxes(Q, 1, 2)) @ Q for X in (V, dQ))
+        V = V / np.sqrt((V * inertia * V).sum((1, 2), keepdims=True))
+        dV = dV - symmetric(dV @ np.swapaxes(Q, 1, 2) + V @ np.swapaxes(dQ, 1, 2)) @ Q
+        size = np.sqrt((dQ**2 + dV**2).sum((1, 2), keepdims=True))
+        growth += np.log(size[:, 0, 0]) if k else 0
+        state = np.stack([Q, V, dQ / size, dV / size])
+        for _ in range(round(span / step)):
+            k1 = geodesic_flow(state, inertia)
+            k2 = geodesic_flow(state + step / 2 * k1, inertia)
+            k3 = geodesic_flow(state + step / 2 * k2, inertia)
+            state = state + step / 6 * (k1 + 2 * k2 + 2 * k3 + geodesic_flow(state + step * k3, inertia))
+        Q, V, dQ, dV = state
+    return growth
+
+
+def test_another_program_finds_the_same_growth():
+    """Other equations, another method, another tangent: motions that are chaotic grow there, and regular ones do not."""
+    work = [task for task in integrability.tasks(100, 30_000, 4) if task["group"] == "V(2,3)"]
+    rows, other = integrability.study(work), growth_without_the_engine(work, 30_000 * integrability.STEP)
+    most = 1.5 * np.log(1 + 1500) + 8  # that regular motions may have (docs/lyapunov.md)
+    for row, growth in zip(rows, other):
+        assert (growth > most) if row["verdict"] == "chaotic" else (growth < most) if row["verdict"] == "regular" else True, row["seed"]
+    chaotic = [k for k, row in enumerate(rows) if row["verdict"] == "chaotic"]
+    exponents = np.array([rows[k]["exponent"] for k in chaotic])
+    assert len(chaotic) >= 3 and sum(row["verdict"] == "regular" for row in rows) >= 3
+    assert abs(np.mean(exponents - other[chaotic] / 1500)) < np.mean([rows[k]["error"] for k in chaotic])
+
+
 def test_the_bytes_do_not_depend_on_who_computes():
     work = integrability.tasks(100, 4000, 1)[::7]
     here = integrability.study(work)
