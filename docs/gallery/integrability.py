@@ -2,7 +2,7 @@
 
 Largest Lyapunov exponents of geodesics from random frames, over how far the numbers of Λ are apart: 1 to the ratio in equal
 factors. V(1, 4) is an ellipsoid, whose geodesic flow is integrable. On V(2, 3) and V(2, 4) no flow with three different numbers
-is (docs/integrability.md), but chaos takes so much room that random motions show it only where the ratio is large.
+is (docs/integrability.md), but the chaos takes so little room at small ratios that random motions show it only at larger ones.
 """
 import sys
 

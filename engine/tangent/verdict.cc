@@ -52,7 +52,7 @@ Judgement judge_growth(const Growth& growth, double rate) {
   const double power = (a.first - d.first) / (3 * ln2), last_power = rise / ln2;
   const double fall_2 = b.gali_2 - a.gali_2, fall_k = b.gali_k - a.gali_k;
   const Growth::BatchMeans means = growth.batch_means();
-  const double lambda = S / time, error = means.errors(0);
+  const double lambda = S / time, error = means.errors(0) + std::log1p(angle) / time;
   const double regular_S = regular_power * std::log1p(angle) + regular_offset;
   const bool many = growth.count() > 1;
 
