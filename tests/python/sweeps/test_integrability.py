@@ -154,7 +154,7 @@ def test_controls_are_judged_rightly(client, group, verdict):
 
 def test_neighbours_of_the_chaotic_control_part_at_the_rate_of_its_exponent(client):
     """Two simulated motions, of which one is brought back to a distance of 1e-7 every 40 steps: no tangent is computed."""
-    steps, near = 20_000, 1e-7
+    steps, near = 60_000, 1e-7
     task = next(task for task in integrability.tasks(100, steps, 0) if task["group"] == "chaotic control")
     scene, aside, growth = task["scene"], np.random.default_rng(5).normal(size=(2, 3, 5)), []
 
