@@ -82,28 +82,30 @@ def basin(file: Any, flips: Any, largest: float, moments: Any, seconds: float) -
 
 
 def integrability(file: Any, rows: list[dict[str, Any]], sections: Any) -> None:
-    """Draws the growth of tangent vectors by group and verdict, the exponents of the six sizes, and two sections of V(2, 3)."""
+    """Draws the growth of tangent vectors and GALI_2 by verdict, the exponents by group, and two sections of V(2, 3)."""
     # Dark, light and grey with a mark each, so that they can be told apart in grey.
     styles = {"regular": ("#004c7a", "o"), "chaotic": ("#E69F00", "^"), "undecided": ("#64748b", "s")}
-    figure, axes = plt.subplots(2, 2, figsize=(11, 8.4), layout="constrained")
+    figure, axes = plt.subplot_mosaic([["growth", "area"], ["exponents", "exponents"], ["left", "right"]], figsize=(11, 12), layout="constrained")
     for row in rows:
-        axes[0, 0].loglog(row["times"], np.maximum(row["growth"], 0.3), lw=0.6, ls="-", color=styles[row["verdict"]][0], alpha=0.6)
+        colour = styles[row["verdict"]][0]
+        axes["growth"].loglog(row["times"], np.maximum(row["growth"], 0.3), lw=0.6, ls="-", color=colour, alpha=0.6)
+        axes["area"].loglog(row["times"], np.maximum(-np.array(row["log_gali_2"]), 0.3), lw=0.6, ls="-", color=colour, alpha=0.6)
     times = np.array(max((row["times"] for row in rows), key=len, default=[1, 2]))
-    axes[0, 0].loglog(times, np.log(times), color="black", lw=1.5, ls="--")
-    axes[0, 0].set(title="growth t λ(t) of a tangent vector; dashed: ln t", xlabel="time t")
+    axes["growth"].loglog(times, np.log(times), color="black", lw=1.5, ls="--")
+    axes["growth"].set(title="growth t λ(t) of a tangent vector; dashed: ln t", xlabel="time t")
+    axes["area"].set(title="−ln GALI₂(t), the area of two tangent vectors", xlabel="time t")
     groups = list(dict.fromkeys(row["group"] for row in rows))
     for row in rows:
         place, (colour, mark) = groups.index(row["group"]) + (row["seed"][1] % 12 - 6) / 20, styles[row["verdict"]]
-        axes[0, 1].errorbar(place, max(row["exponent"], 1e-4), min(row["error"], row["exponent"] * 0.99), fmt=mark, ms=3.5, lw=0.7,
-                            color=colour)
-    axes[0, 1].set(title="largest exponent and its error, per unit of time", yscale="log", ylim=(1e-4, None))
-    axes[0, 1].set_xticks(range(len(groups)), groups, rotation=60, ha="right", fontsize=9)
+        axes["exponents"].errorbar(place, row["exponent"], row["error"], fmt=mark, ms=3.5, lw=0.7, color=colour)
+    axes["exponents"].set(title="largest exponent and its error, per unit of time")
+    axes["exponents"].set_xticks(range(len(groups)), groups, rotation=30, ha="right", fontsize=9)
     for verdict, (colour, mark) in styles.items():
-        axes[0, 1].plot([], [], ls="", marker=mark, color=colour, label=verdict)
-    axes[0, 0].legend(*axes[0, 1].get_legend_handles_labels(), loc="upper left")
-    for axis, (inertia, orbits) in zip(axes[1], sections):
+        axes["exponents"].plot([], [], ls="", marker=mark, color=colour, label=verdict)
+    axes["growth"].legend(*axes["exponents"].get_legend_handles_labels(), loc="upper left")
+    for axis, (inertia, orbits) in zip((axes["left"], axes["right"]), sections):
         for k, (azimuth, height) in enumerate(orbits):
-            axis.plot(np.degrees(azimuth), height, ls="", marker=".", ms=2, mew=0, color=plt.get_cmap("tab20")(k % 20))
+            axis.plot(np.degrees(azimuth), height, ls="", marker=".", ms=2.5, mew=0, color=plt.get_cmap("tab10")(k % 10))
         axis.set(title=f"section of V(2, 3), Λ = {inertia}, where M₁₃ = 0", xlabel="azimuth of the plane's normal, °",
                  ylabel="its height along axis 2", xlim=(-180, 180), ylim=(-1, 1))
     save(figure, file)

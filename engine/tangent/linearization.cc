@@ -13,6 +13,7 @@
 #include "engine/stepping/observed_simulation.h"
 #include "engine/tangent/coordinates.h"
 #include "engine/tangent/systems.h"
+#include "stiefel/catalogue.h"
 #include "stiefel/price.h"
 #include "stiefel/stop.h"
 
@@ -315,12 +316,15 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
     }
     if (!violations.empty()) return std::unexpected(std::move(violations));
   }
-  if (!vectors->begin(scene, *tangents, what, V, start))
+  if (!vectors->begin(scene, *tangents, what, V, start)) {
+    const SystemInfo* info = catalogue().system(scene.system());
     return std::unexpected(
         cannot(place, "method", scene.method(),
                "has no tangent map: it chooses its substeps by an estimate of the error, which is "
-               "no smooth function of the state; the other methods of " +
-                   scene.system() + " have one"));
+               "no smooth function of the state; give the scene another method of " +
+                   scene.system() +
+                   (info ? ", such as " + std::string(info->methods.front().method) : "")));
+  }
   return Linearization(std::move(vectors));
 }
 

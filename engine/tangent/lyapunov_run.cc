@@ -159,6 +159,7 @@ RunStatus LyapunovRun::advance(Simulation& motion, std::int64_t steps,
           "The motion ended at step " + std::to_string(at_) + ", before the last one.";
       return status;
     }
+    if (!judged_ && growth_.sums()(0) >= beside_enough) what_.to = at_;
     steps -= motion.direct() ? steps : now;
   } while (steps > 0 && at_ < what_.to);
   if (at_ == what_.to) judge(motion);
@@ -169,7 +170,8 @@ void LyapunovRun::judge(const Simulation& motion) {
   if (!judged_) return;
   judgement_ = judge_growth(growth_, rate_);
   if (judgement_.kind != MotionKind::chaotic) return;
-  // What looks chaotic is so if a motion beside it, with shorter steps, is too.
+  // What looks chaotic is so if a motion beside it, with shorter steps, is too. It starts where the
+  // steps have not yet drifted from the flow, if that state is at hand.
   const double lambda = growth_.sums()(0) / growth_.time();
   LyapunovDescription what;
   what.interval = interval_;
@@ -177,14 +179,17 @@ void LyapunovRun::judge(const Simulation& motion) {
   const double steps = beside_growth / (lambda * std::abs(scene_.step()));
   what.to = (static_cast<std::int64_t>(steps) / interval_ + 1) * interval_;
   what.to = std::max(what.to, LyapunovExponents::least_intervals * interval_);
-  const Dense direction = V_.rowwise().sum() / std::sqrt(static_cast<double>(count_));
-  const Eigen::Index rows = vectors_->state(motion).rows();
-  if (const auto scene = scene_beside(scene_, motion, direction.reshaped(rows, V_.rows() / rows))) {
+  if (const auto scene = what_.from == 0 ? beside(*make_simulation(scene_)) : beside(motion)) {
     beside_ = std::make_unique<LyapunovRun>(*scene, what, false);
     other_ = make_simulation(*scene);
     if (!beside_->prepare(*other_).empty() || !beside_->begin(*other_).empty()) beside_.reset();
   }
   if (!beside_) judgement_ = confirm(judgement_, growth_, nullptr, false);
+}
+
+std::optional<Scene> LyapunovRun::beside(const Simulation& start) const {
+  const Dense x = vectors_->state(start), V = vectors_->random(x, 1, what_.seed + 1);
+  return scene_beside(scene_, start, V.reshaped(x.rows(), V.rows() / x.rows()));
 }
 
 RunStatus LyapunovRun::advance_beside(std::int64_t steps, const std::stop_token& stop) {

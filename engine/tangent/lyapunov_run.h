@@ -79,6 +79,8 @@ class LyapunovRun {
   /// Ends an interval.
   RunStatus close(const Simulation& motion);
   void judge(const Simulation& motion);
+  /// Returns the scene of a second motion, beside that state.
+  std::optional<Scene> beside(const Simulation& start) const;
   RunStatus advance_beside(std::int64_t steps, const std::stop_token& stop);
 
   Scene scene_;

@@ -52,7 +52,7 @@ Judgement judge_growth(const Growth& growth, double rate) {
   const double power = (a.first - d.first) / (3 * ln2), last_power = rise / ln2;
   const double fall_2 = b.gali_2 - a.gali_2, fall_k = b.gali_k - a.gali_k;
   const Growth::BatchMeans means = growth.batch_means();
-  const double lambda = S / time, error = means.errors(0);
+  const double lambda = S / time, error = means.errors(0) + std::log1p(angle) / time;
   const double regular_S = regular_power * std::log1p(angle) + regular_offset;
   const bool many = growth.count() > 1;
 
@@ -125,15 +125,15 @@ std::optional<Scene> scene_beside(const Scene& scene, const Simulation& now,
     }
   }
   if (moved.method && moved.method->name != Exact::traits.name)
-    moved.method->substeps = 2 * scene.substeps();
+    moved.method->substeps = beside_substeps * scene.substeps();
   auto made = Scene::resolve(std::move(moved), Scene::drift_tolerance);
   return made ? std::optional(*std::move(made)) : std::nullopt;
 }
 
 Judgement confirm(const Judgement& found, const Growth& growth, const Growth* beside,
                   bool reached) {
-  const std::string neighbour =
-      ". A motion that starts " + number(beside_distance) + " beside this one, with half the step,";
+  const std::string neighbour = ". A motion that starts " + number(beside_distance) +
+                                " beside this one, with a quarter of the step,";
   if (beside == nullptr)
     return {MotionKind::undecided,
             found.reason + ". No motion beside this one could be made that would confirm it."};

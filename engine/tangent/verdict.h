@@ -22,11 +22,15 @@ Judgement judge_growth(const Growth& growth, double rate);
 
 /// The time for which a motion beside one that looks chaotic runs, in units of 1/lambda.
 constexpr double beside_growth = 100;
+/// It ends early where it has grown by e to this power: no passage of an unstable motion gives so
+/// much.
+constexpr double beside_enough = 50;
 /// The distance at which it starts, relative to the norms of the blocks.
 constexpr double beside_distance = 1e-4;
 
-/// Returns a scene that starts `direction` times `beside_distance` beside the present state, with
-/// twice as many substeps; nullopt where none can be made. `direction` is a tangent vector.
+/// Returns a scene that starts `direction` times `beside_distance` beside the state of `now`, with
+/// `beside_substeps` times as many substeps; nullopt where none can be made. `direction` is a
+/// tangent vector.
 std::optional<Scene> scene_beside(const Scene& scene, const Simulation& now,
                                   const Eigen::MatrixXd& direction);
 /// Returns what remains of the judgement `found`, "chaotic", with the growth of a motion beside,

@@ -52,6 +52,13 @@ def test_geodesics_are_those_of_the_group_that_moves_frames(kind, client):
     np.testing.assert_allclose(manifold.exp(Q, V), expected.T.astype(float), atol=4e-15)
 
 
+def test_a_random_tangent_vector_is_one_also_with_the_seed_of_its_frame(manifold):
+    Q = manifold.random(5, seed=4)
+    V = manifold.random_tangent(Q, seed=4)
+    np.testing.assert_allclose(V, manifold.tangent(Q, V), atol=1e-14)
+    np.testing.assert_allclose(manifold.norm(Q, V), 1, rtol=1e-14)
+
+
 def test_great_circles_have_the_length_of_their_angle():
     sphere = Stiefel(1, 3)
     np.testing.assert_allclose(sphere.dist([[1, 0, 0]], [[np.cos(2), np.sin(2), 0]]), 2, atol=1e-15)

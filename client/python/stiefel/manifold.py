@@ -105,8 +105,10 @@ class _Manifold:
         return self._out(self._random(np.random.default_rng(seed), axes))
 
     def random_tangent(self, Q: ArrayLike, seed: Any = None) -> Array:
-        """Returns a random tangent vector of norm 1 at each frame of Q."""
+        """Returns a random tangent vector of norm 1 at each frame of Q. `seed` may be that of `random`."""
         frames = self._in(Q)
+        if seed is None or isinstance(seed, (int, np.integer)):  # the numbers of random(seed) span Q, and have no tangent part
+            seed = np.random.SeedSequence(seed, spawn_key=(1,))
         V = self._metric.tangent(frames, np.random.default_rng(seed).normal(size=frames.shape))
         return self._out(V / np.sqrt(self._metric.inner(frames, V, V))[..., None, None])
 

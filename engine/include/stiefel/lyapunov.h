@@ -55,9 +55,9 @@ class LyapunovExponents {
   /// Refuses ensembles, methods without a tangent, and descriptions that do not fit. `start` is at
   /// `what.from`. Throws Stopped (stop.h), as do the functions below.
   static std::expected<LyapunovExponents, Violations> make(const Scene& scene,
-                                                          const LyapunovDescription& what,
-                                                          const Simulation& start,
-                                                          const Place& place = {});
+                                                           const LyapunovDescription& what,
+                                                           const Simulation& start,
+                                                           const Place& place = {});
 
   /// Writes what is needed to go on, at the last end of an interval, as bytes.
   std::string save() const;
@@ -66,13 +66,13 @@ class LyapunovExponents {
   /// Goes on where `save` wrote the bytes, with a motion at that step. `what.to` may differ from
   /// the one that was saved. Refuses bytes of another description.
   static std::expected<LyapunovExponents, Violations> resume(const Scene& scene,
-                                                            const LyapunovDescription& what,
-                                                            std::string_view saved,
-                                                            const Simulation& now,
-                                                            const Place& place = {});
+                                                             const LyapunovDescription& what,
+                                                             std::string_view saved,
+                                                             const Simulation& now,
+                                                             const Place& place = {});
 
   /// Advances `motion` by at most about `steps` steps; after `to` was reached, a second motion that
-  /// starts beside the first one, where a verdict needs it.
+  /// starts beside the first state, where a verdict needs it.
   RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop = {});
   /// Whether the verdict is known, or the motion has ended early.
   bool done() const;
@@ -113,8 +113,10 @@ class LyapunovExponents {
 std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size);
 /// Returns the work of a step of the scene with so many vectors, in instructions, and the bytes of
 /// a LyapunovExponents whose states have `size` numbers: upper bounds. A second motion has at most
-/// `most_steps_beside` times as many steps as the first one, each of twice the work.
+/// `most_steps_beside` times as many steps as the first one, each of `beside_substeps` times as
+/// many substeps.
 constexpr double most_steps_beside = 2.7;
+constexpr int beside_substeps = 4;
 double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors, std::int64_t size);
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size);

@@ -44,8 +44,8 @@ TangentPrice price_of(const Session& session, const v1::LyapunovSpectrumRequest&
   TangentPrice price;
   price.of_step = lyapunov_work(session.scene(), step, vectors, size);
   const std::int64_t start = session.start_for(request.from());
-  // A second motion, where there is one, has twice as many substeps.
-  const double beside = 2 * step + lyapunov_work(session.scene(), 2 * step, 1, size);
+  const double slow = beside_substeps * step;
+  const double beside = slow + lyapunov_work(session.scene(), slow, 1, size);
   price.total = session.most_work(start, request.to()) + steps * price.of_step +
                 most_steps_beside * steps * beside;
   price.bytes = session.simulation_bytes() + lyapunov_bytes(session.scene(), what, size);

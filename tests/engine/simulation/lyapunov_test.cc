@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -57,7 +58,7 @@ SceneDescription body(const std::vector<double>& inertia, unsigned seed, double 
 }
 
 LyapunovExponents begun(const Scene& scene, const LyapunovDescription& what,
-                       const Simulation& start) {
+                        const Simulation& start) {
   auto made = LyapunovExponents::make(scene, what, start);
   if (!made)
     throw std::runtime_error(made.error().front().field + ": " + made.error().front().rule);
@@ -225,6 +226,29 @@ TEST(LyapunovTest, MotionsNextToASeparatrixAreNotChaotic) {
           spectrum_of(resolved(description), {.to = static_cast<std::int64_t>(10 * time)});
       EXPECT_NE(spectrum.kind(), MotionKind::chaotic) << aside << ", " << time << said(spectrum);
     }
+}
+
+/// Steps of 1 rad of the fastest oscillation, h √(λ_max/λ_min), make a chaotic map of the geodesics
+/// of an ellipsoid, which are regular.
+TEST(LyapunovTest, AFlowWhoseStepIsTooLongIsNotChaotic) {
+  const std::array<std::array<Eigen::RowVector4d, 2>, 2> starts = {{
+      {{{0.5, -0.3, -0.7, 0.4}, {-0.3, 0, -0.1, 0.1}}},
+      {{{-0.4, -0.1, 0.5, 0.7}, {0.2, 0, 0.1, 0.1}}},
+  }};
+  for (const auto& [q, v] : starts) {
+    SceneDescription description = geodesic(1, {1, 4.6, 21.5, 100}, 1, 0.1, "variational", 2);
+    const Eigen::RowVector4d lambda(1, 4.6, 21.5, 100), unit = q.normalized();
+    const Eigen::RowVector4d tangent = v - v.dot(unit) * unit;
+    const double speed = std::sqrt(tangent.cwiseAbs2().dot(lambda));
+    description.initial = {{"Q", Block(Dense(unit))},
+                           {"S", Block(Dense(tangent.cwiseProduct(lambda) / speed))}};
+    const LyapunovExponents coarse = spectrum_of(resolved(description), {.to = 30000, .count = 2});
+    EXPECT_GT(coarse.exponents()(0), 2 * coarse.errors()(0)) << said(coarse);
+    EXPECT_EQ(coarse.kind(), MotionKind::undecided) << said(coarse);
+    description.step = 0.0125;
+    const LyapunovExponents fine = spectrum_of(resolved(description), {.to = 240000, .count = 2});
+    EXPECT_EQ(fine.kind(), MotionKind::regular) << said(fine);
+  }
 }
 
 TEST(LyapunovTest, TheUnitsDoNotMatter) {
