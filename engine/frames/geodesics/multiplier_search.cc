@@ -152,13 +152,56 @@ constexpr int most_nodes = 128, most_direct = 100, most_refined = 40;
 double spread(const VectorXd& lambda) { return lambda.maxCoeff() / lambda.minCoeff(); }
 int least_nodes(const VectorXd& lambda) { return spread(lambda) > 30 ? 16 : 8; }
 
-/// Relaxes the first path of a wide Λ for the roots Λ^{1/k}.
-void prepare(const VectorXd& lambda, Relaxation& relaxation) {
+/// Returns the frames nearest to a + factor (a − b).
+Path extrapolated(const Path& a, const Path& b, double factor) {
+  Path out = a;
+  for (std::size_t k = 1; k + 1 < a.size(); ++k) {
+    stop_point(connect_work::polar(static_cast<double>(a[0].rows()), static_cast<double>(a[0].cols())));
+    out[k] = polar(a[k] + factor * (a[k] - b[k]));
+  }
+  return out;
+}
+
+/// Follows a relaxed path from Λ^s to Λ by Newton steps without shifts, with extrapolated first paths and
+/// strides as long as they converge. Returns false, at the last path that it reached, where a stride would be
+/// too short.
+bool follow(const VectorXd& lambda, double s, Relaxation& relaxation) {
+  constexpr double rough = 0.03, least_stride = 1.0 / 64;
+  constexpr int most = 8;
+  Path last = relaxation.path(), before;
+  double s_before = 0;
+  bool failed = false;
+  for (double stride = 1 - s; stride >= least_stride;) {
+    const double next = std::min(1.0, s + stride);
+    relaxation.set_inertia(next < 1 ? VectorXd(lambda.array().pow(next)) : lambda);
+    if (!before.empty())
+      relaxation.set_path(extrapolated(last, before, (next - s) / (s - s_before)));
+    if (relaxation.relax(next < 1 ? rough : coarse, most, 0)) {
+      if (next == 1) return true;
+      before = std::exchange(last, relaxation.path());
+      s_before = std::exchange(s, next);
+      if (!failed) stride *= 2;
+      failed = false;
+    } else {
+      relaxation.set_path(last);
+      stride /= 2;
+      failed = true;
+    }
+  }
+  return false;
+}
+
+/// Relaxes the first path; that of a wide Λ by way of the roots Λ^{1/k}.
+bool relax_first(const VectorXd& lambda, Relaxation& relaxation) {
+  double s = 1;
   for (int k = static_cast<int>(std::ceil(std::log10(spread(lambda)) - 0.5)); k > 1; --k) {
-    relaxation.set_inertia(lambda.array().pow(1.0 / k));
+    s = 1.0 / k;
+    relaxation.set_inertia(lambda.array().pow(s));
     (void)relaxation.relax(0.03);
   }
+  if (s < 1 && follow(lambda, s, relaxation)) return true;
   relaxation.set_inertia(lambda);
+  return relaxation.relax(coarse, most_direct);
 }
 
 /// Corrects the velocity of a trial at more and more nodes.
@@ -189,6 +232,28 @@ Velocity solved(const Posed& p, const Trial& trial, int K) {
   }
 }
 
+constexpr double same = 1e-2;  ///< the distance of relaxed paths that are one
+
+/// Relaxes starts with fewer nodes, where a step costs little, and moves to `nodes` those that lead to other
+/// paths than the earlier ones. Leaves the others empty; returns whether all settled.
+bool thin(const Posed& p, const Nodes& fewer, const Nodes& nodes, std::vector<Path>& starts) {
+  Relaxation relaxation(p.lambda, p.Q_0, p.Q_T, fewer);
+  std::vector<Path> seen;
+  bool complete = true;
+  for (Path& start : starts) {
+    relaxation.set_path(std::exchange(start, {}));
+    const bool settled = relaxation.relax(coarse, most_refined);
+    complete = complete && settled;
+    Path path = relaxation.path();
+    if (!settled ||
+        std::ranges::any_of(seen, [&](const Path& other) { return distance(other, path) < same; }))
+      continue;
+    start = moved(path, fewer, nodes);
+    seen.push_back(std::move(path));
+  }
+  return complete;
+}
+
 /// Returns the order of the work of a relaxation.
 double work(const Posed& p) {
   const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
@@ -198,7 +263,7 @@ double work(const Posed& p) {
 /// Searches from K + 1 nodes on. Without restarts it takes further starts only where a direct path
 /// led over a saddle, or where Λ is wide.
 Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
-  constexpr double margin = 1.1, same = 1e-2, most_of_doubtful = 2e6;
+  constexpr double margin = 1.1, most_of_doubtful = 2e6;
   constexpr int further = 4;
   const Posed& p = spans.reduced();
   const Nodes nodes = lobatto(K);
@@ -207,10 +272,11 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   bool complete = true, doubtful = p.wide();
   const auto relax = [&](const std::vector<Path>& paths) {
     for (; start < static_cast<int>(paths.size()); ++start) {
+      if (paths[static_cast<std::size_t>(start)].empty()) continue;
       auto relaxation = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, nodes);
       relaxation->set_path(paths[static_cast<std::size_t>(start)]);
-      if (start == 0) prepare(p.lambda, *relaxation);
-      const bool settled = relaxation->relax(coarse, start == 0 ? most_direct : most_refined);
+      const bool settled = start == 0 ? relax_first(p.lambda, *relaxation)
+                                      : relaxation->relax(coarse, most_refined);
       complete = complete && settled;
       doubtful = doubtful || !settled || relaxation->shifted();
       Trial trial{nullptr, start, relaxation->path(), relaxation->action()};
@@ -227,8 +293,15 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   };
   const bool wide = p.wide() && problem.restarts > 0;
   relax(starts(p.Q_0, p.Q_T, nodes.times, problem.restarts, problem.seed, wide));
-  if (doubtful && problem.restarts == 0 && work(p) <= most_of_doubtful)
-    relax(starts(p.Q_0, p.Q_T, nodes.times, further, problem.seed, p.wide()));
+  if (doubtful && problem.restarts == 0 && work(p) <= most_of_doubtful) {
+    const Nodes fewer = p.wide() ? lobatto(std::max(K / 4, 4)) : nodes;
+    std::vector<Path> more = starts(p.Q_0, p.Q_T, fewer.times, further, problem.seed, p.wide());
+    if (p.wide()) {
+      if (!trials.empty()) more[0] = moved(trials[0].path, nodes, fewer);
+      complete = thin(p, fewer, nodes, more) && complete;
+    }
+    relax(more);
+  }
   std::ranges::stable_sort(trials, {}, &Trial::action);
 
   Found best;
