@@ -146,8 +146,8 @@ struct Trial {
   double action;
 };
 
-constexpr double coarse = 1e-3, fine = 1e-5;
-constexpr int most_nodes = 128, most_direct = 100, most_refined = 40;
+constexpr double rough = 0.03, coarse = 1e-3, fine = 1e-5;
+constexpr int most_nodes = 128, most_direct = 100, most_refined = 40, most_near = 8;
 
 double spread(const VectorXd& lambda) { return lambda.maxCoeff() / lambda.minCoeff(); }
 int least_nodes(const VectorXd& lambda) { return spread(lambda) > 30 ? 16 : 8; }
@@ -156,34 +156,40 @@ int least_nodes(const VectorXd& lambda) { return spread(lambda) > 30 ? 16 : 8; }
 Path extrapolated(const Path& a, const Path& b, double factor) {
   Path out = a;
   for (std::size_t k = 1; k + 1 < a.size(); ++k) {
-    stop_point(connect_work::polar(static_cast<double>(a[0].rows()), static_cast<double>(a[0].cols())));
+    stop_point(
+        connect_work::polar(static_cast<double>(a[0].rows()), static_cast<double>(a[0].cols())));
     out[k] = polar(a[k] + factor * (a[k] - b[k]));
   }
   return out;
 }
 
-/// Follows a relaxed path from Λ^s to Λ by Newton steps without shifts, with extrapolated first paths and
-/// strides as long as they converge. Returns false, at the last path that it reached, where a stride would be
-/// too short.
-bool follow(const VectorXd& lambda, double s, Relaxation& relaxation) {
-  constexpr double rough = 0.03, least_stride = 1.0 / 64;
-  constexpr int most = 8;
-  Path last = relaxation.path(), before;
-  double s_before = 0;
+/// A relaxed path of Λ^s.
+struct Stage {
+  double s = 1;
+  Path path;
+};
+
+/// Follows the path of a stage to Λ by Newton steps without shifts, with extrapolated first paths
+/// and strides as long as they converge. Returns false, at the last path that it reached, where a
+/// stride would be too short. Leaves the last stage that few nodes resolve well.
+bool follow(const VectorXd& lambda, Relaxation& relaxation, Stage& stage) {
+  constexpr double least_stride = 1.0 / 64, resolved = 0.75;
+  Stage before, last = stage;
   bool failed = false;
-  for (double stride = 1 - s; stride >= least_stride;) {
-    const double next = std::min(1.0, s + stride);
-    relaxation.set_inertia(next < 1 ? VectorXd(lambda.array().pow(next)) : lambda);
-    if (!before.empty())
-      relaxation.set_path(extrapolated(last, before, (next - s) / (s - s_before)));
-    if (relaxation.relax(next < 1 ? rough : coarse, most, 0)) {
-      if (next == 1) return true;
-      before = std::exchange(last, relaxation.path());
-      s_before = std::exchange(s, next);
+  for (double stride = 1 - last.s; stride >= least_stride;) {
+    stride = std::min(stride, 1 - last.s);
+    const double s = last.s + stride;
+    relaxation.set_inertia(s < 1 ? VectorXd(lambda.array().pow(s)) : lambda);
+    if (!before.path.empty())
+      relaxation.set_path(extrapolated(last.path, before.path, (s - last.s) / (last.s - before.s)));
+    if (relaxation.relax(s < 1 ? rough : coarse, most_near, 0)) {
+      if (s == 1) return true;
+      before = std::exchange(last, {s, relaxation.path()});
+      if (s <= resolved) stage = last;
       if (!failed) stride *= 2;
       failed = false;
     } else {
-      relaxation.set_path(last);
+      relaxation.set_path(last.path);
       stride /= 2;
       failed = true;
     }
@@ -192,20 +198,47 @@ bool follow(const VectorXd& lambda, double s, Relaxation& relaxation) {
 }
 
 /// Relaxes the first path; that of a wide Λ by way of the roots Λ^{1/k}.
-bool relax_first(const VectorXd& lambda, Relaxation& relaxation) {
-  double s = 1;
+bool relax_first(const VectorXd& lambda, Relaxation& relaxation, Stage& stage) {
   for (int k = static_cast<int>(std::ceil(std::log10(spread(lambda)) - 0.5)); k > 1; --k) {
-    s = 1.0 / k;
-    relaxation.set_inertia(lambda.array().pow(s));
-    (void)relaxation.relax(0.03);
+    relaxation.set_inertia(lambda.array().pow(1.0 / k));
+    (void)relaxation.relax(rough);
+    stage = {1.0 / k, relaxation.path()};
   }
-  if (s < 1 && follow(lambda, s, relaxation)) return true;
+  if (stage.s < 1 && follow(lambda, relaxation, stage)) return true;
   relaxation.set_inertia(lambda);
   return relaxation.relax(coarse, most_direct);
 }
 
-/// Corrects the velocity of a trial at more and more nodes.
-Velocity solved(const Posed& p, const Trial& trial, int K) {
+/// Returns twice the number of nodes, or half as many more where only these have dense equations.
+int refined(const Posed& p, int K) {
+  const Index n = p.Q_0.rows(), each = n * (n + 1) / 2;
+  const bool fewer = (2 * K - 1) * each > Relaxation::most_dense &&
+                     (3 * K / 2 - 1) * each <= Relaxation::most_dense;
+  return fewer ? 3 * K / 2 : 2 * K;
+}
+
+/// Relaxes a path that was relaxed at fewer nodes; where Newton's method does not converge at once,
+/// from a stage with s < 1.
+bool relax_finer(const VectorXd& lambda, const Path& path, Relaxation& relaxation, Stage& stage) {
+  relaxation.set_path(path);
+  if (relaxation.relax(fine, most_refined, 0)) return true;
+  if (stage.s < 1) {
+    relaxation.set_path(stage.path);
+    relaxation.set_inertia(lambda.array().pow(stage.s));
+    if (relaxation.relax(rough, most_near)) {
+      (void)follow(lambda, relaxation, stage);
+      relaxation.set_inertia(lambda);
+      if (relaxation.relax(fine, most_refined)) return true;
+    }
+    relaxation.set_inertia(lambda);
+  }
+  relaxation.set_path(path);
+  return relaxation.relax(fine, most_refined);
+}
+
+/// Corrects the velocity of a trial at more and more nodes. `stage` is a stage on the way to its
+/// path.
+Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
   constexpr double strayed = 0.02;
   Velocity best;
   std::unique_ptr<Relaxation> finer;
@@ -222,20 +255,20 @@ Velocity solved(const Posed& p, const Trial& trial, int K) {
         found.V.size() > 0 && energy(p.lambda, found.V) <= (1 + strayed) * now->action() + 1e-300;
     if (near && found.residual < best.residual) best = std::move(found);
     if (best.residual <= TwoPointProblem::joined || 2 * K > most_nodes) return best;
-    Nodes doubled = lobatto(K *= 2);
-    auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, doubled);
-    next->set_path(moved(now->path(), nodes, doubled));
-    if (!next->relax(fine, most_refined)) return best;
+    Nodes more = lobatto(K = refined(p, K));
+    auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, more);
+    if (stage.s < 1) stage.path = moved(stage.path, nodes, more);
+    if (!relax_finer(p.lambda, moved(now->path(), nodes, more), *next, stage)) return best;
     finer = std::move(next);
     now = finer.get();
-    nodes = std::move(doubled);
+    nodes = std::move(more);
   }
 }
 
 constexpr double same = 1e-2;  ///< the distance of relaxed paths that are one
 
-/// Relaxes starts with fewer nodes, where a step costs little, and moves to `nodes` those that lead to other
-/// paths than the earlier ones. Leaves the others empty; returns whether all settled.
+/// Relaxes starts with fewer nodes, where a step costs little, and moves to `nodes` those that lead
+/// to other paths than the earlier ones. Leaves the others empty; returns whether all settled.
 bool thin(const Posed& p, const Nodes& fewer, const Nodes& nodes, std::vector<Path>& starts) {
   Relaxation relaxation(p.lambda, p.Q_0, p.Q_T, fewer);
   std::vector<Path> seen;
@@ -270,12 +303,13 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   std::vector<Trial> trials;
   int start = 0;
   bool complete = true, doubtful = p.wide();
+  Stage direct;
   const auto relax = [&](const std::vector<Path>& paths) {
     for (; start < static_cast<int>(paths.size()); ++start) {
       if (paths[static_cast<std::size_t>(start)].empty()) continue;
       auto relaxation = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, nodes);
       relaxation->set_path(paths[static_cast<std::size_t>(start)]);
-      const bool settled = start == 0 ? relax_first(p.lambda, *relaxation)
+      const bool settled = start == 0 ? relax_first(p.lambda, *relaxation, direct)
                                       : relaxation->relax(coarse, most_refined);
       complete = complete && settled;
       doubtful = doubtful || !settled || relaxation->shifted();
@@ -308,7 +342,7 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   double least = std::numeric_limits<double>::infinity(), least_missed = least;
   for (const Trial& trial : trials) {
     if (trial.action > margin * least) break;
-    Velocity found = solved(p, trial, K);
+    Velocity found = solved(p, trial, K, trial.start == 0 ? direct : Stage());
     if (found.residual <= TwoPointProblem::joined) {
       const double E = energy(p.lambda, found.V);
       if (!(E < least)) continue;
