@@ -54,13 +54,17 @@ std::uint64_t geodesic(double n, double N, const v1::ConnectRequest& request) {
   const double searches = request.has_restarts() ? request.restarts() : TwoPointProblem().restarts;
   const double d = n * N - n * (n + 1) / 2;
   const double points = request.steps() > 0 ? request.steps() : TwoPointProblem::most_path_steps(d);
-  const double multipliers = std::min(7.5 * n * (n + 1), 1500.0);
+  const auto [least, most] = std::ranges::minmax_element(request.inertia());
+  const bool wide = !request.inertia().empty() && *most > 10 * *least;
+  const double nodes = wide ? 127 : 15, each = n * (n + 1) / 2,
+               multipliers = std::min(nodes * each, 1500.0),
+               modes = n * std::max(15.0, multipliers / each);
   double numbers = n * N * (request.samples() + 200.0);
   if (request.steps() > 0 || d <= 128)
     numbers += (5 * d * d + n * N * d + n * N * (searches + 3)) * points;
   if (request.steps() == 0)
-    numbers +=
-        4 * multipliers * multipliers + 1800 * n * n + n * N * (17 * (searches + 5 + n / 2) + 180);
+    numbers += (wide ? 5 : 4) * multipliers * multipliers + 8 * modes * modes +
+               n * N * (17 * (searches + 5 + n / 2) + 180);
   return static_cast<std::uint64_t>(
       std::clamp(8 * numbers, 0.0, static_cast<double>(TwoPointProblem::most_bytes)));
 }

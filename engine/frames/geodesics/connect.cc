@@ -123,13 +123,15 @@ std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
 }
 
 /// Returns the bytes of a search by the multipliers: two sets of their equations and factors at 17
-/// nodes, the paths, and a Taylor series.
+/// nodes, for a wide Λ at up to 129, the paths, and a Taylor series.
 double search_bytes(const TwoPointProblem& p) {
   const double n = static_cast<double>(p.Q_0.rows()), nN = static_cast<double>(p.Q_0.size());
-  const double nodes = 15, unknowns = std::min(nodes * n * (n + 1) / 2,
-                                               static_cast<double>(Relaxation::most_dense));
+  const bool wide = p.inertia.maxCoeff() > 10 * p.inertia.minCoeff();
+  const double each = n * (n + 1) / 2, nodes = 15, most = Relaxation::most_dense,
+               unknowns = std::min((wide ? 127 : nodes) * each, most),
+               modes = n * std::max(nodes, unknowns / each);
   const double starts = std::max(p.restarts, 4) + 1 + n / 2;
-  return 8 * (4 * unknowns * unknowns + 8 * nodes * nodes * n * n +
+  return 8 * ((wide ? 5 : 4) * unknowns * unknowns + 8 * modes * modes +
               nN * ((nodes + 2) * starts + 12 * nodes + 160));
 }
 

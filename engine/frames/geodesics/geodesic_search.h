@@ -34,10 +34,10 @@ inline double energy(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& V) {
 }
 
 /// Searches by the multipliers, n ≤ N and every λ_i > 0: relaxes the starts (`starts`) at 9 nodes,
-/// the direct one of a wide Λ by way of its roots Λ^{1/k}, and corrects the velocities of the
-/// shortest paths with the Taylor series of their geodesics. Where the corrections do not converge,
-/// takes what `by_roots` finds for a wide Λ, else doubles the number of nodes. Of columns with equal λ
-/// only their span enters.
+/// of a wide Λ the direct one at 17, by way of powers Λ^s, and the further ones at 5 first; and
+/// corrects the velocities of the shortest paths with the Taylor series of their geodesics. Where the
+/// corrections do not converge, takes more nodes, then what `by_roots` finds for a wide Λ. Of columns
+/// with equal λ only their span enters.
 Found by_multipliers(const Posed& p, const TwoPointProblem& problem);
 
 /// Follows the direct path by dense Newton steps of whole paths from nearly Λ = I to a wide Λ, over

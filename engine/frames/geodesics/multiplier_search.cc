@@ -146,23 +146,99 @@ struct Trial {
   double action;
 };
 
-constexpr double coarse = 1e-3, fine = 1e-5;
-constexpr int most_nodes = 128, most_direct = 100, most_refined = 40;
+constexpr double rough = 0.03, coarse = 1e-3, fine = 1e-5;
+constexpr int most_nodes = 128, most_direct = 100, most_refined = 40, most_near = 8;
 
 double spread(const VectorXd& lambda) { return lambda.maxCoeff() / lambda.minCoeff(); }
 int least_nodes(const VectorXd& lambda) { return spread(lambda) > 30 ? 16 : 8; }
 
-/// Relaxes the first path of a wide Λ for the roots Λ^{1/k}.
-void prepare(const VectorXd& lambda, Relaxation& relaxation) {
-  for (int k = static_cast<int>(std::ceil(std::log10(spread(lambda)) - 0.5)); k > 1; --k) {
-    relaxation.set_inertia(lambda.array().pow(1.0 / k));
-    (void)relaxation.relax(0.03);
+/// Returns the frames nearest to a + factor (a − b).
+Path extrapolated(const Path& a, const Path& b, double factor) {
+  Path out = a;
+  for (std::size_t k = 1; k + 1 < a.size(); ++k) {
+    stop_point(
+        connect_work::polar(static_cast<double>(a[0].rows()), static_cast<double>(a[0].cols())));
+    out[k] = polar(a[k] + factor * (a[k] - b[k]));
   }
-  relaxation.set_inertia(lambda);
+  return out;
 }
 
-/// Corrects the velocity of a trial at more and more nodes.
-Velocity solved(const Posed& p, const Trial& trial, int K) {
+/// A relaxed path of Λ^s.
+struct Stage {
+  double s = 1;
+  Path path;
+};
+
+/// Follows the path of a stage to Λ by Newton steps without shifts, with extrapolated first paths
+/// and strides as long as they converge. Returns false, at the last path that it reached, where a
+/// stride would be too short. Leaves the last stage that few nodes resolve well.
+bool follow(const VectorXd& lambda, Relaxation& relaxation, Stage& stage) {
+  constexpr double least_stride = 1.0 / 64, resolved = 0.75;
+  Stage before, last = stage;
+  bool failed = false;
+  for (double stride = 1 - last.s; stride >= least_stride;) {
+    stride = std::min(stride, 1 - last.s);
+    const double s = last.s + stride;
+    relaxation.set_inertia(s < 1 ? VectorXd(lambda.array().pow(s)) : lambda);
+    if (!before.path.empty())
+      relaxation.set_path(extrapolated(last.path, before.path, (s - last.s) / (last.s - before.s)));
+    if (relaxation.relax(s < 1 ? rough : coarse, most_near, 0)) {
+      if (s == 1) return true;
+      before = std::exchange(last, {s, relaxation.path()});
+      if (s <= resolved) stage = last;
+      if (!failed) stride *= 2;
+      failed = false;
+    } else {
+      relaxation.set_path(last.path);
+      stride /= 2;
+      failed = true;
+    }
+  }
+  return false;
+}
+
+/// Relaxes the first path; that of a wide Λ by way of the roots Λ^{1/k}.
+bool relax_first(const VectorXd& lambda, Relaxation& relaxation, Stage& stage) {
+  for (int k = static_cast<int>(std::ceil(std::log10(spread(lambda)) - 0.5)); k > 1; --k) {
+    relaxation.set_inertia(lambda.array().pow(1.0 / k));
+    (void)relaxation.relax(rough);
+    stage = {1.0 / k, relaxation.path()};
+  }
+  if (stage.s < 1 && follow(lambda, relaxation, stage)) return true;
+  relaxation.set_inertia(lambda);
+  return relaxation.relax(coarse, most_direct);
+}
+
+/// Returns twice the number of nodes, or half as many more where only these have dense equations.
+int refined(const Posed& p, int K) {
+  const Index n = p.Q_0.rows(), each = n * (n + 1) / 2;
+  const bool fewer = (2 * K - 1) * each > Relaxation::most_dense &&
+                     (3 * K / 2 - 1) * each <= Relaxation::most_dense;
+  return fewer ? 3 * K / 2 : 2 * K;
+}
+
+/// Relaxes a path that was relaxed at fewer nodes; where Newton's method does not converge at once,
+/// from a stage with s < 1.
+bool relax_finer(const VectorXd& lambda, const Path& path, Relaxation& relaxation, Stage& stage) {
+  relaxation.set_path(path);
+  if (relaxation.relax(fine, most_refined, 0)) return true;
+  if (stage.s < 1) {
+    relaxation.set_path(stage.path);
+    relaxation.set_inertia(lambda.array().pow(stage.s));
+    if (relaxation.relax(rough, most_near)) {
+      (void)follow(lambda, relaxation, stage);
+      relaxation.set_inertia(lambda);
+      if (relaxation.relax(fine, most_refined)) return true;
+    }
+    relaxation.set_inertia(lambda);
+  }
+  relaxation.set_path(path);
+  return relaxation.relax(fine, most_refined);
+}
+
+/// Corrects the velocity of a trial at more and more nodes. `stage` is a stage on the way to its
+/// path.
+Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
   constexpr double strayed = 0.02;
   Velocity best;
   std::unique_ptr<Relaxation> finer;
@@ -179,14 +255,36 @@ Velocity solved(const Posed& p, const Trial& trial, int K) {
         found.V.size() > 0 && energy(p.lambda, found.V) <= (1 + strayed) * now->action() + 1e-300;
     if (near && found.residual < best.residual) best = std::move(found);
     if (best.residual <= TwoPointProblem::joined || 2 * K > most_nodes) return best;
-    Nodes doubled = lobatto(K *= 2);
-    auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, doubled);
-    next->set_path(moved(now->path(), nodes, doubled));
-    if (!next->relax(fine, most_refined)) return best;
+    Nodes more = lobatto(K = refined(p, K));
+    auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, more);
+    if (stage.s < 1) stage.path = moved(stage.path, nodes, more);
+    if (!relax_finer(p.lambda, moved(now->path(), nodes, more), *next, stage)) return best;
     finer = std::move(next);
     now = finer.get();
-    nodes = std::move(doubled);
+    nodes = std::move(more);
   }
+}
+
+constexpr double same = 1e-2;  ///< the distance of relaxed paths that are one
+
+/// Relaxes starts with fewer nodes, where a step costs little, and moves to `nodes` those that lead
+/// to other paths than the earlier ones. Leaves the others empty; returns whether all settled.
+bool thin(const Posed& p, const Nodes& fewer, const Nodes& nodes, std::vector<Path>& starts) {
+  Relaxation relaxation(p.lambda, p.Q_0, p.Q_T, fewer);
+  std::vector<Path> seen;
+  bool complete = true;
+  for (Path& start : starts) {
+    relaxation.set_path(std::exchange(start, {}));
+    const bool settled = relaxation.relax(coarse, most_refined);
+    complete = complete && settled;
+    Path path = relaxation.path();
+    if (!settled ||
+        std::ranges::any_of(seen, [&](const Path& other) { return distance(other, path) < same; }))
+      continue;
+    start = moved(path, fewer, nodes);
+    seen.push_back(std::move(path));
+  }
+  return complete;
 }
 
 /// Returns the order of the work of a relaxation.
@@ -198,19 +296,21 @@ double work(const Posed& p) {
 /// Searches from K + 1 nodes on. Without restarts it takes further starts only where a direct path
 /// led over a saddle, or where Λ is wide.
 Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
-  constexpr double margin = 1.1, same = 1e-2, most_of_doubtful = 2e6;
+  constexpr double margin = 1.1, most_of_doubtful = 2e6;
   constexpr int further = 4;
   const Posed& p = spans.reduced();
   const Nodes nodes = lobatto(K);
   std::vector<Trial> trials;
   int start = 0;
   bool complete = true, doubtful = p.wide();
+  Stage direct;
   const auto relax = [&](const std::vector<Path>& paths) {
     for (; start < static_cast<int>(paths.size()); ++start) {
+      if (paths[static_cast<std::size_t>(start)].empty()) continue;
       auto relaxation = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, nodes);
       relaxation->set_path(paths[static_cast<std::size_t>(start)]);
-      if (start == 0) prepare(p.lambda, *relaxation);
-      const bool settled = relaxation->relax(coarse, start == 0 ? most_direct : most_refined);
+      const bool settled = start == 0 ? relax_first(p.lambda, *relaxation, direct)
+                                      : relaxation->relax(coarse, most_refined);
       complete = complete && settled;
       doubtful = doubtful || !settled || relaxation->shifted();
       Trial trial{nullptr, start, relaxation->path(), relaxation->action()};
@@ -227,15 +327,22 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   };
   const bool wide = p.wide() && problem.restarts > 0;
   relax(starts(p.Q_0, p.Q_T, nodes.times, problem.restarts, problem.seed, wide));
-  if (doubtful && problem.restarts == 0 && work(p) <= most_of_doubtful)
-    relax(starts(p.Q_0, p.Q_T, nodes.times, further, problem.seed, p.wide()));
+  if (doubtful && problem.restarts == 0 && work(p) <= most_of_doubtful) {
+    const Nodes fewer = p.wide() ? lobatto(std::max(K / 4, 4)) : nodes;
+    std::vector<Path> more = starts(p.Q_0, p.Q_T, fewer.times, further, problem.seed, p.wide());
+    if (p.wide()) {
+      if (!trials.empty()) more[0] = moved(trials[0].path, nodes, fewer);
+      complete = thin(p, fewer, nodes, more) && complete;
+    }
+    relax(more);
+  }
   std::ranges::stable_sort(trials, {}, &Trial::action);
 
   Found best;
   double least = std::numeric_limits<double>::infinity(), least_missed = least;
   for (const Trial& trial : trials) {
     if (trial.action > margin * least) break;
-    Velocity found = solved(p, trial, K);
+    Velocity found = solved(p, trial, K, trial.start == 0 ? direct : Stage());
     if (found.residual <= TwoPointProblem::joined) {
       const double E = energy(p.lambda, found.V);
       if (!(E < least)) continue;

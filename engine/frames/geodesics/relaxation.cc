@@ -248,8 +248,8 @@ void Relaxation::retract() {
   }
 }
 
-bool Relaxation::relax(double tolerance, int most) {
-  constexpr double smallest = 0.05, largest = 1e6;
+bool Relaxation::relax(double tolerance, int most, double largest) {
+  constexpr double smallest = 0.05;
   const double rounding =
       1e-15 * nodes_.stiffness.trace() * lambda_.maxCoeff() * static_cast<double>(n_);
   for (int iteration = 0; iteration < most; ++iteration) {

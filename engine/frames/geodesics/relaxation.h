@@ -38,10 +38,11 @@ class Relaxation {
   void set_path(const Path& path);
   Path path() const;
 
+  static constexpr double largest_shift = 1e6;
   /// Moves the inner frames until a step is below `tolerance`; each step is a Newton step, shifted
   /// where the Hessian is not positive or the action would rise. Returns false when that takes more
-  /// than `most` steps.
-  bool relax(double tolerance, int most = 100);
+  /// than `most` steps, or a shift above `largest`.
+  bool relax(double tolerance, int most = 100, double largest = largest_shift);
 
   double action() const { return action_; }
   /// Tells whether a step since the last call of `set_path` was shifted.
