@@ -30,13 +30,13 @@ def complete(message: T, *names: str) -> T:
     return message
 
 
-def answered(reply: T, request: Any) -> T:
+def answered(reply: Any, request: Any) -> Any:
     """Returns the reply of a unary call. Raises CorruptReply unless its messages that are not `optional` are there, and its
     run ended at the step that its outcome says."""
     fields = reply.DESCRIPTOR.fields
     complete(reply, *(one.name for one in fields if one.message_type and not is_repeated(one) and not one.containing_oneof))
     if {"run_status", "step"} <= {one.name for one in fields}:
-        ends_at(reply.run_status, reply.step, request.to)  # type: ignore[attr-defined]
+        ends_at(reply.run_status, reply.step, request.to)
     return reply
 
 
