@@ -86,12 +86,11 @@ std::int64_t last_step(const google::protobuf::Message& request) {
   return is_step ? request.GetReflection()->GetInt64(request, to) : 0;
 }
 
-void check_reply(const google::protobuf::Message& reply,
-                 const google::protobuf::Message& request) {
+void check_reply(const google::protobuf::Message& reply, const google::protobuf::Message& request) {
   const auto& type = *reply.GetDescriptor();
   for (int i = 0; i < type.field_count(); ++i) {
     const auto& field = *type.field(i);
-    if (field.message_type() != nullptr && !field.is_repeated() && !field.has_optional_keyword())
+    if (field.message_type() != nullptr && !field.is_repeated() && !field.containing_oneof())
       check_present(reply, {field.name().c_str()});
   }
   const auto& reflection = *reply.GetReflection();
@@ -142,10 +141,10 @@ void check_geodesic(const v1::ConnectResponse& reply, const v1::ConnectRequest& 
   const std::uint64_t steps = request.steps() > 0 ? request.steps() : request.samples();
   const auto& shape = reply.trajectory().value().shape();
   const bool as_asked =
-      steps == 0 ? !reply.has_trajectory()
-                 : reply.trajectory().value().data_type() == v1::DATA_TYPE_FLOAT64 &&
-                       std::ranges::equal(
-                           shape, std::initializer_list<std::uint64_t>{steps + 1, n, N});
+      steps == 0
+          ? !reply.has_trajectory()
+          : reply.trajectory().value().data_type() == v1::DATA_TYPE_FLOAT64 &&
+                std::ranges::equal(shape, std::initializer_list<std::uint64_t>{steps + 1, n, N});
   require(as_asked, "the trajectory is not the one that was asked for");
 }
 

@@ -20,8 +20,8 @@ void serialize(const Message& message, grpc::ByteBuffer& bytes) {
 }
 
 /// What a handler gives to gRPC: its reply, or the bytes of its reply. Those of Describe are always
-/// the same; of a list of sessions, not gRPC's thread frees the message; and a stream that waits for
-/// its reader holds a message only once.
+/// the same; of a list of sessions, not gRPC's thread frees the message; and a stream that waits
+/// for its reader holds a message only once.
 template <class Response>
 struct SentAs {
   using Type = Response;
@@ -41,10 +41,10 @@ struct SentAs<v1::StreamResponse> {
 template <class Response>
 using Sent = typename SentAs<Response>::Type;
 
-/// The RPCs of simulation.proto, each in its own file except for the short ones. The gate (gate.h) calls them with a
-/// request that was read and a log that knows who pays, and ends the call where one returns a
-/// status or throws. Calls that compute for longer than `inline_nanoseconds` do so on the
-/// scheduler's threads.
+/// The RPCs of simulation.proto, each in its own file except for the short ones. The gate (gate.h)
+/// calls them with a request that was read and a log that knows who pays, and ends the call where
+/// one returns a status or throws. Calls that compute for longer than `inline_nanoseconds` do so on
+/// the scheduler's threads.
 class Service final {
  public:
   explicit Service(Host& host);

@@ -51,7 +51,8 @@ TEST(Toys, StandInTheCatalogueAfterTheLibrarysOwn) {
   EXPECT_EQ(methods, (std::vector<std::string_view>{"rk4", "adaptive", "heun"}));
 }
 
-/// Along the motion, which is two_by_two(s) at all times, d/ds of the start becomes d/ds of the end.
+/// Along the motion, which is two_by_two(s) at all times, d/ds of the start becomes d/ds of the
+/// end.
 TEST(Toys, TangentsMoveWithTheMotion) {
   const auto slope = [](double s) -> Eigen::MatrixXd {
     const double sech = 1 / std::cosh(s), tanh = std::tanh(s);

@@ -62,8 +62,8 @@ class Session {
   v1::DiagnoseResponse diagnose(v1::DiagnoseRequest request) const;
 
   /// Makes any call about this session that has one reply, for example
-  /// `session.call(&v1::SimulationService::Stub::Diagnose, request)`; the session's id is filled in.
-  /// Throws Error.
+  /// `session.call(&v1::SimulationService::Stub::Diagnose, request)`; the session's id is filled
+  /// in. Throws Error.
   template <class Request, class Reply>
   Reply call(Connection::Method<Request, Reply> method, Request request) const {
     request.set_session_id(id());
@@ -93,8 +93,9 @@ class Session {
                                   const LinearizationReceiver& receive = {}) const;
 
   /// Computes Lyapunov exponents; the session's id is filled in. `receive` gets the numbers on the
-  /// way, and ends the call by returning false. Returns the last message, with the whole checkpoint;
-  /// an empty one if the receiver ended the call. A call that breaks begins again. Throws Error.
+  /// way, and ends the call by returning false. Returns the last message, with the whole
+  /// checkpoint; an empty one if the receiver ended the call. A call that breaks begins again.
+  /// Throws Error.
   using SpectrumReceiver = std::function<bool(const v1::LyapunovSpectrumResponse&)>;
   v1::LyapunovSpectrumResponse lyapunov(v1::LyapunovSpectrumRequest request,
                                         const SpectrumReceiver& receive = {}) const;
