@@ -5,8 +5,8 @@ Usage: docker/dist.py WHEELS OUTPUT
 
 OUTPUT gets the wheels, stiefel-VERSION.tar.gz with the sources of HEAD, stiefel-VERSION-image.tar.gz for
 `docker load` (where a container engine is installed), NOTES.md from the changelog, and SHA256SUMS of all of them. It
-refuses while tracked files differ from HEAD, because the wheels would be made of other sources than the archive, and
-while the places that name the version disagree.
+refuses while tracked files differ from HEAD, because the wheels would be made of other sources than the archive, while the
+places that name the version disagree, and while the committed descriptor of the protocol lacks something.
 """
 from __future__ import annotations
 
@@ -73,6 +73,8 @@ def main(wheels: Path, output: Path) -> int:
                              capture_output=True, text=True).stdout
     if changed:
         print(f"these files differ from HEAD, commit them first:\n{changed}", file=sys.stderr, end="")
+        return 1
+    if subprocess.run([sys.executable, ROOT / "tests/proto/descriptor.py", "--check"]).returncode:
         return 1
     version = named["CMakeLists.txt"]
     shutil.rmtree(output, ignore_errors=True)

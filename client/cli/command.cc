@@ -5,9 +5,11 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <map>
 #include <stdexcept>
 #include <streambuf>
 #include <string>
+#include <string_view>
 
 #include "client/cli/interrupt.h"
 #include "stiefel/client/error.h"
@@ -93,7 +95,27 @@ ExitStatus explain(const client::Error& error, const Origin& origin) {
   return unreachable ? no_server : failed;
 }
 
+struct Registered {
+  const char* description;
+  Subcommand::Add add;
+};
+
+/// By name. Static objects in other files fill it.
+std::map<std::string_view, Registered>& subcommands() {
+  static std::map<std::string_view, Registered> all;
+  return all;
+}
+
 }  // namespace
+
+Subcommand::Subcommand(const char* name, const char* description, Add add) {
+  subcommands()[name] = {description, add};
+}
+
+void Subcommand::add_all(CLI::App& program, Command& chosen) {
+  for (const auto& [name, one] : subcommands())
+    one.add(program.add_subcommand(std::string(name), one.description), chosen);
+}
 
 ExitStatus perform(Command& command) {
   catch_interrupts();

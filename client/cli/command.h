@@ -14,20 +14,16 @@ struct Command {
   Origin origin;
 };
 
-// Each adds a subcommand to `all`, whose callback sets `chosen`.
-void add_describe(CLI::App& all, Command& chosen);
-void add_run(CLI::App& all, Command& chosen);
-void add_rerun(CLI::App& all, Command& chosen);
-void add_summarize(CLI::App& all, Command& chosen);
-void add_poincare(CLI::App& all, Command& chosen);
-void add_diagnose(CLI::App& all, Command& chosen);
-void add_linearize(CLI::App& all, Command& chosen);
-void add_lyapunov(CLI::App& all, Command& chosen);
-void add_convert(CLI::App& all, Command& chosen);
-void add_tradeoff(CLI::App& all, Command& chosen);
-void add_connect(CLI::App& all, Command& chosen);
-void add_conjugate_points(CLI::App& all, Command& chosen);
-void add_report(CLI::App& all, Command& chosen);
+/// A subcommand of the program: a static object in the file of each.
+class Subcommand {
+ public:
+  /// Adds the options to `app`, whose callback sets `chosen`.
+  using Add = void (*)(CLI::App* app, Command& chosen);
+
+  Subcommand(const char* name, const char* description, Add add);
+  /// Adds all subcommands, in the order of their names.
+  static void add_all(CLI::App& program, Command& chosen);
+};
 
 /// Runs the command, and prints why it failed to stderr, one line for each fault. Returns the exit
 /// status, or ends the process by the signal that interrupted it.

@@ -41,13 +41,8 @@ ExitStatus conjugate_points(const ConjugatePointsCommand& command) {
   return numerical_stop;
 }
 
-}  // namespace
-
-void add_conjugate_points(CLI::App& all, Command& chosen) {
+void add_conjugate_points(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<ConjugatePointsCommand>();
-  auto* app = all.add_subcommand("conjugate-points",
-                                 "Finds the conjugate points along a geodesic, or bounds of the "
-                                 "injectivity radius");
   app->add_option(
          "FILE", command->file,
          "{inertia, Q, Qdot, time}, or {inertia, radius: {n}} for the injectivity radius: "
@@ -61,5 +56,13 @@ void add_conjugate_points(CLI::App& all, Command& chosen) {
     chosen.run = [command](Origin&) { return conjugate_points(*command); };
   });
 }
+
+const Subcommand conjugate_points_command(
+    "conjugate-points",
+    "Finds the conjugate points along a geodesic, or bounds of the "
+    "injectivity radius",
+    add_conjugate_points);
+
+}  // namespace
 
 }  // namespace stiefel::cli

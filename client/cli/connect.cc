@@ -83,12 +83,8 @@ ExitStatus connect(const ConnectCommand& command, Origin& origin) {
   return conclude_all(geodesics);
 }
 
-}  // namespace
-
-void add_connect(CLI::App& all, Command& chosen) {
+void add_connect(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<ConnectCommand>();
-  auto* app = all.add_subcommand("connect",
-                                 "Finds the geodesics that join pairs of frames in a given time");
   app->add_option(
          "FILE", command->file,
          "{inertia, Q_0, Q_T, time}, or {inertia, pairs: [{Q_0, Q_T}, ...], time}: the JSON "
@@ -103,5 +99,11 @@ void add_connect(CLI::App& all, Command& chosen) {
     chosen.run = [command](Origin& origin) { return connect(*command, origin); };
   });
 }
+
+const Subcommand connect_command("connect",
+                                 "Finds the geodesics that join pairs of frames in a given time",
+                                 add_connect);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -63,11 +63,8 @@ ExitStatus convert(const ConvertCommand& command, Origin& origin) {
   return reached;
 }
 
-}  // namespace
-
-void add_convert(CLI::App& all, Command& chosen) {
+void add_convert(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<ConvertCommand>();
-  auto* app = all.add_subcommand("convert", "Prints the same motion as a scene of another system");
   add_scene(app, command->scene);
   app->add_option("--to", command->target,
                   "the target: a system, or velocity, angular_velocity, interpolation")
@@ -90,5 +87,10 @@ void add_convert(CLI::App& all, Command& chosen) {
     chosen.run = [command](Origin& origin) { return convert(*command, origin); };
   });
 }
+
+const Subcommand convert_command("convert", "Prints the same motion as a scene of another system",
+                                 add_convert);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -125,14 +125,16 @@ ExitStatus describe(const DescribeCommand& command) {
   return reached;
 }
 
-}  // namespace
-
-void add_describe(CLI::App& all, Command& chosen) {
+void add_describe(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<DescribeCommand>();
-  auto* app = all.add_subcommand("describe", "Lists the systems, methods and limits of a server");
   app->add_flag("--json", command->json, "as JSON: stiefel.v1.DescribeResponse");
   add_server(app, command->server);
   app->callback([=, &chosen] { chosen.run = [command](Origin&) { return describe(*command); }; });
 }
+
+const Subcommand describe_command("describe", "Lists the systems, methods and limits of a server",
+                                  add_describe);
+
+}  // namespace
 
 }  // namespace stiefel::cli

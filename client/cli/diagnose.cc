@@ -48,12 +48,8 @@ ExitStatus diagnose(const DiagnoseCommand& command, Origin& origin) {
   return conclude(diagnosis.run_status(), diagnosis.step());
 }
 
-}  // namespace
-
-void add_diagnose(CLI::App& all, Command& chosen) {
+void add_diagnose(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<DiagnoseCommand>();
-  auto* app = all.add_subcommand("diagnose",
-                                 "Prints invariants, drift, estimated error and domain at a step");
   add_run_of_scene(app, command->scene);
   app->add_option("--invariants", command->invariants,
                   "families or single invariants, separated by commas; by default all families, "
@@ -81,5 +77,11 @@ void add_diagnose(CLI::App& all, Command& chosen) {
     chosen.run = [command](Origin& origin) { return diagnose(*command, origin); };
   });
 }
+
+const Subcommand diagnose_command("diagnose",
+                                  "Prints invariants, drift, estimated error and domain at a step",
+                                  add_diagnose);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -22,19 +22,7 @@ int main(int argc, char** argv) {
       "(status 130, 143). After one second a command prints its progress and the time left on\n"
       "stderr; where stderr is not a terminal, it prints one line every ten seconds.");
   cli::Command command;
-  cli::add_describe(app, command);
-  cli::add_run(app, command);
-  cli::add_rerun(app, command);
-  cli::add_summarize(app, command);
-  cli::add_poincare(app, command);
-  cli::add_diagnose(app, command);
-  cli::add_linearize(app, command);
-  cli::add_lyapunov(app, command);
-  cli::add_convert(app, command);
-  cli::add_tradeoff(app, command);
-  cli::add_connect(app, command);
-  cli::add_conjugate_points(app, command);
-  cli::add_report(app, command);
+  cli::Subcommand::add_all(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

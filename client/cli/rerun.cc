@@ -81,12 +81,8 @@ ExitStatus rerun(RerunCommand command, Origin& origin) {
   return failed;
 }
 
-}  // namespace
-
-void add_rerun(CLI::App& all, Command& chosen) {
+void add_rerun(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<RerunCommand>();
-  auto* app = all.add_subcommand(
-      "rerun", "Runs the scene of a file of samples again and compares the samples, bit by bit");
   app->add_option("file", command->file,
                   "a .json, .csv or .npz file that `stiefel run --output` or Python's "
                   "Trajectory.save wrote. Exit status 1: the samples differ")
@@ -101,5 +97,11 @@ void add_rerun(CLI::App& all, Command& chosen) {
     chosen.run = [command](Origin& origin) { return rerun(*command, origin); };
   });
 }
+
+const Subcommand rerun_command(
+    "rerun", "Runs the scene of a file of samples again and compares the samples, bit by bit",
+    add_rerun);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -107,9 +107,10 @@ ExitStatus run(const RunCommand& command, const v1::Scene& scene, Origin& origin
   return conclude(*stream.run_status(), diagnosis.step());
 }
 
-void add_run(CLI::App& all, Command& chosen) {
+namespace {
+
+void add_run(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<RunCommand>();
-  auto* app = all.add_subcommand("run", "Runs a scene and writes samples");
   add_run_of_scene(app, command->scene);
   app->add_option(
          "--times", command->times,
@@ -154,5 +155,9 @@ void add_run(CLI::App& all, Command& chosen) {
     };
   });
 }
+
+const Subcommand run_command("run", "Runs a scene and writes samples", add_run);
+
+}  // namespace
 
 }  // namespace stiefel::cli

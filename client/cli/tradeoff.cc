@@ -217,14 +217,8 @@ ExitStatus tradeoff(const TradeoffCommand& command, Origin& origin) {
   return reached;
 }
 
-}  // namespace
-
-void add_tradeoff(CLI::App& all, Command& chosen) {
+void add_tradeoff(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<TradeoffCommand>();
-  auto* app = all.add_subcommand(
-      "tradeoff",
-      "Measures error against cost of every method and prints the Pareto front: the points that no "
-      "other point beats in both work and error");
   add_scene(app, command->scene);
   app->get_option("SCENE")->description("a scene, as of `stiefel run`; its method is ignored");
   app->add_option(
@@ -251,5 +245,13 @@ void add_tradeoff(CLI::App& all, Command& chosen) {
     chosen.run = [command](Origin& origin) { return tradeoff(*command, origin); };
   });
 }
+
+const Subcommand tradeoff_command(
+    "tradeoff",
+    "Measures error against cost of every method and prints the Pareto front: the points that no "
+    "other point beats in both work and error",
+    add_tradeoff);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -80,6 +80,28 @@ void check_end(const v1::RunStatus& status, std::int64_t step, std::int64_t to) 
                                                              " of " + std::to_string(to));
 }
 
+std::int64_t last_step(const google::protobuf::Message& request) {
+  const auto* to = request.GetDescriptor()->FindFieldByName("to");
+  const bool is_step = to != nullptr && to->cpp_type() == to->CPPTYPE_INT64;
+  return is_step ? request.GetReflection()->GetInt64(request, to) : 0;
+}
+
+void check_reply(const google::protobuf::Message& reply, const google::protobuf::Message& request) {
+  const auto& type = *reply.GetDescriptor();
+  for (int i = 0; i < type.field_count(); ++i) {
+    const auto& field = *type.field(i);
+    if (field.message_type() != nullptr && !field.is_repeated() && !field.containing_oneof())
+      check_present(reply, {field.name().c_str()});
+  }
+  const auto& reflection = *reply.GetReflection();
+  const auto* ended = type.FindFieldByName("run_status");
+  if (ended == nullptr) return;
+  const auto& status = dynamic_cast<const v1::RunStatus&>(reflection.GetMessage(reply, ended));
+  const auto* step = type.FindFieldByName("step");
+  if (step == nullptr) return check_outcome(status);
+  check_end(status, reflection.GetInt64(reply, step), last_step(request));
+}
+
 void check_step(const v1::StepResponse& reply, std::int64_t to, const Layout::Names& fields,
                 bool with_checkpoint) {
   check_present(reply, {"run_status", "sample", "price"});
@@ -90,8 +112,6 @@ void check_step(const v1::StepResponse& reply, std::int64_t to, const Layout::Na
 }
 
 void check_diagnosis(const v1::DiagnoseResponse& reply, const v1::DiagnoseRequest& request) {
-  check_present(reply, {"run_status", "domain", "price"});
-  check_end(reply.run_status(), reply.step(), request.to());
   require(reply.forms_size() == request.forms_size() &&
               reply.dirac_brackets_size() == request.dirac_brackets_size(),
           "it does not have the forms and brackets that were asked for");
@@ -121,10 +141,10 @@ void check_geodesic(const v1::ConnectResponse& reply, const v1::ConnectRequest& 
   const std::uint64_t steps = request.steps() > 0 ? request.steps() : request.samples();
   const auto& shape = reply.trajectory().value().shape();
   const bool as_asked =
-      steps == 0 ? !reply.has_trajectory()
-                 : reply.trajectory().value().data_type() == v1::DATA_TYPE_FLOAT64 &&
-                       std::ranges::equal(
-                           shape, std::initializer_list<std::uint64_t>{steps + 1, n, N});
+      steps == 0
+          ? !reply.has_trajectory()
+          : reply.trajectory().value().data_type() == v1::DATA_TYPE_FLOAT64 &&
+                std::ranges::equal(shape, std::initializer_list<std::uint64_t>{steps + 1, n, N});
   require(as_asked, "the trajectory is not the one that was asked for");
 }
 

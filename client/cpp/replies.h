@@ -30,6 +30,11 @@ void check_outcome(const v1::RunStatus& status);
 /// Checks that a run to step `to` that ended at `step` was at `to` exactly if it REACHED it.
 void check_end(const v1::RunStatus& status, std::int64_t step, std::int64_t to);
 
+/// Returns the field `to` of a request, the step to which the call goes; 0 if it has none.
+std::int64_t last_step(const google::protobuf::Message& request);
+/// Checks the reply of a unary call: its messages that are not `optional` are there, and a run
+/// ended at the step that its outcome says.
+void check_reply(const google::protobuf::Message& reply, const google::protobuf::Message& request);
 /// Checks a reply of Step or Drive. `fields`: the names in force; none for the system's blocks.
 void check_step(const v1::StepResponse& reply, std::int64_t to,
                 const google::protobuf::RepeatedPtrField<std::string>& fields,

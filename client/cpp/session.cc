@@ -132,12 +132,15 @@ v1::DiagnoseResponse Session::diagnose(std::int64_t to,
   return diagnose(std::move(request));
 }
 
+void Session::answer(const google::protobuf::Message& request,
+                     const google::protobuf::Message& reply,
+                     const std::function<void()>& call) const {
+  in_time(*connection_, id(), last_step(request), call);
+  check_reply(reply, request);
+}
+
 v1::DiagnoseResponse Session::diagnose(v1::DiagnoseRequest request) const {
-  request.set_session_id(id());
-  auto reply = in_time(*connection_, id(), request.to(), [&] {
-    return connection_->call(&Stub::Diagnose, request, connection_->options.compute_timeout,
-                             recreation_.get());
-  });
+  auto reply = call(&Stub::Diagnose, request);
   check_diagnosis(reply, request);
   return reply;
 }

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "engine/catalogue/methods/recommendation.h"
 #include "engine/catalogue/resolve.h"
@@ -13,20 +15,42 @@ namespace {
 
 constexpr std::size_t most_violations = 16;
 
+/// A violation, the first member that has it, and whether later ones have the same.
+struct OfMembers {
+  Violation violation;
+  int first;
+  bool others = false;
+
+  bool is(const Violation& other) const {
+    return violation.field == other.field && violation.value == other.value &&
+           violation.rule == other.rule;
+  }
+};
+
 /// Calls `violations_of` with the description of each member, one after another. Returns the
 /// violations of the ensemble as a whole, else those of the first members that have any, at
-/// most 16.
+/// most 16. One that several members have is returned once.
 template <class ViolationsOf>
 Violations check_each(const SceneDescription& ensemble, const Place& place,
                       const ViolationsOf& violations_of) {
   Violations wrong = check_members(ensemble, place);
   if (!wrong.empty()) return wrong;
-  for (int b = 0; b < *ensemble.members && wrong.size() < most_violations; ++b) {
+  std::vector<OfMembers> found;
+  std::size_t count = 0;
+  for (int b = 0; b < *ensemble.members && count < most_violations; ++b) {
     stop_point();
-    for (Violation violation : violations_of(member_of(ensemble, b))) {
-      violation.value += " (member " + std::to_string(b) + ")";
-      wrong.push_back(std::move(violation));
+    for (Violation& violation : violations_of(member_of(ensemble, b))) {
+      ++count;
+      const auto before = std::ranges::find_if(found, [&](auto& one) { return one.is(violation); });
+      if (before == found.end())
+        found.push_back({std::move(violation), b});
+      else
+        before->others = true;
     }
+  }
+  for (auto& [violation, first, others] : found) {
+    violation.value += " (member " + std::to_string(first) + (others ? " and others)" : ")");
+    wrong.push_back(std::move(violation));
   }
   return wrong;
 }

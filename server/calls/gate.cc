@@ -96,24 +96,13 @@ class Beginning final : public Job {
 
 Gate::Gate(Host& host, server::Service& service, Callers* callers)
     : host_(host), service_(service), callers_(callers) {
-  using server::Service;
-  take("CreateSession", &Service::CreateSession);
-  take("GetSession", &Service::GetSession);
-  take("ListSessions", &Service::ListSessions);
-  take("DeleteSession", &Service::DeleteSession);
-  take("Step", &Service::Step);
-  take("Summarize", &Service::Summarize);
-  take("Diagnose", &Service::Diagnose);
-  take("ForkSession", &Service::ForkSession);
-  take("Describe", &Service::Describe);
-  take("Stream", &Service::Stream);
-  take("Convert", &Service::Convert);
-  take("Connect", &Service::Connect);
-  take("ConjugatePoints", &Service::ConjugatePoints);
-  take("MeasureTradeoff", &Service::MeasureTradeoff);
-  take("Linearize", &Service::Linearize);
-  take("LyapunovSpectrum", &Service::LyapunovSpectrum);
-  take_drive();
+#define UNARY(Name) take(#Name, &server::Service::Name);
+#define STREAM(Name) take(#Name, &server::Service::Name);
+#define DUPLEX(Name) take(#Name, &server::Service::Name);
+#include "stiefel/v1/rpcs.inc"
+#undef UNARY
+#undef STREAM
+#undef DUPLEX
 }
 
 template <class Handler, class Request>
@@ -204,12 +193,12 @@ void Gate::take(const char* name, Pass pass) {
   MarkMethodCallback(method(name).index(), new ByWorker<Handler, Request>(*this, std::move(pass)));
 }
 
-void Gate::take_drive() {
-  using Request = ReadRequest<v1::DriveRequest>;
-  using Reactor = grpc::ServerBidiReactor<Request, v1::DriveResponse>;
-  using Handler = grpc::internal::CallbackBidiHandler<Request, v1::DriveResponse>;
-  MarkMethodCallback(method("Drive").index(), new Handler([this](Context* context) {
-                       return pass<Reactor>("Drive", &server::Service::Drive, context);
+template <class Request, class Response>
+void Gate::take(const char* name, Driving<Request, Response> handler) {
+  using Reactor = grpc::ServerBidiReactor<ReadRequest<Request>, Response>;
+  using Handler = grpc::internal::CallbackBidiHandler<ReadRequest<Request>, Response>;
+  MarkMethodCallback(method(name).index(), new Handler([this, name, handler](Context* context) {
+                       return pass<Reactor>(name, handler, context);
                      }));
 }
 

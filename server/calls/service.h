@@ -19,10 +19,32 @@ void serialize(const Message& message, grpc::ByteBuffer& bytes) {
     throw std::bad_alloc();
 }
 
-/// The RPCs, each in its own file except for the short ones. The gate (gate.h) calls them with a
-/// request that was read and a log that knows who pays, and ends the call where one returns a
-/// status or throws. Calls that compute for longer than `inline_nanoseconds` do so on the
-/// scheduler's threads.
+/// What a handler gives to gRPC: its reply, or the bytes of its reply. Those of Describe are always
+/// the same; of a list of sessions, not gRPC's thread frees the message; and a stream that waits
+/// for its reader holds a message only once.
+template <class Response>
+struct SentAs {
+  using Type = Response;
+};
+template <>
+struct SentAs<v1::DescribeResponse> {
+  using Type = grpc::ByteBuffer;
+};
+template <>
+struct SentAs<v1::ListSessionsResponse> {
+  using Type = grpc::ByteBuffer;
+};
+template <>
+struct SentAs<v1::StreamResponse> {
+  using Type = grpc::ByteBuffer;
+};
+template <class Response>
+using Sent = typename SentAs<Response>::Type;
+
+/// The RPCs of simulation.proto, each in its own file except for the short ones. The gate (gate.h)
+/// calls them with a request that was read and a log that knows who pays, and ends the call where
+/// one returns a status or throws. Calls that compute for longer than `inline_nanoseconds` do so on
+/// the scheduler's threads.
 class Service final {
  public:
   explicit Service(Host& host);
@@ -31,35 +53,19 @@ class Service final {
   using Unary = Begun<grpc::ServerUnaryReactor>;
   template <class Message>
   using Writing = Begun<grpc::ServerWriteReactor<Message>>;
+  /// The handler reads its requests one by one.
+  template <class Request, class Response>
+  using Driving = Begun<grpc::ServerBidiReactor<ReadRequest<Request>, Response>>;
 
-  /// The reply is always the same, and is kept as bytes.
-  Unary Describe(Context&, CallLog&, const v1::DescribeRequest&, grpc::ByteBuffer*);
-  Unary CreateSession(Context&, CallLog&, const v1::CreateSessionRequest&,
-                      v1::CreateSessionResponse*);
-  Unary GetSession(Context&, CallLog&, const v1::GetSessionRequest&, v1::GetSessionResponse*);
-  /// Sends a v1::ListSessionsResponse as bytes, so that not gRPC's thread frees the message.
-  Unary ListSessions(Context&, CallLog&, const v1::ListSessionsRequest&, grpc::ByteBuffer*);
-  Unary DeleteSession(Context&, CallLog&, const v1::DeleteSessionRequest&,
-                      v1::DeleteSessionResponse*);
-  Unary Step(Context&, CallLog&, const v1::StepRequest&, v1::StepResponse*);
-  /// Reads its requests one by one.
-  Begun<grpc::ServerBidiReactor<ReadRequest<v1::DriveRequest>, v1::DriveResponse>> Drive(Context&,
-                                                                                         CallLog&);
-  /// Sends v1::StreamResponse messages as bytes, so that a stream that waits for its reader holds a
-  /// message only once.
-  Writing<grpc::ByteBuffer> Stream(Context&, CallLog&, const v1::StreamRequest&);
-  Unary Diagnose(Context&, CallLog&, const v1::DiagnoseRequest&, v1::DiagnoseResponse*);
-  Unary ForkSession(Context&, CallLog&, const v1::ForkSessionRequest&, v1::ForkSessionResponse*);
-  Writing<v1::ConvertResponse> Convert(Context&, CallLog&, const v1::ConvertRequest&);
-  Writing<v1::ConnectResponse> Connect(Context&, CallLog&, const v1::ConnectRequest&);
-  Writing<v1::ConjugatePointsResponse> ConjugatePoints(Context&, CallLog&,
-                                                       const v1::ConjugatePointsRequest&);
-  Writing<v1::MeasureTradeoffResponse> MeasureTradeoff(Context&, CallLog&,
-                                                       const v1::MeasureTradeoffRequest&);
-  Writing<v1::SummarizeResponse> Summarize(Context&, CallLog&, const v1::SummarizeRequest&);
-  Writing<v1::LinearizeResponse> Linearize(Context&, CallLog&, const v1::LinearizeRequest&);
-  Writing<v1::LyapunovSpectrumResponse> LyapunovSpectrum(Context&, CallLog&,
-                                                         const v1::LyapunovSpectrumRequest&);
+#define UNARY(Name) \
+  Unary Name(Context&, CallLog&, const v1::Name##Request&, Sent<v1::Name##Response>*);
+#define STREAM(Name) \
+  Writing<Sent<v1::Name##Response>> Name(Context&, CallLog&, const v1::Name##Request&);
+#define DUPLEX(Name) Driving<v1::Name##Request, v1::Name##Response> Name(Context&, CallLog&);
+#include "stiefel/v1/rpcs.inc"
+#undef UNARY
+#undef STREAM
+#undef DUPLEX
 
  private:
   Host& host_;

@@ -3,6 +3,7 @@ Those of many steps have more of them than in the list, so that they can break i
 import numpy as np
 
 import stiefel
+from calls_proto import field_of
 from every_call import every_call
 
 REQUESTS = {rpc: requests for rpc, requests in every_call()}
@@ -69,9 +70,22 @@ def of_client(work, request):
     return lambda client, name: work(client, name, request)
 
 
+def by_name(client, session, rpc, request):
+    """Calls the method with the name of the RPC, of the session that the request names or of the client, with the request's
+    fields as arguments."""
+    given = {{"from": "start"}.get(field.name, field.name): value for field, value in request.ListFields() if field.name != "session_id"}
+    return getattr(session if request.session_id else client, field_of(rpc))(**given)
+
+
+def call_of(rpc, request):
+    """By hand where the method has another name or other arguments."""
+    if rpc in OTHERS:
+        return of_client(OTHERS[rpc], request)
+    return of_session(OF_SESSIONS.get(rpc, lambda client, session, request: by_name(client, session, rpc, request)), request)
+
+
 # A function (client, id of a session) whose answer depends on nothing else.
-CALLS = {rpc: of_session(OF_SESSIONS[rpc], requests[0]) if rpc in OF_SESSIONS else of_client(OTHERS[rpc], requests[0])
-         for rpc, requests in REQUESTS.items()}
+CALLS = {rpc: call_of(rpc, requests[0]) for rpc, requests in REQUESTS.items()}
 CALLS["Stream of large samples"] = of_session(
     lambda client, session, request: session.trajectory(to=request.to, every=request.every, fields=["Q"])["Q"],
     REQUESTS["Stream"][0], WIDE)

@@ -8,11 +8,11 @@ from typing import Any
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, symbol_database, text_format
 
+import calls_proto
 from stiefel import v1  # noqa: F401 (the messages of the requests)
 from stiefel.v1 import simulation_pb2
 
 HERE = Path(__file__).parent
-PROTO = HERE.parents[1] / "proto"
 METHODS = simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"].methods
 RPCS = [method.name for method in METHODS]
 #: The RPCs with several replies.
@@ -21,9 +21,11 @@ STREAMS = {method.name for method in METHODS if method.server_streaming}
 
 def _kind() -> Any:
     """The type stiefel.test.Calls, which no generated code of Python has."""
-    with tempfile.NamedTemporaryFile() as out:
-        subprocess.run(["protoc", f"-I{PROTO}", f"-I{HERE}", f"--descriptor_set_out={out.name}", HERE / "calls.proto"], check=True)
-        files = descriptor_pb2.FileDescriptorSet.FromString(Path(out.name).read_bytes())
+    with tempfile.TemporaryDirectory() as folder:
+        source, out = Path(folder, "calls.proto"), Path(folder, "out")
+        source.write_text(calls_proto.text(), encoding="utf-8")
+        subprocess.run(["protoc", f"-I{calls_proto.PROTO}", f"-I{folder}", f"--descriptor_set_out={out}", source], check=True)
+        files = descriptor_pb2.FileDescriptorSet.FromString(out.read_bytes())
     pool = descriptor_pool.Default()
     for file in files.file:
         pool.AddSerializedFile(file.SerializeToString())

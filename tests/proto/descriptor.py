@@ -1,10 +1,16 @@
-"""The descriptors of proto/stiefel/v1: the committed ones and those of the present files."""
+"""The descriptors of proto/stiefel/v1: those of the present files, and the committed ones, to which a release commits.
+
+    python3 tests/proto/descriptor.py --write    commits to the present files
+    python3 tests/proto/descriptor.py --check    says what of the present files is not committed
+"""
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 from google.protobuf import descriptor_pb2 as pb
+
+from changes import breaking
 
 PROTO = Path(__file__).resolve().parents[2] / "proto"
 COMMITTED = PROTO / "descriptor.binpb"
@@ -23,7 +29,16 @@ def present() -> pb.FileDescriptorSet:
         return pb.FileDescriptorSet.FromString(Path(out.name).read_bytes())
 
 
+def uncommitted(before: pb.FileDescriptorSet, now: pb.FileDescriptorSet) -> list[str]:
+    """What a release of `now` adds to the commitment, or changes in it."""
+    return breaking(now, before)
+
+
 if __name__ == "__main__":
-    if sys.argv[1:] != ["--write"]:
-        sys.exit(f"usage: {sys.argv[0]} --write: commits to the present files")
-    COMMITTED.write_bytes(present().SerializeToString(deterministic=True))
+    if sys.argv[1:] == ["--write"]:
+        COMMITTED.write_bytes(present().SerializeToString(deterministic=True))
+    elif sys.argv[1:] == ["--check"]:
+        if new := uncommitted(committed(), present()):
+            sys.exit("commit to these with tests/proto/descriptor.py --write:\n" + "\n".join(new))
+    else:
+        sys.exit(__doc__)

@@ -6,6 +6,8 @@ import pytest
 import stiefel
 from stiefel._wire.connection import Connection
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "calls"))
+
 # Tests that make calls of a blocking stub or channel, give a client to a sweep, look at the caller's place, or start another
 # process.
 BLOCKING = ("test_times_are_the_server_s", "test_no_answer_prints_more_than_three_lines", "test_a_wrong_request_names_its_field",

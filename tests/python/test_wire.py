@@ -1,8 +1,14 @@
-"""What the client makes of replies that have only what the server filled in, and of states of any size."""
+"""What the client makes of replies that have only what the server filled in, of states of any size, of gRPC's words and of
+the details of errors."""
+import socket
+
 import numpy as np
 import pytest
 
 import stiefel
+from stiefel import v1 as pb
+from stiefel._wire import failures
+from stiefel._wire.failures import in_plain_words
 
 SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
          "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
@@ -138,3 +144,81 @@ def test_faults_of_one_pair_have_its_own_paths(client):
     with pytest.raises(stiefel.InvalidArgument) as refusal:
         client.connect([([[1, 0, 0]], [[2, 0, 0]])], inertia=[1, 2, 3])
     assert {v.field for v in refusal.value.violations} == {"pairs[0].Q_T"}
+
+
+@pytest.mark.parametrize("grpc_says, plain", [
+    ("DNS resolution failed for host:1: C-ares status is not ARES_SUCCESS qtype=A name=host is_balancer=0: "
+     "Domain name not found", "cannot reach host:1: the name is unknown"),
+    ("errors resolving host:1: [field:hostname lookup error:address lookup failed for host:1: C-ares status is not "
+     "ARES_SUCCESS qtype=A name=host is_balancer=0: Domain name not found]", "cannot reach host:1: the name is unknown"),
+    ("errors resolving host:1: [field:hostname lookup error:address lookup failed for host:1: DNS server returned general "
+     "failure]", "cannot reach host:1: its name cannot be resolved"),
+    ("failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:7: Failed to connect to remote host: "
+     "Connection refused", "cannot reach [::1]:7: the connection is refused, nothing listens there"),
+    ("failed to connect to all addresses", "cannot reach the server: failed to connect to all addresses"),
+    # As gRPC 1.51 and 1.85 say it.
+    *((f"failed to connect to all addresses; last error: UNKNOWN: ipv4:10.0.0.1:7: {said}", f"cannot reach 10.0.0.1:7: {plain}")
+      for said, plain in {
+          "Ssl handshake failed: SSL_ERROR_SSL: error:0A000086:SSL routines::certificate verify failed": "its certificate is not trusted",
+          "Tls handshake failed (TSI_PROTOCOL_FAILURE): SSL_ERROR_SSL: error:1000007d:SSL routines:OPENSSL_internal:"
+          "CERTIFICATE_VERIFY_FAILED: unable to get local issuer certificate: OK": "its certificate is not trusted",
+          "Ssl handshake failed: SSL_ERROR_SSL: error:0A00010B:SSL routines::wrong version number": "it does not speak TLS",
+          "Tls handshake failed (TSI_PROTOCOL_FAILURE): SSL_ERROR_SSL: error:100000f7:SSL routines:OPENSSL_internal:"
+          "WRONG_VERSION_NUMBER: Invalid certificate verification context: OK": "it does not speak TLS",
+          "Custom verification check failed with error: UNAUTHENTICATED: Hostname Verification Check failed.":
+          "its certificate has another name",
+          "Trying to connect an http1.x server": "nothing that speaks gRPC answers there",
+          "Failed parsing HTTP/2 (Expected SETTINGS frame as the first frame, got frame type 80)": "nothing that speaks gRPC answers there",
+          "Socket closed": "it closes the connection", "recvmsg:Connection reset by peer": "it closes the connection"}.items()),
+    ("Socket closed", "the connection to the server broke"), ("Stream removed", "the connection to the server broke"),
+    ("Stream removed (sendmsg: Broken pipe (32))", "the connection to the server broke"),
+    ("Received RST_STREAM with error code 2", "the connection to the server broke"),
+    ("Received RST_STREAM with error code 11", "the server or a proxy before it refuses the call as too much: the call's metadata, "
+     "such as its token, is too large, or too many calls come at once"),
+    ("received initial metadata size exceeds limit", "the call's metadata, such as its token, is larger than the server takes"),
+    ("Received http2 header with status: 404", "a web server answers there, not a stiefel server"),
+    ("Deadline Exceeded", "the call took longer than its timeout"),
+    ("session_id: x: there is no such session", "session_id: x: there is no such session"),
+])
+def test_grpcs_words_are_translated(grpc_says, plain):
+    assert in_plain_words(grpc_says) == plain
+
+
+def test_a_name_of_two_addresses_of_which_one_accepts():
+    """gRPC tells of the last address alone, where nothing listens."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        name = f"localhost:{server.getsockname()[1]}"
+        refused = f"failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:{name[10:]}: Connection refused"
+        assert in_plain_words(refused, False, name) == (
+            f"cannot reach {name}: it closes the connection, as a server with TLS does to a client without: give `tls`")
+        assert in_plain_words(refused, True, name) == (
+            f"cannot reach {name}: it accepts the connection, and then the TLS handshake fails")
+    assert in_plain_words(refused, False, name).endswith("]:" + name[10:] + ": the connection is refused, nothing listens there")
+
+
+def test_details_that_cannot_be_read_are_left_out():
+    error = failures.make_error(13, "told", b"\xff\xff no message")
+    assert isinstance(error, stiefel.Internal) and str(error) == "told" and error.violations == ()
+
+
+def test_a_detail_that_cannot_be_read_does_not_hide_the_others():
+    status = pb.Status(code=3, message="told")
+    for name, value in (("RetryInfo", b"\xff"), ("BadRequest", b"\xff"), ("QuotaFailure", b"\xff"), ("ErrorInfo", b"\xff"),
+                        ("ErrorInfo", pb.ErrorInfo(reason="BECAUSE").SerializeToString())):
+        status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=value)
+    error = failures.from_status(status)
+    assert isinstance(error, stiefel.InvalidArgument) and error.reason == "BECAUSE" and error.retry_delay is None
+
+
+def test_a_quota_is_told_with_the_time_to_wait():
+    status = pb.Status(code=8, message="too many sessions")
+    quota = pb.QuotaFailure(violations=[pb.QuotaFailure.Violation(subject="sessions", description="1025: at most 1024")])
+    retry = pb.RetryInfo()
+    retry.retry_delay.FromMilliseconds(1500)
+    for name, detail in (("QuotaFailure", quota), ("RetryInfo", retry)):
+        status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=detail.SerializeToString())
+    for error in (failures.from_status(status),
+                  failures.make_error(8, "too many sessions", status.SerializeToString())):
+        assert isinstance(error, stiefel.ResourceExhausted) and str(error) == "too many sessions"
+        assert error.quota == (stiefel.Violation("sessions", "1025: at most 1024"),) and error.retry_delay == 1.5
+    assert failures.make_error(8, "told").retry_delay is None

@@ -46,12 +46,8 @@ ExitStatus linearize(const LinearizeCommand& command, Origin& origin) {
                 [&](auto& json, const auto&) { json["results"] = std::move(results); });
 }
 
-}  // namespace
-
-void add_linearize(CLI::App& all, Command& chosen) {
+void add_linearize(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<LinearizeCommand>();
-  auto* app = all.add_subcommand(
-      "linearize", "Prints the derivative of the computed steps: the state transition matrix");
   add_motion(app, *command, "the step at which the vectors start; 0 by default");
   app->add_option("--every", command->every,
                   "a result every K steps too; by default at the last step alone")
@@ -70,5 +66,11 @@ void add_linearize(CLI::App& all, Command& chosen) {
            {"vectors", "--request: vectors"}},
           linearize);
 }
+
+const Subcommand linearize_command(
+    "linearize", "Prints the derivative of the computed steps: the state transition matrix",
+    add_linearize);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -72,12 +72,8 @@ ExitStatus lyapunov(const LyapunovCommand& command, Origin& origin) {
   });
 }
 
-}  // namespace
-
-void add_lyapunov(CLI::App& all, Command& chosen) {
+void add_lyapunov(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<LyapunovCommand>();
-  auto* app = all.add_subcommand(
-      "lyapunov", "Prints Lyapunov exponents with error bars: regular, chaotic or undecided");
   add_motion(app, *command, "the step at which the vectors start; 0 by default");
   app->add_option("--every", command->every, "the numbers about every K steps too")
       ->transform(whole_number())
@@ -111,5 +107,11 @@ void add_lyapunov(CLI::App& all, Command& chosen) {
            {"checkpoint", "--resume"}},
           lyapunov);
 }
+
+const Subcommand lyapunov_command(
+    "lyapunov", "Prints Lyapunov exponents with error bars: regular, chaotic or undecided",
+    add_lyapunov);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -121,12 +121,8 @@ ExitStatus poincare(const PoincareCommand& command, Origin& origin) {
                 [&](auto& json, const auto&) { json["crossings"] = std::move(crossings); });
 }
 
-}  // namespace
-
-void add_poincare(CLI::App& all, Command& chosen) {
+void add_poincare(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<PoincareCommand>();
-  auto* app = all.add_subcommand("poincare",
-                                 "Prints where a motion crosses a plane in the space of states");
   add_motion(app, *command, "the step after which crossings count; 0 by default");
   app->add_option(
          "--section", command->section,
@@ -142,5 +138,11 @@ void add_poincare(CLI::App& all, Command& chosen) {
       ->type_name("FIELD=NUMBER,...");
   add_end(app, chosen, command, {{"events", "--section"}, {"fields", "--coordinate"}}, poincare);
 }
+
+const Subcommand poincare_command("poincare",
+                                  "Prints where a motion crosses a plane in the space of states",
+                                  add_poincare);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -137,12 +137,8 @@ ExitStatus summarize(const SummarizeCommand& command, Origin& origin) {
   });
 }
 
-}  // namespace
-
-void add_summarize(CLI::App& all, Command& chosen) {
+void add_summarize(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<SummarizeCommand>();
-  auto* app = all.add_subcommand("summarize",
-                                 "Prints statistics and events of a motion without its samples");
   add_motion(app, *command, "the first sample; 0 by default");
   app->add_option("--every", command->every,
                   "a sample every K steps, and always at the last step; 1 by default")
@@ -164,5 +160,11 @@ void add_summarize(CLI::App& all, Command& chosen) {
           {{"every", "--every"}, {"events", "--request: events"}, {"fields", "--request: fields"}},
           summarize);
 }
+
+const Subcommand summarize_command("summarize",
+                                   "Prints statistics and events of a motion without its samples",
+                                   add_summarize);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -173,14 +173,8 @@ ExitStatus report_page(const ReportCommand& command, Origin& origin) {
   return conclude(run.last.run_status(), run.last.step());
 }
 
-}  // namespace
-
-void add_report(CLI::App& all, Command& chosen) {
+void add_report(CLI::App* app, Command& chosen) {
   const auto command = std::make_shared<ReportCommand>();
-  auto* app = all.add_subcommand(
-      "report",
-      "Runs a scene and writes an HTML page about it, which needs no network: the body turning in "
-      "space, polhode, rates, drift beside the estimated error, error against cost, and the scene");
   add_run_of_scene(app, command->scene);
   app->add_option("--output", command->output, "the page; by default report.html")
       ->default_val("report.html")
@@ -205,5 +199,13 @@ void add_report(CLI::App& all, Command& chosen) {
     chosen.run = [command](Origin& origin) { return report_page(*command, origin); };
   });
 }
+
+const Subcommand report_command(
+    "report",
+    "Runs a scene and writes an HTML page about it, which needs no network: the body turning in "
+    "space, polhode, rates, drift beside the estimated error, error against cost, and the scene",
+    add_report);
+
+}  // namespace
 
 }  // namespace stiefel::cli

@@ -22,22 +22,8 @@ from stiefel._given.typed import Body as Body, FieldName as FieldName, Method as
 from stiefel._given.typed import Scene as Scene, SystemName as SystemName
 from stiefel._results.load import load, rerun
 from stiefel.client import Client, Tls as Tls
-from stiefel.errors import (AlreadyExists as AlreadyExists, BuildChanged as BuildChanged, Cancelled as Cancelled,
-                            Closed as Closed, CorruptReply as CorruptReply, DeadlineExceeded as DeadlineExceeded,
-                            FailedPrecondition as FailedPrecondition, Internal as Internal,
-                            InvalidArgument as InvalidArgument, NotFound as NotFound, NotStarted as NotStarted,
-                            ResourceExhausted as ResourceExhausted, SceneWarning as SceneWarning,
-                            StiefelError as StiefelError, Unauthenticated as Unauthenticated,
-                            Unavailable as Unavailable, Unimplemented as Unimplemented, Violation as Violation)
-from stiefel.results import (Batch as Batch, Catalogue as Catalogue, Choice as Choice,
-                             ConjugatePoint as ConjugatePoint, ConjugatePoints as ConjugatePoints, Conservation as Conservation,
-                             Conversion as Conversion, Diagnosis as Diagnosis, Domain as Domain, Errors as Errors,
-                             EstimatedError as EstimatedError, Events as Events, Export as Export,
-                             Geodesic as Geodesic, InjectivityRadius as InjectivityRadius, Invariant as Invariant,
-                             LyapunovSpectrum as LyapunovSpectrum, Motion as Motion, Origin as Origin,
-                             Outcome as Outcome, Point as Point, Price as Price, RunStatus as RunStatus,
-                             Section as Section, State as State, StateTransition as StateTransition, Summary as Summary,
-                             Tradeoff as Tradeoff, Trajectory as Trajectory, Verdict as Verdict)
+from stiefel.errors import *  # noqa: F403
+from stiefel.results import *  # noqa: F403
 from stiefel.scene import SceneLike, to_dict, to_message
 from stiefel.server import Server
 from stiefel.session import Drive, Session

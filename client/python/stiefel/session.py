@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import uuid
-from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any, Iterator, Mapping, Optional, Sequence, Union
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.instants import instant, seconds_of
+from stiefel._given.instants import instant
 from stiefel._given.mappings import Names, names
 from stiefel._given.normalized import normalized, with_hint
 from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, whole
@@ -18,29 +17,23 @@ from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantitie
                                       to_quantities)
 from stiefel._given.sections import Coordinate, column, columns, to_section
 from stiefel._given.typed import Blocks, Body, Fields, Method
-from stiefel._given.when import every_of, in_steps
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
-from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.drive import TOO_LARGE, Drive
-from stiefel._wire.growing import grown
+from stiefel._wire.growing import grown, orthonormalization
 from stiefel._wire.held import Held
 from stiefel._wire.linearizing import linearized, put_vectors
 from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, pauses, route
-from stiefel._wire.replies import Layout, complete, described, ends_at, run_status
-from stiefel._wire.samples import Collector
-from stiefel._wire.streams import progress_bar
-from stiefel._wire.times import at_times, backwards, between_steps, up_to
+from stiefel._wire.replies import described, run_status
+from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
                             warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, Errors, EstimatedError, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
+from stiefel.results import (Batch, Diagnosis, Errors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
 from stiefel.scene import to_method, with_changes, with_given_names
 
 __all__ = ["Drive", "Session"]
-
-_ORTHONORMALIZATIONS = {"discrete_qr": pb.ORTHONORMALIZATION_DISCRETE_QR, "continuous": pb.ORTHONORMALIZATION_CONTINUOUS}
 
 
 class Session(Held):
@@ -76,31 +69,6 @@ class Session(Held):
             return self._step_in_parts(to, wanted, checkpoint, timeout)
         return self._state(reply, request, wanted, checkpoint)
 
-    def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
-               checkpoint: bool) -> State:
-        """Reads a reply of Step or Drive. Keeps its checkpoint, and passes it on only if the caller asked for it.
-        `fields`: the names that are in force, none for the system's blocks."""
-        sample = complete(reply, "run_status", "sample", "price").sample
-        ends_at(reply.run_status, sample.step, request.to)
-        if request.return_checkpoint:
-            complete(reply, "checkpoint")
-        if reply.checkpoint:
-            self._recreation.keep(reply.sample.step, reply.checkpoint)
-        if not checkpoint:
-            reply.ClearField("checkpoint")
-        arrays = decode_fields(sample.fields)
-        Layout(fields, axes=(2, 3)).check(arrays)
-        return answers.state(reply, named(arrays))._of(self.message.system)
-
-    def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
-                       timeout: Optional[float] = None) -> State:
-        """Does what `step` does over a stream, which sends states of any size."""
-        samples = self._samples(to, to, 1, fields, timeout, checkpoint)
-        last = list(samples)[-1]._of(self.message.system)
-        return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
-                     samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
-                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._system)
-
     def drive(self, fields: Optional[Fields] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
         return Drive(self._recreation, self.id, fields, self._state, self._step_in_parts)
@@ -120,23 +88,12 @@ class Session(Held):
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
         put_structure(request, forms, dirac_brackets)
-        with self._recreation.explains(request.to):
-            return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request)
+        return answers.diagnosis(self._ask("Diagnose", request, timeout), request)
 
     def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
         one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
-        given = np.atleast_1d(seconds_of("times", times, self.epoch))
-        if given.ndim != 1:
-            raise refused("times", f"the shape {given.shape}: must be (times)")
-        signed = in_steps("times", given, self._known_scene().step)
-        steps = np.copysign(np.ceil(abs(signed)), signed).astype(np.int64)
-        found: dict[int, Optional[EstimatedError]] = {}
-        with backwards(self, given, timeout) if (steps < 0).any() else nullcontext(self) as back:
-            for step in np.unique(steps).tolist():
-                side = back if step < 0 else self
-                found[step] = side.diagnose(to=abs(step), timeout=timeout, estimate_error=True).estimated_error
-        return answers.errors(given, steps, [found[step] for step in steps.tolist()])
+        return errors_at(self, times, timeout)
 
     def fork(self, at: Optional[int] = None, method: Optional[Method] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None, timeout: Optional[float] = None, time: Any = None,
@@ -226,39 +183,11 @@ class Session(Held):
             except stiefel.DeadlineExceeded as late:
                 run = late.partial
         """
-        run = self._trajectory(to, start, every, fields, progress, timeout, times, time)
+        run = trajectory(self, to, start, every, names("fields", fields), progress, timeout, times, time)
         if not (estimate_error and len(run)):
             return run
         end = self.diagnose(to=max(0, int(run.step.max())), timeout=timeout, estimate_error=True)
         return replace(run, estimated_error=end.estimated_error)
-
-    def _trajectory(self, to: Optional[int], start: int, every: Optional[int], fields: Optional[Fields], progress: bool,
-                    timeout: Optional[float], times: Any, time: Any) -> Trajectory:
-        if times is not None:
-            for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, 1)):
-                if value != default and not (name == "every" and value is None):
-                    raise refused(name, f"{value!r}: must be absent where `times` are given")
-            return at_times(self, times, names("fields", fields), progress, timeout)
-        if to is None and time is None:
-            if not self._known_scene().HasField("horizon"):
-                raise refused("to", "must be given, or time, or times, because the scene has no horizon")
-            time = self._known_scene().horizon * np.sign(self._known_scene().step)
-        if to is None and not self._is_step(time):
-            return up_to(self, time, start, every, names("fields", fields), progress, timeout)
-        to, start, _ = self._range(to, start, 1, time)
-        every = every_of(every, to - start)
-        collector = Collector(max(-(-(to - start) // every), 0) + 1, self._origin(to=to))
-        samples = self._samples(to, start, every, names("fields", fields), timeout)
-        try:
-            with progress_bar(to - start, progress, " steps") as bar:
-                for batch in samples:
-                    collector.add(batch)
-                    bar.update(int(batch.step[-1]) - start - bar.n)
-        except StiefelError as error:
-            error.partial = collector.trajectory(RunStatus(Outcome.CANCELLED, message=error.message),
-                                                 samples.computed_steps)
-            raise
-        return collector.trajectory(samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps)
 
     def state_transition(self, to: Optional[int] = None, start: int = 0, every: int = 0, vectors: Any = None,
                          inertia: bool = False, step: bool = False, timeout: Optional[float] = None,
@@ -308,11 +237,9 @@ class Session(Held):
         by default.
         """
         to, start = self._step_of("to", to, time), step_index("start", start)
-        if method not in _ORTHONORMALIZATIONS:
-            raise refused("method", f"{method!r}: must be {' or '.join(map(repr, _ORTHONORMALIZATIONS))}")
         request = pb.LyapunovSpectrumRequest(
             session_id=self.id, to=to, every=step_index("every", every), count=0 if count is None else min(whole("count", count, 1), 2**32 - 1),
-            orthonormalization=_ORTHONORMALIZATIONS[method], interval=whole("interval", interval), seed=whole("seed", seed),
+            orthonormalization=orthonormalization(method), interval=whole("interval", interval), seed=whole("seed", seed),
             checkpoint=checkpoint)
         setattr(request, "from", start)
         return grown(self._recreation, request, timeout)

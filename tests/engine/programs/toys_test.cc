@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "engine/accuracy/reference.h"
@@ -10,6 +11,7 @@
 #include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/error_estimate.h"
+#include "stiefel/linearization.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/toys/toys.h"
 
@@ -47,6 +49,22 @@ TEST(Toys, StandInTheCatalogueAfterTheLibrarysOwn) {
   std::vector<std::string_view> methods;
   for (const auto& on : system.methods) methods.push_back(on.method);
   EXPECT_EQ(methods, (std::vector<std::string_view>{"rk4", "adaptive", "heun"}));
+}
+
+/// Along the motion, which is two_by_two(s) at all times, d/ds of the start becomes d/ds of the
+/// end.
+TEST(Toys, TangentsMoveWithTheMotion) {
+  const auto slope = [](double s) -> Eigen::MatrixXd {
+    const double sech = 1 / std::cosh(s), tanh = std::tanh(s);
+    return Eigen::Vector4d(sech * sech, -sech * tanh, -sech * tanh, -sech * sech);
+  };
+  const Scene scene = resolved(toy_scene("rk4"));
+  const auto now = make_simulation(scene);
+  auto moved = Linearization::make(scene, {.vectors = slope(-1), .as_blocks = true}, *now);
+  ASSERT_TRUE(moved);
+  ASSERT_TRUE(moved->advance(*now, 20, {}).reached());
+  EXPECT_LT((moved->vectors(*now) - slope(1)).norm(), 2e-6);
+  EXPECT_GT((slope(1) - slope(-1)).norm(), 1);
 }
 
 TEST(Toys, AWrongSceneIsRefusedByName) {

@@ -170,12 +170,31 @@ TEST(ChoiceForMembers, NamesTheMemberThatIsWrong) {
     EXPECT_EQ(error.front().field, "initial.Q");
     EXPECT_NE(error.front().value.find("(member 2)"), std::string::npos);
   }
+  d.initial.at("Q").values(0, 0) += 2;
+  EXPECT_EQ(Scene::resolve(d).error().size(), 2u);
+  d.initial.at("Q").values(0, 0) -= 2;
   d.initial.at("Q").values(6, 0) -= 1;
   d.horizon.reset();
   EXPECT_EQ(resolve_choosing(d).error().front().field, "horizon");
   d.horizon = 10;
   d.members = 0;
   EXPECT_EQ(resolve_choosing(d).error().front().field, "members");
+}
+
+/// One refusal tells of a list that is too short for each of 20 members.
+TEST(ChoiceForMembers, AFaultOfAllMembersIsToldOnce) {
+  SceneDescription d;
+  d.system = "rigid_body";
+  d.method = MethodDescription{"variational", {}, {}, "", {}};
+  d.step = 0.1;
+  d.members = 20;
+  d.body.emplace().moments = {1, 2, 3};
+  d.body->angular_velocity.assign(30, 0.1);
+  const auto refused = Scene::resolve(d);
+  ASSERT_FALSE(refused);
+  ASSERT_EQ(refused.error().size(), 1u);
+  EXPECT_EQ(refused.error().front().field, "body.angular_velocity");
+  EXPECT_NE(refused.error().front().value.find("(member 0 and others)"), std::string::npos);
 }
 
 struct Table {

@@ -1,18 +1,17 @@
 """Whatever a server answers, a call returns an answer of the right shape or raises CorruptReply."""
+import functools
+
 import numpy as np
 import pytest
-from google.protobuf import descriptor_pb2
 
 import liar
 import stiefel
+from client_calls import REQUESTS, by_name
+from every_call import STREAMS
 from stiefel import v1 as pb
-from stiefel.v1 import simulation_pb2
 
 SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
          "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
-#: The RPCs with several replies. The descriptor itself tells it only from protobuf 4.22 on.
-STREAMS = {method.name for file in [descriptor_pb2.FileDescriptorProto.FromString(simulation_pb2.DESCRIPTOR.serialized_pb)]
-           for service in file.service for method in service.method if method.server_streaming}
 ENSEMBLE = {**SCENE, "members": 2, "body": {"moments": [1, 2, 3], "angular_velocity": [[0.1, 2, 0.1], [1, 2, 3]]}}
 STATISTICS = {"energy": ["drift", {"quantiles": [0.5]}], "M": ["last", "sign_changes", {"edges": [-9, 0, 9]}]}
 ZEROS = {"field": "angular_velocity", "coefficients": [1, 0, 0]}
@@ -46,6 +45,8 @@ CALLS = {  # the RPC, and a call with an answer that can be compared
     "linearize": ("Linearize", lambda c, s: s.state_transition(to=20, every=10, inertia=True)),
     "times": ("Summarize", lambda c, s: s.trajectory(times=[0.123, 0.02, 0.5], fields="Q")),
 }
+CALLS |= {rpc: (rpc, functools.partial(by_name, rpc=rpc, request=requests[0])) for rpc, requests in REQUESTS.items()
+          if rpc not in {rpc for rpc, _ in CALLS.values()}}
 MAY_BE_EMPTY = ("ListSessions", "DeleteSession")
 
 

@@ -1,5 +1,3 @@
-#include "tests/support/toys/brockett.h"
-
 #include <cmath>
 
 #include "engine/catalogue/system_entry.h"
@@ -7,6 +5,9 @@
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {
+
+VectorField brockett_equations(const Scene& scene);
+
 namespace {
 
 void check(SceneDraft& draft) {
@@ -21,12 +22,6 @@ void check(SceneDraft& draft) {
   if (!(defect <= draft.largest_repair() * H->cwiseAbs().maxCoeff()))
     return draft.refuse("initial.H", "max |H - Hᵀ| = " + to_text(defect), "must be symmetric");
   draft.set_block("H", (*H + H->transpose()) / 2);
-}
-
-VectorField equations(const Scene& scene) {
-  const double N = scene.dimension(), operations = 4 * N * N * (N + 1);
-  const Brockett<long double> system(scene.inertia().cast<long double>());
-  return vector_field(system, scene.block("H"), 0, operations);
 }
 
 SceneDescription example(unsigned seed) {
@@ -47,11 +42,11 @@ SystemEntry brockett_entry() {
   info.summary = "Brockett's flow of symmetric matrices to diagonal ones";
   info.equations = "H' = [[D, H], H], D = diag(inertia)";
   info.source = "Brockett 1991";
-  info.file = "tests/support/toys/brockett.h";
+  info.file = "tests/support/toys/brockett_simulation.cc";
   info.blocks = {{"H", "N x N", true, "symmetric"}};
   info.fields = {{"H", "N x N", "symmetric"}};
   info.invariants = {{"eigenvalues", "of H, ascending", "Brockett 1991"}};
-  return {.info = info, .check = check, .vector_field = equations, .example = example};
+  return {.info = info, .check = check, .vector_field = brockett_equations, .example = example};
 }
 
 }  // namespace stiefel

@@ -1,13 +1,41 @@
 #include <Eigen/Eigenvalues>
 
 #include "engine/catalogue/system_entry.h"
+#include "engine/catalogue/vector_field.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "engine/stepping/stacked_observables.h"
-#include "tests/support/toys/brockett.h"
+#include "engine/stepping/tangent_map_of.h"
 
 namespace stiefel {
 namespace {
+
+/// Brockett's double bracket flow (Brockett 1991) of a symmetric H, a system without frame and
+/// momentum:
+///
+///     H' = [[D, H], H],   D = diag(d).
+///
+/// It keeps the eigenvalues of H, tr(DH) never falls, and H is at rest where it is diagonal.
+template <class Scalar_>
+class Brockett {
+ public:
+  static constexpr const char* name = "brockett";
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+
+  explicit Brockett(Vector<Scalar> d) : d_(std::move(d)) {}
+
+  void field(const State& H, State& dH) {
+    bracket_ = d_.asDiagonal() * H;
+    bracket_ -= H * d_.asDiagonal();
+    dH.noalias() = bracket_ * H;
+    dH.noalias() -= H * bracket_;
+  }
+
+ private:
+  Vector<Scalar> d_;
+  State bracket_;
+};
 
 std::unique_ptr<Simulation> make(const Scene& scene) {
   const int N = scene.dimension();
@@ -26,6 +54,27 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }
 
 }  // namespace
+
+VectorField brockett_equations(const Scene& scene) {
+  const double N = scene.dimension(), operations = 4 * N * N * (N + 1);
+  const Brockett<long double> system(scene.inertia().cast<long double>());
+  return vector_field(system, scene.block("H"), 0, operations);
+}
+
+Tangents brockett_tangents() {
+  return {[](const Scene&) {
+            return TangentSpace{TangentSpace::Coordinates::orthonormal,
+                                [](const Eigen::MatrixXd&, const Eigen::MatrixXd& G) {
+                                  return ((G + G.transpose()) / 2).eval();
+                                }};
+          },
+          [](const Scene& scene, const TangentParameters& at) {
+            return make_tangent(scene, Brockett<Tangent>(at.lambda), at.h);
+          },
+          [](const Scene& scene) -> MatrixSystem<Tangent> {
+            return Brockett<Tangent>(scene.inertia().cast<Tangent>());
+          }};
+}
 
 Simulations brockett_simulations() { return {make, methods_on<Brockett<double>>}; }
 

@@ -4,6 +4,7 @@
 
 #include "engine/catalogue/system_entry.h"
 #include "engine/stepping/method_entry_of.h"
+#include "engine/stepping/tangent_map.h"
 #include "tests/support/toys/heun.h"
 #include "tests/support/toys/lie_midpoint.h"
 
@@ -15,6 +16,7 @@ MethodEntry lie_midpoint_method() { return method_entry_of<LieMidpoint>(); }
 
 SystemEntry brockett_entry();
 Simulations brockett_simulations();
+Tangents brockett_tangents();
 
 SystemEntry brockett_without_reference_entry() {
   SystemEntry entry = brockett_entry();
@@ -23,6 +25,7 @@ SystemEntry brockett_without_reference_entry() {
   return entry;
 }
 Simulations brockett_without_reference_simulations() { return brockett_simulations(); }
+Tangents brockett_without_reference_tangents() { return brockett_tangents(); }
 
 namespace testing {
 

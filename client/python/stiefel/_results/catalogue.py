@@ -7,6 +7,8 @@ from typing import Any
 from stiefel import v1 as pb
 from stiefel._results.html import Shown
 
+__all__ = ["Catalogue", "Choice"]
+
 
 class Catalogue(Shown):
     """The systems and methods of a server, with its limits and versions: the fields of stiefel.v1.DescribeResponse, such as

@@ -10,6 +10,8 @@ from stiefel._results.base import Ended, Price, RunStatus
 from stiefel._results.estimate import EstimatedError
 from stiefel._results.html import Shown
 
+__all__ = ["Conservation", "Diagnosis", "Domain", "Invariant"]
+
 
 class Conservation(str, enum.Enum):
     """How a method keeps an invariant of the exact motion. Each value equals its name in lower case."""

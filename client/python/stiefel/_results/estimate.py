@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from stiefel._results.base import Array, ByValue
 from stiefel._results.html import Shown
 
+__all__ = ["Errors", "EstimatedError"]
+
 
 @dataclass(frozen=True, repr=False)
 class EstimatedError(Shown):

@@ -7,6 +7,8 @@ from typing import Any, Optional, Sequence, overload
 from stiefel._results.base import Array, ByValue, Ended, Price, RunStatus
 from stiefel._results.catalogue import Choice
 
+__all__ = ["ConjugatePoint", "ConjugatePoints", "Conversion", "Geodesic", "InjectivityRadius"]
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Conversion(ByValue):

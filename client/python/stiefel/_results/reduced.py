@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from stiefel._given.numbers import numbers
 from stiefel._results.base import Array, ByValue, Ended, Named, Price, RunStatus
 
+__all__ = ["Events", "LyapunovSpectrum", "Section", "StateTransition", "Summary", "Verdict"]
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Events(Named):

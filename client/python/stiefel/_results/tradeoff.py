@@ -10,6 +10,8 @@ from stiefel._results import diagram
 from stiefel._results.base import Ended, RunStatus
 from stiefel._results.html import Shown
 
+__all__ = ["Point", "Tradeoff"]
+
 
 @dataclass(frozen=True)
 class Point(Ended):

@@ -10,7 +10,7 @@ from stiefel import v1 as pb
 from stiefel._given.mappings import is_repeated
 from stiefel._results.base import Array
 from stiefel._wire.arrays import Assembly, named, to_array
-from stiefel._wire.replies import complete, ends_at, name_of, optional, price, require, run_status
+from stiefel._wire.replies import complete, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put, resolve
 from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Geodesic, InjectivityRadius,
                              Invariant,
@@ -127,8 +127,6 @@ def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: 
 
 
 def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diagnosis:
-    complete(message, "run_status", "domain", "price")
-    ends_at(message.run_status, message.step, request.to)
     for given, asked in ((message.forms, request.forms), (message.dirac_brackets, request.dirac_brackets)):
         require(len(given) == len(asked), f"{len(given)} values for {len(asked)} forms or brackets")
     require(not request.invariants or bool(message.invariants), "it has no invariants")

@@ -2,20 +2,21 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Optional, Sequence, cast
+from typing import Any, Optional, Sequence, Union, cast
 
 from stiefel import v1 as pb
 from stiefel._given.numbers import step_index
 from stiefel._given.typed import Scene
 from stiefel._given.when import step_of, time_of
 from stiefel._wire import answers
+from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreation import Recreation
-from stiefel._wire.replies import described, price, require
+from stiefel._wire.replies import Layout, answered, complete, described, ends_at, price, require
 from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
 from stiefel._wire.samples import Samples
 from stiefel._wire.summarizing import Summarizing
-from stiefel.results import Choice, Price
+from stiefel.results import Choice, Outcome, Price, RunStatus, State
 from stiefel.scene import to_dict
 
 
@@ -119,6 +120,11 @@ class Held:
         to, start = self._step_of("to", to, time), step_index("start", start)
         return to, start, step_index("every", every) or 1
 
+    def _ask(self, rpc: str, request: Any, timeout: Optional[float]) -> Any:
+        """Returns the reply of a unary call up to the step `request.to`."""
+        with self._recreation.explains(request.to):
+            return answered(self._recreation.call(rpc, request, timeout), request)
+
     def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
         message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, **request)
         setattr(message, "from", start)
@@ -133,3 +139,28 @@ class Held:
                                    checkpoint_every=self._recreation.checkpoint_every())
         setattr(request, "from", start)
         return Samples(self._recreation, request, self._known_scene().step, timeout)
+
+    def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
+               checkpoint: bool) -> State:
+        """Reads a reply of Step or Drive. Keeps its checkpoint, and passes it on only if the caller asked for it.
+        `fields`: the names that are in force, none for the system's blocks."""
+        sample = complete(reply, "run_status", "sample", "price").sample
+        ends_at(reply.run_status, sample.step, request.to)
+        if request.return_checkpoint:
+            complete(reply, "checkpoint")
+        if reply.checkpoint:
+            self._recreation.keep(reply.sample.step, reply.checkpoint)
+        if not checkpoint:
+            reply.ClearField("checkpoint")
+        arrays = decode_fields(sample.fields)
+        Layout(fields, axes=(2, 3)).check(arrays)
+        return answers.state(reply, named(arrays))._of(self.message.system)
+
+    def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
+                       timeout: Optional[float] = None) -> State:
+        """Does what `step` does over a stream, which sends states of any size."""
+        samples = self._samples(to, to, 1, fields, timeout, checkpoint)
+        last = list(samples)[-1]._of(self.message.system)
+        return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
+                     samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
+                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._system)

@@ -9,6 +9,7 @@ from google.protobuf.message import Message
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
+from stiefel._given.mappings import is_repeated
 from stiefel._results.base import Array, Outcome, Price, RunStatus
 from stiefel.errors import CorruptReply
 
@@ -27,6 +28,16 @@ def complete(message: T, *names: str) -> T:
         present = message.HasField(name) if isinstance(value, Message) else bool(value)
         require(present, f"{type(message).__name__} has no {name}")
     return message
+
+
+def answered(reply: Any, request: Any) -> Any:
+    """Returns the reply of a unary call. Raises CorruptReply unless its messages that are not `optional` are there, and its
+    run ended at the step that its outcome says."""
+    fields = reply.DESCRIPTOR.fields
+    complete(reply, *(one.name for one in fields if one.message_type and not is_repeated(one) and not one.containing_oneof))
+    if {"run_status", "step"} <= {one.name for one in fields}:
+        ends_at(reply.run_status, reply.step, request.to)
+    return reply
 
 
 def described(session: pb.Session, id: str, wants_scene: bool = True) -> pb.Session:

@@ -1,6 +1,7 @@
-"""States of a session at any times: between two steps, and on both sides of time 0."""
+"""Samples of a session: at steps, and at any times, between two steps and on both sides of time 0."""
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any, Optional, Sequence
 
@@ -10,9 +11,42 @@ from numpy.typing import NDArray
 from stiefel._given.instants import seconds_of
 from stiefel._given.numbers import refused, step_index
 from stiefel._given.when import every_of, in_steps, time_of
+from stiefel._wire import answers
+from stiefel._wire.samples import Collector
+from stiefel._wire.streams import progress_bar
 from stiefel._wire.summarizing import in_given_order, states_at
-from stiefel.errors import FailedPrecondition
-from stiefel.results import State, Trajectory
+from stiefel.errors import FailedPrecondition, StiefelError
+from stiefel.results import Errors, EstimatedError, Outcome, RunStatus, State, Trajectory
+
+
+def trajectory(session: Any, to: Optional[int], start: int, every: Optional[int], fields: Sequence[str], progress: bool,
+               timeout: Optional[float], times: Any, time: Any) -> Trajectory:
+    """Returns the samples that `Session.trajectory` describes, without the estimate of an error."""
+    if times is not None:
+        for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, 1)):
+            if value != default and not (name == "every" and value is None):
+                raise refused(name, f"{value!r}: must be absent where `times` are given")
+        return at_times(session, times, fields, progress, timeout)
+    if to is None and time is None:
+        if not session._known_scene().HasField("horizon"):
+            raise refused("to", "must be given, or time, or times, because the scene has no horizon")
+        time = session._known_scene().horizon * np.sign(session._known_scene().step)
+    if to is None and not session._is_step(time):
+        return up_to(session, time, start, every, fields, progress, timeout)
+    to, start, _ = session._range(to, start, 1, time)
+    every = every_of(every, to - start)
+    collector = Collector(max(-(-(to - start) // every), 0) + 1, session._origin(to=to))
+    samples = session._samples(to, start, every, fields, timeout)
+    try:
+        with progress_bar(to - start, progress, " steps") as bar:
+            for batch in samples:
+                collector.add(batch)
+                bar.update(int(batch.step[-1]) - start - bar.n)
+    except StiefelError as error:
+        error.partial = collector.trajectory(RunStatus(Outcome.CANCELLED, message=error.message),
+                                             samples.computed_steps)
+        raise
+    return collector.trajectory(samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps)
 
 
 def at_times(session: Any, times: Any, fields: Sequence[str], progress: bool, timeout: Optional[float]) -> Trajectory:
@@ -66,6 +100,21 @@ def backwards(session: Any, times: NDArray[Any], timeout: Optional[float]) -> An
         raise refused(f"times[{k}]", f"{float(times[k])!r}: must have the sign of the scene's step, because the state 0 of "
                                      "this system is a pair of frames")
     return session.fork(at=0, step=-step, timeout=timeout)
+
+
+def errors_at(session: Any, times: Any, timeout: Optional[float]) -> Errors:
+    """Returns the estimated errors at times, as `Session.error_at` describes them."""
+    given = np.atleast_1d(seconds_of("times", times, session.epoch))
+    if given.ndim != 1:
+        raise refused("times", f"the shape {given.shape}: must be (times)")
+    signed = in_steps("times", given, session._known_scene().step)
+    steps = np.copysign(np.ceil(abs(signed)), signed).astype(np.int64)
+    found: dict[int, Optional[EstimatedError]] = {}
+    with backwards(session, given, timeout) if (steps < 0).any() else nullcontext(session) as back:
+        for step in np.unique(steps).tolist():
+            side = back if step < 0 else session
+            found[step] = side.diagnose(to=abs(step), timeout=timeout, estimate_error=True).estimated_error
+    return answers.errors(given, steps, [found[step] for step in steps.tolist()])
 
 
 def between_steps(session: Any, time: Any, fields: Sequence[str], timeout: Optional[float]) -> State:

@@ -61,6 +61,20 @@ class Session {
   /// is filled in. Throws Error.
   v1::DiagnoseResponse diagnose(v1::DiagnoseRequest request) const;
 
+  /// Makes any call about this session that has one reply, for example
+  /// `session.call(&v1::SimulationService::Stub::Diagnose, request)`; the session's id is filled
+  /// in. Throws Error.
+  template <class Request, class Reply>
+  Reply call(Connection::Method<Request, Reply> method, Request request) const {
+    request.set_session_id(id());
+    Reply reply;
+    answer(request, reply, [&] {
+      reply = connection_->call(method, request, connection_->options.compute_timeout,
+                                recreation_.get());
+    });
+    return reply;
+  }
+
   /// Computes statistics, events and states at times on the server; the session's id is filled in.
   /// `receive` gets events and states as they come, each batch whole, and ends the call by
   /// returning false. Returns the last message with all statistics and the data of the last
@@ -79,8 +93,9 @@ class Session {
                                   const LinearizationReceiver& receive = {}) const;
 
   /// Computes Lyapunov exponents; the session's id is filled in. `receive` gets the numbers on the
-  /// way, and ends the call by returning false. Returns the last message, with the whole checkpoint;
-  /// an empty one if the receiver ended the call. A call that breaks begins again. Throws Error.
+  /// way, and ends the call by returning false. Returns the last message, with the whole
+  /// checkpoint; an empty one if the receiver ended the call. A call that breaks begins again.
+  /// Throws Error.
   using SpectrumReceiver = std::function<bool(const v1::LyapunovSpectrumResponse&)>;
   v1::LyapunovSpectrumResponse lyapunov(v1::LyapunovSpectrumRequest request,
                                         const SpectrumReceiver& receive = {}) const;
@@ -96,6 +111,9 @@ class Session {
  private:
   struct ResolvedScene;
 
+  /// Makes a call that sets the reply, and checks that the reply has what every reply has.
+  void answer(const google::protobuf::Message& request, const google::protobuf::Message& reply,
+              const std::function<void()>& call) const;
   /// Does what `scene` does. `handle` says whether a lost session is created again for it.
   const v1::Scene& scene(Recreation& handle) const;
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields,
