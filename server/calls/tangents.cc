@@ -51,7 +51,7 @@ class TangentCall final : public SlicedStream<Response> {
   void free() noexcept override { answer_.reset(); }
   std::int64_t computed_steps() const override { return answer_ ? answer_->computed_steps() : 0; }
 
-  static constexpr int slices_between_messages = 256;
+  static constexpr int slices_between_messages = 32;
 
   const double step_cost_;  // nanoseconds, with the vectors
   MemoryLease memory_;
