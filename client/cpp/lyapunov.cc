@@ -52,8 +52,8 @@ class GrowthReading {
       last_ = message;
       last_.mutable_checkpoint()->set_offset(0);
       last_.mutable_checkpoint()->set_data(std::move(checkpoint_));
-    } else if (message.exponents().empty()) {
-      return true;
+    } else if (message.exponents().empty()) {  // how far the call is
+      return !receive_ || receive_(message);
     }
     if (message.step() <= passed_on_ && !message.has_run_status()) return true;
     passed_on_ = message.step();

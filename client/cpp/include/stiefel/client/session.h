@@ -93,9 +93,9 @@ class Session {
                                   const LinearizationReceiver& receive = {}) const;
 
   /// Computes Lyapunov exponents; the session's id is filled in. `receive` gets the numbers on the
-  /// way, and ends the call by returning false. Returns the last message, with the whole
-  /// checkpoint; an empty one if the receiver ended the call. A call that breaks begins again.
-  /// Throws Error.
+  /// way, and messages without numbers that say how far the call is; it ends the call by returning
+  /// false. Returns the last message, with the whole checkpoint; an empty one if the receiver ended
+  /// the call. A call that breaks begins again. Throws Error.
   using SpectrumReceiver = std::function<bool(const v1::LyapunovSpectrumResponse&)>;
   v1::LyapunovSpectrumResponse lyapunov(v1::LyapunovSpectrumRequest request,
                                         const SpectrumReceiver& receive = {}) const;
