@@ -75,7 +75,7 @@ def test_other_bad_input_is_status_2(stiefel, write, scene, tmp_path):
     assert stiefel("run", tmp_path, "--to", 5).status == 2
 
 
-COMMANDS = "describe, run, rerun, summarize, poincare, diagnose, linearize, lyapunov, convert, tradeoff, connect, conjugate-points, report"
+COMMANDS = "conjugate-points, connect, convert, describe, diagnose, linearize, lyapunov, poincare, report, rerun, run, summarize, tradeoff"
 
 
 @pytest.mark.parametrize("arguments, faults", [
