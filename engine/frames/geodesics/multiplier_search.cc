@@ -240,6 +240,7 @@ bool relax_finer(const VectorXd& lambda, const Path& path, Relaxation& relaxatio
 /// path.
 Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
   constexpr double strayed = 0.02, accurate = 1e-12;
+  int further = p.wide() ? 1 : 0;  // refinements of a velocity that joins, but is not accurate
   Velocity best;
   std::unique_ptr<Relaxation> finer;
   Nodes nodes = lobatto(K);
@@ -254,7 +255,8 @@ Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
     const bool near =
         found.V.size() > 0 && energy(p.lambda, found.V) <= (1 + strayed) * now->action() + 1e-300;
     if (near && found.residual < best.residual) best = std::move(found);
-    if (best.residual <= accurate || 2 * K > most_nodes) return best;
+    const bool joins = best.residual <= TwoPointProblem::joined;
+    if (best.residual <= accurate || (joins && further-- == 0) || 2 * K > most_nodes) return best;
     Nodes more = lobatto(K = refined(p, K));
     auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, more);
     if (stage.s < 1) stage.path = moved(stage.path, nodes, more);
