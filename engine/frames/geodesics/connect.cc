@@ -126,7 +126,7 @@ std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
 /// nodes, for a wide Λ at up to 129, the paths, and a Taylor series.
 double search_bytes(const TwoPointProblem& p) {
   const double n = static_cast<double>(p.Q_0.rows()), nN = static_cast<double>(p.Q_0.size());
-  const bool wide = p.inertia.maxCoeff() > 10 * p.inertia.minCoeff();
+  const bool wide = is_wide(p.inertia);
   const double each = n * (n + 1) / 2, nodes = 15, most = Relaxation::most_dense,
                unknowns = std::min((wide ? 127 : nodes) * each, most),
                modes = n * std::max(nodes, unknowns / each);

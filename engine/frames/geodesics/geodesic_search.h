@@ -10,13 +10,18 @@
 
 namespace stiefel {
 
+/// Whether Λ spreads over more than 1:10, so that the search follows paths over powers of Λ.
+inline bool is_wide(const Eigen::VectorXd& lambda) {
+  return lambda.maxCoeff() > 10 * lambda.minCoeff();
+}
+
 /// A two-point problem scaled to the time 1, with repaired frames and Λ of the order of 1.
 struct Posed {
   Eigen::VectorXd lambda;
   double scale;  ///< Λ = scale · lambda, a power of 2
   Eigen::MatrixXd Q_0, Q_T;
 
-  bool wide() const { return lambda.maxCoeff() > 10 * lambda.minCoeff(); }
+  bool wide() const { return is_wide(lambda); }
 };
 
 /// What the search for a geodesic found, at the time scale 1.

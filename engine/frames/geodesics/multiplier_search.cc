@@ -209,8 +209,8 @@ bool relax_first(const VectorXd& lambda, Relaxation& relaxation, Stage& stage) {
   return relaxation.relax(coarse, most_direct);
 }
 
-/// Returns twice the number of nodes, or half as many more where only these have dense equations.
-int refined(const Posed& p, int K) {
+/// Returns 2K, or 3K/2 where only these nodes have dense equations.
+int more_nodes(const Posed& p, int K) {
   const Index n = p.Q_0.rows(), each = n * (n + 1) / 2;
   const bool fewer = (2 * K - 1) * each > Relaxation::most_dense &&
                      (3 * K / 2 - 1) * each <= Relaxation::most_dense;
@@ -257,7 +257,7 @@ Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
     if (near && found.residual < best.residual) best = std::move(found);
     const bool joins = best.residual <= TwoPointProblem::joined;
     if (best.residual <= accurate || (joins && further-- == 0) || 2 * K > most_nodes) return best;
-    Nodes more = lobatto(K = refined(p, K));
+    Nodes more = lobatto(K = more_nodes(p, K));
     auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, more);
     if (stage.s < 1) stage.path = moved(stage.path, nodes, more);
     if (!relax_finer(p.lambda, moved(now->path(), nodes, more), *next, stage)) return best;
