@@ -40,14 +40,15 @@ inline double energy(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& V) {
 
 /// Searches by the multipliers, n ≤ N and every λ_i > 0: relaxes the starts (`starts`) at 9 nodes,
 /// of a wide Λ the direct one at 17, by way of powers Λ^s, and the further ones at 5 first; and
-/// corrects the velocities of the shortest paths with the Taylor series of their geodesics. Where the
-/// corrections do not converge, takes more nodes, then what `by_roots` finds for a wide Λ. Of columns
-/// with equal λ only their span enters.
+/// corrects the velocities of the shortest paths with the Taylor series of their geodesics. Where
+/// the corrections do not converge, takes more nodes, then what `by_roots` finds for a wide Λ. Of
+/// columns with equal λ only their span enters.
 Found by_multipliers(const Posed& p, const TwoPointProblem& problem);
 
 /// Follows the direct path by dense Newton steps of whole paths from nearly Λ = I to a wide Λ, over
 /// the roots Λ^{i/m}, and corrects the velocity with the variational equation. Takes every λ_i > 0;
-/// K = 128, then 512 steps, as long as K d³ ≤ 2·10⁸. Whether the geodesic is the shortest is unknown.
+/// K = 128, then 512 steps, as long as K d³ ≤ 2·10⁸. Whether the geodesic is the shortest is
+/// unknown.
 Found by_roots(const Posed& p, const TwoPointProblem& problem);
 
 /// Searches by dense Newton steps of whole paths (`relax`), which needs no λ_i > 0 at n = N, and
@@ -67,7 +68,8 @@ struct RelaxedPath {
 inline constexpr double most_dense_degrees = 128;
 
 /// Returns the different paths of K steps that the starts lead to, sorted by the action: by dense
-/// Newton steps up to `most_dense_degrees`, and where a λ_i is not positive, else by the multipliers.
+/// Newton steps up to `most_dense_degrees`, and where a λ_i is not positive, else by the
+/// multipliers.
 std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& problem, int K,
                                  double tolerance);
 
