@@ -12,17 +12,17 @@
 #include <stdexcept>
 #include <utility>
 
+#include "server/calls/durability.h"
 #include "server/calls/gate.h"
+#include "server/calls/health_service.h"
 #include "server/calls/service.h"
 #include "server/connections/acceptor.h"
 #include "server/connections/callers.h"
 #include "server/connections/certificates.h"
+#include "server/connections/exporter.h"
 #include "server/connections/listener.h"
 #include "server/connections/self_watch.h"
 #include "server/connections/watched_files.h"
-#include "server/durability.h"
-#include "server/observability/exporter.h"
-#include "server/observability/health_service.h"
 #include "server/observability/metrics.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/scheduling/process.h"

@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "client/cli/command.h"
-#include "server/command_line.h"
+#include "server/program/command_line.h"
 
 int main(int argc, char** argv) {
   using namespace stiefel;

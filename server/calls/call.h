@@ -79,14 +79,16 @@ class Call : public Reactor, protected Job {
         shutdown_(host.lifecycle.stop_token(), RequestStop{stop_}) {}
 
   /// Takes a permit and queues the call, or ends it if there is none. `price`: the most
-  /// instructions that it takes; `expected`: those that are billed. Call it last in a constructor.
-  void begin(JobKind kind, Permit::Kind permit, double price, double expected) {
+  /// instructions that it takes; `expected`: those that are billed; `at_most`: whether it may end
+  /// long before it has taken them. Call it last in a constructor.
+  void begin(JobKind kind, Permit::Kind permit, double price, double expected,
+             bool at_most = false) {
     log_.price(price);
     if constexpr (!std::is_same_v<Reactor, grpc::ServerUnaryReactor>) log_.begin();
     const grpc::Status admitted = admit(permit_, log_.account(), permit, price);
     run();
     if (!admitted.ok()) return end(admitted);
-    if (log_.tell_price()) this->StartSendInitialMetadata();
+    if (log_.tell_price(at_most)) this->StartSendInitialMetadata();
     Job::bill(log_.account().share(), expected);
     host_.scheduler.submit(this, kind);
   }

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <stop_token>
 
-#include "server/observability/log.h"
+#include "server/calls/call_log.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/scheduler.h"

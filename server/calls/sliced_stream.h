@@ -88,7 +88,7 @@ class ProducedStream final : public SlicedStream<Response> {
  public:
   ProducedStream(Host& host, CallLog log, JobKind kind, double price, Produce produce)
       : SlicedStream<Response>(host, std::move(log), kind), produce_(std::move(produce)) {
-    this->begin(kind, Permit::Kind::call, price, price);
+    this->begin(kind, Permit::Kind::call, price, price, true);
   }
 
  private:

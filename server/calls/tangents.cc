@@ -5,8 +5,8 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/errors.h"
-#include "server/convert/tangents/lyapunov.h"
 #include "server/convert/memory_price.h"
+#include "server/convert/tangents/lyapunov.h"
 #include "server/convert/work_price.h"
 
 namespace stiefel::server {
@@ -25,7 +25,8 @@ class TangentCall final : public SlicedStream<Response> {
         step_cost_(session->step_cost() + price.of_step / instructions_a_nanosecond),
         memory_(std::move(memory)),
         answer_(std::in_place, std::move(session), request, price.total, memory_.bytes()) {
-    this->begin(kind, Permit::Kind::stream, price.total, price.total);
+    // A spectrum that reports its progress may end before its last step.
+    this->begin(kind, Permit::Kind::stream, price.total, price.total, reports);
   }
 
  private:

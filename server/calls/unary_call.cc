@@ -57,7 +57,7 @@ UnaryCall::UnaryCall(Host& host, CallLog log, JobKind kind, double price, Work w
         return stoppable(stop(), [&] { return work(stop()); }).value_or(stopped(host_.lifecycle));
       }) {
   price = std::max(price, price_cap(kind));
-  begin(kind, Permit::Kind::call, price, price);
+  begin(kind, Permit::Kind::call, price, price, true);
 }
 
 UnaryCall::UnaryCall(Host& host, CallLog log, const Answered& answered, MemoryLease memory)

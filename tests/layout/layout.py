@@ -61,11 +61,12 @@ OTHERS = {
     "server/sessions/store": [r"server/scheduling/(failpoint|principal|process)\.h", r"server/sessions/.*"],
     CONVERSION: [PUBLIC, PROTO, r"server/(scheduling|sessions)/.*"],
     "server/connections": [r"server/(scheduling|sessions)/.*"],
-    "server/observability": [PROTO, r"server/(connections|convert|scheduling|sessions)/.*", r"grpc/health/.*"],
-    "server/calls": [PROTO, r"server/(connections|convert|observability|scheduling|sessions)/.*"],
-    "server": [PROTO, r"server/(calls|connections|convert|observability|scheduling|sessions)/.*", r"grpc/health/.*"],
+    "server/observability": [PROTO, r"server/(scheduling|sessions)/.*"],
+    "server/calls": [PROTO, r"server/(connections|convert|observability|scheduling|sessions)/.*", r"grpc/health/.*"],
+    "server": [PROTO, r"server/(calls|connections|observability|scheduling|sessions)/.*"],
+    "server/program": [r"server/(connections|observability|scheduling|sessions)/.*", r"server/server\.h", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
-    "client/cli": [CLIENT, PROTO, r"client/cpp/.*", r"server/[a-z_]+\.h"],
+    "client/cli": [CLIENT, PROTO, r"client/cpp/.*", r"server/server\.h", r"server/program/command_line\.h"],
 }
 # The headers of gRPC and protobuf, and the folders that must not include them.
 WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")

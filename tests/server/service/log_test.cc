@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "server/observability/log.h"
+#include "server/calls/call_log.h"
 #include "tests/server/harness.h"
 
 namespace stiefel {

@@ -1,5 +1,5 @@
 // A session as rows of a store, and back.
-#include "server/durability.h"
+#include "server/calls/durability.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/end_signal.h"
+#include "server/program/end_signal.h"
 
 #include <pthread.h>
 #include <unistd.h>

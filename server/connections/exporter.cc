@@ -1,4 +1,4 @@
-#include "server/observability/exporter.h"
+#include "server/connections/exporter.h"
 
 #include <prometheus/metric_family.h>
 #include <prometheus/text_serializer.h>
@@ -26,8 +26,8 @@
 #include <thread>
 #include <utility>
 
-#include "server/connections/listener.h"
 #include "server/connections/certificates.h"
+#include "server/connections/listener.h"
 
 namespace stiefel::server {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/flags.h"
+#include "server/program/flags.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -13,8 +13,8 @@ namespace stiefel::server {
 /// missing argument may be a misspelt one.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
-/// Throws CLI::ValidationError if a variable of the environment has a value that its option refuses.
-/// Call it after the parse: CLI11 2.4 takes no notice of such a variable.
+/// Throws CLI::ValidationError if a variable of the environment has a value that its option
+/// refuses. Call it after the parse: CLI11 2.4 takes no notice of such a variable.
 void check_variables(CLI::App& app);
 
 /// Returns a sentence for each variable of the environment that begins with STIEFEL_ and that

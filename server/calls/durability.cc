@@ -1,4 +1,4 @@
-#include "server/durability.h"
+#include "server/calls/durability.h"
 
 #include <atomic>
 #include <cstring>

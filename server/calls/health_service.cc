@@ -1,4 +1,4 @@
-#include "server/observability/health_service.h"
+#include "server/calls/health_service.h"
 
 #include <algorithm>
 #include <chrono>

@@ -11,14 +11,14 @@
 #include <string_view>
 #include <thread>
 
-#include "server/check.h"
-#include "server/command_line.h"
 #include "server/connections/callers.h"
 #include "server/connections/listener.h"
-#include "server/end_signal.h"
-#include "server/flags.h"
 #include "server/observability/log.h"
 #include "server/observability/stderr_sink.h"
+#include "server/program/check.h"
+#include "server/program/command_line.h"
+#include "server/program/end_signal.h"
+#include "server/program/flags.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/scheduling/process.h"
 #include "server/server.h"

@@ -1,4 +1,4 @@
-#include "server/command_line.h"
+#include "server/program/command_line.h"
 
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-#include "server/check.h"
+#include "server/program/check.h"
 
 #include <grpcpp/grpcpp.h>
 
@@ -9,13 +9,13 @@
 #include <thread>
 
 #include "grpc/health/v1/health.grpc.pb.h"
-#include "server/command_line.h"
 #include "server/connections/callers.h"
 #include "server/connections/certificates.h"
+#include "server/connections/exporter.h"
 #include "server/connections/listener.h"
 #include "server/connections/watched_files.h"
-#include "server/flags.h"
-#include "server/observability/exporter.h"
+#include "server/program/command_line.h"
+#include "server/program/flags.h"
 #include "server/scheduling/process.h"
 #include "server/sessions/store/store_file.h"
 

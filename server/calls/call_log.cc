@@ -1,0 +1,180 @@
+#include "server/calls/call_log.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <iterator>
+#include <random>
+#include <utility>
+
+#include "server/convert/errors.h"
+#include "server/scheduling/account.h"
+#include "server/scheduling/scheduler.h"
+
+namespace stiefel::server {
+namespace {
+
+std::string new_request_id() {
+  thread_local std::mt19937_64 random(std::random_device{}());
+  return fmt::format("{:016x}", random());
+}
+
+/// Tells gRPC's retries of a refused call when to come back, in the trailing metadata
+/// `grpc-retry-pushback-ms`: after the delay of the status, or never (-1) if it has none.
+void push_back(const grpc::Status& status, grpc::CallbackServerContext& context) {
+  if (status.error_code() != grpc::RESOURCE_EXHAUSTED) return;
+  const auto delay = errors::retry_delay(status);
+  context.AddTrailingMetadata("grpc-retry-pushback-ms",
+                              delay ? std::to_string(delay->count()) : "-1");
+}
+
+/// Returns instructions as an integer; a price may exceed the largest one.
+std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work, 0x1p62)); }
+
+/// Returns the first 128 bytes, the most that an id may have.
+std::string cut(std::string_view text) { return std::string(text.substr(0, 128)); }
+
+/// The least price that is told when a call begins, in instructions: a fifth of a second, beside
+/// which the message that tells it takes nothing.
+constexpr double told_from = instructions_a_second / 5;
+/// The work of a call that takes `CallLog::is_long`, in instructions.
+constexpr double long_work = instructions_a_second * CallLog::is_long.count() / 1000;
+
+}  // namespace
+
+std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
+  const auto [first, last] = context.client_metadata().equal_range("traceparent");
+  // A call with several headers has no valid trace id.
+  if (first == last || std::next(first) != last) return {};
+  return trace_id({first->second.data(), first->second.size()});
+}
+
+CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
+                 Metrics* metrics)
+    : log_(&log),
+      method_(method),
+      metrics_(metrics),
+      running_(metrics ? &metrics->calls : nullptr, method) {
+  if (!log.enabled(Log::Level::info)) return;
+  const auto sent = context.client_metadata().find("x-request-id");
+  details_ = std::make_unique<Details>(Details{
+      sent == context.client_metadata().end() ? new_request_id()
+                                              : cut({sent->second.data(), sent->second.size()}),
+      std::string(trace_id_of(context)), "", cut(context.peer()),
+      std::chrono::steady_clock::now()});
+}
+
+bool CallLog::tell_price(bool at_most) const {
+  if (price_ < told_from) return false;
+  std::array<char, 16> text;
+  std::snprintf(text.data(), text.size(), "%.2e", price_);
+  context_->AddInitialMetadata("stiefel-work", text.data());
+  if (at_most) context_->AddInitialMetadata("stiefel-work-bound", "at_most");
+  return true;
+}
+
+void CallLog::worked() {
+  if (!details_) return;
+  work_ += take_slice_work();
+  if (details_->begins) begin_if_long();
+}
+
+void CallLog::name(std::string_view session_id) {
+  if (details_) details_->session_id = cut(session_id);
+}
+
+void CallLog::begin() noexcept {
+  try {
+    if (metrics_) stream_ = std::make_unique<OpenStreams::Stream>(metrics_->streams);
+  } catch (const std::exception&) {
+  }
+  if (!details_) return;
+  details_->begins = true;
+  if (price_ >= long_work)
+    tell_begin(Log::Level::info);
+  else if (log_->enabled(Log::Level::debug))
+    tell_begin(Log::Level::debug);
+}
+
+void CallLog::begin_if_long() noexcept {
+  if (std::chrono::steady_clock::now() - details_->start >= is_long) tell_begin(Log::Level::info);
+}
+
+void CallLog::tell_begin(Log::Level level) noexcept {
+  details_->begins = false;
+  try {
+    Log::Facts line = facts();
+    line.push_back({"price", whole(price_)});
+    log_->line(level, "rpc begins", line);
+  } catch (const std::exception&) {
+  }
+}
+
+void CallLog::refuse(const grpc::Status& status) const noexcept {
+  if (!metrics_ || status.ok() || status.error_code() == grpc::CANCELLED) return;
+  try {
+    const auto [reason, limit] = errors::reason(status);
+    metrics_->calls.refused(reason.empty() ? code_name(status.error_code()) : reason, limit);
+  } catch (const std::exception&) {
+  }
+}
+
+void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
+  refuse(status);
+  running_.end(status.error_code());
+  stream_.reset();
+  try {
+    if (context_) push_back(status, *context_);
+    worked();
+    write(status, steps_ + steps);
+  } catch (const std::exception&) {
+  }
+  details_.reset();
+}
+
+Log::Facts CallLog::facts() const {
+  Log::Facts facts;
+  if (details_) {
+    facts.push_back({"request_id", details_->request_id});
+    if (!details_->trace_id.empty()) facts.push_back({"trace_id", details_->trace_id});
+  }
+  facts.push_back({"method", method_});
+  if (!details_) return facts;
+  facts.push_back({"session", details_->session_id});
+  facts.push_back({"peer", details_->peer});
+  if (account_ && !account_->principal().name.empty())
+    facts.push_back({"principal", account_->principal().name});
+  return facts;
+}
+
+std::optional<Log::Level> CallLog::level(const grpc::Status& status,
+                                         std::chrono::nanoseconds took) const {
+  if (status.error_code() == grpc::INTERNAL) return Log::Level::error;
+  if (!details_) return std::nullopt;
+  if (took >= is_long || (!status.ok() && log_->tells_failure())) return Log::Level::info;
+  if (log_->enabled(Log::Level::debug)) return Log::Level::debug;
+  log_->count(!status.ok());
+  return std::nullopt;
+}
+
+void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
+  const auto took = details_ ? std::chrono::steady_clock::now() - details_->start
+                             : std::chrono::steady_clock::duration();
+  const std::optional<Log::Level> level = this->level(status, took);
+  if (!level) return;
+  Log::Facts facts = this->facts();
+  facts.push_back({"code", code_name(status.error_code())});
+  if (!status.ok()) facts.push_back({"error", status.error_message()});
+  if (details_) {
+    facts.push_back({"milliseconds", std::chrono::duration<double, std::milli>(took).count()});
+    facts.push_back({"steps", steps});
+    facts.push_back({"price", whole(price_)});
+    facts.push_back({"work", whole(work_)});
+  }
+  log_->line(*level, "rpc", facts);
+}
+
+}  // namespace stiefel::server
