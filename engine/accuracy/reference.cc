@@ -18,9 +18,12 @@ const Field* field_of(const Simulation& now, std::string_view name) {
 /// Returns the largest modulus of an element.
 long double largest(const Wide& A, bool complex) {
   if (!complex) return A.cwiseAbs().maxCoeff();
-  const auto real = Eigen::seq(0, A.cols() - 2, 2), imaginary = Eigen::seq(1, A.cols() - 1, 2);
+  using EverySecondColumn = Eigen::Map<const Wide, 0, Eigen::OuterStride<>>;
+  const Eigen::OuterStride<> two_columns(2 * A.rows());
+  const EverySecondColumn real(A.data(), A.rows(), A.cols() / 2, two_columns),
+      imaginary(A.data() + A.rows(), A.rows(), A.cols() / 2, two_columns);
   const auto modulus = [](long double x, long double y) { return std::hypot(x, y); };
-  return A(Eigen::all, real).binaryExpr(A(Eigen::all, imaginary), modulus).maxCoeff();
+  return real.binaryExpr(imaginary, modulus).maxCoeff();
 }
 
 const char* momentum_of(const Simulation& now) {

@@ -3,6 +3,7 @@
 #include <google/protobuf/reflection.h>
 
 #include <algorithm>
+#include <complex>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -221,8 +222,11 @@ void read_block(const Path& path, const v1::Tensor& tensor, Block& out, Faults& 
     out.values = std::move(numbers);
     return;
   }
-  out.values = numbers(Eigen::all, Eigen::seqN(0, cols, 2));
-  out.imaginary = numbers(Eigen::all, Eigen::seqN(1, cols, 2));
+  using Complex = std::complex<double>;
+  const Eigen::Map<const Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
+      pairs(reinterpret_cast<const Complex*>(numbers.data()), rows, cols);
+  out.values = pairs.real();
+  out.imaginary = pairs.imag();
 }
 
 std::optional<Block> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults) {

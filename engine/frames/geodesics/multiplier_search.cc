@@ -49,7 +49,7 @@ class Spans {
     for (Part& part : parts_) {
       const Index count = static_cast<Index>(part.columns.size()), kept = std::min(count, 2 * n);
       stop_point(connect_work::span(static_cast<double>(n), static_cast<double>(count)));
-      const MatrixXd Q_0 = p.Q_0(Eigen::all, part.columns), Q_T = p.Q_T(Eigen::all, part.columns);
+      const MatrixXd Q_0 = part.of(p.Q_0), Q_T = part.of(p.Q_T);
       part.basis.setIdentity(count, count);
       if (kept < count) {
         MatrixXd both(count, 2 * n);
@@ -70,7 +70,9 @@ class Spans {
     Index at = 0;
     for (const Part& part : parts_) {
       const Index kept = part.basis.cols();
-      out(Eigen::all, part.columns) = V.middleCols(at, kept) * part.basis.transpose();
+      const MatrixXd columns = V.middleCols(at, kept) * part.basis.transpose();
+      for (Index k = 0; k < columns.cols(); ++k)
+        out.col(part.columns[static_cast<std::size_t>(k)]) = columns.col(k);
       at += kept;
     }
     return out;
@@ -80,6 +82,14 @@ class Spans {
   struct Part {
     std::vector<Index> columns;
     MatrixXd basis;
+
+    /// Returns these columns of a frame.
+    MatrixXd of(const MatrixXd& Q) const {
+      MatrixXd out(Q.rows(), std::ssize(columns));
+      for (Index k = 0; k < out.cols(); ++k)
+        out.col(k) = Q.col(columns[static_cast<std::size_t>(k)]);
+      return out;
+    }
   };
   const Posed& whole_;
   Posed reduced_;

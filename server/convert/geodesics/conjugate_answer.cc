@@ -6,6 +6,7 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/sessions/field_bytes.h"
 #include "stiefel/conjugate_points.h"
 
 namespace stiefel::server {
