@@ -1,7 +1,6 @@
 // Joins pairs of frames in one Connect on a server of two threads, and compares the rate to that of
 // two servers of one thread each that join half of them at the same time. Arguments: addresses of
 // the server of two threads and of the two others, repeats, pairs.
-#include <Eigen/QR>
 #include <future>
 #include <numbers>
 #include <stdexcept>
