@@ -32,6 +32,8 @@ class SimulationOf final : public ObservedSimulation {
         before_(state_) {
     if constexpr (is_point) point_.resize(0, 0);
     stop_inside_if_long(requires(F f) { f.attempts(); });
+    if constexpr (requires { map_.stops_before_change(); })
+      stops_before_change_ = map_.stops_before_change();
     usual_ = std::min(usual_growth * squared_norm(), std::numeric_limits<double>::max() / 4);
     state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
   }
@@ -96,7 +98,13 @@ class SimulationOf final : public ObservedSimulation {
     return y;
   }
 
-  void undo() override { state_ = before_; }
+  void undo() override {
+    if (copies_each_step()) state_ = before_;
+  }
+  /// Whether a step may fail or be stopped when the state has changed already.
+  bool copies_each_step() const {
+    return substeps_ > 1 || (stops_inside_ && !stops_before_change_);
+  }
 
   RunStatus walk(std::int64_t steps, const std::stop_token& stop) override {
     if constexpr (DirectMap<F>) {
@@ -110,7 +118,7 @@ class SimulationOf final : public ObservedSimulation {
     }
     bool undoing = false;
     for (std::int64_t end = step_ + steps; step_ < end;) {
-      if (substeps_ > 1 || stops_inside_ || (!only_rotates && since_copy_ >= between_copies)) {
+      if (copies_each_step() || (!only_rotates && since_copy_ >= between_copies)) {
         before_ = state_;
         since_copy_ = 0;
       }
@@ -145,6 +153,7 @@ class SimulationOf final : public ObservedSimulation {
   }
 
   [[gnu::noinline]] bool is_finite() const {
+    const StopScope whole = StopScope::nothing();  // the step is made
     return std::isfinite(squared_norm()) && fields_are_finite(state_.x.value.size());
   }
 
@@ -180,6 +189,7 @@ class SimulationOf final : public ObservedSimulation {
   typename F::State before_;         ///< the state since_copy_ steps before
   int since_copy_ = between_copies;
   std::size_t saved_size_ = 0;
+  bool stops_before_change_ = false;
   double usual_ = 0;  ///< |x|² up to which every field is finite
 };
 

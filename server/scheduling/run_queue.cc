@@ -48,7 +48,7 @@ void RunQueue::enqueue(Job* job) {
   job->waiting_ = work_left(job->price_, job->spent_);
   waiting_.fetch_add(job->waiting_, std::memory_order_relaxed);
   share.queues_[job->queue_].append(job);
-  if (job->queue_ <= mediums) shorts_.fetch_add(1, std::memory_order_relaxed);
+  (job->queue_ <= mediums ? shorts_ : longs_).fetch_add(1, std::memory_order_relaxed);
   if (share.jobs_++ > 0) return;
   // A share forfeits the work that it could have had while it had no jobs.
   share.pass_ = std::max(share.pass_, served_);
@@ -63,7 +63,7 @@ void RunQueue::remove(Job* job) {
   share.queues_[job->queue_].remove(job);
   job->queued_ = false;
   waiting_.fetch_sub(job->waiting_, std::memory_order_relaxed);
-  if (job->queue_ <= mediums) shorts_.fetch_sub(1, std::memory_order_relaxed);
+  (job->queue_ <= mediums ? shorts_ : longs_).fetch_sub(1, std::memory_order_relaxed);
   if (--share.jobs_ > 0) return;
   (share.previous_ ? share.previous_->next_ : first_) = share.next_;
   if (share.next_) share.next_->previous_ = share.previous_;

@@ -81,6 +81,8 @@ class RunQueue {
   bool empty() const { return first_ == nullptr; }
   /// Whether a short or medium job waits. Thread-safe.
   bool short_waits() const { return shorts_.load(std::memory_order_relaxed) > 0; }
+  /// Whether a long job waits. Thread-safe.
+  bool long_waits() const { return longs_.load(std::memory_order_relaxed) > 0; }
   /// The work of all waiting jobs in instructions: the unspent part of each price, at most
   /// `most_waiting` a job. Thread-safe.
   std::uint64_t waiting_work() const { return waiting_.load(std::memory_order_relaxed); }
@@ -96,7 +98,7 @@ class RunQueue {
   Share* first_ = nullptr;  // the list of the shares with queued jobs
   double served_ = 0;       // the largest pass of a share at its turn
   std::uint64_t arrivals_ = 0;
-  std::atomic<int> shorts_ = 0;
+  std::atomic<int> shorts_ = 0, longs_ = 0;
   std::atomic<std::uint64_t> waiting_ = 0;
 };
 

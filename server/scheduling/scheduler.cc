@@ -142,6 +142,7 @@ std::optional<JobKind> Scheduler::reach(bool kept) const {
 void Scheduler::wait(std::unique_lock<std::mutex>& lock, bool kept) {
   std::condition_variable& wake = kept ? wake_kept_ : wake_;
   kept ? void(kept_idle_ = true) : void(++idle_);
+  if (kept) wake_stand_in();
   wake.wait(lock);
   kept ? void(kept_idle_ = false) : void(--idle_);
 }
@@ -156,8 +157,9 @@ void Scheduler::work(bool kept, std::size_t index) {
     const RunQueue::Turn turn = kept && !kept_runs() ? RunQueue::Turn() : queue_.pop(reach(kept));
     if (!turn.job && stopping_) return;
     if (!turn.job) {
-      if (Leader* leader = next_leader(kept))
-        help(*leader, kept, index, lock);
+      const Helper helper = kept ? Helper::kept : Helper::other;
+      if (Leader* leader = next_leader(helper))
+        help(*leader, helper, index, lock);
       else
         wait(lock, kept);
       continue;
@@ -225,6 +227,13 @@ void Scheduler::work_beside(std::size_t index) {
       }
       next.reset();
     }
+    if (Leader* leader = next_leader(Helper::stand_in)) {
+      stands_in_ = true;
+      if (extra_idle_ == 0) add_extra();
+      help(*leader, Helper::stand_in, index, lock);
+      stands_in_ = false;
+      continue;
+    }
     ++extra_idle_;
     if (next && !queue_.empty())
       wake_extra_.wait_until(lock, *next);
@@ -261,7 +270,8 @@ bool Scheduler::run_slice(const RunQueue::Turn& turn, double nanoseconds,
 }
 
 std::size_t Scheduler::threads_at_hand() {
-  const bool kept = threads_ > 1 && kept_idle_.load(std::memory_order_relaxed);
+  const bool kept = threads_ > 1 && kept_idle_.load(std::memory_order_relaxed) &&
+                    !stands_in_.load(std::memory_order_relaxed);
   return 1 + leader_here->helpers.load(std::memory_order_relaxed) +
          idle_.load(std::memory_order_relaxed) + kept;
 }
@@ -272,9 +282,13 @@ void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* cont
       std::clamp(portion_nanoseconds / std::max(each, 1.0), 1.0, static_cast<double>(count)));
   const std::size_t portions = (count + portion - 1) / portion;
   Leader& leader = *leader_here;
-  leader.nanoseconds.store(each * static_cast<double>(portion), std::memory_order_relaxed);
-  if (portions > 1 && threads_at_hand() > 1 + leader.helpers.load(std::memory_order_relaxed))
-    call_helpers(leader, portions - 1);
+  const double of_portion = each * static_cast<double>(portion);
+  leader.nanoseconds.store(of_portion, std::memory_order_relaxed);
+  // Workers that are busy now may be free before long portions end.
+  const bool may_have_more =
+      threads_at_hand() > 1 + leader.helpers.load(std::memory_order_relaxed) ||
+      of_portion > slice_nanoseconds;
+  if (portions > 1 && may_have_more) call_helpers(leader, portions - 1);
   struct Context {
     Item item;
     void* context;
@@ -303,23 +317,35 @@ void Scheduler::call_helpers(Leader& leader, std::size_t wanted) {
   leader.wanted = wanted;
   const std::size_t most = std::min(wanted, leader.helpers + idle_);
   for (std::size_t k = leader.helpers; k < most; ++k) wake_.notify_one();
-  if (most < wanted && kept_idle_ && next_leader(true)) wake_kept_.notify_one();
+  if (most < wanted && kept_idle_ && next_leader(Helper::kept))
+    wake_kept_.notify_one();
+  else if (most < wanted)
+    wake_stand_in();
 }
 
-Scheduler::Leader* Scheduler::next_leader(bool kept) {
+void Scheduler::wake_stand_in() {
+  if (extra_idle_ > 0 && next_leader(Helper::stand_in)) wake_extra_.notify_one();
+}
+
+Scheduler::Leader* Scheduler::next_leader(Helper helper) {
+  if (helper == Helper::stand_in && (threads_ == 1 || !kept_idle_ || stands_in_)) return nullptr;
   Leader* next = nullptr;
-  const std::optional<JobKind> most = reach(kept);
-  for (Leader& leader : leaders_)
-    if (leader.helpers < leader.wanted && kind_of_steps(leader.nanoseconds) <= most &&
+  const std::optional<JobKind> most = reach(helper != Helper::other);
+  for (Leader& leader : leaders_) {
+    const bool within = kind_of_steps(leader.nanoseconds) <= most;
+    if (leader.helpers < leader.wanted && within == (helper != Helper::stand_in) &&
         (!next || leader.helpers < next->helpers))
       next = &leader;
+  }
   return next;
 }
 
-void Scheduler::help(Leader& leader, bool kept, std::size_t index,
+void Scheduler::help(Leader& leader, Helper helper, std::size_t index,
                      std::unique_lock<std::mutex>& lock) {
+  const bool kept = helper == Helper::kept;
   const std::optional<JobKind> most = reach(kept);
-  const bool unsliced = kind_of_steps(leader.nanoseconds) == JobKind::unsliced;
+  const bool unsliced =
+      helper == Helper::other && kind_of_steps(leader.nanoseconds) == JobKind::unsliced;
   const std::uint64_t seen = submissions_.load(std::memory_order_relaxed);
   ++leader.helpers;
   if (unsliced) enter_unsliced(index);

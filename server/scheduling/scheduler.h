@@ -22,7 +22,8 @@ double take_slice_work();
 /// time in the order of RunQueue. The threads have a lower priority than those of gRPC. A worker
 /// with nothing to do helps a job that divides its work, such as the members of an ensemble, and
 /// leaves it between two items as soon as a job is submitted. What helpers do counts as work of the
-/// job.
+/// job. In place of the kept worker, which must be there for short jobs, an extra worker helps with
+/// items that are too long for it, beginning while it is idle.
 ///
 /// One worker is kept for short jobs. With two threads or more it also runs longer jobs with brief
 /// slices and, while all other workers are inside unsliced jobs, those with ordinary slices. With
@@ -64,6 +65,8 @@ class Scheduler final : private Crew {
   double work_done() const { return work_done_.load(std::memory_order_relaxed); }
   /// RunQueue::waiting_work. Thread-safe.
   std::uint64_t waiting_work() const { return queue_.waiting_work(); }
+  /// Whether a long job waits. Thread-safe.
+  bool long_waits() const { return queue_.long_waits(); }
 
  private:
   /// A worker that has divided its work.
@@ -73,6 +76,9 @@ class Scheduler final : private Crew {
     std::atomic<double> nanoseconds = 0;  // of a portion of the items
     std::size_t wanted = 0;               // helpers; guarded by mutex_
   };
+
+  /// The workers that help: one that is not kept, the kept one, an extra one in its place.
+  enum class Helper : std::uint8_t { other, kept, stand_in };
 
   /// The loop of a worker; `index` is its place in leaders_ and, unless it is kept, in since_.
   void work(bool kept, std::size_t index);
@@ -103,9 +109,11 @@ class Scheduler final : private Crew {
   /// Wakes idle workers, so that the leader has up to `wanted` helpers.
   void call_helpers(Leader& leader, std::size_t wanted);
   /// Returns the leader with the fewest helpers of those that the worker may help.
-  Leader* next_leader(bool kept);
+  Leader* next_leader(Helper helper);
   /// Helps the leader, without the lock, until a job is submitted or it divides no more work.
-  void help(Leader& leader, bool kept, std::size_t index, std::unique_lock<std::mutex>& lock);
+  void help(Leader& leader, Helper helper, std::size_t index, std::unique_lock<std::mutex>& lock);
+  /// Lets an extra worker help in place of the kept one, if it may and a leader wants it.
+  void wake_stand_in();
   /// Counts the worker as inside an unsliced job, or no longer.
   void enter_unsliced(std::size_t index);
   void leave_unsliced(std::size_t index);
@@ -123,6 +131,7 @@ class Scheduler final : private Crew {
   RunQueue queue_;                     // guarded by mutex_, as are the members below
   std::atomic<std::size_t> idle_ = 0;  // workers with nothing to do, without the kept one
   std::atomic<bool> kept_idle_ = false;
+  std::atomic<bool> stands_in_ = false;         // an extra worker helps in place of the kept one
   std::atomic<std::uint64_t> submissions_ = 0;  // and other events for which helpers look for jobs
   std::size_t in_unsliced_ = 0;                 // workers inside unsliced jobs
   const std::size_t others_;                    // workers that are not kept

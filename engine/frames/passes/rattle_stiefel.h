@@ -47,6 +47,8 @@ class RattleStiefel {
  public:
   using Scalar = Scalar_;
   using Point = Matrix<Scalar>;
+  /// The multipliers are found before the pass changes the state.
+  static constexpr bool stops_before_change() { return true; }
 
   struct State {
     Accumulator<Point> x;

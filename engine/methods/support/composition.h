@@ -27,6 +27,12 @@ class Composition {
   using Scalar = typename Base::Scalar;
   using Point = typename Base::Point;
   static constexpr bool only_rotates = requires { requires Base::only_rotates; };
+  bool stops_before_change() const {
+    if constexpr (requires { Base::stops_before_change(); })
+      return stages_ == 1 && Base::stops_before_change();
+    else
+      return false;
+  }
   /// Returns Φ for a given step.
   using Make = std::function<Base(Scalar)>;
 

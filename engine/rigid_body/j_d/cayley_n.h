@@ -43,14 +43,13 @@ class CayleyN {
   /// Returns UΛ − Λ = 2(I − C)⁻¹CΛ.
   const Matrix<Scalar>& deviation();
 
-  /// Sets M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, with C accurate to the last bit.
-  void transport_momentum(State& x);
+  /// Sets M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, with C accurate to the last bit, and
+  /// Q ← QU = Q + Q(U − I), U − I = 2(I + C)C(I − C²)⁻¹, where x has a Q. When it is stopped, x is
+  /// unchanged.
+  void transport(State& x);
 
-  /// Returns U − I of the last transport_momentum.
+  /// Returns U − I of the last transport.
   const Matrix<Scalar>& U_minus_I() const { return U_minus_I_; }
-
-  /// Sets Q ← QU = Q + Q(U − I), U − I = 2(I + C)C(I − C²)⁻¹.
-  void transport_frame(State& x);
 
  private:
   /// Makes further sweeps in wider arithmetic, until the error of C is far below its rounding.
@@ -143,7 +142,7 @@ const Matrix<Scalar>& CayleyN<Scalar>::deviation() {
 }
 
 template <class Scalar>
-void CayleyN<Scalar>::transport_momentum(State& x) {
+void CayleyN<Scalar>::transport(State& x) {
   const Eigen::Index N = C_.rows(), top = x.value.rows() - N;
   const Vector<Wide>& lambda = wide_sweep_.lambda();
   for (Eigen::Index j = 0; j < N; ++j)
@@ -151,12 +150,19 @@ void CayleyN<Scalar>::transport_momentum(State& x) {
       wide_hOmega_(i, j) = i == j ? Wide(0) : h_ * x.extended(top + i, j) / (lambda(i) + lambda(j));
   refine();
   U_minus_I_ = wide_sweep_.U_minus_I().template cast<Scalar>();
+  if (top > 0) {
+    stop_point(static_cast<double>(C_.rows() * C_.size()));
+    stoppable_product(x.value.topRows(N), U_minus_I_, G_);
+  }
   const Matrix<Wide>& D = wide_sweep_.D();
   for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i < j; ++i) {
       x.add(top + i, j, 4 * (lambda(i) - lambda(j)) * D(i, j) / h_);
       x.mirror(top + i, j, top + j, i);
     }
+  if (top > 0)
+    for (Eigen::Index j = 0; j < N; ++j)
+      for (Eigen::Index i = 0; i < N; ++i) x.add_scalar(i, j, G_(i, j));
 }
 
 template <class Scalar>
@@ -171,14 +177,6 @@ void CayleyN<Scalar>::refine() {
     last = size;
   }
   wide_sweep_.evaluate(wide_C_);
-}
-
-template <class Scalar>
-void CayleyN<Scalar>::transport_frame(State& x) {
-  stop_point(static_cast<double>(C_.rows() * C_.size()));
-  stoppable_product(x.value.topRows(C_.rows()), U_minus_I_, G_);
-  for (Eigen::Index j = 0; j < G_.cols(); ++j)
-    for (Eigen::Index i = 0; i < G_.rows(); ++i) x.add_scalar(i, j, G_(i, j));
 }
 
 template <class Scalar>

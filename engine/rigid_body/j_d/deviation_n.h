@@ -22,21 +22,23 @@ class DeviationN : public DeviationSweeps<Scalar> {
 
   DeviationN(const Vector<Scalar>& lambda, Scalar h);
 
-  /// Sets M ← UᵀMU, with X accurate to the last bit.
-  void transport_momentum(State& x);
+  /// Sets M ← UᵀMU, with X accurate to the last bit, and Q ← QU = Q + QXΛ⁻¹ where x has a Q. When
+  /// it is stopped, x is unchanged.
+  void transport(State& x);
 
-  /// Returns U − I = XΛ⁻¹ of the last transport_momentum.
+  /// Returns U − I = XΛ⁻¹ of the last transport.
   const Matrix<Scalar>& U_minus_I();
-
-  /// Sets Q ← QU = Q + QXΛ⁻¹.
-  void transport_frame(State& x);
 
  private:
   using Sweeps = DeviationSweeps<Scalar>;
   using Sweeps::G_, Sweeps::lambda_, Sweeps::N_, Sweeps::R_column, Sweeps::X_;
 
-  void transport_plainly(State& x);
-  void transport_carefully(State& x);
+  /// Computes X and XᵀX from M and its carry to nearly twice the precision.
+  void form_carefully(const State& x);
+  void move_momentum_plainly(State& x);
+  void move_momentum_carefully(State& x);
+  /// Adds change_Λ⁻¹ to Q.
+  void move_frame(State& x);
 
   /// Computes X from M and its carry, as a rounded X and its rounding error; then XᵀX = G + low +
   /// lowᵀ.
@@ -79,12 +81,19 @@ DeviationN<Scalar>::DeviationN(const Vector<Scalar>& lambda, Scalar h)
       step_change_(low_) {}
 
 template <class Scalar>
-void DeviationN<Scalar>::transport_momentum(State& x) {
-  x.compensated ? transport_carefully(x) : transport_plainly(x);
+void DeviationN<Scalar>::transport(State& x) {
+  const bool has_frame = x.value.rows() > N_;
+  if (x.compensated) form_carefully(x);
+  if (has_frame) {
+    stop_point(product_operations());
+    stoppable_product(x.value.topRows(N_), X_, change_);
+  }
+  x.compensated ? move_momentum_carefully(x) : move_momentum_plainly(x);
+  if (has_frame) move_frame(x);
 }
 
 template <class Scalar>
-void DeviationN<Scalar>::transport_plainly(State& x) {
+void DeviationN<Scalar>::move_momentum_plainly(State& x) {
   auto M = x.value.bottomRows(N_);
   in_column_ranges(N_, static_cast<double>(N_), [&](Eigen::Index begin, Eigen::Index end) {
     for (Eigen::Index j = begin; j < end; ++j) {
@@ -97,8 +106,7 @@ void DeviationN<Scalar>::transport_plainly(State& x) {
 }
 
 template <class Scalar>
-void DeviationN<Scalar>::transport_carefully(State& x) {
-  const Eigen::Index top = x.value.rows() - N_;
+void DeviationN<Scalar>::form_carefully(const State& x) {
   stop_point(product_operations());
   form_product(x);
   refine();
@@ -109,7 +117,16 @@ void DeviationN<Scalar>::transport_carefully(State& x) {
         R_column(j)(i) = static_cast<Scalar>(R);
         X_(i, j) = static_cast<Scalar>(R + wide_hOmegaLambda(x, i, j));
         X_(j, i) = static_cast<Scalar>(R + wide_hOmegaLambda(x, j, i));
-        if (i == j) continue;
+      }
+  });
+}
+
+template <class Scalar>
+void DeviationN<Scalar>::move_momentum_carefully(State& x) {
+  const Eigen::Index top = x.value.rows() - N_;
+  in_column_ranges(N_, wide_column_nanoseconds() / 2, [&](Eigen::Index begin, Eigen::Index end) {
+    for (Eigen::Index j = begin; j < end; ++j)
+      for (Eigen::Index i = 0; i < j; ++i) {
         x.add_with_carry(top + i, j,
                          -(wide_lambda_(i) - wide_lambda_(j)) * wide_XX(i, j) /
                              (wide_lambda_(i) * wide_lambda_(j) * h_));
@@ -125,15 +142,14 @@ const Matrix<Scalar>& DeviationN<Scalar>::U_minus_I() {
 }
 
 template <class Scalar>
-void DeviationN<Scalar>::transport_frame(State& x) {
-  stop_point(product_operations());
-  stoppable_product(x.value.topRows(N_), X_, G_);
+void DeviationN<Scalar>::move_frame(State& x) {
   in_column_ranges(N_, static_cast<double>(N_), [&](Eigen::Index begin, Eigen::Index end) {
     for (Eigen::Index j = begin; j < end; ++j)
       if (!x.compensated)
-        x.value.col(j).head(N_) += G_.col(j) / lambda_(j);
+        x.value.col(j).head(N_) += change_.col(j) / lambda_(j);
       else
-        for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar_with_carry(i, j, G_(i, j) / lambda_(j));
+        for (Eigen::Index i = 0; i < N_; ++i)
+          x.add_scalar_with_carry(i, j, change_(i, j) / lambda_(j));
   });
 }
 

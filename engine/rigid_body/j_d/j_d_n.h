@@ -39,7 +39,7 @@ class JDInverseN {
   bool continue_to(const State& x, double t);
   void restart() { cayley_.C().setZero(); }
 
-  /// Sets Q ← QU, M ← UᵀMU.
+  /// Sets Q ← QU, M ← UᵀMU. When it is stopped, x and the memory are unchanged.
   void transport(State& x, Memory& memory);
 
   /// Returns U − I of the last `transport`, relatively accurate.
@@ -119,18 +119,14 @@ bool JDInverseN<Scalar>::continue_to(const State& x, double t) {
 
 template <class Scalar>
 void JDInverseN<Scalar>::transport(State& x, Memory& memory) {
-  const auto with = [&](auto& form) {
-    form.transport_momentum(x);
-    if (x.value.rows() > N_) form.transport_frame(x);
-  };
   if (in_rotation_form_) {
-    with(*rotation_);
+    rotation_->transport(x);
     memory.push(rotation_->S());
   } else if (!wide_spread_) {
-    with(deviation_);
+    deviation_.transport(x);
     memory.push(deviation_.R());
   } else {
-    with(cayley_);
+    cayley_.transport(x);
     if (!rotation_) return memory.push(cayley_.C());
     rotation_->set(cayley_.U_minus_I());
     memory.push(rotation_->S());

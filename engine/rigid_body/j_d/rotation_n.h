@@ -32,7 +32,7 @@ class RotationN {
   /// Returns S on and above the diagonal, column after column.
   Vector<Scalar>& S() { return packed_; }
 
-  /// Finds S from an approximate one, near which `transport_momentum` finds the rest of its digits
+  /// Finds S from an approximate one, near which `transport` finds the rest of its digits
   /// if the arithmetic is compensated. Returns false where h‖Ω‖ is near 1 or more, or the
   /// corrections converge slowly, or an angle of U is not below π/2. K = hM.
   bool solve(const Matrix<Scalar>& K, bool compensated);
@@ -40,14 +40,11 @@ class RotationN {
   /// Sets S to that of a U found by another method.
   void set(const Matrix<Scalar>& U_minus_I);
 
-  /// Sets M ← UᵀMU.
-  void transport_momentum(State& x);
+  /// Sets M ← UᵀMU, and Q ← QU = Q + Q(U − I) where x has a Q. When it is stopped, x is unchanged.
+  void transport(State& x);
 
-  /// Returns U − I of the last transport_momentum.
+  /// Returns U − I of the last transport.
   const Matrix<Scalar>& U_minus_I() const { return X_; }
-
-  /// Sets Q ← QU = Q + Q(U − I).
-  void transport_frame(State& x);
 
  private:
   /// Returns h‖Ω‖ from six steps of the power method, times 1.1, since they stay below it.
@@ -60,8 +57,11 @@ class RotationN {
   /// The angles of U are below π/2 where its symmetric part I + S is positive definite. Then
   /// spec(UΛ) is in Re > 0: U is on the branch that starts at the identity.
   bool on_branch();
-  void transport_plainly(State& x);
-  void transport_carefully(State& x);
+  /// Computes U − I, and what is to be added to S, from M and its carry to nearly twice the
+  /// precision.
+  void form_carefully(const State& x);
+  void move_momentum_plainly(State& x);
+  void move_momentum_carefully(State& x);
   void pack();
 
   Scalar h_, sine_ = 0;
@@ -164,13 +164,23 @@ void RotationN<Scalar>::set(const Matrix<Scalar>& U_minus_I) {
 }
 
 template <class Scalar>
-void RotationN<Scalar>::transport_momentum(State& x) {
-  x.compensated ? transport_carefully(x) : transport_plainly(x);
+void RotationN<Scalar>::transport(State& x) {
+  const Eigen::Index N = lambda_.size();
+  const bool has_frame = x.value.rows() > N;
+  if (x.compensated) form_carefully(x);
+  if (has_frame) {
+    stop_point(static_cast<double>(N * N * N));
+    stoppable_product(x.value.topRows(N), X_, G_);
+  }
+  x.compensated ? move_momentum_carefully(x) : move_momentum_plainly(x);
+  if (has_frame)
+    for (Eigen::Index j = 0; j < N; ++j)
+      for (Eigen::Index i = 0; i < N; ++i) x.add_scalar(i, j, G_(i, j));
   pack();
 }
 
 template <class Scalar>
-void RotationN<Scalar>::transport_plainly(State& x) {
+void RotationN<Scalar>::move_momentum_plainly(State& x) {
   auto M = x.value.bottomRows(lambda_.size());
   for (Eigen::Index j = 0; j < S_.cols(); ++j)
     M.col(j).head(j + 1).array() +=
@@ -179,21 +189,25 @@ void RotationN<Scalar>::transport_plainly(State& x) {
 }
 
 template <class Scalar>
-void RotationN<Scalar>::transport_carefully(State& x) {
-  const Eigen::Index N = lambda_.size(), top = x.value.rows() - N;
+void RotationN<Scalar>::form_carefully(const State& x) {
   const Scalar size = careful_residual(x),
                enough = two_to<Scalar>(-bits<Scalar> - 10) * sine_ * sine_;
   if (size > enough)
     correction_.solve(X_, G_, size, sine_, enough);
   else
     correction_.set_zero();
+  X_ += epsilon_ + weight_.cwiseProduct(correction_.delta());
+}
+
+template <class Scalar>
+void RotationN<Scalar>::move_momentum_carefully(State& x) {
+  const Eigen::Index N = lambda_.size(), top = x.value.rows() - N;
   for (Eigen::Index j = 0; j < N; ++j)
     for (Eigen::Index i = 0; i < j; ++i) {
       const Wide S = Wide(S_(i, j)) + correction_(i, j);
       x.add_with_carry(top + i, j, 2 * (wide_lambda_(i) - wide_lambda_(j)) * S / h_);
       x.mirror(top + i, j, top + j, i);
     }
-  X_ += epsilon_ + weight_.cwiseProduct(correction_.delta());
   S_ += correction_.delta();
 }
 
@@ -224,15 +238,6 @@ Scalar RotationN<Scalar>::careful_residual(const State& x) {
     }
   mirror_upper(G_);
   return size;
-}
-
-template <class Scalar>
-void RotationN<Scalar>::transport_frame(State& x) {
-  const Eigen::Index N = lambda_.size();
-  stop_point(static_cast<double>(N * N * N));
-  stoppable_product(x.value.topRows(N), X_, G_);
-  for (Eigen::Index j = 0; j < N; ++j)
-    for (Eigen::Index i = 0; i < N; ++i) x.add_scalar(i, j, G_(i, j));
 }
 
 template <class Scalar>

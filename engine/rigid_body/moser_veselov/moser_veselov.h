@@ -39,6 +39,7 @@ class MoserVeselov {
   using Point = typename Space::State;
   using JDInverse = typename JDInverseOf<Space>::type;
   static constexpr bool only_rotates = true;
+  static constexpr bool stops_before_change() { return true; }
 
   struct State {
     Accumulator<Point> x;

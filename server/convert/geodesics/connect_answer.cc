@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 #include <utility>
 
 #include "server/convert/convert.h"
@@ -27,11 +26,22 @@ v1::Shortest shortest(Shortest value) {
   return v1::SHORTEST_UNSPECIFIED;
 }
 
-std::uint64_t trajectory_bytes(const TwoPointProblem& problem, const ConnectTask& task) {
-  const int samples = task.steps > 0 ? task.steps : task.samples;
-  return samples > 0 ? sizeof(double) * static_cast<std::uint64_t>(samples + 1) *
-                           static_cast<std::uint64_t>(problem.Q_0.size())
-                     : 0;
+/// The bytes of answers that wait to be sent, beyond which no search begins.
+constexpr std::uint64_t most_waiting_bytes = std::uint64_t{8} << 20;
+
+/// Returns the bytes of the trajectory of frames of `size` numbers.
+std::uint64_t trajectory_bytes(std::uint64_t size, std::uint64_t steps, std::uint64_t samples) {
+  const std::uint64_t intervals = steps > 0 ? steps : samples;
+  return intervals > 0 ? sizeof(double) * (intervals + 1) * size : 0;
+}
+/// Returns the bytes of an answer with a trajectory of that many bytes.
+std::uint64_t answer_bytes(std::uint64_t size, std::uint64_t trajectory) {
+  return trajectory + 4 * sizeof(double) * size;
+}
+std::uint64_t trajectory_bytes(const ConnectTask& task) {
+  return trajectory_bytes(static_cast<std::uint64_t>(task.problems[0].Q_0.size()),
+                          static_cast<std::uint64_t>(task.steps),
+                          static_cast<std::uint64_t>(task.samples));
 }
 
 v1::Field field_of(const char* name, std::initializer_list<Eigen::Index> shape) {
@@ -44,9 +54,9 @@ v1::Field field_of(const char* name, std::initializer_list<Eigen::Index> shape) 
 }
 void append(const Eigen::MatrixXd& block, v1::Field& out) {
   const RowMatrix rows = block;
-  out.mutable_value()->mutable_data()->append(reinterpret_cast<const char*>(rows.data()),
-                                              static_cast<std::size_t>(rows.size()) *
-                                                  sizeof(double));
+  out.mutable_value()->mutable_data()->append(
+      reinterpret_cast<const char*>(rows.data()),
+      static_cast<std::size_t>(rows.size()) * sizeof(double));
 }
 
 v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
@@ -77,11 +87,25 @@ void fill(Parts& parts, std::size_t& room, const auto& field_of_message) {
 
 }  // namespace
 
-std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t bytes_each) {
-  constexpr std::uint64_t most_bytes = std::uint64_t{64} << 20, most = 16;
+std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t bytes_each,
+                             int threads, std::uint64_t most_bytes) {
   const auto pairs = static_cast<std::uint64_t>(std::max(request.pairs_size(), 1));
   return std::clamp<std::uint64_t>(most_bytes / std::max<std::uint64_t>(bytes_each, 1), 1,
-                                   std::min(pairs, most));
+                                   std::min(pairs, static_cast<std::uint64_t>(threads)));
+}
+
+std::uint64_t waiting_answers_bytes(const v1::ConnectRequest& request) {
+  std::uint64_t all = 0, largest = 0;
+  for (const v1::FramePair& pair : request.pairs()) {
+    const auto size = static_cast<std::uint64_t>(
+        pair.has_q_0_tensor() ? pair.q_0_tensor().data().size() / sizeof(double)
+                              : static_cast<std::size_t>(pair.q_0().values_size()));
+    const std::uint64_t each =
+        answer_bytes(size, trajectory_bytes(size, request.steps(), request.samples()));
+    largest = std::max(largest, each);
+    all += each;
+  }
+  return std::min(all, std::max(most_waiting_bytes, largest));
 }
 
 ConnectAnswer::ConnectAnswer(ConnectTask task, std::uint64_t memory, std::size_t at_once)
@@ -89,11 +113,13 @@ ConnectAnswer::ConnectAnswer(ConnectTask task, std::uint64_t memory, std::size_t
   for (std::size_t i = 0; i < task_.problems.size(); ++i) waiting_.push_back(i);
 }
 
-void ConnectAnswer::join(const std::stop_token& stop, double most_work, Joined& joined) const {
+ConnectAnswer::Joined ConnectAnswer::joined(const std::stop_token& stop,
+                                            const Search& search) const {
+  Joined joined{search.pair};
   TwoPointProblem problem = task_.problems[joined.pair];
   const double whole_work = problem.most_work;
   problem.stop = stop;
-  problem.most_work = std::min(most_work, whole_work);
+  problem.most_work = std::min(search.most_work, whole_work);
   v1::ConnectResponse& response = joined.first;
   response.set_pair(static_cast<std::uint32_t>(joined.pair));
   const auto found = joining_scene(problem, task_.steps, task_.samples, task_.with_scene);
@@ -102,8 +128,7 @@ void ConnectAnswer::join(const std::stop_token& stop, double most_work, Joined& 
   if (found) {
     if (found->scene) {
       const SceneDescription& scene = found->scene->description();
-      const auto left_out =
-          write_view(scene, {}, v1::SCENE_VIEW_FULL, response.mutable_scene());
+      const auto left_out = write_view(scene, {}, v1::SCENE_VIEW_FULL, response.mutable_scene());
       for (const SceneArray& array : arrays_of(scene))
         if (std::ranges::find(left_out, array.path) != left_out.end())
           joined.scene_arrays.add(to_field(array));
@@ -129,48 +154,75 @@ void ConnectAnswer::join(const std::stop_token& stop, double most_work, Joined& 
   }
   to_proto(run_status, response.mutable_run_status());
   demand_finite(finite && is_finite(response), response.mutable_run_status());
-  to_proto(whole_work, trajectory_bytes(problem, task_), v1::PRICE_BOUND_AT_MOST, memory_,
+  to_proto(whole_work, trajectory_bytes(task_), v1::PRICE_BOUND_AT_MOST, memory_,
            response.mutable_price());
+  return joined;
 }
 
-void ConnectAnswer::join_some(const std::stop_token& stop) {
+bool ConnectAnswer::has_room() const {
+  const std::size_t held = searching_ + joined_.size();
+  const auto size = static_cast<std::uint64_t>(task_.problems[0].Q_0.size());
+  return held == 0 ||
+         (held + 1) * answer_bytes(size, trajectory_bytes(task_)) <= most_waiting_bytes;
+}
+
+bool ConnectAnswer::can_join() const {
+  const std::lock_guard lock(mutex_);
+  return !(waiting_.empty() && slow_.empty()) && has_room();
+}
+
+bool ConnectAnswer::done() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_.empty() && slow_.empty() && searching_ == 0 && joined_.empty();
+}
+
+std::optional<ConnectAnswer::Search> ConnectAnswer::begin_search() {
   constexpr double quick = 3e9;  // operations of a pair that is not deferred
-  constexpr double nanoseconds_each = 3e5;
-  constexpr std::size_t most_bytes = std::size_t{8} << 20;  // of answers that wait to be sent
+  const std::lock_guard lock(mutex_);
   const bool again = waiting_.empty();
-  const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
   std::deque<std::size_t>& queue = again ? slow_ : waiting_;
-  const TwoPointProblem& one = task_.problems[queue.front()];
-  const std::size_t bytes =
-      trajectory_bytes(one, task_) + 4 * sizeof(double) * static_cast<std::size_t>(one.Q_0.size());
-  // A batch is sent when its last pair is joined, so that slow pairs come in small batches.
-  const std::size_t count =
-      std::min({queue.size(), again ? std::min(cores, at_once_) : at_once_,
-                std::max<std::size_t>(1, most_bytes / bytes)});
-  std::vector<Joined> some;
-  for (std::size_t i = 0; i < count; ++i) some.push_back({queue[i]});
-  queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(count));
-  const double most_work = again || task_.problems.size() == 1 ? one.most_work : quick;
-  const auto join_one = [&](std::size_t i) { join(stop, most_work, some[i]); };
-  if (Crew* crew = count > 1 ? CrewOfThisThread::find() : nullptr)
-    crew->run(
-        count, nanoseconds_each * static_cast<double>(count),
-        [](void* context, std::size_t i) { (*static_cast<decltype(join_one)*>(context))(i); },
-        const_cast<void*>(static_cast<const void*>(&join_one)));
-  else
-    for (std::size_t i = 0; i < count; ++i) join_one(i);
-  for (Joined& pair : some) {
-    if (pair.deferred)
-      slow_.push_back(pair.pair);
-    else
-      joined_.push_back(std::move(pair));
-  }
+  if (queue.empty() || !has_room()) return std::nullopt;
+  const std::size_t pair = queue.front();
+  queue.pop_front();
+  ++searching_;
+  const bool whole = again || task_.problems.size() == 1;
+  return Search{pair, whole ? task_.problems[pair].most_work : quick};
 }
 
-grpc::Status ConnectAnswer::next(const std::stop_token& stop, v1::ConnectResponse& response) {
-  while (joined_.empty()) join_some(stop);
+bool ConnectAnswer::end_search(Joined joined) {
+  const std::lock_guard lock(mutex_);
+  --searching_;
+  const bool answered = !joined.deferred;
+  if (answered)
+    joined_.push_back(std::move(joined));
+  else
+    slow_.push_back(joined.pair);
+  return answered;
+}
+
+void ConnectAnswer::join(const std::stop_token& stop, const std::function<bool()>& pauses,
+                         const std::function<void()>& answered) {
+  constexpr double nanoseconds_each = 1e9;  // so long that the pieces count as searches
+  const auto join_pairs = [&](std::size_t) {
+    while (!pauses()) {
+      const auto search = begin_search();
+      if (!search) return;
+      if (end_search(joined(stop, *search))) answered();
+    }
+  };
+  Crew* crew = at_once_ > 1 ? CrewOfThisThread::find() : nullptr;
+  if (!crew) return join_pairs(0);
+  crew->run(
+      at_once_, nanoseconds_each * static_cast<double>(at_once_),
+      [](void* context, std::size_t i) { (*static_cast<decltype(join_pairs)*>(context))(i); },
+      const_cast<void*>(static_cast<const void*>(&join_pairs)));
+}
+
+OrStatus<bool> ConnectAnswer::next(v1::ConnectResponse& response) {
+  const std::lock_guard lock(mutex_);
+  if (joined_.empty()) return false;
   Joined& now = joined_.front();
-  if (!now.status.ok()) return now.status;
+  if (!now.status.ok()) return std::unexpected(now.status);
   response.Clear();
   if (!std::exchange(now.begun, true)) response.Swap(&now.first);
   response.set_pair(static_cast<std::uint32_t>(now.pair));
@@ -180,7 +232,7 @@ grpc::Status ConnectAnswer::next(const std::stop_token& stop, v1::ConnectRespons
   fill(now.trajectory, room, [&] { return response.mutable_trajectory(); });
   if (now.velocity.empty() && now.scene_arrays.empty() && now.trajectory.empty())
     joined_.pop_front();
-  return grpc::Status::OK;
+  return true;
 }
 
 }  // namespace stiefel::server

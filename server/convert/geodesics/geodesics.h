@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -28,23 +30,40 @@ struct ConnectTask {
   bool with_scene = true;
 };
 OrStatus<ConnectTask> read(const v1::ConnectRequest& request);
-/// Returns how many pairs are joined at a time, of searches that take so many bytes each.
-std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t bytes_each);
+/// Returns how many pairs are joined at a time: one on each thread, and fewer where their searches,
+/// of `bytes_each`, would take more than `most_bytes` together.
+std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t bytes_each,
+                             int threads, std::uint64_t most_bytes);
+/// Returns the most bytes of answers that wait to be sent.
+std::uint64_t waiting_answers_bytes(const v1::ConnectRequest& request);
 
-/// Answers a Connect in messages of limited size. Joins some pairs at a time, on the threads of the
-/// crew. A pair whose search takes more than a limit is joined again, without that limit, after all
-/// others.
+/// Answers a Connect in messages of limited size. Joins pairs on the threads of the crew, each of
+/// which begins the next pair when it has joined one. A pair whose search takes more than a limit
+/// is joined again, without that limit, after all others. Thread-safe.
 class ConnectAnswer {
  public:
   /// `memory`: the bytes that the call holds; `at_once`: how many searches that is enough for.
   ConnectAnswer(ConnectTask task, std::uint64_t memory, std::size_t at_once);
 
-  /// Writes the next message over `response`. A stop request ends the search for a geodesic, with
-  /// the outcome CANCELLED for the pair.
-  grpc::Status next(const std::stop_token& stop, v1::ConnectResponse& response);
-  bool done() const { return waiting_.empty() && slow_.empty() && joined_.empty(); }
+  /// Joins pairs until none is left, their answers have no room, or `pauses` returns true. Calls
+  /// `answered` on the thread that joined a pair, once there is its answer. A stop request ends a
+  /// search with the outcome CANCELLED for the pair. For one thread at a time.
+  void join(const std::stop_token& stop, const std::function<bool()>& pauses,
+            const std::function<void()>& answered);
+  /// Whether pairs wait to be joined and their answers have room.
+  bool can_join() const;
+
+  /// Writes the next message over `response`; returns false if there is none now.
+  OrStatus<bool> next(v1::ConnectResponse& response);
+  /// Whether all pairs are joined and all messages taken.
+  bool done() const;
 
  private:
+  /// A pair to be joined with at most so many operations.
+  struct Search {
+    std::size_t pair;
+    double most_work;
+  };
   /// The answer of a pair, and what does not fit into its first message.
   struct Joined {
     std::size_t pair;
@@ -55,15 +74,20 @@ class ConnectAnswer {
     Parts velocity = {}, scene_arrays = {}, trajectory = {};
   };
 
-  /// Joins the pairs that come next.
-  void join_some(const std::stop_token& stop);
-  /// Joins one pair with at most `most_work` operations.
-  void join(const std::stop_token& stop, double most_work, Joined& joined) const;
+  bool has_room() const;
+  /// Returns the search that comes next; nothing if `can_join` is false.
+  std::optional<Search> begin_search();
+  /// Returns whether the pair has its answer; if not, it is deferred.
+  bool end_search(Joined joined);
+  Joined joined(const std::stop_token& stop, const Search& search) const;
 
   const ConnectTask task_;
   const std::uint64_t memory_;
   const std::size_t at_once_;
+  mutable std::mutex mutex_;
+  // Guarded by mutex_.
   std::deque<std::size_t> waiting_, slow_;
+  std::size_t searching_ = 0;  ///< number of pairs
   std::deque<Joined> joined_;  ///< in the order of their messages
 };
 

@@ -42,7 +42,7 @@ TEST(HardBodies, CayleySweepsSeeNoSpread) {
   cayley.start(K);
   ASSERT_TRUE(cayley.fixed_point(K));
   Accumulator<Eigen::MatrixXd> x(body.M, Arithmetic::compensated);
-  cayley.transport_momentum(x);
+  cayley.transport(x);
   const Matrix<long double> D = cayley.U_minus_I().cast<long double>();
   for (int i = 0; i < N; ++i)
     for (int j = 0; j < i; ++j) {

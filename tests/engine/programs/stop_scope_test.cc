@@ -157,7 +157,7 @@ void stops_inside_a_step(const SceneDescription& description) {
   const auto before = saved(*stopped);
   const Count step = count([&] { ASSERT_TRUE(undisturbed->advance(1).reached()); });
   EXPECT_GE(step.looks, 4) << scene.method();
-  for (const double part : {0.05, 0.5, 0.95}) {
+  for (const double part : {0.05, 0.5, 0.8, 0.95, 0.9999}) {
     const StopScope scope(never, part * step.operations);
     EXPECT_EQ(stopped->advance(1).outcome, Outcome::cancelled) << scene.method() << " " << part;
     EXPECT_EQ(stopped->step(), 1);
@@ -174,7 +174,13 @@ TEST(StopScope, AStepOfALargeBodyIsStoppedInside) {
   SceneDescription high = body(96, "variational");
   high.method->order = 4;
   stops_inside_a_step(high);
+  SceneDescription plain = body(96, "variational");
+  plain.method->arithmetic = "plain";
+  stops_inside_a_step(plain);
   stops_inside_a_step(body(96, "variational", 0.05, 1000));
+  SceneDescription many = body(96, "variational");
+  many.method->substeps = 3;
+  stops_inside_a_step(many);
   SceneDescription discrete = body(96, "");
   discrete.system = "moser_veselov";
   stops_inside_a_step(discrete);

@@ -2,8 +2,9 @@
 import threading
 
 import grpc
+import numpy as np
 import pytest
-from test_cancel import Replies, bodies, body
+from test_cancel import Replies, bodies, body, joined, matrix
 
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
@@ -131,3 +132,19 @@ def test_lists_of_large_ensembles_leave_the_connections_alone(serve):
         call.result(60)
     # Computed anew for each session and call, the warnings alone would take five seconds.
     assert process.processor_seconds() - before < SOON
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_an_answer_of_connect_waits_for_no_slower_pair(serve, threads):
+    """The first pair takes minutes, and the answers of the others come while it is joined. Then the call is cancelled."""
+    process = serve("--log-level", "off", "--threads", threads)
+    request = joined(16, 1000)
+    request.pairs.extend([pb.FramePair(q_0=matrix(np.eye(16)), q_t=matrix(np.eye(16)))] * 40)
+    call = connected(process).Connect(request)
+    answers = [next(call) for _ in range(40)]
+    assert sorted(answer.pair for answer in answers) == list(range(1, 41))
+    assert {answer.run_status.outcome for answer in answers} == {pb.OUTCOME_REACHED}
+    call.cancel()
+    with pytest.raises(grpc.RpcError):
+        next(call)
+    assert healthy(process)

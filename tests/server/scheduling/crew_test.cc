@@ -76,6 +76,25 @@ TEST(Crew, IdleWorkersHelp) {
   }
 }
 
+/// The only worker that is not kept leads, and an extra one takes part in items that are too long
+/// for the kept one. A short job that arrives while both are inside an item runs before these end.
+TEST(Crew, AnExtraWorkerHelpsInPlaceOfTheKeptOne) {
+  Scheduler scheduler(2);
+  std::latch done(1), inside(2), ran(1);
+  Calling brief([&] { return ran.count_down(), false; });
+  Calling job([&] {
+    share_out(2, 2e9, [&](std::size_t i) {
+      inside.arrive_and_wait();
+      if (i == 0) scheduler.submit(&brief, JobKind::brief);
+      ran.wait();
+    });
+    done.count_down();
+    return false;
+  });
+  scheduler.submit(&job, JobKind::unsliced);
+  done.wait();
+}
+
 /// Every worker advances an ensemble at once, and there are never more at work than there are.
 TEST(Crew, ThereAreNeverMoreThreadsThanTheBudget) {
   constexpr int threads = 3;

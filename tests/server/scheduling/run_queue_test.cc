@@ -230,6 +230,7 @@ TEST_F(RunQueueTest, WhatIsTakenOutDoesNotRun) {
   EXPECT_TRUE(queue_.short_waits());
   queue_.remove(&c);
   EXPECT_FALSE(queue_.short_waits());
+  EXPECT_TRUE(queue_.long_waits());
   queue_.remove(&a);
   EXPECT_FALSE(RunQueue::is_queued(&a));
   EXPECT_TRUE(RunQueue::is_queued(&b));
@@ -237,6 +238,7 @@ TEST_F(RunQueueTest, WhatIsTakenOutDoesNotRun) {
   }
   EXPECT_EQ(order_, "b");
   EXPECT_TRUE(queue_.empty());
+  EXPECT_FALSE(queue_.long_waits());
 }
 
 }  // namespace
