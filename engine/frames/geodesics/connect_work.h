@@ -53,8 +53,8 @@ inline double shot(double n, double p) {
 }
 
 /// Return the work of a Relaxation with K inner nodes: of the gradient, of the eigenvalue problem,
-/// of one block of the equations of the multipliers with `groups` different λ, of their factors,
-/// and of one step; and of one Taylor series of a geodesic.
+/// of one block of the equations of the multipliers with `groups` different λ, of the products of
+/// the columns for negative eigenvalues, and of one step; and of one Taylor series of a geodesic.
 inline double nodal_gradient(double n, double N, double K) {
   return 1000 + N * (200 + 4 * n * K * (K + 2));
 }
@@ -67,8 +67,8 @@ inline double nodal_block(double n, double N, double groups, double K) {
   return 2000 + 3 * square * K * n * (groups + 4) + N * (40 + 3 * square) +
          3 * square * square * (groups + 3);
 }
-inline double nodal_factor(double unknowns, bool indefinite) {
-  return 3000 + 100 * unknowns + (indefinite ? 1.2 : 0.7) * unknowns * unknowns * unknowns;
+inline double nodal_capacity(double unknowns, double negative) {
+  return 3000 + unknowns * negative * (negative + 20);
 }
 inline double nodal_step(double n, double N, double K) {
   const double m = n * K;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/frames/geodesics/path.h"
+#include "engine/frames/geodesics/relaxation.h"
 #include "stiefel/connect.h"
 
 namespace stiefel {
@@ -31,6 +32,8 @@ struct Found {
   int distinct = 0, start = 0;
   double residual = std::numeric_limits<double>::infinity();  ///< the best where V is empty
   std::optional<double> length = {};  ///< of V at Λ = I or β, where it is known
+  /// The least action of a path that led to no geodesic.
+  double least_missed = std::numeric_limits<double>::infinity();
 };
 
 /// Returns ½ Σ λ_i ‖v_i‖² of a velocity.
@@ -38,18 +41,30 @@ inline double energy(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& V) {
   return (V.cwiseAbs2() * lambda).sum() / 2;
 }
 
+/// A velocity Q̇(0) and the max |Q(1) − Q_T| of its geodesic.
+struct Velocity {
+  Eigen::MatrixXd V;
+  double residual = std::numeric_limits<double>::infinity();
+};
+
+/// Corrects the velocity of a relaxed path until its geodesic ends at Q_T. Each correction takes
+/// the miss back by the linear equations of the path. Empty where its energy then exceeds the
+/// action of the path.
+Velocity corrected(const Posed& p, const Relaxation& relaxation);
+
 /// Searches by the multipliers, n ≤ N and every λ_i > 0: relaxes the starts (`starts`) at 9 nodes,
 /// of a wide Λ the direct one at 17, by way of powers Λ^s, and the further ones at 5 first; and
 /// corrects the velocities of the shortest paths with the Taylor series of their geodesics. Where
-/// the corrections do not converge, takes more nodes, then what `by_roots` finds for a wide Λ. Of
+/// the corrections do not converge, takes more nodes, then what `by_powers` finds for a wide Λ. Of
 /// columns with equal λ only their span enters.
 Found by_multipliers(const Posed& p, const TwoPointProblem& problem);
 
-/// Follows the direct path by dense Newton steps of whole paths from nearly Λ = I to a wide Λ, over
-/// the roots Λ^{i/m}, and corrects the velocity with the variational equation. Takes every λ_i > 0;
-/// K = 128, then 512 steps, as long as K d³ ≤ 2·10⁸. Whether the geodesic is the shortest is
-/// unknown.
-Found by_roots(const Posed& p, const TwoPointProblem& problem);
+/// Follows the direct path over powers Λ^s to a wide Λ, n ≤ N and every λ_i > 0, on pieces of
+/// polynomials that are halved wherever they do not resolve the path at this s, up to 16
+/// pieces of 8 steps and `Relaxation::most_dense` equations; and corrects its velocity. Where few
+/// nodes lead to paths that turn between two of them, which no geodesic does, this finds a
+/// geodesic. Whether it is the shortest is unknown.
+Velocity by_powers(const Posed& p, const TwoPointProblem& problem);
 
 /// Searches by dense Newton steps of whole paths (`relax`), which needs no λ_i > 0 at n = N, and
 /// corrects the velocity with the variational equation (`shoot`). The work is O(K d³), d the

@@ -9,6 +9,7 @@
 #include "engine/frames/geodesics/geodesic_search.h"
 #include "engine/frames/geodesics/geodesic_series.h"
 #include "engine/frames/geodesics/relaxation.h"
+#include "engine/frames/geodesics/shoot.h"
 #include "engine/frames/geodesics/starts.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "stiefel/stop.h"
@@ -96,58 +97,6 @@ class Spans {
   std::vector<Part> parts_;
 };
 
-struct Velocity {
-  MatrixXd V;
-  double residual = std::numeric_limits<double>::infinity();
-};
-
-/// Corrects the velocity of a relaxed path until its geodesic ends at Q_T. Each correction takes
-/// the miss back by the linear equations of the path.
-Velocity corrected(const Posed& p, const Relaxation& relaxation) {
-  constexpr int most = 16;
-  constexpr double rounding = 3e-15, nearly = 1e-13;
-  Velocity best;
-  MatrixXd V = relaxation.velocity();
-  VectorXd x = V.reshaped();
-  Anderson accelerate(x.size(), 6);
-  double start = 0;
-  int idle = 0;
-  for (int k = 0; k < most && idle < 3; ++k) {
-    V.reshaped() = x;
-    const auto end = geodesic_end(p.lambda, p.Q_0, V);
-    if (!end) break;
-    const MatrixXd miss = *end - p.Q_T;
-    const double residual = miss.cwiseAbs().maxCoeff();
-    if (k == 0) start = residual;
-    if (!(residual <= 10 * start)) break;
-    idle = residual > best.residual / 2 ? idle + 1 : 0;
-    if (residual < best.residual) best = {V, residual};
-    if (best.residual <= rounding || (best.residual <= nearly && idle > 0)) break;
-    stop_point(
-        connect_work::distance(20, static_cast<double>(V.rows()), static_cast<double>(V.cols())));
-    accelerate(x, relaxation.response(-miss).reshaped());
-  }
-  return best;
-}
-
-/// Returns the frames nearest to the polynomial of a path at other nodes.
-Path moved(const Path& path, const Nodes& from, const Nodes& to) {
-  const MatrixXd L = interpolation(from.times, to.times);
-  Path out = {path.front()};
-  for (Index i = 1; i + 1 < L.rows(); ++i) {
-    stop_point(connect_work::polar(static_cast<double>(path[0].rows()),
-                                   static_cast<double>(path[0].cols())) +
-               connect_work::action(static_cast<double>(path.size()),
-                                    static_cast<double>(path[0].rows()),
-                                    static_cast<double>(path[0].cols())));
-    MatrixXd Q = MatrixXd::Zero(path[0].rows(), path[0].cols());
-    for (Index j = 0; j < L.cols(); ++j) Q += L(i, j) * path[static_cast<std::size_t>(j)];
-    out.push_back(polar(Q));
-  }
-  out.push_back(path.back());
-  return out;
-}
-
 /// A path that a start led to. Only the shortest so far keeps its relaxation.
 struct Trial {
   std::unique_ptr<Relaxation> relaxation;
@@ -156,6 +105,9 @@ struct Trial {
   double action;
 };
 
+constexpr double accurate = 1e-12;  ///< the residual to which velocities are refined
+/// How much the energy of a geodesic may exceed the action of a path that stands for it.
+constexpr double strayed = 0.02;
 constexpr double rough = 0.03, coarse = 1e-3, fine = 1e-5;
 constexpr int most_nodes = 128, most_direct = 100, most_refined = 40, most_near = 8;
 
@@ -246,10 +198,16 @@ bool relax_finer(const VectorXd& lambda, const Path& path, Relaxation& relaxatio
   return relaxation.relax(fine, most_refined);
 }
 
+/// Whether `by_powers` has eight pieces of 8 steps before it has too many equations.
+bool leaves_room(const Posed& p) {
+  const Index n = p.Q_0.rows();
+  return 63 * n * (n + 1) / 2 <= Relaxation::most_dense;
+}
+
 /// Corrects the velocity of a trial at more and more nodes. `stage` is a stage on the way to its
 /// path.
 Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
-  constexpr double strayed = 0.02, accurate = 1e-12;
+  const int most = p.wide() && leaves_room(p) ? 2 * K : most_nodes;
   int further = p.wide() ? 1 : 0;  // refinements of a velocity that joins, but is not accurate
   Velocity best;
   std::unique_ptr<Relaxation> finer;
@@ -262,11 +220,9 @@ Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
   const Relaxation* now = trial.relaxation ? trial.relaxation.get() : finer.get();
   for (;;) {
     Velocity found = corrected(p, *now);
-    const bool near =
-        found.V.size() > 0 && energy(p.lambda, found.V) <= (1 + strayed) * now->action() + 1e-300;
-    if (near && found.residual < best.residual) best = std::move(found);
+    if (found.residual < best.residual) best = std::move(found);
     const bool joins = best.residual <= TwoPointProblem::joined;
-    if (best.residual <= accurate || (joins && further-- == 0) || 2 * K > most_nodes) return best;
+    if (best.residual <= accurate || (joins && further-- == 0) || 2 * K > most) return best;
     Nodes more = lobatto(K = more_nodes(p, K));
     auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, more);
     if (stage.s < 1) stage.path = moved(stage.path, nodes, more);
@@ -368,6 +324,7 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
     }
   }
   best.distinct = static_cast<int>(trials.size());
+  best.least_missed = least_missed;
   if (least_missed < (1 - 1e-3) * least)
     best.shortest = Shortest::no;
   else if (!complete)
@@ -375,26 +332,72 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   return best;
 }
 
+/// Corrects a velocity that joins, but is not accurate, with the variational equation in extended
+/// precision, up to `most_dense_degrees`.
+void polish(const Posed& p, const TwoPointProblem& problem, Found& best) {
+  const double d =
+      connect_work::degrees(static_cast<double>(p.Q_0.rows()), static_cast<double>(p.Q_0.cols()));
+  if (best.V.size() == 0 || best.residual <= accurate || d > most_dense_degrees) return;
+  Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, best.V, problem.stop);
+  if (!(shot.residual < best.residual)) return;
+  best.V = std::move(shot.V);
+  best.residual = shot.residual;
+}
+
 }  // namespace
+
+Velocity corrected(const Posed& p, const Relaxation& relaxation) {
+  constexpr int most = 16;
+  constexpr double rounding = 3e-15, nearly = 1e-13;
+  Velocity best;
+  MatrixXd V = relaxation.velocity();
+  VectorXd x = V.reshaped();
+  Anderson accelerate(x.size(), 6);
+  double start = 0;
+  int idle = 0;
+  for (int k = 0; k < most && idle < 3; ++k) {
+    V.reshaped() = x;
+    const auto end = geodesic_end(p.lambda, p.Q_0, V);
+    if (!end) break;
+    const MatrixXd miss = *end - p.Q_T;
+    const double residual = miss.cwiseAbs().maxCoeff();
+    if (k == 0) start = residual;
+    if (!(residual <= 10 * start)) break;
+    idle = residual > best.residual / 2 ? idle + 1 : 0;
+    if (residual < best.residual) best = {V, residual};
+    if (best.residual <= rounding || (best.residual <= nearly && idle > 0)) break;
+    stop_point(
+        connect_work::distance(20, static_cast<double>(V.rows()), static_cast<double>(V.cols())));
+    accelerate(x, relaxation.response(-miss).reshaped());
+  }
+  const bool near =
+      best.V.size() > 0 && energy(p.lambda, best.V) <= (1 + strayed) * relaxation.action() + 1e-300;
+  return near ? best : Velocity();
+}
 
 Found by_multipliers(const Posed& p, const TwoPointProblem& problem) {
   constexpr double most_unknowns = 800;  // of a search that is repeated with more nodes
   const double n = static_cast<double>(p.Q_0.rows());
   const Spans spans(p);
-  Found best;
+  const auto energy_of = [&](const Found& found) {
+    return found.V.size() > 0 ? energy(p.lambda, found.V) : std::numeric_limits<double>::infinity();
+  };
+  Found best, followed;
   for (int K = least_nodes(p.lambda); K <= most_nodes / 2; K *= 2) {
     Found found = searched(spans, problem, K);
     found.residual = std::min(found.residual, best.residual);
     best = std::move(found);
     if (best.V.size() == 0 && p.wide() && K == least_nodes(p.lambda)) {
-      Found followed = by_roots(spans.reduced(), problem);
-      if (followed.V.size() > 0) {
-        followed.V = spans.lifted(followed.V);
-        return followed;
-      }
+      const Velocity one = by_powers(spans.reduced(), problem);
+      best.residual = std::min(best.residual, one.residual);
+      if (one.residual <= TwoPointProblem::joined)
+        followed = {spans.lifted(one.V), Shortest::unknown, 1, 0, one.residual};
+      if (energy_of(followed) <= (1 + strayed) * best.least_missed) break;
     }
     if (best.V.size() > 0 || 2 * K * n * (n + 1) / 2 > most_unknowns) break;
   }
+  if (energy_of(followed) < energy_of(best)) best = std::move(followed);
+  polish(p, problem, best);
   return best;
 }
 

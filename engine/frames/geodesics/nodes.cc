@@ -1,9 +1,13 @@
 #include "engine/frames/geodesics/nodes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "engine/frames/geodesics/connect_work.h"
+#include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -26,6 +30,32 @@ Legendre legendre(int K, double x) {
   }
   return {value, before};
 }
+
+/// Returns the matrix that takes the values at the nodes to those of their polynomials at `times`.
+MatrixXd interpolation(const Nodes& nodes, const VectorXd& times) {
+  const Index K = (nodes.times.size() - 1) / (nodes.breaks.size() - 1);
+  MatrixXd L = MatrixXd::Zero(times.size(), nodes.times.size());
+  for (Index i = 0; i < times.size(); ++i) {
+    Index piece = 0;
+    while (piece + 2 < nodes.breaks.size() && nodes.breaks(piece + 1) <= times(i)) ++piece;
+    const auto t = nodes.times.segment(piece * K, K + 1);
+    for (Index j = 0; j <= K; ++j) {
+      double& value = L(i, piece * K + j) = 1;
+      for (Index k = 0; k <= K; ++k)
+        if (k != j) value *= (times(i) - t(k)) / (t(j) - t(k));
+    }
+  }
+  return L;
+}
+
+MatrixXd combined(const Path& path, const Eigen::RowVectorXd& factors) {
+  MatrixXd Q = MatrixXd::Zero(path[0].rows(), path[0].cols());
+  for (Index j = 0; j < factors.size(); ++j)
+    if (factors(j) != 0) Q += factors(j) * path[static_cast<std::size_t>(j)];
+  return Q;
+}
+
+double real(Index k) { return static_cast<double>(k); }
 
 }  // namespace
 
@@ -53,6 +83,28 @@ Nodes lobatto(int K) {
   nodes.stiffness = D.transpose() * nodes.weights.asDiagonal() * D;
   const MatrixXd inner = nodes.stiffness.block(1, 1, K - 1, K - 1);
   nodes.inverse_root = Eigen::SelfAdjointEigenSolver<MatrixXd>(inner).operatorInverseSqrt();
+  nodes.breaks = VectorXd::LinSpaced(2, 0, 1);
+  return nodes;
+}
+
+Nodes pieces(const VectorXd& breaks, int K) {
+  const Index count = breaks.size() - 1, size = count * K + 1;
+  const Nodes one = lobatto(K);
+  Nodes nodes;
+  nodes.times = nodes.weights = VectorXd::Zero(size);
+  nodes.stiffness = MatrixXd::Zero(size, size);
+  nodes.start = Eigen::RowVectorXd::Zero(size);
+  for (Index i = 0; i < count; ++i) {
+    const double length = breaks(i + 1) - breaks(i);
+    nodes.times.segment(i * K, K + 1) = breaks(i) + length * one.times.array();
+    nodes.weights.segment(i * K, K + 1) += length * one.weights;
+    nodes.stiffness.block(i * K, i * K, K + 1, K + 1) += one.stiffness / length;
+  }
+  nodes.times(size - 1) = 1;
+  nodes.start.head(K + 1) = one.start / breaks(1);
+  const MatrixXd inner = nodes.stiffness.block(1, 1, size - 2, size - 2);
+  nodes.inverse_root = Eigen::SelfAdjointEigenSolver<MatrixXd>(inner).operatorInverseSqrt();
+  nodes.breaks = breaks;
   return nodes;
 }
 
@@ -74,13 +126,28 @@ Nodes equally_spaced(int K) {
   return nodes;
 }
 
-MatrixXd interpolation(const VectorXd& from, const VectorXd& to) {
-  MatrixXd L = MatrixXd::Ones(to.size(), from.size());
-  for (Index i = 0; i < to.size(); ++i)
-    for (Index j = 0; j < from.size(); ++j)
-      for (Index k = 0; k < from.size(); ++k)
-        if (k != j) L(i, j) *= (to(i) - from(k)) / (from(j) - from(k));
-  return L;
+Path moved(const Path& path, const Nodes& from, const Nodes& to) {
+  const double n = real(path[0].rows()), N = real(path[0].cols());
+  const MatrixXd L = interpolation(from, to.times);
+  Path out = {path.front()};
+  for (Index i = 1; i + 1 < L.rows(); ++i) {
+    stop_point(connect_work::polar(n, N) + connect_work::action(real(L.cols()), n, N));
+    out.push_back(polar(combined(path, L.row(i))));
+  }
+  out.push_back(path.back());
+  return out;
+}
+
+VectorXd defects(const Path& path, const Nodes& nodes) {
+  const Index count = nodes.breaks.size() - 1, steps = nodes.times.size() - 1;
+  const MatrixXd L = interpolation(nodes, (nodes.times.head(steps) + nodes.times.tail(steps)) / 2);
+  VectorXd out = VectorXd::Zero(count);
+  for (Index i = 0; i < steps; ++i) {
+    stop_point(connect_work::action(real(L.cols()), real(path[0].rows()), real(path[0].cols())));
+    double& defect = out(i / (steps / count));
+    defect = std::max(defect, orthogonality_defect(combined(path, L.row(i))));
+  }
+  return out;
 }
 
 }  // namespace stiefel

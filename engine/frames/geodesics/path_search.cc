@@ -52,7 +52,8 @@ Shot solved(const Posed& p, RelaxedPath& c, const std::stop_token& stop) {
     const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, initial_velocity(p.lambda, c.path), stop);
     const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * c.action + 1e-300;
     if (near && shot.residual < best.residual) best = shot;
-    if (best.residual <= TwoPointProblem::joined || 2 * std::ssize(c.path) - 2 > finest) return best;
+    if (best.residual <= TwoPointProblem::joined || 2 * std::ssize(c.path) - 2 > finest)
+      return best;
     refine(p.lambda, c, 1e-8, stop);
     if (!c.settled) return best;
   }
@@ -83,28 +84,6 @@ std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& prob
     all.push_back({std::move(path), reached, start++, settled});
   }
   return distinct(std::move(all));
-}
-
-Found by_roots(const Posed& p, const TwoPointProblem& problem) {
-  constexpr double coarse = 1e-3, fine = 1e-6, roots_in_a_decade = 3;
-  constexpr double most_work = 2e8;  // K d³
-  const double d = degrees(p);
-  const double decades = std::log10(p.lambda.maxCoeff() / p.lambda.minCoeff());
-  const double m = std::ceil(roots_in_a_decade * decades);
-  for (const int K : {128, 512}) {
-    if (K > TwoPointProblem::most_path_steps(d) || K * d * d * d > most_work) return {};
-    const VectorXd times = VectorXd::LinSpaced(K + 1, 0, 1);
-    RelaxedPath direct{starts(p.Q_0, p.Q_T, times, 0, problem.seed, false).front(), 0, 0, true};
-    for (double i = 1; i < m && direct.settled; ++i)
-      direct.settled = relax(p.lambda.array().pow(i / m), direct.path, coarse, problem.stop);
-    if (!direct.settled || !relax(p.lambda, direct.path, fine, problem.stop)) continue;
-    const MatrixXd start = initial_velocity(p.lambda, direct.path);
-    const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, start, problem.stop);
-    const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * action(p.lambda, direct.path);
-    if (near && shot.residual <= TwoPointProblem::joined)
-      return {shot.V, Shortest::unknown, 1, 0, shot.residual};
-  }
-  return {};
 }
 
 Found by_paths(const Posed& p, const TwoPointProblem& problem) {

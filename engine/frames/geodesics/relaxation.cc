@@ -6,6 +6,7 @@
 
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/stoppable_cholesky.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -112,12 +113,14 @@ void Relaxation::model() {
     X_.col(c).reshaped(n_, K_).noalias() = solver.eigenvectors().col(c).reshaped(n_, K_) * root;
 }
 
-/// Returns sym(Q_k δQ_kᵀ) of every node, its entries above the diagonal times √2.
-VectorXd Relaxation::constraint(const MatrixXd& delta) const {
+/// Returns sym(Q_k δQ_kᵀ) of every node, its entries above the diagonal times √2, of some columns
+/// q of the frames and δ of δQ.
+VectorXd Relaxation::constraint(const Eigen::Ref<const MatrixXd>& q,
+                                const Eigen::Ref<const MatrixXd>& delta) const {
   VectorXd out(unknowns_);
   Index at = 0;
   for (Index k = 0; k < K_; ++k) {
-    const MatrixXd both = node(q_, k) * node(delta, k).transpose();
+    const MatrixXd both = q.middleRows(k * n_, n_) * delta.middleRows(k * n_, n_).transpose();
     for (Index b = 0; b < n_; ++b) {
       for (Index a = 0; a < b; ++a) out(at++) = (both(a, b) + both(b, a)) / std::sqrt(2.0);
       out(at++) = both(b, b);
@@ -176,15 +179,31 @@ bool Relaxation::solve(double shift) {
   }
   if (negative > unknowns_ || !inverse_.allFinite()) return false;
   if (unknowns_ > most_dense) return negative == 0;
-  assemble(inverse_);
-  stop_point(connect_work::nodal_factor(real(unknowns_), negative > 0));
-  positive_ = negative == 0;
-  if (positive_) {
-    llt_.compute(M_);
-    return llt_.info() == Eigen::Success;
-  }
-  ldlt_.compute(M_);
-  return ldlt_.info() == Eigen::Success && (ldlt_.vectorD().array() < 0).count() == negative;
+  assemble(inverse_.cwiseMax(0));
+  if (!factor_positive(M_)) return false;
+  subtract_negative(negative);
+  return negative == 0 || factor_positive(capacity_);
+}
+
+/// Sets Y and the capacity YᵀY − I of M = L(I − YYᵀ)Lᵀ, with a column of LY for each negative
+/// eigenvalue of an H_j.
+void Relaxation::subtract_negative(Index negative) {
+  Y_.resize(unknowns_, negative);
+  if (negative == 0) return;
+  Index at = 0;
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (Index c = 0; c < X_.cols(); ++c) {
+      const double inverse = inverse_(c, static_cast<Index>(g));
+      if (!(inverse < 0)) continue;
+      for (const Index j : groups_[g].columns) {
+        stop_point(connect_work::nodal_gradient(real(n_), 1, real(K_)));
+        Y_.col(at++) = std::sqrt(-inverse) * constraint(q_.col(j), X_.col(c));
+      }
+    }
+  divide_by_lower(M_, Y_);
+  stop_point(connect_work::nodal_capacity(real(unknowns_), real(negative)));
+  capacity_ = -MatrixXd::Identity(negative, negative);
+  capacity_.selfadjointView<Eigen::Lower>().rankUpdate(Y_.transpose());
 }
 
 /// Returns H⁻¹ of the columns of `right`.
@@ -211,8 +230,18 @@ void Relaxation::add_forces(const VectorXd& gamma, MatrixXd& out) const {
 
 /// Solves C H⁻¹ Cᵀ γ = right.
 VectorXd Relaxation::multipliers(const VectorXd& right) const {
-  if (unknowns_ <= most_dense)
-    return positive_ ? VectorXd(llt_.solve(right)) : VectorXd(ldlt_.solve(right));
+  if (unknowns_ <= most_dense) {
+    VectorXd x = right;
+    M_.triangularView<Eigen::Lower>().solveInPlace(x);
+    if (Y_.cols() > 0) {
+      VectorXd y = Y_.transpose() * x;
+      capacity_.triangularView<Eigen::Lower>().solveInPlace(y);
+      capacity_.transpose().triangularView<Eigen::Upper>().solveInPlace(y);
+      x.noalias() -= Y_ * y;
+    }
+    M_.transpose().triangularView<Eigen::Upper>().solveInPlace(x);
+    return x;
+  }
   constexpr int most = 400;
   constexpr double accuracy = 1e-9;
   const Index each = n_ * (n_ + 1) / 2;
@@ -226,7 +255,7 @@ VectorXd Relaxation::multipliers(const VectorXd& right) const {
     before = now;
     MatrixXd forces = MatrixXd::Zero(K_ * n_, N_);
     add_forces(direction, forces);
-    const VectorXd image = constraint(solved(forces));
+    const VectorXd image = constraint(q_, solved(forces));
     const double length = now / direction.dot(image);
     gamma += length * direction;
     rest -= length * image;
@@ -237,7 +266,7 @@ VectorXd Relaxation::multipliers(const VectorXd& right) const {
 /// Returns the δq with sym(Q_kδQ_kᵀ) = 0 that solve Newton's equations with ρ.
 MatrixXd Relaxation::step(const MatrixXd& rho) const {
   MatrixXd all = rho;
-  add_forces(multipliers(-constraint(solved(rho))), all);
+  add_forces(multipliers(-constraint(q_, solved(rho))), all);
   return -solved(all);
 }
 

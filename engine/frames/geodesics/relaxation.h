@@ -5,7 +5,6 @@
 
 #include "engine/frames/geodesics/nodes.h"
 #include "engine/frames/geodesics/path.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
 
 namespace stiefel {
 
@@ -19,8 +18,10 @@ namespace stiefel {
 /// ρ_j the gradient with Γ, σ the shift that makes the Hessian positive along the frames. One
 /// eigenvalue problem, XᵀSX = I and XᵀΓX = D, gives every H_j⁻¹ = X ((1 + σ)λ_j + D)⁻¹ Xᵀ, and the
 /// elimination of the δq_j leaves symmetric equations for the γ_k, (K−1)n(n+1)/2 numbers whatever
-/// N. By Sylvester's law the Hessian is positive along the frames if and only if their matrix C H⁻¹
-/// Cᵀ has as many negative eigenvalues as all H_j together. The work is O(N (Kn)² n² + (Kn²)³);
+/// N. By Sylvester's law the Hessian is positive along the frames if and only if their matrix M = C
+/// H⁻¹ Cᵀ has as many negative eigenvalues as all H_j together. With the positive eigenvalues alone
+/// M is LLᵀ, so that M = L(I − YYᵀ)Lᵀ with a column of Y for each negative one, and it is positive
+/// if and only if YᵀY − I is. The work is O(N (Kn)² n² + (Kn²)³);
 /// columns of equal λ share their H.
 ///
 /// More than `most_dense` equations are solved by conjugate gradients, an iteration at O(N (Kn)²),
@@ -57,12 +58,14 @@ class Relaxation {
   void measure();
   void model();
   bool solve(double shift);
+  void subtract_negative(Eigen::Index negative);
   void assemble(const Eigen::MatrixXd& inverse);
   Eigen::MatrixXd step(const Eigen::MatrixXd& rho) const;
   Eigen::MatrixXd solved(const Eigen::MatrixXd& right) const;
   Eigen::VectorXd multipliers(const Eigen::VectorXd& right) const;
   void add_forces(const Eigen::VectorXd& gamma, Eigen::MatrixXd& out) const;
-  Eigen::VectorXd constraint(const Eigen::MatrixXd& delta) const;
+  Eigen::VectorXd constraint(const Eigen::Ref<const Eigen::MatrixXd>& q,
+                             const Eigen::Ref<const Eigen::MatrixXd>& delta) const;
   void retract();
   auto node(Eigen::MatrixXd& q, Eigen::Index k) const { return q.middleRows(k * n_, n_); }
   auto node(const Eigen::MatrixXd& q, Eigen::Index k) const { return q.middleRows(k * n_, n_); }
@@ -78,12 +81,11 @@ class Relaxation {
   Eigen::MatrixXd Q_0_, Q_T_;
   Nodes nodes_;
   Eigen::Index n_, N_, K_, unknowns_;  ///< K_: number of inner nodes
-  Eigen::MatrixXd q_, gradient_, rho_, Gamma_, X_, M_;
+  Eigen::MatrixXd q_, gradient_, rho_, Gamma_, X_;
+  Eigen::MatrixXd M_, Y_, capacity_;  ///< M = L(I − YYᵀ)Lᵀ; L in M_, the factor of YᵀY − I
   Eigen::VectorXd d_;
   Eigen::MatrixXd inverse_;  ///< 1/((1 + σ)λ_g + d), a column for each group
-  bool positive_ = false, shifted_ = false;
-  Eigen::LLT<Eigen::MatrixXd> llt_;
-  Eigen::LDLT<Eigen::MatrixXd> ldlt_;
+  bool shifted_ = false;
   double action_ = 0, shift_ = 0;
 };
 

@@ -4,21 +4,25 @@
 
 namespace Eigen::internal {
 
-using Hermitian = stiefel::Matrix<std::complex<double>>;
-using Reals = SelfAdjointEigenSolver<Hermitian>::RealVectorType;
-using Below = SelfAdjointEigenSolver<Hermitian>::SubDiagonalType;
-using Coefficients = Tridiagonalization<Hermitian>::CoeffVectorType;
+template <class Scalar>
+using Solver = SelfAdjointEigenSolver<stiefel::Matrix<Scalar>>;
+template <class Scalar>
+using Reals = typename Solver<Scalar>::RealVectorType;
+template <class Scalar>
+using Below = typename Solver<Scalar>::SubDiagonalType;
+template <class Scalar>
+using Coefficients = typename Tridiagonalization<stiefel::Matrix<Scalar>>::CoeffVectorType;
 
 /// Repeats Eigen's reduction to tridiagonal form, operation by operation, with a check for a stop
-/// request before each column: at N = 1024 it takes most of a second.
-template <>
-void tridiagonalization_inplace<Hermitian, Coefficients>(Hermitian& A, Coefficients& h) {
+/// request before each column: of a Hermitian matrix with N = 1024 it takes most of a second.
+template <class Scalar>
+void reduce(stiefel::Matrix<Scalar>& A, Coefficients<Scalar>& h) {
   const Index n = A.rows();
   for (Index i = 0; i < n - 1; ++i) {
     stiefel::stop_point();
     const Index left = n - i - 1;
     double beta;
-    std::complex<double> tau;
+    Scalar tau;
     A.col(i).tail(left).makeHouseholderInPlace(tau, beta);
     // The similarity transformation by I - tau v v^H, v = A.col(i).tail(left).
     A.col(i).coeffRef(i + 1) = 1;
@@ -28,7 +32,7 @@ void tridiagonalization_inplace<Hermitian, Coefficients>(Hermitian& A, Coefficie
         (numext::conj(tau) * -0.5 * (h.tail(left).dot(A.col(i).tail(left)))) * A.col(i).tail(left);
     A.bottomRightCorner(left, left)
         .template selfadjointView<Lower>()
-        .rankUpdate(A.col(i).tail(left), h.tail(left), std::complex<double>(-1));
+        .rankUpdate(A.col(i).tail(left), h.tail(left), Scalar(-1));
     A.col(i).coeffRef(i + 1) = beta;
     h.coeffRef(i) = tau;
   }
@@ -36,11 +40,9 @@ void tridiagonalization_inplace<Hermitian, Coefficients>(Hermitian& A, Coefficie
 
 /// Repeats Eigen's QR iteration on the tridiagonal form, operation by operation, with a check for a
 /// stop request before each step: with complex eigenvectors it takes most of a second at N = 512.
-template <>
-ComputationInfo computeFromTridiagonal_impl<Hermitian, Reals, Below>(Reals& diagonal, Below& below,
-                                                                     const Index most,
-                                                                     bool with_vectors,
-                                                                     Hermitian& vectors) {
+template <class Scalar>
+ComputationInfo iterate(Reals<Scalar>& diagonal, Below<Scalar>& below, const Index most,
+                        bool with_vectors, stiefel::Matrix<Scalar>& vectors) {
   constexpr double least = std::numeric_limits<double>::min();
   constexpr double inverse_unit = 1 / std::numeric_limits<double>::epsilon();
   const Index n = diagonal.size();
@@ -69,6 +71,29 @@ ComputationInfo computeFromTridiagonal_impl<Hermitian, Reals, Below>(Reals& diag
     if (with_vectors) vectors.col(i).swap(vectors.col(k + i));
   }
   return Success;
+}
+
+template <>
+void tridiagonalization_inplace(stiefel::Matrix<double>& A, Coefficients<double>& h) {
+  reduce<double>(A, h);
+}
+template <>
+void tridiagonalization_inplace(stiefel::Matrix<std::complex<double>>& A,
+                                Coefficients<std::complex<double>>& h) {
+  reduce<std::complex<double>>(A, h);
+}
+template <>
+ComputationInfo computeFromTridiagonal_impl(Reals<double>& diagonal, Below<double>& below,
+                                            const Index most, bool with_vectors,
+                                            stiefel::Matrix<double>& vectors) {
+  return iterate<double>(diagonal, below, most, with_vectors, vectors);
+}
+template <>
+ComputationInfo computeFromTridiagonal_impl(Reals<std::complex<double>>& diagonal,
+                                            Below<std::complex<double>>& below, const Index most,
+                                            bool with_vectors,
+                                            stiefel::Matrix<std::complex<double>>& vectors) {
+  return iterate<std::complex<double>>(diagonal, below, most, with_vectors, vectors);
 }
 
 }  // namespace Eigen::internal
