@@ -23,7 +23,7 @@ class ConnectCall final : public Call<grpc::ServerWriteReactor<v1::ConnectRespon
               std::size_t at_once)
       : Call(host, std::move(log), std::move(memory)), request_(request), at_once_(at_once) {
     const double price = std::max(connect_work(request), price_cap(kind));
-    begin(kind, Permit::Kind::call, price, price);
+    begin(kind, Permit::Kind::call, price, price, true);
   }
 
   void OnWriteDone(bool ok) override;
