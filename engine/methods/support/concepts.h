@@ -32,7 +32,9 @@ concept LieSystem = System<S> &&
 
 /// One step of size h. The state holds everything that the next step depends on, including solver
 /// history and carried rounding errors; `x.value` is the system's state, and `each` visits every
-/// block of numbers. A step that does not end with `reached` leaves the state unchanged.
+/// block of numbers. A step that does not end with `reached` leaves the state unchanged. So does a
+/// step that is stopped inside (stiefel/stop.h), if the map has a `stops_before_change()` that
+/// returns true; otherwise what is left then is undefined.
 template <class F>
 concept Map = requires(F map, typename F::State& state, const typename F::Point& start) {
   { map.step(state) } -> std::same_as<RunStatus>;
