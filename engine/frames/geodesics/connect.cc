@@ -108,7 +108,8 @@ std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
   const double nN = static_cast<double>(p.Q_0.size()), n = static_cast<double>(p.Q_0.rows());
   const double d = nN - n * (n + 1) / 2;
   const bool dense = d <= most_dense_degrees || !(p.inertia.minCoeff() > 0);
-  const double unknowns = std::min(K * n * (n + 1) / 2, static_cast<double>(Relaxation::most_dense));
+  const double unknowns =
+      std::min(K * n * (n + 1) / 2, static_cast<double>(Relaxation::most_dense));
   const double each =
       8 * (dense ? 5 * d * d + nN * d + nN * (p.restarts + 3.0)
                  : 2 * unknowns * unknowns / K + 6 * n * n * K + nN * (p.restarts + 12.0));
@@ -173,8 +174,7 @@ auto within(const TwoPointProblem& problem, Search&& search) -> decltype(search(
 
 std::optional<RoundGeodesic> logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0,
                                        const MatrixXd& Q_T, const FrameProducts& products,
-                                       bool thorough = false,
-                                       const MatrixXd* euclidean = nullptr) {
+                                       bool thorough = false, const MatrixXd* euclidean = nullptr) {
   const bool bent = is_bent(problem);
   return round_logarithm(Q_0, Q_T, products,
                          {bent ? *problem.beta : 1, thorough,
@@ -194,8 +194,9 @@ std::optional<RoundGeodesic> bent_logarithm(const Posed& p, const TwoPointProble
 }
 
 Found found(RoundGeodesic geodesic, Shortest otherwise) {
-  return {std::move(geodesic.V), geodesic.shortest ? Shortest::yes : otherwise, geodesic.distinct,
-          geodesic.start, geodesic.residual, geodesic.length};
+  return {std::move(geodesic.V), geodesic.shortest ? Shortest::yes : otherwise,
+          geodesic.distinct,     geodesic.start,
+          geodesic.residual,     geodesic.length};
 }
 
 /// Searches where no closed form is the answer. `round` is what the logarithm of Λ = λI found.
@@ -210,7 +211,8 @@ Found searched(const Posed& p, const TwoPointProblem& problem, bool is_round,
   if (round && search_bytes(problem) > most) return found(*std::move(round), Shortest::unknown);
   Found best;
   if (p.lambda.minCoeff() > 0 && search_bytes(problem) <= most) best = by_multipliers(p, problem);
-  if (best.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_dense_degrees) best = by_paths(p, problem);
+  if (best.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_dense_degrees)
+    best = by_paths(p, problem);
   if (best.V.size() == 0 && is_round && !round)
     round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true);
   if (best.V.size() == 0)
@@ -223,8 +225,8 @@ Found searched(const Posed& p, const TwoPointProblem& problem, bool is_round,
   return best;
 }
 
-/// Says more of a geodesic than the search did: it is the shortest where it is no longer than a proven
-/// bound of the injectivity radius, and is not where it passes a conjugate point.
+/// Says more of a geodesic than the search did: it is the shortest where it is no longer than a
+/// proven bound of the injectivity radius, and is not where it passes a conjugate point.
 void judge(const Posed& p, Found& best) {
   constexpr double most_work = 1e10, nearly_there = 1 - 1e-6;
   constexpr double most_degrees = 32;
@@ -244,8 +246,7 @@ Found found(const Posed& p, const TwoPointProblem& problem, std::optional<RoundG
     return {std::move(closed->V), Shortest::yes, closed->distinct, closed->start};
   const bool shoots = is_round(p.lambda) && !is_body(p.Q_0);
   const bool bent = is_bent(problem);
-  if (shoots && !round)
-    round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T));
+  if (shoots && !round) round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T));
   if (bent && (!round || problem.restarts > 0))
     round = bent_logarithm(p, problem, frame_products(p.Q_0, p.Q_T));
   if (round && (round->shortest || bent)) return found(*std::move(round), Shortest::unknown);
@@ -355,7 +356,8 @@ std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& given) {
 
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& given, int K) {
   return with_inertia(
-      given, [&](const TwoPointProblem& problem) -> std::expected<DiscreteGeodesic, ConnectRefusal> {
+      given,
+      [&](const TwoPointProblem& problem) -> std::expected<DiscreteGeodesic, ConnectRefusal> {
         if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
         if (K < 1)
           return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});

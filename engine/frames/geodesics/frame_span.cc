@@ -102,7 +102,6 @@ FrameProducts frame_products(const MatrixXd& Q_0, const MatrixXd& Q_T) {
   return out;
 }
 
-
 FrameSpan::FrameSpan(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProducts& products)
     : Q_0_(Q_0), Q_T_(Q_T), C_(products.mixed), n_(Q_0.rows()), p_(std::min(n_, Q_0.cols() - n_)) {
   stop_point(connect_work::span(static_cast<double>(n_), static_cast<double>(Q_0.cols())));

@@ -4,10 +4,8 @@
 #include <numeric>
 #include <utility>
 
-#include "engine/frames/geodesics/anderson.h"
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/frames/geodesics/geodesic_search.h"
-#include "engine/frames/geodesics/geodesic_series.h"
 #include "engine/frames/geodesics/relaxation.h"
 #include "engine/frames/geodesics/shoot.h"
 #include "engine/frames/geodesics/starts.h"
@@ -345,35 +343,6 @@ void polish(const Posed& p, const TwoPointProblem& problem, Found& best) {
 }
 
 }  // namespace
-
-Velocity corrected(const Posed& p, const Relaxation& relaxation) {
-  constexpr int most = 16;
-  constexpr double rounding = 3e-15, nearly = 1e-13;
-  Velocity best;
-  MatrixXd V = relaxation.velocity();
-  VectorXd x = V.reshaped();
-  Anderson accelerate(x.size(), 6);
-  double start = 0;
-  int idle = 0;
-  for (int k = 0; k < most && idle < 3; ++k) {
-    V.reshaped() = x;
-    const auto end = geodesic_end(p.lambda, p.Q_0, V);
-    if (!end) break;
-    const MatrixXd miss = *end - p.Q_T;
-    const double residual = miss.cwiseAbs().maxCoeff();
-    if (k == 0) start = residual;
-    if (!(residual <= 10 * start)) break;
-    idle = residual > best.residual / 2 ? idle + 1 : 0;
-    if (residual < best.residual) best = {V, residual};
-    if (best.residual <= rounding || (best.residual <= nearly && idle > 0)) break;
-    stop_point(
-        connect_work::distance(20, static_cast<double>(V.rows()), static_cast<double>(V.cols())));
-    accelerate(x, relaxation.response(-miss).reshaped());
-  }
-  const bool near =
-      best.V.size() > 0 && energy(p.lambda, best.V) <= (1 + strayed) * relaxation.action() + 1e-300;
-  return near ? best : Velocity();
-}
 
 Found by_multipliers(const Posed& p, const TwoPointProblem& problem) {
   constexpr double most_unknowns = 800;  // of a search that is repeated with more nodes

@@ -333,7 +333,8 @@ std::optional<RoundGeodesic> round_logarithm(const MatrixXd& Q_0, const MatrixXd
   RoundGeodesic best{{}, std::numeric_limits<double>::infinity(), 0, false, 0, 0};
   VectorXd chosen;
   const auto keep = [&](const VectorXd& x, int start) {
-    if (std::ranges::any_of(found, [&](const VectorXd& y) { return (x - y).norm() <= same; })) return;
+    if (std::ranges::any_of(found, [&](const VectorXd& y) { return (x - y).norm() <= same; }))
+      return;
     found.push_back(x);
     shooting.shoot(x);
     if (!(shooting.length() < best.length)) return;
