@@ -41,6 +41,9 @@ inline double energy(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& V) {
   return (V.cwiseAbs2() * lambda).sum() / 2;
 }
 
+/// How much the energy of a geodesic may exceed the action of the path from which it was found.
+inline constexpr double strayed = 0.02;
+
 /// A velocity Q̇(0) and the max |Q(1) − Q_T| of its geodesic.
 struct Velocity {
   Eigen::MatrixXd V;

@@ -104,8 +104,6 @@ struct Trial {
 };
 
 constexpr double accurate = 1e-12;  ///< the residual to which velocities are refined
-/// How much the energy of a geodesic may exceed the action of a path that stands for it.
-constexpr double strayed = 0.02;
 constexpr double rough = 0.03, coarse = 1e-3, fine = 1e-5;
 constexpr int most_nodes = 128, most_direct = 100, most_refined = 40, most_near = 8;
 

@@ -36,9 +36,6 @@ void refine(const VectorXd& lambda, RelaxedPath& c, double tolerance, const std:
   c.action = action(lambda, c.path);
 }
 
-/// How much the energy of a geodesic may exceed the action of the path from which it was shot.
-constexpr double strayed = 0.02;
-
 double degrees(const Posed& p) {
   return connect_work::degrees(static_cast<double>(p.Q_0.rows()),
                                static_cast<double>(p.Q_0.cols()));
