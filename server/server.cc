@@ -23,7 +23,7 @@
 #include "server/connections/listener.h"
 #include "server/connections/self_watch.h"
 #include "server/connections/watched_files.h"
-#include "server/observability/grpc_log.h"
+#include "server/observability/log.h"
 #include "server/observability/metrics.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/scheduling/process.h"

@@ -63,7 +63,7 @@ struct Options {
   std::string log_level = "warn";
   bool log_json = false;
   /// Whether the lines that gRPC itself logs, in the whole process, go to this server's log
-  /// (observability/grpc_log.h). For a process with one server.
+  /// (observability/log.h). For a process with one server.
   bool takes_grpc_log = false;
   /// The host:port on which metrics are served over HTTP; empty means no metrics.
   std::string metrics = {};

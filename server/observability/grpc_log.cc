@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/observability/grpc_log.h"
+#include "server/observability/log.h"
 
 namespace stiefel::server {
 namespace {

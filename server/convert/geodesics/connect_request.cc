@@ -11,8 +11,7 @@
 namespace stiefel::server {
 namespace {
 
-constexpr std::uint32_t max_steps = 4096, max_restarts = 1000;
-constexpr std::uint32_t max_samples = 100'000;
+constexpr std::uint32_t max_restarts = 1000;
 constexpr int max_pairs = 1024;
 
 std::string path_of(std::size_t pair, const std::string& field) {
@@ -55,8 +54,8 @@ class ConnectReader {
       refuse(field, std::to_string(value), "must be at most " + std::to_string(most));
   }
   void check_limits() {
-    at_most("steps", request_.steps(), max_steps);
-    at_most("samples", request_.samples(), max_samples);
+    at_most("steps", request_.steps(), max_connect_steps);
+    at_most("samples", request_.samples(), max_connect_samples);
     at_most("restarts", request_.restarts(), max_restarts);
     if (request_.pairs_size() < 1 || request_.pairs_size() > max_pairs)
       refuse("pairs", std::to_string(request_.pairs_size()) + " pairs",
@@ -106,8 +105,8 @@ class ConnectReader {
     if (request_.metric() == v1::METRIC_EUCLIDEAN)
       out.inertia = Eigen::VectorXd::Ones(out.Q_0.cols());
     else if (!out.beta)
-      out.inertia = Eigen::Map<const Eigen::VectorXd>(request_.inertia().data(),
-                                                      request_.inertia_size());
+      out.inertia =
+          Eigen::Map<const Eigen::VectorXd>(request_.inertia().data(), request_.inertia_size());
     return out;
   }
 

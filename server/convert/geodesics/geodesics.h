@@ -29,6 +29,8 @@ struct ConnectTask {
   int samples = 0;
   bool with_scene = true;
 };
+/// The most steps and samples of a path; `read` refuses more.
+inline constexpr std::uint32_t max_connect_steps = 4096, max_connect_samples = 100'000;
 OrStatus<ConnectTask> read(const v1::ConnectRequest& request);
 /// Returns how many pairs are joined at a time: one on each thread, and fewer where their searches,
 /// of `bytes_each`, would take more than `most_bytes` together.
