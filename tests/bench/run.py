@@ -30,7 +30,8 @@ from server import Process, bare_echo, stiefel_server, what_closes
 COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
               unread=100, idle=1000, pairs=64, instructions=2000, bodies=100_000, sweeps=2, geodesics=7)
 # Small counts that only show that everything runs.
-SMOKE = dict(repeats=1, calls=20, shorts=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20, pairs=2,
+SMOKE = dict(repeats=1, calls=20, shorts=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20,
+             pairs=2,
              instructions=0, bodies=0, sweeps=0, geodesics=0)
 THREADS = 2
 
