@@ -1,4 +1,4 @@
-#include "client/cli/run.h"
+#include "client/cli/run_command.h"
 
 #include <algorithm>
 #include <cmath>

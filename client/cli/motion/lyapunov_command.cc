@@ -1,7 +1,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "client/cli/motion/motion_command.h"
+#include "client/cli/motion/motion_options.h"
 
 namespace stiefel::cli {
 namespace {

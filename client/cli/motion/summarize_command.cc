@@ -5,7 +5,7 @@
 
 #include "client/cli/input/message_file.h"
 #include "client/cli/input/nested_numbers.h"
-#include "client/cli/motion/motion_command.h"
+#include "client/cli/motion/motion_options.h"
 #include "client/cli/sinks/description.h"
 
 namespace stiefel::cli {

@@ -8,7 +8,7 @@
 #include "client/cli/options.h"
 #include "client/cli/progress/progress.h"
 #include "client/cli/report.h"
-#include "client/cli/run.h"
+#include "client/cli/run_command.h"
 #include "client/cli/sinks/sink.h"
 
 namespace stiefel::cli {

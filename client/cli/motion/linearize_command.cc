@@ -1,6 +1,6 @@
 #include "client/cli/input/message_file.h"
 #include "client/cli/input/nested_numbers.h"
-#include "client/cli/motion/motion_command.h"
+#include "client/cli/motion/motion_options.h"
 #include "stiefel/client/samples.h"
 
 namespace stiefel::cli {

@@ -5,7 +5,7 @@
 #include "client/cli/command.h"
 #include "client/cli/input/message_file.h"
 #include "client/cli/options.h"
-#include "client/cli/run.h"
+#include "client/cli/run_command.h"
 #include "client/cli/sinks/saved_run.h"
 
 namespace stiefel::cli {

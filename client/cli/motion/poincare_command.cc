@@ -4,7 +4,7 @@
 #include <ranges>
 
 #include "client/cli/input/message_file.h"
-#include "client/cli/motion/motion_command.h"
+#include "client/cli/motion/motion_options.h"
 #include "stiefel/client/samples.h"
 
 namespace stiefel::cli {

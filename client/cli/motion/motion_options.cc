@@ -1,4 +1,4 @@
-#include "client/cli/motion/motion_command.h"
+#include "client/cli/motion/motion_options.h"
 
 namespace stiefel::cli {
 
