@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "server/calls/service.h"
-#include "server/convert/geodesics/geodesics.h"
+#include "server/convert/geodesics/geodesic_answers.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/work_price.h"
 #include "server/sessions/cursor.h"

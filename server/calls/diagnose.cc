@@ -1,7 +1,7 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/unary_call.h"
-#include "server/convert/diagnosis.h"
+#include "server/convert/diagnose_task.h"
 #include "server/convert/errors.h"
 #include "server/convert/memory_price.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "server/calls/host.h"
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "server/sessions/store/journal.h"
 #include "server/sessions/store/store.h"
 

@@ -6,7 +6,7 @@
 #include "server/convert/answers.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/geodesics/geodesics.h"
+#include "server/convert/geodesics/geodesic_answers.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/resolve.h"
 #include "server/convert/work_price.h"

@@ -7,7 +7,7 @@
 #include "server/calls/service.h"
 #include "server/calls/sliced_stream.h"
 #include "server/convert/errors.h"
-#include "server/convert/summarize.h"
+#include "server/convert/summarize_answer.h"
 #include "server/convert/work_price.h"
 #include "server/scheduling/failpoint.h"
 

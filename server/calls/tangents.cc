@@ -6,7 +6,7 @@
 #include "server/calls/sliced_stream.h"
 #include "server/convert/errors.h"
 #include "server/convert/memory_price.h"
-#include "server/convert/tangents/lyapunov.h"
+#include "server/convert/tangents/lyapunov_answer.h"
 #include "server/convert/work_price.h"
 
 namespace stiefel::server {

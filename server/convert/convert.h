@@ -10,7 +10,7 @@
 #include "server/convert/faults.h"
 #include "server/sessions/cursor.h"
 #include "server/sessions/registry.h"
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/error_estimate.h"
 #include "stiefel/scene.h"

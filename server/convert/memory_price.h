@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "stiefel/v1/simulation.pb.h"
 
 namespace stiefel {

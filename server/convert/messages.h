@@ -7,7 +7,7 @@
 
 #include "server/convert/parts.h"
 #include "server/sessions/sampling.h"
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "stiefel/summary.h"
 #include "stiefel/v1/run.pb.h"
 #include "stiefel/v1/summary.pb.h"

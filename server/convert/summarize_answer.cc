@@ -1,4 +1,4 @@
-#include "server/convert/summarize.h"
+#include "server/convert/summarize_answer.h"
 
 #include <algorithm>
 #include <limits>

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "stiefel/v1/simulation.pb.h"
 
 /// Prices in instructions, predicted from requests before they run.

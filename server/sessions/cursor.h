@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "stiefel/scene.h"
 
 namespace stiefel::server {

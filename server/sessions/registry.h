@@ -22,7 +22,7 @@
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/principal.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "server/sessions/write_ahead_log.h"
 
 namespace stiefel::server {

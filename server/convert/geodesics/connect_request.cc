@@ -1,4 +1,4 @@
-#include "server/convert/geodesics/geodesics.h"
+#include "server/convert/geodesics/geodesic_answers.h"
 
 #include <algorithm>
 #include <utility>

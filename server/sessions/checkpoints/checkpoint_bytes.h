@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 
 namespace stiefel::server {
 

@@ -8,7 +8,7 @@
 
 #include "server/scheduling/failpoint.h"
 #include "server/sessions/identity.h"
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 
 namespace stiefel::server {
 namespace {

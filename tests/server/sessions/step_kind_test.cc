@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "tests/server/scenes.h"
 #include "tests/support/scenes/ensemble_of.h"
 

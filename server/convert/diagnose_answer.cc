@@ -1,4 +1,4 @@
-#include "server/convert/diagnosis.h"
+#include "server/convert/diagnose_task.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "server/convert/tangents/lyapunov.h"
+#include "server/convert/tangents/lyapunov_answer.h"
 
 #include <algorithm>
 #include <string>

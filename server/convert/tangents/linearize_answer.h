@@ -8,7 +8,7 @@
 
 #include "server/convert/parts.h"
 #include "server/convert/resolve.h"
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "stiefel/linearization.h"
 #include "stiefel/v1/linearization.pb.h"
 

@@ -5,10 +5,10 @@
 #include <stop_token>
 #include <utility>
 
-#include "server/convert/resolve.h"
 #include "server/convert/messages.h"
+#include "server/convert/resolve.h"
 #include "server/scheduling/memory_budget.h"
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 #include "stiefel/summary.h"
 #include "stiefel/v1/summary.pb.h"
 

@@ -1,4 +1,4 @@
-#include "server/convert/tangents/linearize.h"
+#include "server/convert/tangents/linearize_answer.h"
 
 #include <algorithm>
 #include <cstring>

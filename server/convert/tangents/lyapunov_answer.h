@@ -6,7 +6,7 @@
 #include <stop_token>
 #include <string>
 
-#include "server/convert/tangents/linearize.h"
+#include "server/convert/tangents/linearize_answer.h"
 #include "stiefel/lyapunov.h"
 #include "stiefel/v1/lyapunov.pb.h"
 

@@ -1,4 +1,4 @@
-#include "server/sessions/session.h"
+#include "server/sessions/server_session.h"
 
 #include <algorithm>
 #include <bit>
