@@ -3,7 +3,7 @@
 #include <type_traits>
 
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "engine/methods/support/concepts.h"
 #include "engine/numbers/compensated.h"
 #include "stiefel/stop.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

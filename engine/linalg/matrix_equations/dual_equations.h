@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
-#include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/numbers/dual.h"
 

@@ -1,7 +1,7 @@
 #include "engine/linalg/iteration/fixed_point.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel {

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/stoppable_product.h"
 #include "engine/rigid_body/j_d/cayley_sweep.h"

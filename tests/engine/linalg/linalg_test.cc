@@ -9,7 +9,7 @@
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/lyapunov.h"
+#include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/split_product.h"
 #include "tests/support/scenes/random_scene.h"
