@@ -124,7 +124,7 @@ dist: wheel ## make what a release needs in build/dist: wheels, sources, image, 
 
 docs: packages-run build-programs ## build the site of the documentation into build/docs/html, tutorials run and pictures drawn
 	@docker/packages.sh docs
-	@$(PYTHON) docs/site/build.py build/release build/docs
+	@$(PYTHON) docs/site/build_site.py build/release build/docs
 	@echo "wrote build/docs/html/index.html"
 
 bare: ## run and test a fresh clone in a bare Debian 12, or SUITE=trixie for 13, as root

@@ -1,4 +1,4 @@
-"""Sphinx's configuration of the site; build.py writes the sources that it reads."""
+"""Sphinx's configuration of the site; build_site.py writes the sources that it reads."""
 import os
 import sys
 

@@ -20,7 +20,7 @@ example that it names.
 
 """
 EXAMPLES = Path(__file__).resolve().parents[2] / "client/examples"
-LARGER = {"toutatis": ["toutatis.py"], "tradeoff": ["tradeoff.py", EXAMPLES / "scenes/tradeoff.json"]}
+LARGER = {"toutatis": ["toutatis.py"], "tradeoff": ["measure_tradeoff.py", EXAMPLES / "scenes/tradeoff.json"]}
 
 
 def draw_larger(name: str, picture: Path) -> None:

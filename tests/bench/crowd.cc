@@ -10,7 +10,7 @@
 #include "stiefel/client/client.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/process.h"
-#include "tests/bench/scenes.h"
+#include "tests/bench/wire_scenes.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include "echo.grpc.pb.h"
 #include "stiefel/client/client.h"
 #include "tests/bench/measure.h"
-#include "tests/bench/scenes.h"
+#include "tests/bench/wire_scenes.h"
 
 namespace {
 

@@ -18,7 +18,7 @@
 #include "stiefel/client/error.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 #include "tests/bench/measure.h"
-#include "tests/bench/scenes.h"
+#include "tests/bench/wire_scenes.h"
 
 namespace {
 

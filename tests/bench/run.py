@@ -24,8 +24,8 @@ import prices
 import report
 import sweeps
 import weights
+from measured_servers import Process, bare_echo, stiefel_server, what_closes
 from peers import contest, environment
-from server import Process, bare_echo, stiefel_server, what_closes
 
 COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
               unread=100, idle=1000, pairs=64, instructions=2000, bodies=100_000, sweeps=2, geodesics=7)

@@ -9,7 +9,7 @@
 #include "stiefel/client/client.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
-#include "tests/bench/scenes.h"
+#include "tests/bench/wire_scenes.h"
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include "client/cpp/uuid.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
-#include "tests/client/scenes.h"
 #include "tests/client/unreliable.h"
+#include "tests/client/wire_scenes.h"
 
 namespace stiefel::client {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "server/server.h"
 #include "stiefel/client/client.h"
-#include "tests/client/scenes.h"
+#include "tests/client/wire_scenes.h"
 
 namespace stiefel::client {
 namespace {

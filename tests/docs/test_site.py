@@ -22,7 +22,7 @@ import protocol_pages  # noqa: E402
 @pytest.fixture(scope="module")
 def html(tmp_path_factory):
     output = tmp_path_factory.mktemp("site")
-    built = subprocess.run([sys.executable, SITE / "build.py", BUILD, output], capture_output=True, text=True)
+    built = subprocess.run([sys.executable, SITE / "build_site.py", BUILD, output], capture_output=True, text=True)
     assert built.returncode == 0 and "WARNING" not in built.stderr, built.stdout + built.stderr
     return output / "html"
 

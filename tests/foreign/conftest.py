@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import stiefel
-from answers import Answer, ask, check, whole
 from script import QUARTER, SIZES, STEPS, Call, scene_of_arrays, script
+from server_answers import Answer, ask, check, whole
 
 NOT_RUN = 77
 Start = Callable[[], stiefel.Server]

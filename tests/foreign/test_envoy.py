@@ -19,7 +19,7 @@ import pytest
 
 import stiefel
 import tools
-from answers import Answer, reason_of, reply_of
+from server_answers import Answer, reason_of, reply_of
 from every_call import STREAMS
 from script import Call
 from stiefel import v1 as pb

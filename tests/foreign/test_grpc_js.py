@@ -12,8 +12,8 @@ import pytest
 
 import stiefel
 import tools
-from answers import Answer, reason_of, reply_of
 from script import Call
+from server_answers import Answer, reason_of, reply_of
 
 HERE = Path(__file__).parent
 PROTO = HERE.parents[1] / "proto"

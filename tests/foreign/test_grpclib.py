@@ -12,8 +12,8 @@ import pytest
 
 import stiefel
 import tools
-from answers import Answer
 from script import Call
+from server_answers import Answer
 from stiefel import v1 as pb
 
 HERE = Path(__file__).parent

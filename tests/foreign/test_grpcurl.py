@@ -12,8 +12,8 @@ import pytest
 
 import stiefel
 import tools
-from answers import Answer, detail_of, reason_in, reply_of
 from script import Call
+from server_answers import Answer, detail_of, reason_in, reply_of
 
 SERVICE = "stiefel.v1.SimulationService"
 

@@ -11,7 +11,7 @@ import fake
 import stiefel
 from stiefel._wire import retries
 from stiefel._wire.connection import Connection
-from stiefel._wire.recreation import Recreation
+from stiefel._wire.recreating import Recreation
 
 UNAVAILABLE, EXHAUSTED = grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.RESOURCE_EXHAUSTED
 

@@ -90,8 +90,8 @@ def test_the_page_has_picture_sentence_and_command(name, printed):
 
 
 def test_the_integrals_of_moser_and_veselov(printed):
-    values = numbers(printed("moser_veselov")[0], r"integrals (.*) change by at most (\S+) of .* by (\S+)\.\n")
-    script = runpy.run_path(str(FOLDER / "moser_veselov.py"))
+    values = numbers(printed("moser_veselov_integrals")[0], r"integrals (.*) change by at most (\S+) of .* by (\S+)\.\n")
+    script = runpy.run_path(str(FOLDER / "moser_veselov_integrals.py"))
     M, L, mu = script["M_0"], np.diag(np.square(script["INERTIA"])), np.arange(-2.0, 3.0)
     of_power = [np.polyfit(mu, [np.trace(np.linalg.matrix_power(M + one * L, k)) for one in mu], 4)[::-1] for k in (2, 3, 4)]
     expected = [of_power[0][0], of_power[2][0], of_power[1][1] / 3, of_power[2][2] / 2]
@@ -148,9 +148,9 @@ def test_the_geodesic_of_jacobi(printed):
 
 def test_the_two_rigid_bodies(printed):
     values = numbers(
-        printed("symmetric_rigid_body")[0],
+        printed("symmetric_representation")[0],
         r"at most (\S+) in Q, (\S+) in M, (\S+) in P; both end with Q_11 = (\S+) and (\S+); at .* P differs by (\S+)\.\n")
-    script = runpy.run_path(str(FOLDER / "symmetric_rigid_body.py"))
+    script = runpy.run_path(str(FOLDER / "symmetric_representation.py"))
     *_, last = rk4(body_field(script["INERTIA"]), np.stack([np.eye(4), script["M_0"]]), 0.005, 4000)
     assert values[3:5] == pytest.approx([last[0, 0, 0]] * 2, abs=2e-9)
     assert max(values[:3]) < 1e-12 and 1e-12 < values[5] < 1e-7

@@ -11,7 +11,7 @@ from typing import Any, Callable, Mapping, Optional
 import numpy as np
 
 import stiefel
-from stiefel._wire import connection, recreation
+from stiefel._wire import connection, recreating
 
 STATE = 18  # numbers of a state: Q and M
 
@@ -22,7 +22,7 @@ class Resumptions:
     def __init__(self, monkeypatch: Any):
         self.seconds: list[float] = []
         self._here = threading.local()
-        for owner, name in ((connection.Connection, "pause"), (recreation.Recreation, "recover")):
+        for owner, name in ((connection.Connection, "pause"), (recreating.Recreation, "recover")):
             monkeypatch.setattr(owner, name, self._noting(getattr(owner, name)))
 
     def _noting(self, function: Callable[..., Any]) -> Callable[..., Any]:

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::test {
 

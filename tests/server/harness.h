@@ -13,7 +13,7 @@
 #include "stiefel/simulation.h"
 #include "stiefel/v1/error.pb.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::test {
 

@@ -28,7 +28,7 @@ import grpc.aio
 from stiefel import client as blocking, session as blocking_session, simulation, v1 as pb
 from stiefel._given.typed import Fields, Scene
 from stiefel._programs.variables import warn_of_unknown
-from stiefel._sweep.run import STOP
+from stiefel._sweep.dispatch import STOP
 from stiefel._wire.security import Options, Tls, TlsLike, opener
 from stiefel._wire.waiting import Channel, Lock, run
 from stiefel.errors import TASK, Cancelled, InvalidArgument, calling_frame

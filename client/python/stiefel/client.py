@@ -15,7 +15,7 @@ from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
 from stiefel._wire.arrays import set_tensor, to_array
 from stiefel._wire.connection import Connection
-from stiefel._wire.recreation import route
+from stiefel._wire.recreating import route
 from stiefel._wire.replies import complete, described, require
 from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment

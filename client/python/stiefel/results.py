@@ -13,27 +13,28 @@ from numpy.typing import NDArray
 from stiefel._exports import ccsds, mcap, spice
 from stiefel._exports.nodes import Export
 from stiefel._given.typed import Scene
-from stiefel._results import attitude, catalogue, diagnosis, estimate, geodesics, reduced, save, tables, tradeoff
+from stiefel._results import (attitude, error_against_cost, estimate, geodesics, reduced, save, server_catalogue,
+                              state_properties, tables)
 from stiefel._results.base import Array, Ended, Fields, Named, Outcome, Price, RunStatus
-from stiefel._results.catalogue import *  # noqa: F403
-from stiefel._results.diagnosis import *  # noqa: F403
 from stiefel._results.drawn import Drawn, Logged
+from stiefel._results.error_against_cost import *  # noqa: F403
 from stiefel._results.estimate import *  # noqa: F403
 from stiefel._results.geodesics import *  # noqa: F403
 from stiefel._results.kinds import kind_of
 from stiefel._results.motion import Motion, motion_of
 from stiefel._results.origin import Origin
 from stiefel._results.reduced import *  # noqa: F403
-from stiefel._results.tradeoff import *  # noqa: F403
+from stiefel._results.server_catalogue import *  # noqa: F403
+from stiefel._results.state_properties import *  # noqa: F403
 from stiefel.scene import member_of, to_dict
 
 __all__ = ["Batch", "Export", "Motion", "Origin", "Outcome", "Price", "RunStatus", "State", "Trajectory"]
-__all__ += catalogue.__all__
-__all__ += diagnosis.__all__
+__all__ += server_catalogue.__all__
+__all__ += state_properties.__all__
 __all__ += estimate.__all__
 __all__ += geodesics.__all__
 __all__ += reduced.__all__
-__all__ += tradeoff.__all__
+__all__ += error_against_cost.__all__
 
 
 B = TypeVar("B", bound="Batch")

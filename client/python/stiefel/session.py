@@ -20,11 +20,11 @@ from stiefel._given.typed import Blocks, Body, Fields, Method
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection
-from stiefel._wire.drive import TOO_LARGE, Drive
+from stiefel._wire.driving import TOO_LARGE, Drive
 from stiefel._wire.growing import grown, orthonormalization
 from stiefel._wire.held import Held
 from stiefel._wire.linearizing import linearized, put_vectors
-from stiefel._wire.recreation import Recreation, is_loss, pause_after_loss, pauses, route
+from stiefel._wire.recreating import Recreation, is_loss, pause_after_loss, pauses, route
 from stiefel._wire.replies import described, run_status
 from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,

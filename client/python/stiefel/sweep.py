@@ -13,15 +13,15 @@ from stiefel.scene import SceneLike
 from stiefel._given.summaries import Quantities
 from stiefel._given.when import step_of
 from stiefel._sweep.axes import base_of, read_axes
+from stiefel._sweep.chunk_store import open_store
+from stiefel._sweep.dispatch import ask_all, run_chunks
 from stiefel._sweep.executors import Workers, workers_for
 from stiefel._sweep.failures import Failures, LostServer, OtherNumerics, SweepFailed
 from stiefel._sweep.plan import Plan, make_plan
 from stiefel._sweep.progress import Progress
 from stiefel._sweep.reduction import request_of
 from stiefel._sweep.result import SweepResult, Table
-from stiefel._sweep.run import ask_all, run_chunks
 from stiefel._sweep.shared_store import Written
-from stiefel._sweep.store import open_store
 from stiefel._sweep.warned import Warned
 from stiefel._sweep.worker import here
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pages import EXAMPLES, Elements, Page
-from stiefel._report import page, run
+from stiefel._report import page, run_data
 
 TEMPLATE = page.template()
 MOST_OF = {"rigid_body_8": 200, "double_bracket": 100, "moser_veselov": 300, "stiefel": 100, "right_rigid_body": 100}
@@ -46,7 +46,7 @@ def test_the_samples_are_those_of_the_run(report, client, name):
     time = shown.array("time")
     assert shown.data["to"] == MOST_OF[name] and len(time) > 100 and (np.diff(time) > 0).all()
     with client.create(EXAMPLES / f"{name}.json") as session:
-        step, fields = session.scene["step"], run.drawn_fields(session)
+        step, fields = session.scene["step"], run_data.drawn_fields(session)
         if "method" in session.scene:
             states = session.trajectory(times=time, fields=fields)
         else:

@@ -8,7 +8,7 @@
 #include "engine/rigid_body/symmetric/left_right.h"
 #include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
 #include "engine/rigid_body/symmetric/scaling.h"
-#include "tests/support/representations/rigid.h"
+#include "tests/support/representations/rigid_formulas.h"
 #include "tests/support/scenes/random_matrices.h"
 
 namespace stiefel {

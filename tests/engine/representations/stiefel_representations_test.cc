@@ -3,8 +3,8 @@
 #include "engine/frames/body/stiefel_legendre.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/rigid_body/body/angular_velocity.h"
-#include "tests/support/representations/frames.h"
-#include "tests/support/representations/rigid.h"
+#include "tests/support/representations/frame_formulas.h"
+#include "tests/support/representations/rigid_formulas.h"
 #include "tests/support/scenes/random_matrices.h"
 
 namespace stiefel {

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "stiefel/simulation.h"
-#include "tests/engine/summary/summaries.h"
+#include "tests/engine/summary/finished_summary.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_scene.h"
 

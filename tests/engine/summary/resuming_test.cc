@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "tests/engine/summary/summaries.h"
+#include "tests/engine/summary/finished_summary.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_scene.h"
 

@@ -10,7 +10,7 @@
 #include "engine/summary/energy_of_body.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
-#include "tests/engine/summary/summaries.h"
+#include "tests/engine/summary/finished_summary.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_scene.h"
 

@@ -8,7 +8,7 @@
 
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
-#include "tests/engine/summary/summaries.h"
+#include "tests/engine/summary/finished_summary.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_scene.h"
 

@@ -14,7 +14,7 @@
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/integrate.h"
-#include "tests/support/representations/rigid.h"
+#include "tests/support/representations/rigid_formulas.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"

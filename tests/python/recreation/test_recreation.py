@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel._wire import failures, held, recreation
+from stiefel._wire import failures, held, recreating
 
 BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]},
         "method": {"name": "preprocessed_variational"}}
@@ -155,7 +155,7 @@ def test_a_checkpoint_near_by_is_not_asked_for_again(client):
 
 def test_checkpoints_come_by_themselves_about_every_second_of_work(place, client, monkeypatch):
     session = client.create(BODY)
-    monkeypatch.setattr(recreation, "WORK_BETWEEN_CHECKPOINTS", 1000 * session.step_price.work)
+    monkeypatch.setattr(recreating, "WORK_BETWEEN_CHECKPOINTS", 1000 * session.step_price.work)
     assert session.step(999).checkpoint == b"" and not session._recreation.has_checkpoint
     assert session.step(1000).checkpoint == b"", "which nobody asked for"
     place.replace()

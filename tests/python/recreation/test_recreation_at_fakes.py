@@ -6,7 +6,7 @@ import pytest
 import fake
 import stiefel
 from stiefel import v1 as pb
-from stiefel._wire import recreation
+from stiefel._wire import recreating
 from stiefel._wire.connection import Connection
 
 
@@ -71,7 +71,7 @@ def test_a_session_that_is_lost_over_and_over_is_created_over_and_over(forgetful
             forgetful.order.clear()
             forgetful.losses = losses
             assert call(7).step == 7
-            pauses = list(recreation.pauses())[:losses]
+            pauses = list(recreating.pauses())[:losses]
             # The call comes right after the creation, not after a pause in which the session may be lost.
             assert forgetful.order == ["call", *(event for pause in pauses for event in (pause, "create", "call"))]
 
@@ -81,7 +81,7 @@ def test_the_arrays_of_a_scene_come_from_a_session_that_is_created_again(forgetf
         session = session_of(client, "", left_out=["initial.Q"])
         forgetful.losses = 2
         assert np.array_equal(session.scene["initial"]["Q"], fake.Q)
-        first, second, *_ = recreation.pauses()
+        first, second, *_ = recreating.pauses()
         assert forgetful.order == ["call", first, "create", "call", second, "create", "call"]
 
 
@@ -94,7 +94,7 @@ def test_in_the_end_the_loss_is_told(forgetful):
             forgetful.losses = 10**6
             with pytest.raises(stiefel.NotFound, match="there is no such session"):
                 call(7)
-            assert forgetful.order.count("create") == recreation.RECOVERIES
+            assert forgetful.order.count("create") == recreating.RECOVERIES
             assert sum(event for event in forgetful.order if isinstance(event, float)) == pytest.approx(20.375)
 
 

@@ -16,7 +16,7 @@ import zarr
 from cases import SPINS, failures, small_chunks, sweep  # noqa: F401
 
 import stiefel
-from stiefel._sweep import store, worker
+from stiefel._sweep import chunk_store, worker
 
 pytestmark = pytest.mark.usefixtures("small_chunks")
 
@@ -152,8 +152,8 @@ def shared(tmp_path, **options):
 @pytest.fixture
 def put(monkeypatch):
     """The chunks whose numbers came home."""
-    chunks, put = [], store.Store.put
-    monkeypatch.setattr(store.Store, "put", lambda self, chunk, arrays: chunks.append(chunk) or put(self, chunk, arrays))
+    chunks, put = [], chunk_store.Store.put
+    monkeypatch.setattr(chunk_store.Store, "put", lambda self, chunk, arrays: chunks.append(chunk) or put(self, chunk, arrays))
     return chunks
 
 
@@ -173,26 +173,26 @@ def test_workers_that_see_the_store_write(tmp_path, put, one_at_a_time, computed
 
 def test_workers_that_see_another_store_send_their_numbers(tmp_path, put, one_at_a_time, monkeypatch):
     """A challenge that is not in the group stands for a worker whose path leads elsewhere."""
-    place = store.Store.place
+    place = chunk_store.Store.place
 
     def elsewhere(self, chunk):
         found = place(self, chunk)
         return found and dataclasses.replace(found, challenge="0" * 64)
 
-    monkeypatch.setattr(store.Store, "place", elsewhere)
+    monkeypatch.setattr(chunk_store.Store, "place", elsewhere)
     assert shared(tmp_path).attrs["sha256"] == sweep().attrs["sha256"]
     assert sorted(put) == list(range(15))
 
 
 def test_a_chunk_that_is_not_there_after_all_is_computed_again(tmp_path, put, one_at_a_time, monkeypatch):
     """A store that the worker sees in another state than the sweep: a damaged number stands for it."""
-    read = store.Store.read
+    read = chunk_store.Store.read
 
     def late(self, chunk, written):
         self._group["energy.drift"][self._plan.chunks[chunk][1]] = 7.0
         return read(self, chunk, written)
 
-    monkeypatch.setattr(store.Store, "read", late)
+    monkeypatch.setattr(chunk_store.Store, "read", late)
     assert shared(tmp_path).attrs["sha256"] == sweep().attrs["sha256"]
     assert len(put) > 4
     group = zarr.open_group(str(tmp_path / "sweep.zarr"))

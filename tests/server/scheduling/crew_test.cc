@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 #include "tests/server/scheduling/scheduling.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_scene.h"

@@ -9,7 +9,7 @@
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/checkpoints/secrets.h"
 #include "server/sessions/cursor.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::server {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::server {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "server/scheduling/process.h"
 #include "server/sessions/checkpoints/secrets.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::server {
 namespace {

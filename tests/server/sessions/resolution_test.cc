@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::server {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::server {
 namespace {

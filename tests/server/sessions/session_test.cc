@@ -8,7 +8,7 @@
 
 #include "server/scheduling/slice.h"
 #include "server/sessions/cursor.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::server {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "server/sessions/server_session.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 #include "tests/support/scenes/ensemble_of.h"
 
 namespace stiefel::server {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "server/sessions/identity.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/every_pair.h"
 

@@ -11,7 +11,7 @@
 #include "server/sessions/identity.h"
 #include "server/sessions/registry.h"
 #include "server/sessions/store/journal.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::test {
 

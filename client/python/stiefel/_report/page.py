@@ -12,7 +12,7 @@ from typing import Any, Optional
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel._report import run as runs
+from stiefel._report import run_data
 from stiefel._results.base import Array
 from stiefel._results.body import matrices
 from stiefel.errors import StiefelError
@@ -57,8 +57,8 @@ def template() -> str:
 def data(session: Session, to: int, name: Optional[str] = None, member: int = 0, estimate_error: bool = True,
          tradeoff: Optional[bool] = None) -> dict[str, Any]:
     """Returns what the page shows, as its script reads it."""
-    run = runs.accuracy(session, to, estimate_error)
-    drawn = runs.samples(session, run)
+    run = run_data.accuracy(session, to, estimate_error)
+    drawn = run_data.samples(session, run)
     scene = session.scene
     of = member if scene.get("members") else None
     whole = len(json.dumps(scene)) <= LARGEST_SCENE
@@ -67,7 +67,7 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
         "horizon": run.horizon, "turn": 2 * math.pi / run.speed if run.speed else None,
         "outcome": str(run.run_status.outcome), "message": run.run_status.message,
         "choice": session.choice.reason if session.choice else None,
-        "epoch": session.epoch, "version": runs.described(session).version, "numerics_id": session.message.numerics_id,
+        "epoch": session.epoch, "version": run_data.described(session).version, "numerics_id": session.message.numerics_id,
         "scene": scene if whole else {key: value for key, value in scene.items() if not key.startswith("initial")},
         "whole_scene": whole,
         "samples": {"time": _packed(drawn.time, np.float64),
@@ -79,7 +79,7 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
 
 
 def _field(values: Array) -> dict[str, Any]:
-    values = values[:, :runs.LARGEST, :runs.LARGEST]
+    values = values[:, :run_data.LARGEST, :run_data.LARGEST]
     complex_ = np.iscomplexobj(values)
     numbers = np.stack([np.real(values), np.imag(values)], axis=-1) if complex_ else values
     return {"rows": values.shape[1], "cols": values.shape[2], "complex": complex_, **_packed(numbers, np.float32)}

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Optional, Sequence, overload
 
 from stiefel._results.base import Array, ByValue, Ended, Price, RunStatus
-from stiefel._results.catalogue import Choice
+from stiefel._results.server_catalogue import Choice
 
 __all__ = ["ConjugatePoint", "ConjugatePoints", "Conversion", "Geodesic", "InjectivityRadius"]
 

@@ -161,10 +161,10 @@ def _entries(name: str, values: Array, member: Optional[int]) -> list[tuple[str,
 
 def _accuracy(axes: Any, trajectory: Trajectory, to: Optional[int]) -> float:
     """Draws drift and error, and returns the time up to which they go."""
-    from stiefel._report import run as runs
+    from stiefel._report import run_data
 
     with trajectory.origin.session(trajectory.scene) as session:
-        run = runs.accuracy(session, max(0, int(trajectory.step.max())) if to is None else to)
+        run = run_data.accuracy(session, max(0, int(trajectory.step.max())) if to is None else to)
     for k, family in enumerate(run.families):
         axes.semilogy(run.time, np.maximum(family.drift, FLOOR), label=f"drift of {family.name}", **diagram.line(k))
     for name, look in (("attitude", {"color": "black", "marker": "o"}), ("momentum", {"color": "0.45", "marker": "s"})):

@@ -15,7 +15,7 @@ from stiefel.client import Client
 from stiefel.errors import StiefelError
 from stiefel._given.numbers import refused
 from stiefel._given.summaries import Quantities, to_quantities
-from stiefel._wire.recreation import Recreation
+from stiefel._wire.recreating import Recreation
 from stiefel._wire.replies import described
 from stiefel._wire.summarizing import Summarizing
 from stiefel._sweep.failures import OtherNumerics

@@ -10,7 +10,7 @@ from stiefel import v1 as pb
 from stiefel._given.numbers import refused
 from stiefel._results.base import Array, Outcome, Price
 from stiefel._wire import replies
-from stiefel._wire.recreation import Attempts, Recreation, refuses_checkpoint
+from stiefel._wire.recreating import Attempts, Recreation, refuses_checkpoint
 from stiefel._wire.replies import complete, ends_at, require
 from stiefel._wire.retries import Deadline
 from stiefel._wire.streams import CheckpointParts

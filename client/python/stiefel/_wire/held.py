@@ -11,10 +11,10 @@ from stiefel._given.when import step_of, time_of
 from stiefel._wire import answers
 from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
-from stiefel._wire.recreation import Recreation
+from stiefel._wire.recreating import Recreation
 from stiefel._wire.replies import Layout, answered, complete, described, ends_at, price, require
 from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
-from stiefel._wire.samples import Samples
+from stiefel._wire.sampling import Samples
 from stiefel._wire.summarizing import Summarizing
 from stiefel.results import Choice, Outcome, Price, RunStatus, State
 from stiefel.scene import to_dict

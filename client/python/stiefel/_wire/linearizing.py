@@ -11,7 +11,7 @@ from stiefel._given.numbers import numbers, refused
 from stiefel._results.base import Array, Outcome, Price, RunStatus
 from stiefel._wire import replies
 from stiefel._wire.arrays import Assembly, set_tensor
-from stiefel._wire.recreation import Attempts, Recreation
+from stiefel._wire.recreating import Attempts, Recreation
 from stiefel._wire.replies import complete, ends_at, require
 from stiefel.errors import StiefelError
 from stiefel.results import StateTransition

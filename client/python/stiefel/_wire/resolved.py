@@ -8,7 +8,7 @@ from stiefel import v1 as pb
 from stiefel._given.shapes import LISTS, owner_of
 from stiefel._results.base import Array
 from stiefel._wire.arrays import Assembly, decode, matrix
-from stiefel._wire.recreation import Attempts, Recreation
+from stiefel._wire.recreating import Attempts, Recreation
 from stiefel.errors import CorruptReply, StiefelError
 
 _INITIAL = "initial."

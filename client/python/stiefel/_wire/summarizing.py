@@ -13,10 +13,10 @@ from stiefel._results.base import Array, Outcome, Price, RunStatus
 from stiefel._results.origin import Origin
 from stiefel._wire import answers, replies
 from stiefel._wire.arrays import Assembly, named
-from stiefel._wire.recreation import Attempts, Recreation, refuses_checkpoint
+from stiefel._wire.recreating import Attempts, Recreation, refuses_checkpoint
 from stiefel._wire.replies import Layout, complete, require
 from stiefel._wire.retries import Deadline
-from stiefel._wire.samples import Collector
+from stiefel._wire.sampling import Collector
 from stiefel._wire.streams import CheckpointParts, progress_bar
 from stiefel.errors import FailedPrecondition, StiefelError
 from stiefel.results import Batch, Events, Summary, Trajectory

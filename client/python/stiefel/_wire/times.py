@@ -12,7 +12,7 @@ from stiefel._given.instants import seconds_of
 from stiefel._given.numbers import refused, step_index
 from stiefel._given.when import every_of, in_steps, time_of
 from stiefel._wire import answers
-from stiefel._wire.samples import Collector
+from stiefel._wire.sampling import Collector
 from stiefel._wire.streams import progress_bar
 from stiefel._wire.summarizing import in_given_order, states_at
 from stiefel.errors import FailedPrecondition, StiefelError

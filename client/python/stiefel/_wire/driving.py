@@ -11,7 +11,7 @@ from stiefel._given.mappings import names
 from stiefel._given.numbers import step_index
 from stiefel._given.typed import Fields
 from stiefel._wire.failures import from_status
-from stiefel._wire.recreation import Attempts, Recreation
+from stiefel._wire.recreating import Attempts, Recreation
 from stiefel._wire.replies import complete
 from stiefel._wire.retries import Deadline
 from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavailable

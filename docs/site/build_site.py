@@ -1,6 +1,6 @@
 """Builds the site of the documentation.
 
-    build.py BUILD_FOLDER OUTPUT_FOLDER
+    build_site.py BUILD_FOLDER OUTPUT_FOLDER
 
 Writes OUTPUT_FOLDER/source, what Sphinx reads: the pages of docs, and pages made of the Python package, the public
 headers, the protocol and the programs in BUILD_FOLDER. Runs the tutorials and the scripts of the gallery. Then writes

@@ -1,6 +1,6 @@
 """Measures what accuracy costs on a scene: draws the work-precision diagram and prints the Pareto front as a table.
 
-    tradeoff.py SCENE.json [--horizon T] [--budget B] [--output FOLDER] [--server ADDRESS]
+    measure_tradeoff.py SCENE.json [--horizon T] [--budget B] [--output FOLDER] [--server ADDRESS]
 """
 from __future__ import annotations
 
@@ -53,5 +53,5 @@ if __name__ == "__main__":
     try:
         sys.exit(main())
     except (stiefel.StiefelError, OSError) as error:
-        print(f"tradeoff.py: {error}", file=sys.stderr)
+        print(f"measure_tradeoff.py: {error}", file=sys.stderr)
         sys.exit(2)

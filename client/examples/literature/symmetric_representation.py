@@ -1,6 +1,6 @@
 """The equivalence of the rigid body equations (RBn) and their symmetric representation (SRBn).
 
-    symmetric_rigid_body.py [PICTURE]
+    symmetric_representation.py [PICTURE]
 
 [RB] Theorem 3.12: where |M| < 2, the map Psi(Q, P) = (Q, Q^T P - P^T Q) takes the motions of (SRBn), Q' = Q Omega and
 P' = P Omega, to those of (RBn), Q' = Q Omega and M' = [M, Omega], and its inverse P = Q exp(asinh(M / 2)) takes them back.

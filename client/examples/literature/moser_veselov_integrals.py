@@ -1,6 +1,6 @@
 """The integrals of the discrete rigid body of Moser and Veselov.
 
-    moser_veselov.py [PICTURE]
+    moser_veselov_integrals.py [PICTURE]
 
 The discrete rigid body U Lambda - Lambda U^T = h M, M' = U^T M U of J. Moser and A. P. Veselov (1991) keeps every
 coefficient of tr (M + mu Lambda^2)^k. In four dimensions four of these depend on M. The momentum has six numbers, and

@@ -21,7 +21,7 @@
 #include "server/convert/resolve.h"
 #include "stiefel/client/client.h"
 #include "stiefel/simulation.h"
-#include "tests/server/scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::client {
 namespace {

@@ -12,7 +12,7 @@ from stiefel._results.base import Price, RunStatus
 from stiefel._results.origin import Origin
 from stiefel._wire import replies
 from stiefel._wire.arrays import Assembly, named
-from stiefel._wire.recreation import Attempts, Recreation
+from stiefel._wire.recreating import Attempts, Recreation
 from stiefel._wire.replies import Layout, Steps, complete, require
 from stiefel._wire.streams import CheckpointParts
 from stiefel.errors import DeadlineExceeded, StiefelError, Unavailable
