@@ -1,18 +1,22 @@
-"""The order of the folders, which tells from which folders a file may include.
+"""The order of the folders, which tells from which folders a file may include, their size, and the names of files.
 
-    /usr/bin/python3 tests/layout/layout.py        (prints every line that breaks the order)
+    /usr/bin/python3 tests/layout/layout.py        (prints every line that breaks the order, and what else is wrong)
 """
 from __future__ import annotations
 
 import re
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
+TOPS = ("engine", "server", "client", "proto", "tests", "docs", "docker")
 LARGEST_FOLDER = 30
+MOST_FOLDERS = 2  # with a source of the same name
+# Python and pytest want these names in any folder.
+SPECIAL = {"__init__", "__main__", "conftest"}
 
 # The lowest folders come first. A folder may include from itself, its subfolders, and the lines above its own.
 ENGINE = [
@@ -143,14 +147,25 @@ def arrows_against_the_order(root: Path = ROOT) -> list[Line]:
 def large_folders(root: Path = ROOT) -> dict[str, int]:
     """Returns the folders of sources with too many files. The corpus of a fuzzer does not count."""
     count: Counter[str] = Counter()
-    for top in ("engine", "server", "client", "proto", "tests", "docs", "docker"):
+    for top in TOPS:
         for path in (root / top).rglob("*"):
             if path.is_file() and not {"__pycache__", "corpus"} & set(path.parts):
                 count[str(path.parent.relative_to(root))] += 1
     return {folder: files for folder, files in count.items() if files > LARGEST_FOLDER}
 
 
+def repeated_names(root: Path = ROOT) -> dict[str, list[str]]:
+    """Returns the names of sources, without extensions, that too many folders have, with these folders."""
+    folders: defaultdict[str, set[str]] = defaultdict(set)
+    for top in TOPS:
+        for path in (root / top).rglob("*"):
+            if path.suffix in (".cc", ".h", ".py") and path.stem not in SPECIAL:
+                folders[path.stem].add(str(path.parent.relative_to(root)))
+    return {name: sorted(having) for name, having in folders.items() if len(having) > MOST_FOLDERS}
+
+
 if __name__ == "__main__":
-    found = [*map(str, arrows_against_the_order()), *(f"{folder}: {n} files" for folder, n in large_folders().items())]
+    found = [*map(str, arrows_against_the_order()), *(f"{folder}: {n} files" for folder, n in large_folders().items()),
+             *(f"{name} in {', '.join(folders)}" for name, folders in repeated_names().items())]
     print("\n".join(found))
     sys.exit(bool(found))

@@ -1,4 +1,4 @@
-"""No folder has too many files, and no file includes against the order of the folders."""
+"""No folder has too many files, no name is in too many folders, and no file includes against the order of the folders."""
 from __future__ import annotations
 
 import re
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from layout import ENGINE, ENGINE_FOLDERS, OTHERS, ROOT, arrows_against_the_order, large_folders, sources
+from layout import ENGINE, ENGINE_FOLDERS, OTHERS, ROOT, arrows_against_the_order, large_folders, repeated_names, sources
 
 
 def test_no_arrow_against_the_order():
@@ -16,6 +16,17 @@ def test_no_arrow_against_the_order():
 
 def test_no_folder_is_too_large():
     assert large_folders() == {}
+
+
+def test_no_name_is_in_too_many_folders():
+    assert repeated_names() == {}
+
+
+def test_a_name_in_too_many_folders_is_found(tmp_path: Path):
+    for file in ("engine/run/a.h", "engine/run/a.cc", "server/a.cc", "server/b.cc", "tests/a.py"):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).touch()
+    assert repeated_names(tmp_path) == {"a": ["engine/run", "server", "tests"]}
 
 
 def test_every_source_is_in_a_folder_of_the_order():
