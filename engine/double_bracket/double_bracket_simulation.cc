@@ -23,16 +23,16 @@ Eigen::MatrixXcd complex_block(const Eigen::MatrixXd& x, Eigen::Index first, Eig
          Complex(0, 1) * x.middleRows(first + p, p).cast<Complex>();
 }
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_double_bracket(const Scene& scene) {
   const auto vector = [](const std::vector<double>& l) -> Eigen::VectorXd {
     return Eigen::Map<const Eigen::VectorXd>(l.data(), static_cast<Eigen::Index>(l.size()));
   };
   const Eigen::VectorXd lambda_u = vector(scene.description().inertia_u);
   const Eigen::VectorXd lambda_v = vector(scene.description().inertia_v);
   const int p = static_cast<int>(lambda_u.size()), q = static_cast<int>(lambda_v.size());
-  Eigen::MatrixXd start(4 * p, q);
-  start << scene.block("Q"), scene.block("P");
-  StackedObservables observables(start);
+  Eigen::MatrixXd state(4 * p, q);
+  state << scene.block("Q"), scene.block("P");
+  StackedObservables observables(state);
   for (const auto& [name, first] : {std::pair("Q", 0), std::pair("P", 2 * p)})
     observables.computed_block({name, p, q, true}, [first, p](const auto& x, auto out) {
       for (Eigen::Index j = 0; j < x.cols(); ++j) {
@@ -80,6 +80,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 
 }  // namespace
 
-Simulations double_bracket_simulations() { return {make, methods_on<DoubleBracket<double>>}; }
+Simulations double_bracket_simulations() {
+  return {make_double_bracket, methods_on<DoubleBracket<double>>};
+}
 
 }  // namespace stiefel

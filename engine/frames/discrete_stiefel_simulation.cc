@@ -9,11 +9,7 @@
 namespace stiefel {
 namespace {
 
-using Map = DiscreteStiefel<double>;
-
-constexpr Eigen::Index largest_lax_unasked = 8;
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_discrete_stiefel(const Scene& scene) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
   const int rows = static_cast<int>(n);
   const Eigen::VectorXd lambda = scene.inertia();
@@ -47,11 +43,11 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
   observables.speed = [=, h = scene.step()](const Eigen::MatrixXd& x) {
     return (x.bottomRows(n) - x.topRows(n)).norm() / std::abs(h);
   };
-  return make_discrete_simulation(scene, Map(lambda, n), shared(observables));
+  return make_discrete_simulation(scene, DiscreteStiefel<double>(lambda, n), shared(observables));
 }
 
 }  // namespace
 
-Simulations discrete_stiefel_simulations() { return {make, keeps_all}; }
+Simulations discrete_stiefel_simulations() { return {make_discrete_stiefel, keeps_all}; }
 
 }  // namespace stiefel

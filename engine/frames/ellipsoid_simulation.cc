@@ -9,7 +9,6 @@
 namespace stiefel {
 namespace {
 
-constexpr int largest_lax_unasked = 8;
 using Wide = long double;
 
 /// Returns q̇ from the rows q and q̇, or q and p of a costate.
@@ -21,7 +20,7 @@ Eigen::VectorXd velocity(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& x
   return dx.row(0);
 }
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_ellipsoid(const Scene& scene) {
   const bool costate = scene.block("p").size() > 0;
   const Eigen::VectorXd lambda = scene.inertia();
   StackedObservables observables(stacked(scene, "q", costate ? "p" : "qdot"));
@@ -75,6 +74,8 @@ std::string refusal(const Scene& scene, std::string_view method) {
 
 }  // namespace
 
-Simulations ellipsoid_simulations() { return {make, methods_on<Ellipsoid<double>>, refusal}; }
+Simulations ellipsoid_simulations() {
+  return {make_ellipsoid, methods_on<Ellipsoid<double>>, refusal};
+}
 
 }  // namespace stiefel

@@ -35,6 +35,8 @@ WithinDomain<Phase> read_costate(const Scene& scene, Margins&);
 Eigen::MatrixXd S_of(const Phase& x);
 /// M is an N × N block up to this N.
 inline constexpr Eigen::Index largest_written_M = 4096;
+/// The invariants of the Lax matrix are reported unasked up to this N.
+inline constexpr Eigen::Index largest_lax_unasked = 8;
 
 /// Returns the start of a motion from the blocks of a frame and a costate, by 𝔐⁻¹. Makes the rows
 /// of the frame, which are orthonormal to rounding in double precision, orthonormal in Scalar: each

@@ -7,7 +7,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_stiefel(const Scene& scene) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
   StackedObservables observables(stacked(scene, "Q", "S"));
   observables.block("Q", 0, static_cast<int>(n));
@@ -27,6 +27,6 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 
 }  // namespace
 
-Simulations stiefel_simulations() { return {make, methods_on<Stiefel<double>>}; }
+Simulations stiefel_simulations() { return {make_stiefel, methods_on<Stiefel<double>>}; }
 
 }  // namespace stiefel

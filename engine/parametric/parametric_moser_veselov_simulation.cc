@@ -8,7 +8,7 @@ namespace {
 
 using Map = ParametricMoserVeselov<double>;
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_parametric_moser_veselov(const Scene& scene) {
   return make_discrete_simulation(
       scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
       shared(parametric_observables(scene, scene.step())));
@@ -16,6 +16,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 
 }  // namespace
 
-Simulations parametric_moser_veselov_simulations() { return {make, keeps_all}; }
+Simulations parametric_moser_veselov_simulations() {
+  return {make_parametric_moser_veselov, keeps_all};
+}
 
 }  // namespace stiefel

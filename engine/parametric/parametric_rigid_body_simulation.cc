@@ -6,7 +6,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_parametric_rigid_body(const Scene& scene) {
   return make_simulation(
       scene, ParametricRigidBody<double>(scene.inertia(), scene.parameter(), scene.epsilon()),
       shared(parametric_observables(scene, 1)));
@@ -15,7 +15,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }  // namespace
 
 Simulations parametric_rigid_body_simulations() {
-  return {make, methods_on<ParametricRigidBody<double>>};
+  return {make_parametric_rigid_body, methods_on<ParametricRigidBody<double>>};
 }
 
 }  // namespace stiefel

@@ -8,7 +8,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_mclachlan_scovel(const Scene& scene) {
   const int N = scene.dimension();
   StackedObservables observables(stacked(scene, "Q", "B"));
   observables.block("Q", 0, N).block("B", N, N);
@@ -21,6 +21,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 
 }  // namespace
 
-Simulations mclachlan_scovel_simulations() { return {make, methods_on<McLachlanScovel<double>>}; }
+Simulations mclachlan_scovel_simulations() {
+  return {make_mclachlan_scovel, methods_on<McLachlanScovel<double>>};
+}
 
 }  // namespace stiefel

@@ -10,9 +10,7 @@
 namespace stiefel {
 namespace {
 
-using Map = MoserVeselovPair<double>;
-
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_moser_veselov_pair(const Scene& scene) {
   const int N = scene.dimension();
   const Eigen::VectorXd lambda = scene.inertia();
   const double h = scene.step();
@@ -30,11 +28,11 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
     add_discrete_hamiltonian(lambda, Sigma_L<double>(lambda, x.topRows(N), x.bottomRows(N), h), h,
                              out);
   };
-  return make_discrete_simulation(scene, Map(lambda, h), shared(observables));
+  return make_discrete_simulation(scene, MoserVeselovPair<double>(lambda, h), shared(observables));
 }
 
 }  // namespace
 
-Simulations moser_veselov_pair_simulations() { return {make, keeps_all}; }
+Simulations moser_veselov_pair_simulations() { return {make_moser_veselov_pair, keeps_all}; }
 
 }  // namespace stiefel

@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_reduced_rigid_body(const Scene& scene) {
   const int N = scene.dimension();
   const double epsilon = scene.epsilon();
   const Eigen::MatrixXd A = constant_A<double>(scene.Q(), scene.block("P"));
@@ -32,7 +32,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }  // namespace
 
 Simulations reduced_rigid_body_simulations() {
-  return {make, methods_on<ReducedRigidBody<double>>};
+  return {make_reduced_rigid_body, methods_on<ReducedRigidBody<double>>};
 }
 
 }  // namespace stiefel

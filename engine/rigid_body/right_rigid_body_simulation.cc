@@ -7,7 +7,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_right_rigid_body(const Scene& scene) {
   const int N = scene.dimension();
   StackedObservables observables(stacked(scene, "Q", "M"));
   observables.block("Q", 0, N).block("M", N, N);
@@ -20,6 +20,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 
 }  // namespace
 
-Simulations right_rigid_body_simulations() { return {make, methods_on<RightRigidBody<double>>}; }
+Simulations right_rigid_body_simulations() {
+  return {make_right_rigid_body, methods_on<RightRigidBody<double>>};
+}
 
 }  // namespace stiefel

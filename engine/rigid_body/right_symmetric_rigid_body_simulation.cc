@@ -7,7 +7,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_right_symmetric_rigid_body(const Scene& scene) {
   return make_simulation(scene, RightSymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
                          shared(symmetric_observables(scene, Side::right)));
 }
@@ -15,7 +15,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }  // namespace
 
 Simulations right_symmetric_rigid_body_simulations() {
-  return {make, methods_on<RightSymmetricRigidBody<double>>};
+  return {make_right_symmetric_rigid_body, methods_on<RightSymmetricRigidBody<double>>};
 }
 
 }  // namespace stiefel

@@ -4,7 +4,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_rigid_body(const Scene& scene) {
   return is_exact_body(scene) ? exact_body(scene) : make_body_simulation(scene);
 }
 
@@ -17,6 +17,6 @@ std::vector<MethodOnSystem> methods(const SystemInfo& info) {
 
 }  // namespace
 
-Simulations rigid_body_simulations() { return {make, methods}; }
+Simulations rigid_body_simulations() { return {make_rigid_body, methods}; }
 
 }  // namespace stiefel

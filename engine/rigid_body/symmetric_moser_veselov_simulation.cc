@@ -8,7 +8,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_symmetric_moser_veselov(const Scene& scene) {
   const int N = scene.dimension();
   const double epsilon = scene.epsilon();
   StackedObservables observables = symmetric_observables(scene);
@@ -24,6 +24,8 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 
 }  // namespace
 
-Simulations symmetric_moser_veselov_simulations() { return {make, keeps_all}; }
+Simulations symmetric_moser_veselov_simulations() {
+  return {make_symmetric_moser_veselov, keeps_all};
+}
 
 }  // namespace stiefel

@@ -7,7 +7,7 @@
 namespace stiefel {
 namespace {
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_symmetric_rigid_body(const Scene& scene) {
   return make_simulation(scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
                          shared(symmetric_observables(scene)));
 }
@@ -15,7 +15,7 @@ std::unique_ptr<Simulation> make(const Scene& scene) {
 }  // namespace
 
 Simulations symmetric_rigid_body_simulations() {
-  return {make, methods_on<SymmetricRigidBody<double>>};
+  return {make_symmetric_rigid_body, methods_on<SymmetricRigidBody<double>>};
 }
 
 }  // namespace stiefel

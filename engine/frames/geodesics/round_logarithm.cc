@@ -101,9 +101,9 @@ class SmallExponential {
 
 /// The iteration for the frames I and T in R^{n+p}, T with n orthonormal columns. Velocities are
 /// packed into vectors x of their degrees of freedom, with ‖x‖ the Euclidean norm.
-class Shooting {
+class RoundShooting {
  public:
-  Shooting(const MatrixXd& T, double beta)
+  RoundShooting(const MatrixXd& T, double beta)
       : n_(T.cols()),
         p_(T.rows() - n_),
         beta_(beta),
@@ -280,7 +280,7 @@ class Shooting {
 /// Follows the solution from x for the target T of `shooting`: through frames near the chord, in
 /// more and more steps; through other β, from 1; and from the chord by `minimise`.
 /// `euclidean`: the solution for β = 1 if it is known, else empty.
-bool follow(Shooting& shooting, const MatrixXd& T, double beta, const VectorXd& euclidean,
+bool follow(RoundShooting& shooting, const MatrixXd& T, double beta, const VectorXd& euclidean,
             VectorXd& x) {
   const Index n = T.cols();
   const MatrixXd I = MatrixXd::Identity(T.rows(), n);
@@ -328,7 +328,7 @@ std::optional<RoundGeodesic> round_logarithm(const MatrixXd& Q_0, const MatrixXd
   constexpr Index most_degrees = 600;  // of a Jacobian by differences
   constexpr double same = 1e-6;
   const FrameSpan span(Q_0, Q_T, products);
-  Shooting shooting(span.target(), search.beta);
+  RoundShooting shooting(span.target(), search.beta);
   std::vector<VectorXd> found;
   RoundGeodesic best{{}, std::numeric_limits<double>::infinity(), 0, false, 0, 0};
   VectorXd chosen;

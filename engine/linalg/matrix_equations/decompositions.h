@@ -6,7 +6,7 @@
 
 #include "engine/numbers/scalar.h"
 
-// Eigen's decompositions, compiled once, in instances.cc.
+// Eigen's decompositions, compiled once, in instances.cc and wide_precision.cc.
 extern template class Eigen::PartialPivLU<stiefel::Matrix<double>>;
 extern template class Eigen::PartialPivLU<stiefel::Matrix<long double>>;
 extern template class Eigen::LLT<stiefel::Matrix<double>>;

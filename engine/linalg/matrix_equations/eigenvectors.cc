@@ -103,9 +103,3 @@ template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<double>>& Eigen::SelfAdjo
 template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<std::complex<double>>>&
 Eigen::SelfAdjointEigenSolver<stiefel::Matrix<std::complex<double>>>::compute(
     const Eigen::EigenBase<stiefel::Matrix<std::complex<double>>>&, int);
-template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<long double>>&
-Eigen::SelfAdjointEigenSolver<stiefel::Matrix<long double>>::compute(
-    const Eigen::EigenBase<stiefel::Matrix<long double>>&, int);
-template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<std::complex<long double>>>&
-Eigen::SelfAdjointEigenSolver<stiefel::Matrix<std::complex<long double>>>::compute(
-    const Eigen::EigenBase<stiefel::Matrix<std::complex<long double>>>&, int);

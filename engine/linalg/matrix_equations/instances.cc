@@ -7,13 +7,10 @@
 namespace stiefel {
 
 template class Lyapunov<double>;
-template class Lyapunov<long double>;
 template class Lyapunov<float>;
 
 template class SymmetricLyapunov<double>;
 template class SymmetricLyapunov<float>;
-template class SymmetricLyapunov<long double>;
-template class SymmetricLyapunov<Quad>;
 
 template class ConstraintRiccati<double>;
 
@@ -22,7 +19,6 @@ template class FixedPoint<double>;
 }  // namespace stiefel
 
 template class Eigen::PartialPivLU<stiefel::Matrix<double>>;
-template class Eigen::PartialPivLU<stiefel::Matrix<long double>>;
 template class Eigen::LLT<stiefel::Matrix<double>>;
 template Eigen::Index Eigen::internal::llt_inplace<double, Eigen::Lower>::blocked(
     stiefel::Matrix<double>&);
