@@ -1,6 +1,5 @@
-# Makes a copy of Eigen 3.4 in the build folder that g++ 12 compiles in three quarters of the time; the types, the
-# functions and the code that comes out of them are those of Eigen as installed (docs/decisions/0009-precompiled-headers.md).
-# Only <Eigen/Dense> is copied in this way.
+# Makes a copy of Eigen 3.4.0 in the build folder that g++ 12 compiles faster. Types, functions and the code that comes out
+# of them are those of Eigen as installed (docs/decisions/0009-precompiled-headers.md). The copy serves <Eigen/Dense> alone.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 get_target_property(installed Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 if(NOT Eigen3_VERSION VERSION_EQUAL 3.4.0 OR NOT EXISTS ${installed}/Eigen/Dense)

@@ -37,7 +37,7 @@ class Brockett {
   State bracket_;
 };
 
-std::unique_ptr<Simulation> make(const Scene& scene) {
+std::unique_ptr<Simulation> make_brockett(const Scene& scene) {
   const int N = scene.dimension();
   const Eigen::MatrixXd D = scene.inertia().asDiagonal();
   StackedObservables observables(scene.block("H"));
@@ -76,6 +76,6 @@ Tangents brockett_tangents() {
           }};
 }
 
-Simulations brockett_simulations() { return {make, methods_on<Brockett<double>>}; }
+Simulations brockett_simulations() { return {make_brockett, methods_on<Brockett<double>>}; }
 
 }  // namespace stiefel
