@@ -19,9 +19,11 @@ BLOCKING = ("test_times_are_the_server_s", "test_no_answer_prints_more_than_thre
 
 def pytest_addoption(parser):
     parser.addoption("--aio", action="store_true", help="run the tests through stiefel.aio")
+    parser.addoption("--long", action="store_true", help="run the tests that are marked `long`, and no other")
 
 
 def pytest_configure(config):
+    config.addinivalue_line("markers", "long: takes a minute")
     if config.getoption("--aio"):
         sys.path.insert(0, str(Path(__file__).parent / "aio"))
         import facade  # which needs greenlet
@@ -30,6 +32,7 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
+    items[:] = [item for item in items if bool(item.get_closest_marker("long")) == config.getoption("--long")]
     if config.getoption("--aio"):
         items[:] = [item for item in items if not item.name.startswith(BLOCKING)]
 

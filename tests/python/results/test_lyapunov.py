@@ -93,7 +93,7 @@ class BreaksAtCheckpoints:
 
 
 def test_a_broken_run_goes_on_from_its_checkpoints(client, monkeypatch, without_pauses):
-    to, options = 300_000, {"every": 50_000}
+    to, options = 60_000, {"every": 10_000}
     with client.create(geodesic(1)) as session:
         whole = session.lyapunov(to=to, **options)
         breaks = BreaksAtCheckpoints(session._connection.stub.LyapunovSpectrum, 3)

@@ -144,14 +144,28 @@ def test_the_monodromies_share_a_line_only_if_two_numbers_are_equal(triple):
     assert max(moved) < 1e-9 if len(set(triple)) < 3 else min(moved) > 1e-3, moved
 
 
-@pytest.mark.parametrize("group, verdict", [("sphere n=1", "regular"), ("body n=N", "regular"), ("round", "regular"),
-                                            ("V(2,3) two values", "regular"), ("reduced (8.2)", "regular"), ("chaotic control", "chaotic")])
-def test_controls_are_judged_rightly(client, group, verdict):
-    work = [task for task in integrability.tasks(100, 100_000, 3) if task["group"] == group][:4]
-    verdicts = [row["verdict"] for row in integrability.study(work)]
-    assert set(verdicts) <= {verdict, "undecided"} and verdicts.count("undecided") <= len(verdicts) / 4
+CONTROLS = [("sphere n=1", "regular"), ("body n=N", "regular"), ("round", "regular"), ("V(2,3) two values", "regular"),
+            ("reduced (8.2)", "regular"), ("chaotic control", "chaotic")]
 
 
+def verdicts(group, count):
+    return [row["verdict"] for row in integrability.study([task for task in integrability.tasks(100, 100_000, 3)
+                                                           if task["group"] == group][:count])]
+
+
+@pytest.mark.parametrize("group, verdict", CONTROLS)
+def test_a_control_is_judged_rightly(group, verdict):
+    assert verdicts(group, 1) == [verdict]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("group, verdict", CONTROLS)
+def test_controls_are_judged_rightly(group, verdict):
+    found = verdicts(group, 4)
+    assert set(found) <= {verdict, "undecided"} and found.count("undecided") <= len(found) / 4
+
+
+@pytest.mark.long
 def test_neighbours_of_the_chaotic_control_part_at_the_rate_of_its_exponent(client):
     """Two simulated motions, of which one is brought back to a distance of 1e-7 every 40 steps: no tangent is computed."""
     steps, near = 60_000, 1e-7
@@ -219,6 +233,7 @@ def growth_without_the_engine(work, time, step=0.05, span=2.5):
     return growth
 
 
+@pytest.mark.long
 def test_another_program_finds_the_same_growth():
     """Other equations, another method, another tangent: motions that are chaotic grow there, and regular ones do not."""
     work = [task for task in integrability.tasks(100, 30_000, 4) if task["group"] == "V(2,3)"]
