@@ -2,8 +2,8 @@
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
-#include "client/cli/input/scene_source.h"
 #include "client/cli/input/message_file.h"
+#include "client/cli/input/scene_source.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/status_line.h"
 #include "client/cli/report.h"

@@ -3,8 +3,8 @@
 
 #include "client/cli/command.h"
 #include "client/cli/endpoint.h"
-#include "client/cli/interrupt.h"
 #include "client/cli/input/message_file.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/options.h"
 #include "client/cli/progress/tradeoff_progress.h"
 #include "client/cli/report.h"

@@ -114,8 +114,7 @@ v1::ConjugatePointsResponse Client::conjugate_points(
       connection_->call_all(&Stub::ConjugatePoints, request, connection_->options.compute_timeout);
   v1::ConjugatePointsResponse whole = std::move(replies.front());
   for (const auto& reply : replies) {
-    require((&reply == &replies.front() ? whole : reply).continues() ==
-                (&reply != &replies.back()),
+    require((&reply == &replies.front() ? whole : reply).continues() == (&reply != &replies.back()),
             "a part of the points is missing");
     if (&reply != &replies.front()) whole.mutable_points()->MergeFrom(reply.points());
   }
@@ -156,7 +155,8 @@ std::vector<v1::ConnectResponse> Client::geodesics(v1::ConnectRequest request) c
   }
   std::ranges::sort(geodesics, {}, &v1::ConnectResponse::pair);
   for (std::size_t i = 0; i < geodesics.size(); ++i) {
-    require(geodesics[i].pair() == i && std::cmp_less(i, request.pairs_size()), "a pair is missing");
+    require(geodesics[i].pair() == i && std::cmp_less(i, request.pairs_size()),
+            "a pair is missing");
     check_geodesic(geodesics[i], request);
   }
   if (std::cmp_not_equal(geodesics.size(), request.pairs_size()))

@@ -51,8 +51,8 @@ class Reading {
  private:
   void check(const v1::LinearizeResponse& message) {
     const bool blocks = request_.vectors().shape_size() == 3;
-    const auto found = std::ranges::find(message.fields(), blocks ? "vectors" : "matrix",
-                                         &v1::Field::name);
+    const auto found =
+        std::ranges::find(message.fields(), blocks ? "vectors" : "matrix", &v1::Field::name);
     require(found != message.fields().end() && found->value().shape_size() == (blocks ? 3 : 2),
             "a result has no vectors");
     require(message.step() > before_ && message.step() <= request_.to(),
@@ -75,8 +75,9 @@ v1::LinearizeResponse Session::linearize(v1::LinearizeRequest request,
                                          const LinearizationReceiver& receive) const {
   request.set_session_id(id());
   Reading reading(request, receive);
-  return whole_reply(*connection_, *recreation_, id(), request.to(), reading,
-                     [&](auto& context) { return connection_->stub->Linearize(&context, request); });
+  return whole_reply(*connection_, *recreation_, id(), request.to(), reading, [&](auto& context) {
+    return connection_->stub->Linearize(&context, request);
+  });
 }
 
 }  // namespace stiefel::client

@@ -8,8 +8,8 @@
 namespace stiefel::client {
 namespace {
 
-/// Reads the streams of one call: checks what the protocol promises of them, and passes every result
-/// to the receiver once.
+/// Reads the streams of one call: checks what the protocol promises of them, and passes every
+/// result to the receiver once.
 class GrowthReading {
  public:
   GrowthReading(v1::LyapunovSpectrumRequest& request, const Session::SpectrumReceiver& receive)
@@ -88,9 +88,9 @@ v1::LyapunovSpectrumResponse Session::lyapunov(v1::LyapunovSpectrumRequest reque
                                                const SpectrumReceiver& receive) const {
   request.set_session_id(id());
   GrowthReading reading(request, receive);
-  return whole_reply(
-      *connection_, *recreation_, id(), request.to(), reading,
-      [&](auto& context) { return connection_->stub->LyapunovSpectrum(&context, request); });
+  return whole_reply(*connection_, *recreation_, id(), request.to(), reading, [&](auto& context) {
+    return connection_->stub->LyapunovSpectrum(&context, request);
+  });
 }
 
 }  // namespace stiefel::client

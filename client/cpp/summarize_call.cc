@@ -198,8 +198,9 @@ v1::SummarizeResponse Session::summarize(v1::SummarizeRequest request,
                                          const SummaryReceiver& receive) const {
   request.set_session_id(id());
   Reading reading(request, receive);
-  return whole_reply(*connection_, *recreation_, id(), request.to(), reading,
-                     [&](auto& context) { return connection_->stub->Summarize(&context, request); });
+  return whole_reply(*connection_, *recreation_, id(), request.to(), reading, [&](auto& context) {
+    return connection_->stub->Summarize(&context, request);
+  });
 }
 
 }  // namespace stiefel::client

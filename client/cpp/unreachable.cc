@@ -172,8 +172,8 @@ grpc::Status with_price(const grpc::Status& status, const grpc::ClientContext& c
                 std::strtod(work.c_str(), nullptr) / work_per_second);
   const bool capped = metadata.contains("stiefel-work-bound");
   return {status.error_code(), status.error_message() + "; it takes " +
-                                   (capped ? "at most " : "about ") + seconds +
-                                   " s of one core (" + work + " instructions)"};
+                                   (capped ? "at most " : "about ") + seconds + " s of one core (" +
+                                   work + " instructions)"};
 }
 
 }  // namespace stiefel::client

@@ -29,8 +29,8 @@ using Stub = v1::SimulationService::Stub;
 constexpr int principals = 4;
 /// Steps of a long call: about 20 ms on one thread.
 constexpr std::int64_t long_steps = 100'000;
-/// Steps of the other caller's calls: gRPC's thread answers 1 step, a worker 1000 steps (0.2 ms) as a
-/// short call, and 12 000 (2 ms) as one just above the limit of short calls.
+/// Steps of the other caller's calls: gRPC's thread answers 1 step, a worker 1000 steps (0.2 ms) as
+/// a short call, and 12 000 (2 ms) as one just above the limit of short calls.
 constexpr std::array<std::int64_t, 3> short_steps = {1, 1000, 12'000};
 constexpr std::array<const char*, 3> kinds = {"an inline", "a short pooled", "a medium"};
 /// The least number of long calls from which the shares are computed.

@@ -50,8 +50,8 @@ class Exchange {
   Exchange(const std::shared_ptr<grpc::Channel>& channel, grpc::ClientContext& context,
            const MethodDescriptor& rpc)
       : stub_(channel),
-        stream_(stub_.PrepareCall(
-            &context, "/" + rpc.service()->full_name() + "/" + rpc.name(), &queue_)),
+        stream_(stub_.PrepareCall(&context, "/" + rpc.service()->full_name() + "/" + rpc.name(),
+                                  &queue_)),
         reply_(google::protobuf::MessageFactory::generated_factory()
                    ->GetPrototype(rpc.output_type())
                    ->New()) {

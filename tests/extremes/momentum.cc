@@ -4,9 +4,9 @@
 #include <limits>
 #include <sstream>
 
+#include "engine/accuracy/reference.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/rigid_body/symmetric/psi.h"
-#include "engine/accuracy/reference.h"
 #include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "engine/numbers/scalar.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/numbers/scalar.h"
 #include "tests/support/linalg/quadruple.h"
 
 namespace stiefel::testing {

@@ -9,8 +9,8 @@
 
 #include "client/cli/exit_status.h"
 #include "client/cli/input/embedded.h"
-#include "client/cli/input/scene_forms.h"
 #include "client/cli/input/message_file.h"
+#include "client/cli/input/scene_forms.h"
 #include "engine/scene/near_name.h"
 
 namespace stiefel::cli {

@@ -58,8 +58,8 @@ void append_units(std::string& text, const SampleView& sample, const Description
   text += '\n';
 }
 
-/// Writes one line per sample. Lines that begin with # tell the scene and the units and, at the end,
-/// how the run ended.
+/// Writes one line per sample. Lines that begin with # tell the scene and the units and, at the
+/// end, how the run ended.
 class CsvSink : public Sink {
  public:
   explicit CsvSink(const std::string& path)

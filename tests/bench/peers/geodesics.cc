@@ -1,6 +1,6 @@
 // Joins pairs of frames in the metric of β. Arguments: n, N, β, a file of the pairs: Q_0, Q_T and
-// Q̇(0) for each, as rows of doubles. For every index of a pair that it reads from stdin it writes the
-// seconds of a search and the largest error of its velocity.
+// Q̇(0) for each, as rows of doubles. For every index of a pair that it reads from stdin it writes
+// the seconds of a search and the largest error of its velocity.
 #include <cstdlib>
 #include <fstream>
 #include <iostream>

@@ -18,8 +18,7 @@ using Eigen::VectorXd;
 /// Whether Connect, with restarts, finds no other way to the end of the geodesic from (Q, V) of
 /// unit speed at the time t that is as short.
 bool is_the_shortest(const VectorXd& lambda, const MatrixXd& Q, const MatrixXd& V, double t) {
-  TwoPointProblem problem{
-      .inertia = lambda, .Q_0 = Q, .Q_T = *geodesic_end(lambda, Q, t * V)};
+  TwoPointProblem problem{.inertia = lambda, .Q_0 = Q, .Q_T = *geodesic_end(lambda, Q, t * V)};
   problem.restarts = 12;
   const auto found = connect(problem);
   if (!found) return false;

@@ -133,9 +133,9 @@ TEST(TangentWorkspace, OfAMatrix) {
       expect_linearization(body(N, method), 0, std::string(method) + " N = " + std::to_string(N));
   for (const char* method : {"variational", "rk4", "munthe_kaas4"})
     for (const auto& [n, N] : {std::pair{1, 8}, {2, 5}, {3, 16}, {8, 16}})
-      expect_linearization(frames(n, N, method), 0,
-                           std::string(method) + " V(" + std::to_string(n) + ", " +
-                               std::to_string(N) + ")");
+      expect_linearization(
+          frames(n, N, method), 0,
+          std::string(method) + " V(" + std::to_string(n) + ", " + std::to_string(N) + ")");
   for (const SystemInfo& system : catalogue().systems) {
     const std::string name(system.name);
     // The tangent spaces of some have fewer directions than their blocks show: half as many, and of
@@ -153,7 +153,8 @@ TEST(TangentWorkspace, OfAMatrix) {
 TEST(TangentWorkspace, OfSomeVectorsOfLargeFrames) {
   for (const auto& [n, N] : {std::pair{4, 1000}, {4, 100'000}, {8, 1000}, {2, 20'000}})
     for (const Eigen::Index m : {1, 4, 16})
-      expect_linearization(frames(n, N, "variational"), N > 20'000 ? std::min<Eigen::Index>(m, 4) : m,
+      expect_linearization(frames(n, N, "variational"),
+                           N > 20'000 ? std::min<Eigen::Index>(m, 4) : m,
                            "V(" + std::to_string(n) + ", " + std::to_string(N) + ")");
 }
 
@@ -175,8 +176,7 @@ TEST(TangentWorkspace, OfSpectra) {
              "N = " + std::to_string(N) + ", count " + std::to_string(count));
   for (const auto& [n, N] : {std::pair{1, 8}, {2, 5}, {3, 16}})
     for (const auto way : {Orthonormalization::discrete_qr, Orthonormalization::continuous})
-      expect(frames(n, N, "variational"),
-             {.to = 40, .orthonormalization = way, .interval = 2},
+      expect(frames(n, N, "variational"), {.to = 40, .orthonormalization = way, .interval = 2},
              "V(" + std::to_string(n) + ", " + std::to_string(N) + ")");
 }
 

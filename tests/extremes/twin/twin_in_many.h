@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/rigid_body/body/body_invariants.h"
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/rigid_body/body/body_invariants.h"
 #include "tests/extremes/twin/twin_of.h"
 
 namespace stiefel::extremes {

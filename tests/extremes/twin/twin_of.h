@@ -1,8 +1,8 @@
 #pragma once
 
 #include "engine/frames/ellipsoid_maps.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/frames/stiefel_maps.h"
+#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "methods/all_methods.h"
 #include "tests/extremes/twin/twin.h"
 

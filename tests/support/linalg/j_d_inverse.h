@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/numbers/scalar.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel::testing {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/numbers/quadruple.h"
 #include "engine/frames/passes/rattle_stiefel.h"
+#include "engine/numbers/quadruple.h"
 #include "engine/rigid_body/j_d/cayley_n.h"
 
 namespace stiefel {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <complex>
 
-#include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel::testing {
 
