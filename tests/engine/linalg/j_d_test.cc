@@ -8,6 +8,7 @@
 #include "engine/linalg/matrix_equations/spectrum.h"
 #include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "tests/support/linalg/j_d_schur.h"
+#include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 #include "tests/support/scenes/stacked.h"
@@ -15,12 +16,11 @@
 namespace stiefel {
 namespace {
 
+using testing::largest;
 using testing::RandomBody;
 using MapN = MoserVeselov<SoN<double>>;
 using Map3 = MoserVeselov<So3<double, true>>;
 using Map4 = MoserVeselov<So4<double, true>>;
-
-double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
 
 /// U of one step from Q = I.
 struct Solved {

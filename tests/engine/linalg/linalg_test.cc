@@ -12,15 +12,15 @@
 #include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/split_product.h"
+#include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel {
 namespace {
 
+using testing::largest;
 using testing::RandomBody;
-
-double largest(const Eigen::MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
 
 /// A state in both spaces.
 struct BothSpaces {

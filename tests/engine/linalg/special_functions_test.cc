@@ -56,8 +56,8 @@ class SpecialFunctions : public ::testing::Test {
  private:
   std::mt19937_64 generator_{7};
 };
-using Scalars = ::testing::Types<double, long double>;
-TYPED_TEST_SUITE(SpecialFunctions, Scalars);
+using Precisions = ::testing::Types<double, long double>;
+TYPED_TEST_SUITE(SpecialFunctions, Precisions);
 
 TYPED_TEST(SpecialFunctions, CarlsonsIntegralsAreAsAccurateAsThoseOfBoost) {
   using Scalar = TypeParam;

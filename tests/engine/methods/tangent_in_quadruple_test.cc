@@ -62,8 +62,8 @@ void expect_derivative(const Scene& scene, const char* lower, Map map, const std
   for (Eigen::Index k = 0; k < basis.cols(); ++k) {
     const Dense u = basis.col(k).reshaped<Eigen::RowMajor>(rows, cols),
                 v = moved.col(k).reshaped<Eigen::RowMajor>(rows, cols);
-    const auto exact = derivative<Quad>(phi, Matrix<Quad>(x.cast<Quad>()),
-                                        Matrix<Quad>(u.cast<Quad>()));
+    const auto exact =
+        derivative<Quad>(phi, Matrix<Quad>(x.cast<Quad>()), Matrix<Quad>(u.cast<Quad>()));
     ASSERT_TRUE(exact) << what;
     worst = std::max(worst, static_cast<double>((v.cast<Quad>() - *exact).norm() / exact->norm()));
   }
@@ -77,13 +77,12 @@ void expect_of_bodies(int N, unsigned seed, int order) {
   const char* name = Method::traits.name;
   const Scene scene = scene_of("rigid_body", name, order, body.lambda, "M", body.Q,
                                body.M / std::max(1.0, body.M.norm()));
-  expect_derivative(scene, "M",
-                    typename Method::template Map<Body>(
-                        Body(scene.inertia().cast<Quad>()), Quad(h),
-                        MethodOptions(std::max(order, Method::traits.default_order),
-                                      Arithmetic::plain)),
-                    std::string(name) + " N = " + std::to_string(N) + ", seed " +
-                        std::to_string(seed));
+  expect_derivative(
+      scene, "M",
+      typename Method::template Map<Body>(
+          Body(scene.inertia().cast<Quad>()), Quad(h),
+          MethodOptions(std::max(order, Method::traits.default_order), Arithmetic::plain)),
+      std::string(name) + " N = " + std::to_string(N) + ", seed " + std::to_string(seed));
 }
 
 TEST(TangentInQuadruplePrecision, OfBodies) {
@@ -104,13 +103,13 @@ void expect_of_frames(int n, int N, unsigned seed, int order = 0) {
   const char* name = Method::traits.name;
   const Scene scene = scene_of("stiefel", name, order, frame.lambda, "S", frame.Q,
                                frame.S / std::max(1.0, frame.S.norm()));
-  expect_derivative(scene, "S",
-                    typename Method::template Map<System>(
-                        System(scene.inertia().cast<Quad>(), n), Quad(h),
-                        MethodOptions(std::max(order, Method::traits.default_order),
-                                      Arithmetic::plain)),
-                    std::string(name) + " n, N = " + std::to_string(n) + ", " +
-                        std::to_string(N) + ", seed " + std::to_string(seed));
+  expect_derivative(
+      scene, "S",
+      typename Method::template Map<System>(
+          System(scene.inertia().cast<Quad>(), n), Quad(h),
+          MethodOptions(std::max(order, Method::traits.default_order), Arithmetic::plain)),
+      std::string(name) + " n, N = " + std::to_string(n) + ", " + std::to_string(N) + ", seed " +
+          std::to_string(seed));
 }
 
 TEST(TangentInQuadruplePrecision, OfFrames) {

@@ -11,10 +11,10 @@
 namespace stiefel {
 namespace {
 
+using testing::largest;
 using D = Matrix<double>;
 using Random = testing::RandomMatrices<double>;
 
-double largest(const D& A) { return A.cwiseAbs().maxCoeff(); }
 D identity(Eigen::Index N) { return D::Identity(N, N); }
 
 D of_norm(const D& M, double norm) { return norm / skew_norm(M) * M; }

@@ -14,12 +14,12 @@
 namespace stiefel {
 namespace {
 
+using testing::largest;
 using Random = testing::RandomMatrices<double>;
 using D = Matrix<double>;
 using Wide = long double;
 using W = Matrix<Wide>;
 
-double largest(const D& A) { return A.cwiseAbs().maxCoeff(); }
 D identity(Eigen::Index N) { return D::Identity(N, N); }
 
 /// A skew M of the operator norm asked for.

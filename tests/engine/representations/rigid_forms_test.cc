@@ -17,10 +17,13 @@
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
+#include "tests/support/scenes/stacked.h"
 
 namespace stiefel {
 namespace {
 
+using testing::bottom;
+using testing::top;
 using namespace testing;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -33,9 +36,6 @@ struct Body {
   double epsilon;
   Eigen::Index N() const { return lambda.size(); }
 };
-
-MatrixXd top(const MatrixXd& x) { return x.topRows(x.cols()); }
-MatrixXd bottom(const MatrixXd& x) { return x.bottomRows(x.cols()); }
 
 struct Right {
   template <class Scalar>

@@ -10,10 +10,9 @@
 namespace stiefel {
 namespace {
 
+using testing::largest;
 using Random = testing::RandomMatrices<double>;
 using D = Matrix<double>;
-
-double largest(const D& A) { return A.cwiseAbs().maxCoeff(); }
 
 struct Case {
   int n, N;

@@ -35,8 +35,8 @@ long allocations_in_steps(const Scene& scene) {
   return allocations - before;
 }
 
-/// On one thread. A pass that several threads share allocates once: a step of gauss4 with N = 64 has
-/// one.
+/// On one thread. A pass that several threads share allocates once: a step of gauss4 with N = 64
+/// has one.
 TEST(Allocation, NoneAfterTheFirstStep) {
   limit_threads(1);
   for (const auto& method : catalogue().system("rigid_body")->methods)

@@ -17,7 +17,7 @@ using std::numbers::pi;
 using Wide = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
 /// Returns e^A by a Taylor series in extended precision.
-Wide exponential(const Wide& A) {
+Wide wide_exponential(const Wide& A) {
   const Wide small = A / 1024;
   Wide term = Wide::Identity(A.rows(), A.cols()), sum = term;
   for (int k = 1; k < 16; ++k) sum += term = (term * small / k).eval();
@@ -30,16 +30,14 @@ struct Motion {
   MatrixXd U, A, H;
 
   MatrixXd velocity() const { return (U * A + H).transpose(); }
-  double length(double beta) const {
-    return std::sqrt(beta * A.squaredNorm() + H.squaredNorm());
-  }
+  double length(double beta) const { return std::sqrt(beta * A.squaredNorm() + H.squaredNorm()); }
   /// Returns Q(t) as the action of the group on frames (Hüper, Markina and Silva Leite 2021), with
   /// exponentials of N × N matrices: U(t) = e^{tX} U e^{(1 − 2β)tA}, X = 2βUAUᵀ + HUᵀ − UHᵀ.
   MatrixXd at(double t, double beta) const {
     const Wide u = U.cast<long double>(), a = t * A.cast<long double>(),
                h = t * H.cast<long double>();
     const Wide X = 2 * beta * u * a * u.transpose() + h * u.transpose() - u * h.transpose();
-    const Wide end = exponential(X) * u * exponential((1 - 2 * beta) * a);
+    const Wide end = wide_exponential(X) * u * wide_exponential((1 - 2 * beta) * a);
     return end.transpose().cast<double>();
   }
 };
@@ -75,7 +73,8 @@ TEST(ConnectBeta, FindsTheDrawnGeodesicWithinTheRadius) {
   for (const double beta : {0.3, 0.5, 1.0, 1.7})
     for (const auto& [n, N] : {std::pair(2, 3), {2, 5}, {3, 8}, {5, 7}, {4, 40}})
       for (const double length : {1e-6, 0.5 * pi, 0.85 * pi}) {
-        SCOPED_TRACE(::testing::Message() << n << " x " << N << ", beta " << beta << ", " << length);
+        SCOPED_TRACE(::testing::Message()
+                     << n << " x " << N << ", beta " << beta << ", " << length);
         const Motion given = drawn(n, N, length * std::min(1.0, std::sqrt(2 * beta)), beta, 3);
         const auto answer = connect(problem(given, beta));
         ASSERT_TRUE(answer);

@@ -41,7 +41,8 @@ Dense blocks_of(const Linearization& tangent, const Dense& V, Eigen::Index k) {
   return V.col(k).reshaped<Eigen::RowMajor>(tangent.rows(), tangent.cols());
 }
 
-Linearization made(const Scene& scene, const Simulation& start, LinearizationDescription what = {}) {
+Linearization made(const Scene& scene, const Simulation& start,
+                   LinearizationDescription what = {}) {
   auto tangent = Linearization::make(scene, std::move(what), start);
   if (!tangent) throw std::runtime_error(tangent.error().front().rule);
   return *std::move(tangent);
@@ -155,9 +156,9 @@ double change_of_form(const std::string& method, int order, double h, std::int64
   return largest;
 }
 
-/// The modified moments are constant along a motion and differ from motion to motion, so the step is
-/// symplectic to its order: the defect of a step is proportional to h^(p+1), and that of many steps
-/// to their number. Held-fixed moments would leave rounding errors, as `variational` does.
+/// The modified moments are constant along a motion and differ from motion to motion, so the step
+/// is symplectic to its order: the defect of a step is proportional to h^(p+1), and that of many
+/// steps to their number. Held-fixed moments would leave rounding errors, as `variational` does.
 TEST(Linearization, OfPreprocessedKeepsTheFormToItsOrder) {
   EXPECT_LT(change_of_form("variational", 2, 0.2, 1), 1e-14);
   for (const int order : {4, 6}) {
@@ -205,8 +206,7 @@ TEST(Linearization, ByParameters) {
   for (const char* method : {"variational", "rk4", "exact", "implicit_midpoint"}) {
     const Scene scene = scene_of("rigid_body", method, 4, 3);
     const auto motion = make_simulation(scene);
-    Linearization tangent =
-        made(scene, *motion, {Dense::Identity(6, 6), false, true, true});
+    Linearization tangent = made(scene, *motion, {Dense::Identity(6, 6), false, true, true});
     ASSERT_EQ(tangent.count(), 10);
     ASSERT_TRUE(tangent.advance(*motion, 5).reached());
     const Dense columns = tangent.vectors(*motion).rightCols(4);
@@ -240,12 +240,15 @@ TEST(Linearization, ByParameters) {
   }
 }
 
-/// A frame with columns of zeros behind it moves as the frame does. From 64 columns on, vectors move
-/// in packs of columns.
+/// A frame with columns of zeros behind it moves as the frame does. From 64 columns on, vectors
+/// move in packs of columns.
 TEST(Linearization, OfManyColumnsIsThatOfFew) {
-  for (const auto& [n, order, arithmetic] :
-       {std::tuple(1, 2, "compensated"), {2, 4, "plain"}, {3, 2, "compensated"},
-        {4, 6, "compensated"}, {5, 2, "plain"}, {6, 2, "compensated"}}) {
+  for (const auto& [n, order, arithmetic] : {std::tuple(1, 2, "compensated"),
+                                             {2, 4, "plain"},
+                                             {3, 2, "compensated"},
+                                             {4, 6, "compensated"},
+                                             {5, 2, "plain"},
+                                             {6, 2, "compensated"}}) {
     constexpr int few = 9;
     testing::RandomMatrices<double> random(static_cast<unsigned>(n));
     const Dense Q = random.frame(n, few), A = random.matrix(n, few);
@@ -262,8 +265,7 @@ TEST(Linearization, OfManyColumnsIsThatOfFew) {
       description.method = MethodDescription{"variational", order, 2, arithmetic};
       description.inertia.assign(lambda.begin(), lambda.end());
       description.inertia.resize(static_cast<std::size_t>(columns), 1.5);
-      description.initial = {{"Q", Block(wide(Q))},
-                             {"S", Block(wide(V * lambda.asDiagonal()))}};
+      description.initial = {{"Q", Block(wide(Q))}, {"S", Block(wide(V * lambda.asDiagonal()))}};
       description.step = 0.2;
       return Scene::resolve(std::move(description)).value();
     };

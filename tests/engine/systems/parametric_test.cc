@@ -18,16 +18,16 @@
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
+#include "tests/support/scenes/stacked.h"
 
 namespace stiefel {
 namespace {
 
+using testing::bottom;
+using testing::top;
 using namespace testing;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-MatrixXd top(const MatrixXd& x) { return x.topRows(x.cols()); }
-MatrixXd bottom(const MatrixXd& x) { return x.bottomRows(x.cols()); }
 
 MatrixXd diagonal(const VectorXd& d) { return d.asDiagonal(); }
 

@@ -14,12 +14,16 @@
 #include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/reference_cases.h"
+#include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
 #include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel {
 namespace {
 
+using testing::bottom;
+using testing::largest;
+using testing::top;
 using namespace testing;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -27,10 +31,6 @@ using Eigen::VectorXd;
 using Plain = MoserVeselov<SoN<double>>;
 using Symmetric = SymmetricMoserVeselov<double>;
 using Pairs = MoserVeselovPair<double>;
-
-MatrixXd top(const MatrixXd& x) { return x.topRows(x.cols()); }
-MatrixXd bottom(const MatrixXd& x) { return x.bottomRows(x.cols()); }
-double largest(const MatrixXd& A) { return A.cwiseAbs().maxCoeff(); }
 
 static_assert(Map<Symmetric> && Map<Pairs> && Map<Transposed<Symmetric>>);
 

@@ -27,6 +27,9 @@ class RandomMatrices {
   std::normal_distribution<double> normal_;
 };
 
+/// Returns the largest |a_ij|.
+inline double largest(const Matrix<double>& A) { return A.cwiseAbs().maxCoeff(); }
+
 // Compiled once, in random_matrices.cc.
 extern template class RandomMatrices<double>;
 extern template class RandomMatrices<long double>;

@@ -12,5 +12,8 @@ Eigen::MatrixX<typename Top::Scalar> stacked(const Eigen::MatrixBase<Top>& top,
   x << top, bottom;
   return x;
 }
+/// The blocks of two square ones.
+inline Eigen::MatrixXd top(const Eigen::MatrixXd& x) { return x.topRows(x.cols()); }
+inline Eigen::MatrixXd bottom(const Eigen::MatrixXd& x) { return x.bottomRows(x.cols()); }
 
 }  // namespace stiefel::testing
