@@ -11,7 +11,7 @@
 namespace stiefel {
 namespace {
 
-constexpr double h = 0.01;
+constexpr double step_size = 0.01;
 
 SceneDescription exactly(SceneDescription d) {
   d.method = MethodDescription{"exact", {}, {}, ""};
@@ -20,7 +20,7 @@ SceneDescription exactly(SceneDescription d) {
 
 SceneDescription body(const std::vector<double>& lambda, unsigned seed) {
   const testing::RandomBody random(static_cast<int>(lambda.size()), seed);
-  auto d = testing::description(random, h, "exact");
+  auto d = testing::description(random, step_size, "exact");
   d.inertia = lambda;
   return exactly(d);
 }
@@ -32,7 +32,7 @@ SceneDescription frames(int n, int N, unsigned seed) {
   d.inertia.assign(static_cast<std::size_t>(N), 2);
   d.initial["Q"] = frame.Q;
   d.initial["S"] = frame.S;
-  d.step = h;
+  d.step = step_size;
   return exactly(d);
 }
 
@@ -43,7 +43,8 @@ TEST(TwoValuedBody, IsTheMotion) {
     const Scene scene = Scene::resolve(body(lambda, 3)).value();
     const auto simulation = make_simulation(scene);
     ASSERT_TRUE(simulation->advance(300).reached());
-    const auto exact = testing::exact_motion(scene.inertia(), scene.Q(), scene.M(), 300 * h);
+    const auto exact =
+        testing::exact_motion(scene.inertia(), scene.Q(), scene.M(), 300 * step_size);
     EXPECT_LT((simulation->get("Q") - exact.Q).norm(), 1e-14);
     EXPECT_LT((simulation->get("M") - exact.M).norm(), 1e-14 * exact.M.norm());
   }
@@ -57,7 +58,7 @@ TEST(IsotropicGeodesic, AreTheGeodesics) {
     Eigen::MatrixXd x(2 * n, N);
     x << scene.Q(), scene.block("S");
     const Stiefel<long double> system(scene.inertia().cast<long double>(), n);
-    const Eigen::MatrixXd exact = testing::flow(system, x, 300 * h);
+    const Eigen::MatrixXd exact = testing::flow(system, x, 300 * step_size);
     EXPECT_LT((simulation->get("Q") - exact.topRows(n)).norm(), 1e-14) << n << " " << N;
     EXPECT_LT((simulation->get("S") - exact.bottomRows(n)).norm(), 3e-14) << n << " " << N;
   }

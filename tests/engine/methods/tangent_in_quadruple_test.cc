@@ -72,15 +72,15 @@ void expect_derivative(const Scene& scene, const char* lower, Map map, const std
 
 template <class Method>
 void expect_of_bodies(int N, unsigned seed, int order) {
-  using Body = RigidBody<SoN<Quad>>;
+  using System = RigidBody<SoN<Quad>>;
   const testing::RandomBody body(N, seed);
   const char* name = Method::traits.name;
   const Scene scene = scene_of("rigid_body", name, order, body.lambda, "M", body.Q,
                                body.M / std::max(1.0, body.M.norm()));
   expect_derivative(
       scene, "M",
-      typename Method::template Map<Body>(
-          Body(scene.inertia().cast<Quad>()), Quad(h),
+      typename Method::template Map<System>(
+          System(scene.inertia().cast<Quad>()), Quad(h),
           MethodOptions(std::max(order, Method::traits.default_order), Arithmetic::plain)),
       std::string(name) + " N = " + std::to_string(N) + ", seed " + std::to_string(seed));
 }

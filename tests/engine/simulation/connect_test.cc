@@ -25,14 +25,14 @@ using testing::random_frames;
 /// The multiplier form of the geodesic equation, Q̈ = BQΛ⁻¹ with B from (QQᵀ)¨ = 0, as a linear
 /// system for all n² entries of B: no code of the engine.
 MatrixXd frame_at(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Qdot, double t) {
-  using Wide = long double;
-  using WideMatrix = Eigen::Matrix<Wide, Eigen::Dynamic, Eigen::Dynamic>;
-  using State = std::vector<Wide>;
+  using Real = long double;
+  using WideMatrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  using State = std::vector<Real>;
   const Index n = Q_0.rows(), N = Q_0.cols(), size = n * N;
   const WideMatrix I = WideMatrix::Identity(n, n);
-  const auto field = [&](const State& x, State& dx, Wide) {
+  const auto field = [&](const State& x, State& dx, Real) {
     const Eigen::Map<const WideMatrix> Q(x.data(), n, N), V(x.data() + size, n, N);
-    const WideMatrix QL = Q * lambda.cast<Wide>().cwiseInverse().asDiagonal();
+    const WideMatrix QL = Q * lambda.cast<Real>().cwiseInverse().asDiagonal();
     const WideMatrix K = QL * Q.transpose(), rate = -2 * V * V.transpose();
     WideMatrix sum(n * n, n * n);  // of K ⊗ I and I ⊗ K
     for (Index i = 0; i < n; ++i)
@@ -43,11 +43,11 @@ MatrixXd frame_at(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q
     Eigen::Map<WideMatrix>(dx.data() + size, n, N) = B * QL;
   };
   State x(static_cast<std::size_t>(2 * size));
-  Eigen::Map<WideMatrix>(x.data(), n, N) = Q_0.cast<Wide>();
-  Eigen::Map<WideMatrix>(x.data() + size, n, N) = Qdot.cast<Wide>();
+  Eigen::Map<WideMatrix>(x.data(), n, N) = Q_0.cast<Real>();
+  Eigen::Map<WideMatrix>(x.data() + size, n, N) = Qdot.cast<Real>();
   boost::numeric::odeint::integrate_adaptive(
-      boost::numeric::odeint::bulirsch_stoer<State, Wide>(1e-16L, 1e-16L), field, x, Wide(0),
-      Wide(t), Wide(t) / 100);
+      boost::numeric::odeint::bulirsch_stoer<State, Real>(1e-16L, 1e-16L), field, x, Real(0),
+      Real(t), Real(t) / 100);
   return Eigen::Map<WideMatrix>(x.data(), n, N).cast<double>();
 }
 

@@ -27,7 +27,7 @@ struct Worst {
   double largest() const { return std::max({energy, momentum, manakov}); }
 };
 
-constexpr int scenes = testing::sanitized ? 4 : 32;
+constexpr int scene_count = testing::sanitized ? 4 : 32;
 
 /// A dimension, and the number of steps of the first decade, from which three others follow.
 struct Length {
@@ -44,7 +44,7 @@ struct Drifts {
 
 Drifts drifts(const Length& length, const char* arithmetic) {
   Drifts all;
-  for (unsigned seed = 1; seed <= scenes; ++seed) {
+  for (unsigned seed = 1; seed <= scene_count; ++seed) {
     const Scene scene = testing::random_scene(length.N, seed, 0.1, "variational", arithmetic);
     const auto simulation = make_simulation(scene);
     Worst own;
@@ -54,7 +54,7 @@ Drifts drifts(const Length& length, const char* arithmetic) {
       const Diagnosis diagnosis = diagnose(scene, *simulation);
       own.include(diagnosis);
       all.worst[k].include(diagnosis);
-      all.mean[k] += own.largest() / scenes;
+      all.mean[k] += own.largest() / scene_count;
     }
   }
   return all;

@@ -17,7 +17,7 @@ namespace {
 
 using testing::Pair;
 
-constexpr std::int64_t steps = 100;
+constexpr std::int64_t most_steps = 100;
 
 std::vector<double> saved(const Simulation& s) {
   std::vector<double> out(s.saved_size());
@@ -53,7 +53,7 @@ std::vector<MethodDescription> ways(const Pair& pair) {
 Outcome end_of(const Scene& scene) {
   const auto singly = make_simulation(scene), at_once = make_simulation(scene);
   RunStatus status;
-  while (singly->step() < steps) {
+  while (singly->step() < most_steps) {
     const std::int64_t before = singly->step();
     const std::vector<double> state = saved(*singly);
     status = singly->advance(1);
@@ -63,7 +63,7 @@ Outcome end_of(const Scene& scene) {
     EXPECT_EQ(saved(*singly), state) << "step " << before;
     break;
   }
-  EXPECT_EQ(at_once->advance(steps).outcome, status.outcome);
+  EXPECT_EQ(at_once->advance(most_steps).outcome, status.outcome);
   EXPECT_EQ(at_once->step(), singly->step());
   EXPECT_EQ(saved(*at_once), saved(*singly));
   return status.outcome;
@@ -103,19 +103,19 @@ TEST_P(FiniteStates, AreAllThatIsReached) {
 
 TEST_P(FiniteStates, AreAllThatAnEnsembleReaches) {
   std::vector<SceneDescription> scenes;
-  std::int64_t least = steps;
+  std::int64_t least = most_steps;
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const double turn = turns()[1];
     SceneDescription one = Scene::resolve(description(seed, turn)).value().description();
     one.epsilon.reset();  // each member chooses its own
     one.step = description(1, turn).step;
     const auto alone = make_simulation(Scene::resolve(one).value());
-    alone->advance(steps);
+    alone->advance(most_steps);
     least = std::min(least, alone->step());
     scenes.push_back(one);
   }
   const auto ensemble = make_simulation(Scene::resolve(testing::ensemble_of(scenes)).value());
-  while (ensemble->step() < steps && ensemble->advance(1).reached())
+  while (ensemble->step() < most_steps && ensemble->advance(1).reached())
     EXPECT_EQ(not_finite(*ensemble), "") << "step " << ensemble->step();
   EXPECT_EQ(ensemble->step(), least);
   EXPECT_EQ(not_finite(*ensemble), "");

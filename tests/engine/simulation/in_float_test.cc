@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-constexpr double u = 0x1p-24;  // of a float
+constexpr double rounding = 0x1p-24;  // of a float
 
 struct Entry {
   SceneDescription scene;
@@ -69,9 +69,9 @@ TEST(InFloat, IsTheSameMapToItsRounding) {
       ASSERT_TRUE(single->advance(steps).reached()) << text;
       ASSERT_TRUE(twice->advance(steps).reached()) << text;
       const double apart = distance(*single, *twice);
-      EXPECT_LT(apart, 100 * u * (*arithmetic == 'p' ? steps : std::sqrt(steps)))
+      EXPECT_LT(apart, 100 * rounding * (*arithmetic == 'p' ? steps : std::sqrt(steps)))
           << text << " " << arithmetic;
-      EXPECT_GT(apart, u / 4) << text << " " << arithmetic;
+      EXPECT_GT(apart, rounding / 4) << text << " " << arithmetic;
     }
 }
 
@@ -84,7 +84,8 @@ TEST(InFloat, CompensatedArithmeticKeepsInvariantsForLong) {
     const auto diagnosis = diagnose(Scene::resolve(scene).value(), *single);
     for (const auto& invariant : diagnosis.invariants) {
       if (invariant.conservation != Conservation::exact) continue;
-      EXPECT_LT(invariant.drift(), 10 * u * std::sqrt(steps)) << text << " " << invariant.name;
+      EXPECT_LT(invariant.drift(), 10 * rounding * std::sqrt(steps))
+          << text << " " << invariant.name;
     }
   }
 }
