@@ -17,7 +17,7 @@ namespace {
 
 using testing::RandomBody;
 
-constexpr double rounding = 0x1p-53;
+constexpr double unit_roundoff = 0x1p-53;
 
 /// M·momentum and Λ·inertia; the step goes with Λ/M, so that h‖Ω‖ stays.
 struct Scale {
@@ -181,8 +181,8 @@ TEST(MomentumScalesConversion, KeepsTheDigitsOfM) {
           // The method goes along, and `adaptive` refuses a body whose rate of M underflows.
           if (again.method() == "adaptive" && scale.momentum < 1e-150) continue;
           const Conversion home = converted(again, {"rigid_body"});
-          EXPECT_LE(relative(home.scene->M(), given.M()), 32 * rounding) << where;
-          EXPECT_LE(relative(home.scene->Q(), given.Q()), 8 * rounding) << where;
+          EXPECT_LE(relative(home.scene->M(), given.M()), 32 * unit_roundoff) << where;
+          EXPECT_LE(relative(home.scene->Q(), given.Q()), 8 * unit_roundoff) << where;
         }
 }
 
@@ -201,9 +201,9 @@ TEST(MomentumScalesConversion, TheMarginSaysWhatAGivenEpsilonCosts) {
         const Scene again = resolved(there.scene->description());
         const Conversion home = converted(again, {"rigid_body"});
         const auto where = ::testing::Message() << system << " " << momentum << " " << epsilon;
-        EXPECT_LE(relative(home.scene->M(), given.M()), 16 * rounding / told) << where;
+        EXPECT_LE(relative(home.scene->M(), given.M()), 16 * unit_roundoff / told) << where;
         if (momentum < 1e-12) continue;
-        EXPECT_GE(relative(home.scene->M(), given.M()), rounding / told / 16) << where;
+        EXPECT_GE(relative(home.scene->M(), given.M()), unit_roundoff / told / 16) << where;
         EXPECT_NEAR(margin(home, "1/condition of M"), told, 1e-2 * told) << where;
       }
     }
@@ -217,7 +217,8 @@ TEST(MomentumScalesConversion, TheMarginSaysWhatAParameterCosts) {
       const Conversion there = converted(given, {system, {}, mu});
       const double told = margin(there, "1/condition of M");
       const Conversion home = converted(resolved(there.scene->description()), {"rigid_body"});
-      EXPECT_LE(relative(home.scene->M(), given.M()), 32 * rounding / told) << system << " " << mu;
+      EXPECT_LE(relative(home.scene->M(), given.M()), 32 * unit_roundoff / told)
+          << system << " " << mu;
       EXPECT_LT(told, 10 / mu) << system << " " << mu;
     }
 }
