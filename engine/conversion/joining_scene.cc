@@ -66,12 +66,7 @@ std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& pr
                                                        bool with_scene) {
   auto answer = connect(problem);
   if (!answer) return std::unexpected(answer.error());
-  JoiningScene out{{},
-                   {},
-                   answer->energy,
-                   answer->residual,
-                   answer->shortest,
-                   answer->distinct,
+  JoiningScene out{{}, {}, answer->energy, answer->residual, answer->shortest, answer->distinct,
                    {}};
   const bool has_scene = answer->S.size() > 0;
   if (has_scene && (with_scene || samples > 0)) {
@@ -84,8 +79,7 @@ std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& pr
     out.trajectory = followed(*scene, samples, problem.stop);
     if (with_scene) out.scene = *std::move(scene);
   } else if (samples > 0) {
-    out.trajectory =
-        round_geodesic(answer->Q, answer->Qdot * problem.time, *problem.beta, samples);
+    out.trajectory = round_geodesic(answer->Q, answer->Qdot * problem.time, *problem.beta, samples);
   }
   out.Qdot = std::move(answer->Qdot);
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});

@@ -6,9 +6,8 @@ namespace stiefel {
 /// The state fills the space of pairs of complex matrices.
 Tangents double_bracket_tangents() {
   return {[](const Scene&) {
-            return TangentSpace{
-                TangentSpace::Coordinates::orthonormal,
-                [](const Eigen::MatrixXd&, const Eigen::MatrixXd& G) { return G; }};
+            return TangentSpace{TangentSpace::Coordinates::orthonormal,
+                                [](const Eigen::MatrixXd&, const Eigen::MatrixXd& G) { return G; }};
           },
           [](const Scene& scene, const TangentParameters& at) {
             const auto p = static_cast<Eigen::Index>(scene.description().inertia_u.size());

@@ -75,7 +75,8 @@ Tangents ellipsoid_tangents() {
                        : make_tangent(scene, Ellipsoid<Tangent>(at.lambda), at.h);
           },
           [](const Scene& scene) -> MatrixSystem<Tangent> {
-            if (scene.block("p").size() > 0) return EllipsoidCostate<Tangent>(inertia_tangent(scene));
+            if (scene.block("p").size() > 0)
+              return EllipsoidCostate<Tangent>(inertia_tangent(scene));
             return Ellipsoid<Tangent>(inertia_tangent(scene));
           }};
 }

@@ -68,8 +68,7 @@ class PairSums {
 /// LU factors of a small dense matrix with pivoting by rows, for right-hand sides in pairs.
 class PairLu {
  public:
-  explicit PairLu(std::size_t size)
-      : size_(size), A_(size * size), inverse_(size), pivots_(size) {}
+  explicit PairLu(std::size_t size) : size_(size), A_(size * size), inverse_(size), pivots_(size) {}
 
   /// The matrix that `factor` takes, and overwrites.
   double& operator()(std::size_t i, std::size_t j) { return A_[i + j * size_]; }

@@ -7,8 +7,8 @@
 
 namespace stiefel {
 
-/// Computes the m × c matrix out = AB from columns in memory: column j of A begins at A + j lda, and
-/// so on. m is a multiple of 8, and A has k columns. Every element is a sum in the order of the
+/// Computes the m × c matrix out = AB from columns in memory: column j of A begins at A + j lda,
+/// and so on. m is a multiple of 8, and A has k columns. Every element is a sum in the order of the
 /// columns of A without fused operations, so that its bits are those of every instruction set. For
 /// matrices that fit into the nearest caches.
 template <Isa isa>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/rigid_body/moser_veselov/discrete_inverse.h"
 
 namespace stiefel {

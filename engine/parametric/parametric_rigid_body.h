@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "engine/linalg/lie/general_exponential.h"
-#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/methods/support/concepts.h"
 #include "engine/numbers/stoppable_product.h"
 #include "stiefel/conservation.h"

@@ -18,8 +18,8 @@ enum class RigidBodyField {
 };
 
 /// What a rigid-body scene offers: the kind of each field (its blocks, then Omega, and in three
-/// dimensions the quaternion and the angular velocity, in space axes also the momentum), and for the
-/// discrete body the map's step.
+/// dimensions the quaternion and the angular velocity, in space axes also the momentum), and for
+/// the discrete body the map's step.
 struct RigidBodyOffer {
   std::vector<RigidBodyField> kinds;
   std::optional<double> map_step;
@@ -57,8 +57,8 @@ class RigidBodyObservables3 final : public Observables {
   Eigen::MatrixXd to_blocks(const Point& x) const override;
 
  private:
-  /// The vector of Q A Qᵀ in space axes for A = hat(v) in principal axes. A number that overflows is
-  /// the largest one, so that a state counts as finite as long as q and v are.
+  /// The vector of Q A Qᵀ in space axes for A = hat(v) in principal axes. A number that overflows
+  /// is the largest one, so that a state counts as finite as long as q and v are.
   Eigen::Vector3d to_space(const Point& x, const Eigen::Vector3d& v) const;
   /// Q of a point; empty where the scene has none.
   Eigen::MatrixXd Q(const Point& x) const;

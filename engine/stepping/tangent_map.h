@@ -15,8 +15,8 @@ namespace stiefel {
 using Tangent = Dual<double, 4>;
 
 /// The derivative of a scene's computed step, applied to tangent vectors: up to `lanes` in dual
-/// numbers, any number in maps by columns (Tangents). Beside the state, the inertia and the step may
-/// have derivatives, so that the vectors become derivatives of the state with respect to them.
+/// numbers, any number in maps by columns (Tangents). Beside the state, the inertia and the step
+/// may have derivatives, so that the vectors become derivatives of the state with respect to them.
 ///
 /// A vector has the shape of the state's blocks stacked by rows (2N × N for (Q, M)) and is a column
 /// of V, column by column. A point is that of Observables.

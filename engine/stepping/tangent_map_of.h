@@ -120,9 +120,9 @@ class TangentMapOf final : public TangentMap {
   using Point = typename F::Point;
   using Coordinates_ = TangentCoordinates<Point>;
   /// Whether the map moves other variables than the system's, which start from the values anew.
-  static constexpr bool has_inner_state = requires(typename F::State& s) { s.left; } ||
-                                          requires(typename F::State& s) { s.symmetric; } ||
-                                          requires(typename F::State& s) { s.M; };
+  static constexpr bool has_inner_state = requires(typename F::State & s) { s.left; }
+  || requires(typename F::State& s) { s.symmetric; }
+  || requires(typename F::State& s) { s.M; };
 
   F map_;
   int substeps_;
@@ -131,8 +131,7 @@ class TangentMapOf final : public TangentMap {
 
 /// Returns the tangents of `system` by Method, as the scene chooses it.
 template <class Method, class S>
-std::unique_ptr<TangentMap> make_tangent_by(const Scene& scene, const S& system,
-                                            const Tangent& h) {
+std::unique_ptr<TangentMap> make_tangent_by(const Scene& scene, const S& system, const Tangent& h) {
   using Moved = typename MovedOf<typename Method::template Map<S>>::type;
   const int order = scene.order() > 0 ? scene.order() : Method::traits.default_order;
   const MethodOptions options(order, scene.arithmetic(), scene.tolerance());

@@ -87,8 +87,8 @@ Dense TangentChart::tangent(const Dense& x, const Dense& G) const {
   if (rows_ == cols_) return out;
   const Dense Q = x.topRows(cols_), dQ = G.topRows(cols_);
   const Eigen::PartialPivLU<Dense> lu(Q);
-  out.topRows(cols_) = left() ? Dense(Q * skew_part(lu.solve(dQ)))
-                              : Dense(skew_part(dQ * lu.inverse()) * Q);
+  out.topRows(cols_) =
+      left() ? Dense(Q * skew_part(lu.solve(dQ))) : Dense(skew_part(dQ * lu.inverse()) * Q);
   return out;
 }
 

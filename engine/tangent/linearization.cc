@@ -56,8 +56,7 @@ Violations cannot(const Place& place, std::string_view field, std::string value,
 Dense by_columns(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
   Dense out(V.rows(), V.cols());
   for (Eigen::Index k = 0; k < V.cols(); ++k)
-    out.col(k).reshaped(rows, cols) =
-        V.col(k).reshaped<Eigen::RowMajor>(rows, cols);
+    out.col(k).reshaped(rows, cols) = V.col(k).reshaped<Eigen::RowMajor>(rows, cols);
   return out;
 }
 Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
@@ -280,10 +279,10 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
   const Eigen::Index rows = vectors->rows(), cols = vectors->cols();
   const bool needs_coordinates = !what.vectors || !what.as_blocks;
   if (needs_coordinates && !vectors->has_coordinates())
-    return std::unexpected(cannot(
-        place, "vectors", what.vectors ? "coordinates" : "absent",
-        "must be given as blocks: coordinates are offered for states of up to " +
-            std::to_string(largest_in_coordinates) + " numbers"));
+    return std::unexpected(
+        cannot(place, "vectors", what.vectors ? "coordinates" : "absent",
+               "must be given as blocks: coordinates are offered for states of up to " +
+                   std::to_string(largest_in_coordinates) + " numbers"));
   const Dense x = vectors->blocks(start);
   Dense V;
   if (!what.vectors) {
@@ -300,19 +299,19 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
     V = basis * vectors->coordinates_from_caller(*what.vectors);
   } else {
     if (what.vectors->rows() != rows * cols || !what.vectors->allFinite())
-      return std::unexpected(
-          cannot(place, "vectors", std::to_string(what.vectors->rows()) + " numbers",
-                 "must be finite and " + shape_text(rows, cols) + " each"));
+      return std::unexpected(cannot(place, "vectors",
+                                    std::to_string(what.vectors->rows()) + " numbers",
+                                    "must be finite and " + shape_text(rows, cols) + " each"));
     V = vectors->from_caller(by_columns(*what.vectors, rows, cols));
     Violations violations;
     for (Eigen::Index k = 0; k < V.cols() && violations.size() < 16; ++k) {
       const Dense G = V.col(k).reshaped(rows, cols);
       const double off = (vectors->chart().tangent(x, G) - G).norm();
       if (!(off <= tangency * G.norm()))
-        violations.push_back(place.violation(
-            "vectors[" + std::to_string(k) + "]",
-            "off by " + to_text(off) + " at norm " + to_text(G.norm()),
-            "must be tangent to " + to_text(tangency) + " of its norm"));
+        violations.push_back(
+            place.violation("vectors[" + std::to_string(k) + "]",
+                            "off by " + to_text(off) + " at norm " + to_text(G.norm()),
+                            "must be tangent to " + to_text(tangency) + " of its norm"));
     }
     if (!violations.empty()) return std::unexpected(std::move(violations));
   }
@@ -368,19 +367,18 @@ std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool
   const double of_parameters = static_cast<double>(all_inertia(scene).size() + 1);
   const double m = std::min(static_cast<double>(vectors), x.dimension + of_parameters);
   const double basis = !in_coordinates || x.size > Linearization::largest_in_coordinates ? 0
-                       : x.is_body                              ? x.dimension
-                                                                : of_bases * x.size;
+                       : x.is_body ? x.dimension
+                                   : of_bases * x.size;
   const double kept = sizeof(double) * x.size * (copies * m + of_values + basis) + object;
   if (moves_by_columns(scene)) return static_cast<std::uint64_t>(kept);
   const bool is_square = scene.Q().rows() == scene.Q().cols();
-  const double of_map = x.is_complex ? 5
-                        : scene.method().empty() ||
-                                (is_square && scene.method() == Variational::traits.name)
-                            ? 1.5
-                            : 2.9;
+  const double of_map =
+      x.is_complex                                                                          ? 5
+      : scene.method().empty() || (is_square && scene.method() == Variational::traits.name) ? 1.5
+                                                                                            : 2.9;
   const double maps = std::ceil(m / static_cast<double>(lanes));
-  return static_cast<std::uint64_t>(kept + of_map * maps *
-                                               static_cast<double>(simulation_bytes(scene)));
+  return static_cast<std::uint64_t>(kept +
+                                    of_map * maps * static_cast<double>(simulation_bytes(scene)));
 }
 
 Linearization::Linearization(std::unique_ptr<Vectors> vectors) : vectors_(std::move(vectors)) {}

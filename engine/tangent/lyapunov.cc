@@ -10,10 +10,9 @@
 
 namespace stiefel {
 
-std::expected<LyapunovExponents, Violations> LyapunovExponents::make(const Scene& scene,
-                                                                   const LyapunovDescription& what,
-                                                                   const Simulation& start,
-                                                                   const Place& place) {
+std::expected<LyapunovExponents, Violations> LyapunovExponents::make(
+    const Scene& scene, const LyapunovDescription& what, const Simulation& start,
+    const Place& place) {
   auto run = std::make_unique<LyapunovRun>(scene, what);
   if (auto violations = run->prepare(start, place); !violations.empty())
     return std::unexpected(std::move(violations));
@@ -59,7 +58,7 @@ std::string LyapunovExponents::save() const {
 }
 
 RunStatus LyapunovExponents::advance(Simulation& motion, std::int64_t steps,
-                                    const std::stop_token& stop) {
+                                     const std::stop_token& stop) {
   return run_->advance(motion, steps, stop);
 }
 
@@ -100,12 +99,13 @@ double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors,
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size) {
   const StateExtent x = extent_of(scene);
-  const std::int64_t vectors = std::min({lyapunov_vectors(what, size), size,
-                                         static_cast<std::int64_t>(x.dimension)});
+  const std::int64_t vectors =
+      std::min({lyapunov_vectors(what, size), size, static_cast<std::int64_t>(x.dimension)});
   const auto m = static_cast<std::uint64_t>(vectors), D = static_cast<std::uint64_t>(size);
   const bool continuous = what.orthonormalization == Orthonormalization::continuous;
-  const std::uint64_t squares =
-      continuous ? 20 : x.is_body || size > Linearization::largest_in_coordinates ? 0 : 3;
+  const std::uint64_t squares = continuous                                                  ? 20
+                                : x.is_body || size > Linearization::largest_in_coordinates ? 0
+                                                                                            : 3;
   // A second motion has at most as many vectors as one map of `Tangent` moves.
   return linearization_bytes(scene, vectors, false) +
          linearization_bytes(scene, std::min<std::int64_t>(vectors, TangentMap::lanes), false) +

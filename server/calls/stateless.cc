@@ -46,8 +46,7 @@ Service::Writing<v1::ConvertResponse> Service::Convert(Context&, CallLog& log,
       memory_price({held_by(request), conversion_workspace(request.scene())}));
   const auto answer = std::make_shared<ConversionAnswer>(request, memory->bytes());
   const double work = conversion_work(request);
-  const JobKind kind =
-      wants_choice(request.scene()) ? JobKind::unsliced : kind_of_piece(work);
+  const JobKind kind = wants_choice(request.scene()) ? JobKind::unsliced : kind_of_piece(work);
   return message_a_slice<v1::ConvertResponse>(
       host_, std::move(log), kind, work,
       [memory, answer](const std::stop_token&,

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "stiefel/scene_fields.h"
 #include "server/convert/convert.h"
 #include "server/sessions/field_bytes.h"
+#include "stiefel/scene_fields.h"
 
 namespace stiefel::server {
 namespace {

@@ -30,7 +30,8 @@ struct RoundSearch {
   bool thorough = false;
   int restarts = 0;
   std::uint64_t seed = 0;
-  const Eigen::MatrixXd* euclidean = nullptr;  ///< V of a geodesic for β = 1, n × N, if one is known
+  const Eigen::MatrixXd* euclidean =
+      nullptr;  ///< V of a geodesic for β = 1, n × N, if one is known
 };
 
 /// Finds a geodesic from Q_0 to Q_T, n < N, by shooting in the span of both frames: with K
@@ -46,9 +47,9 @@ struct RoundSearch {
 /// Nn² + (n + p)³.
 ///
 /// Where the iterations do not converge, which only happens beyond the injectivity radius or next
-/// to it, and `thorough` is set, follow the solutions for nearer frames, for other β, and the method
-/// of Levenberg and Marquardt. `restarts` further searches start from random velocities of `seed`;
-/// the shortest geodesic counts. Returns nothing where none was found.
+/// to it, and `thorough` is set, follow the solutions for nearer frames, for other β, and the
+/// method of Levenberg and Marquardt. `restarts` further searches start from random velocities of
+/// `seed`; the shortest geodesic counts. Returns nothing where none was found.
 std::optional<RoundGeodesic> round_logarithm(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
                                              const FrameProducts& products,
                                              const RoundSearch& search);

@@ -17,9 +17,9 @@ struct alignas(64) TileRow {
 /// The values of a step of RATTLE, in the letters of RattleValues (rattle_tangent.cc).
 struct RattleColumns {
   std::ptrdiff_t tiles;
-  const TileRow* inverse;               ///< Λ⁻¹
-  TileRow *Q, *S, *half, *next, *end;   ///< Q, S, S_½, Q′, S′
-  TileRow *G1, *V1;                     ///< Q′Λ⁻¹, S′Λ⁻¹
+  const TileRow* inverse;              ///< Λ⁻¹
+  TileRow *Q, *S, *half, *next, *end;  ///< Q, S, S_½, Q′, S′
+  TileRow *G1, *V1;                    ///< Q′Λ⁻¹, S′Λ⁻¹
 };
 
 /// A tangent vector (δQ, δS), and along it δΛ⁻¹, null where it is zero, and δh.
@@ -30,8 +30,8 @@ struct RattleVector {
   TileRow* work;  ///< n × N
 };
 
-/// The passes over the columns in a step of RATTLE and of its derivative, which the instruction sets
-/// share. Matrices are n × n, column by column.
+/// The passes over the columns in a step of RATTLE and of its derivative, which the instruction
+/// sets share. Matrices are n × n, column by column.
 class RattleTangentPass {
  public:
   virtual ~RattleTangentPass();

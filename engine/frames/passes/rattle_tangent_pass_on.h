@@ -132,8 +132,7 @@ class RattleTangentPassOn final : public RattleTangentPass {
     const Rows half = of(at.half, t);
     const P *const w = weights(at, t), *const dw = reinterpret_cast<const P*>(x.by_inverse + t);
     for (std::ptrdiff_t k = 0; k < packs; ++k)
-      for (std::ptrdiff_t i = 0; i < n(); ++i)
-        W[i][k] += half[i][k] * (h * dw[k] + x.by_h * w[k]);
+      for (std::ptrdiff_t i = 0; i < n(); ++i) W[i][k] += half[i][k] * (h * dw[k] + x.by_h * w[k]);
   }
 
   /// Sets value ← value + change, with the rounding error added to the carry, as PairSums does.

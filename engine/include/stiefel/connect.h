@@ -34,8 +34,8 @@ struct TwoPointProblem {
   double time = 1;         ///< T > 0
   std::uint64_t seed = 1;  ///< seed of the random starts
   /// Number of paths through random frames, in addition to the direct ones, from which the search
-  /// looks for shorter geodesics. With 0, a search takes four of them where a direct path leads over
-  /// a saddle or Λ spans more than 1:10, unless the frames are large.
+  /// looks for shorter geodesics. With 0, a search takes four of them where a direct path leads
+  /// over a saddle or Λ spans more than 1:10, unless the frames are large.
   int restarts = 0;
   std::stop_token stop = {};  ///< a stop request ends the search with Cancelled
   /// Number of operations after which the search ends with NotConverged; they take about ten
@@ -46,8 +46,8 @@ struct TwoPointProblem {
   static constexpr double joined = 1e-11;
   /// Most bytes that a search may take; `connect` refuses a K, or frames, that need more.
   static constexpr std::int64_t most_bytes = std::int64_t{512} << 20;
-  /// Most steps of a path that a search relaxes by dense Newton steps in d ≤ 128 degrees of freedom:
-  /// 128 to 512, such that 5 d² numbers a step take at most 84 MB.
+  /// Most steps of a path that a search relaxes by dense Newton steps in d ≤ 128 degrees of
+  /// freedom: 128 to 512, such that 5 d² numbers a step take at most 84 MB.
   static constexpr int most_path_steps(double d) {
     return static_cast<int>(std::clamp(128 * 128 * 128 / std::max(d * d, 1.0), 128.0, 512.0));
   }
@@ -55,13 +55,14 @@ struct TwoPointProblem {
 
 /// Tells whether the answer is the shortest of all geodesics that join the frames.
 ///  yes:                proved: Q_0 = Q_T; or a closed form (n = N = 2 and V(1,2), of which both
-///  ways
-///                      round are compared; n = 1 or n = N with Λ = λI); or Λ = λI and ‖Q̇‖_F T ≤ π,
-///                      the injectivity radius for n < N in the metric ‖Q̇‖_F (Zimmermann and Stoye
-///                      2024); or β = 1/2 and a length up to √(4/5) π (Rentmeesters 2013); or √(2E) T is
-///                      at most `injectivity_bound` (conjugate_points.h).
-///  no:                 a shorter path was seen whose geodesic could not be computed to `joined`; or
-///                      the geodesic passes a conjugate point, beyond which none is the shortest.
+///                      ways round are compared; n = 1 or n = N with Λ = λI); or Λ = λI and
+///                      ‖Q̇‖_F T ≤ π, the injectivity radius for n < N in the metric ‖Q̇‖_F
+///                      (Zimmermann and Stoye 2024); or β = 1/2 and a length up to √(4/5) π
+///                      (Rentmeesters 2013); or √(2E) T is at most `injectivity_bound`
+///                      (conjugate_points.h).
+///  no:                 a shorter path was seen whose geodesic could not be computed to `joined`;
+///                      or the geodesic passes a conjugate point, beyond which none is the
+///                      shortest.
 ///  none_shorter_found: every start led to a minimum and none of these is shorter, which proves
 ///                      nothing about minima that no start leads to.
 ///  unknown:            a start did not lead to a minimum; or the discrete problem; or a metric of
@@ -72,7 +73,7 @@ enum class Shortest { yes, no, none_shorter_found, unknown };
 struct Geodesic {
   Eigen::MatrixXd Q;     ///< Q_0, n × N
   Eigen::MatrixXd Qdot;  ///< Q̇(0), n × N
-  Eigen::MatrixXd S;     ///< Q̇(0)Λ, n × N: with Q a state of [ST] (37)–(39); empty without a Λ
+  Eigen::MatrixXd S;  ///< Q̇(0)Λ, n × N: with Q a state of [ST] (37)–(39); empty without a Λ
   Eigen::MatrixXd M;  ///< n = N: ΛΩ + ΩΛ, Ω = QᵀQ̇, a state of [RB] (2.2), (2.3); else empty
   double energy = 0;    ///< E
   double residual = 0;  ///< max |Q(T) − Q_T| of the motion from this state
@@ -124,14 +125,14 @@ using ConnectRefusal =
 /// Returns what `connect` refuses before it searches.
 std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& problem);
 
-/// Solves the two-point problem; with K its discrete form. For Λ = λI and n < N the answer comes from
-/// shooting in the span of both frames, at the cost O(Nn² + n³), as it does for β, whose `restarts`
-/// are random velocities. Otherwise the search relaxes paths
-/// to minima of the action by the multipliers of QQᵀ = I, at the cost O(Nn⁴ + n⁶) whatever Λ is, and
-/// corrects the initial velocity of the shortest path until its geodesic ends at Q_T. Where that
-/// fails, and at n = N with a λ_i ≤ 0, dense Newton steps of whole paths follow for up to 128 degrees
-/// of freedom; they cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem does up
-/// to that d. Beyond, the multipliers solve it too, at the cost O(N (Kn)² n² + (Kn²)³).
+/// Solves the two-point problem; with K its discrete form. For Λ = λI and n < N the answer comes
+/// from shooting in the span of both frames, at the cost O(Nn² + n³), as it does for β, whose
+/// `restarts` are random velocities. Otherwise the search relaxes paths to minima of the action by
+/// the multipliers of QQᵀ = I, at the cost O(Nn⁴ + n⁶) whatever Λ is, and corrects the initial
+/// velocity of the shortest path until its geodesic ends at Q_T. Where that fails, and at n = N
+/// with a λ_i ≤ 0, dense Newton steps of whole paths follow for up to 128 degrees of freedom; they
+/// cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem does up to that d.
+/// Beyond, the multipliers solve it too, at the cost O(N (Kn)² n² + (Kn²)³).
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
 

@@ -18,8 +18,9 @@ struct LinearizationDescription {
   /// Tangent vectors at the first state, one a column; absent: the basis of the tangent space, so
   /// that the result is the whole state transition matrix.
   std::optional<Eigen::MatrixXd> vectors;
-  /// Whether a vector is given, and returned, as a matrix of the shape of the state's blocks stacked
-  /// by rows (δQ over δM, δQ over δS, …), its numbers row by row; otherwise by its coordinates.
+  /// Whether a vector is given, and returned, as a matrix of the shape of the state's blocks
+  /// stacked by rows (δQ over δM, δQ over δS, …), its numbers row by row; otherwise by its
+  /// coordinates.
   bool as_blocks = false;
   /// Adds columns with the derivatives of the state by λ_1 … λ_N, and by the step, at a constant
   /// first state.
@@ -78,8 +79,8 @@ class Linearization {
 };
 
 /// Returns the work of a step of the scene with so many tangent vectors, in instructions, and the
-/// bytes of a Linearization, whose vectors are given or asked for in coordinates or as blocks: upper
-/// bounds.
+/// bytes of a Linearization, whose vectors are given or asked for in coordinates or as blocks:
+/// upper bounds.
 double linearization_work(const Scene& scene, double step_work, std::int64_t vectors);
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates);
 

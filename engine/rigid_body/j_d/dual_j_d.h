@@ -99,8 +99,7 @@ class JDInverseN<Dual<Real, lanes>> {
     Matrix<Real> U = values_.U_minus_I();
     U.diagonal().array() += Real(1);
     const Matrix<Scalar> W = U.template cast<Scalar>() * lambda_.asDiagonal();
-    const Matrix<Scalar> F =
-        W - W.transpose() - h_ * Matrix<Scalar>(x.value.bottomRows(N_));
+    const Matrix<Scalar> F = W - W.transpose() - h_ * Matrix<Scalar>(x.value.bottomRows(N_));
     if (N_ <= largest_dense) {
       solve_by_elements(U, F);
     } else {

@@ -22,7 +22,8 @@ MatrixWithin<Dual<Real, lanes>> root_of_one_plus_square(const Matrix<Dual<Real, 
   return X;
 }
 
-/// ‖M‖_op of the values. Only the choice of ε depends on it, and steps of (Q, M) do not depend on ε.
+/// ‖M‖_op of the values. Only the choice of ε depends on it, and steps of (Q, M) do not depend on
+/// ε.
 template <class Real, int lanes>
 Dual<Real, lanes> skew_norm(const Matrix<Dual<Real, lanes>>& M) {
   return skew_norm<Real>(values_of(M));

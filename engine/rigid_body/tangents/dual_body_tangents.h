@@ -5,7 +5,8 @@
 
 namespace stiefel {
 
-// The tangents of the rigid body in dual numbers, divided among files by what takes long to compile.
+// The tangents of the rigid body in dual numbers, divided among files by what takes long to
+// compile.
 
 /// Of the closed forms.
 std::unique_ptr<TangentMap> exact_body_tangent(const Scene& scene, const TangentParameters& at);

@@ -57,7 +57,9 @@ class SteadyTangent final : public TangentMap {
     now_ = start_;
   }
 
-  RunStatus step(const Eigen::MatrixXd&) override { return {Outcome::solver_stalled, std::nullopt}; }
+  RunStatus step(const Eigen::MatrixXd&) override {
+    return {Outcome::solver_stalled, std::nullopt};
+  }
   bool direct() const override { return true; }
   RunStatus at(std::int64_t k) override {
     const auto steps = static_cast<Wide>(k);

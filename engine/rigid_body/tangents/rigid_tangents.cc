@@ -1,7 +1,7 @@
+#include "engine/linalg/iteration/dual_iterations.h"
 #include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
-#include "engine/linalg/iteration/dual_iterations.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/symmetric/dual_psi.h"
 #include "engine/rigid_body/tangents/column_tangents.h"
@@ -17,8 +17,8 @@ std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at
   if (scene.dimension() == 3) return dual_body_tangent_3(scene, at);
   if (scene.method().empty() || scene.method() == Variational::traits.name)
     return dual_discrete_body_tangent(scene, at);
-  return body_tangent_by<SoN<Tangent>, MuntheKaas4, CrouchGrossman3, ImplicitMidpoint, Gauss4,
-                         Rk4>(scene, at);
+  return body_tangent_by<SoN<Tangent>, MuntheKaas4, CrouchGrossman3, ImplicitMidpoint, Gauss4, Rk4>(
+      scene, at);
 }
 
 std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParameters& at) {

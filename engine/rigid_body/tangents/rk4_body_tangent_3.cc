@@ -78,8 +78,7 @@ class Rk4BodyTangent3 final : public TangentMap {
       x.varies = true;
       for (std::size_t k = 0; k < 3; ++k) {
         x.by_scale[k].set(lane, by_h / h - sum(by_lambda, k) / sum(parameters_.lambda, k));
-        x.by_slope[k].set(lane,
-                          4 / h * difference(by_lambda, k) - slope_[k][0] * by_h / h);
+        x.by_slope[k].set(lane, 4 / h * difference(by_lambda, k) - slope_[k][0] * by_h / h);
       }
     }
   }

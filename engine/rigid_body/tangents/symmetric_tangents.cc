@@ -28,7 +28,9 @@ TangentSpace pairs(const Scene&) {
 }  // namespace
 
 Tangents right_rigid_body_tangents() {
-  return {[](const Scene&) { return TangentSpace{TangentSpace::Coordinates::right_body, {}}; },
+  return {[](const Scene&) {
+            return TangentSpace{TangentSpace::Coordinates::right_body, {}};
+          },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, RightRigidBody<Tangent>(at.lambda), at.h);
           },
@@ -62,10 +64,9 @@ Tangents right_symmetric_rigid_body_tangents() {
 /// A = PQᵀ is a constant of the scene, and only Q moves.
 Tangents reduced_rigid_body_tangents() {
   return {[](const Scene&) {
-            return TangentSpace{TangentSpace::Coordinates::orthonormal,
-                                [](const Dense& x, const Dense& G) {
-                                  return tangent_to_frames<double>(x, G);
-                                }};
+            return TangentSpace{
+                TangentSpace::Coordinates::orthonormal,
+                [](const Dense& x, const Dense& G) { return tangent_to_frames<double>(x, G); }};
           },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(
