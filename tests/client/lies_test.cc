@@ -2,9 +2,11 @@
 #include <google/protobuf/reflection.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -118,36 +120,37 @@ class Liar : public v1::SimulationService::Service {
   explicit Liar(const std::shared_ptr<grpc::Channel>& right)
       : right_(v1::SimulationService::NewStub(right)) {}
 
-  void tell_the_truth() {
-    index = -1;
-    told.clear();
-  }
+  void tell_the_truth() { lie(-1, nullptr); }
   void lie(int at, Change with) {
-    index = at;
-    change = std::move(with);
-    told.clear();
+    const std::lock_guard lock(mutex_);
+    index_ = at;
+    change_ = std::move(with);
+    told_.clear();
+    ++run_;
   }
-
-  int index = -1;
-  Change change;
-  std::vector<std::unique_ptr<Message>> told;
+  std::vector<std::unique_ptr<Message>> told() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(told_, {});
+  }
 
 #define UNARY(Name)                                                                           \
   grpc::Status Name(grpc::ServerContext*, const v1::Name##Request* request,                   \
                     v1::Name##Response* reply) override {                                     \
     if (std::is_same_v<v1::Name##Request, v1::DeleteSessionRequest>) return grpc::Status::OK; \
     grpc::ClientContext context;                                                              \
+    const int run = run_;                                                                     \
     const grpc::Status status = right_->Name(&context, *request, reply);                      \
-    if (status.ok()) lies(*reply);                                                            \
+    if (status.ok()) lies(*reply, run);                                                       \
     return status;                                                                            \
   }
 #define STREAM(Name)                                                           \
   grpc::Status Name(grpc::ServerContext*, const v1::Name##Request* request,    \
                     grpc::ServerWriter<v1::Name##Response>* writer) override { \
     grpc::ClientContext context;                                               \
+    const int run = run_;                                                      \
     const auto reader = right_->Name(&context, *request);                      \
     for (v1::Name##Response reply; reader->Read(&reply);)                      \
-      if (lies(reply)) writer->Write(reply);                                   \
+      if (lies(reply, run)) writer->Write(reply);                              \
     return reader->Finish();                                                   \
   }
 #define DUPLEX(Name)
@@ -160,11 +163,12 @@ class Liar : public v1::SimulationService::Service {
       grpc::ServerContext*,
       grpc::ServerReaderWriter<v1::DriveResponse, v1::DriveRequest>* stream) override {
     grpc::ClientContext context;
+    const int run = run_;
     const auto right = right_->Drive(&context);
     v1::DriveRequest request;
     v1::DriveResponse reply;
     while (stream->Read(&request) && right->Write(request) && right->Read(&reply)) {
-      lies(reply);
+      lies(reply, run);
       stream->Write(reply);
     }
     context.TryCancel();
@@ -172,14 +176,23 @@ class Liar : public v1::SimulationService::Service {
   }
 
  private:
-  /// Returns whether the reply is to be sent.
+  /// Returns whether the reply is to be sent. The call of an earlier lie, which the client has
+  /// left, may still be served.
   template <class Reply>
-  bool lies(Reply& reply) {
-    const bool now = std::cmp_equal(told.size(), index);
-    told.push_back(std::make_unique<Reply>(reply));
-    if (now && change) change(reply);
-    return !now || change;
+  bool lies(Reply& reply, int run) {
+    const std::lock_guard lock(mutex_);
+    if (run != run_) return true;
+    const bool now = std::cmp_equal(told_.size(), index_);
+    told_.push_back(std::make_unique<Reply>(reply));
+    if (now && change_) change_(reply);
+    return !now || change_;
   }
+
+  std::mutex mutex_;
+  std::atomic<int> run_ = 0;
+  int index_ = -1;
+  Change change_;
+  std::vector<std::unique_ptr<Message>> told_;
 
   std::unique_ptr<v1::SimulationService::Stub> right_;
 };
@@ -199,7 +212,7 @@ class LiesTest : public testing::Test {
   void lie_about(const std::function<void()>& call) {
     liar_.tell_the_truth();
     call();
-    const auto told = std::exchange(liar_.told, {});
+    const auto told = liar_.told();
     ASSERT_FALSE(told.empty());
     int noticed = 0;
     for (const std::size_t index : {std::size_t{0}, told.size() / 2, told.size() - 1}) {
