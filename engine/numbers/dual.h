@@ -31,8 +31,8 @@ class Dual {
   requires std::is_arithmetic_v<T>
   constexpr Dual(T x) : value(static_cast<Real>(x)), d{} {}
   template <class Other>
-  requires(!std::is_same_v<Other, Real>) constexpr explicit(sizeof(Other) > sizeof(Real))
-      Dual(const Dual<Other, lanes>& x)
+  requires std::negation_v<std::is_same<Other, Real>>
+  constexpr explicit(sizeof(Other) > sizeof(Real)) Dual(const Dual<Other, lanes>& x)
       : value(static_cast<Real>(x.value)), d{} {
     for (int k = 0; k < lanes; ++k) d[k] = static_cast<Real>(x.d[k]);
   }

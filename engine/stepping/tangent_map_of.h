@@ -119,10 +119,11 @@ class TangentMapOf final : public TangentMap {
  private:
   using Point = typename F::Point;
   using Coordinates_ = TangentCoordinates<Point>;
+  static constexpr bool has_left = requires(typename F::State s) { s.left; };
+  static constexpr bool has_symmetric = requires(typename F::State s) { s.symmetric; };
+  static constexpr bool has_M = requires(typename F::State s) { s.M; };
   /// Whether the map moves other variables than the system's, which start from the values anew.
-  static constexpr bool has_inner_state = requires(typename F::State & s) { s.left; }
-  || requires(typename F::State& s) { s.symmetric; }
-  || requires(typename F::State& s) { s.M; };
+  static constexpr bool has_inner_state = has_left || has_symmetric || has_M;
 
   F map_;
   int substeps_;

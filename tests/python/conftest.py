@@ -23,7 +23,7 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    config.addinivalue_line("markers", "long: takes a minute")
+    config.addinivalue_line("markers", "long: a study of minutes, which make test-long runs")
     if config.getoption("--aio"):
         sys.path.insert(0, str(Path(__file__).parent / "aio"))
         import facade  # which needs greenlet

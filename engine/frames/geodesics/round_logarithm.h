@@ -30,8 +30,8 @@ struct RoundSearch {
   bool thorough = false;
   int restarts = 0;
   std::uint64_t seed = 0;
-  const Eigen::MatrixXd* euclidean =
-      nullptr;  ///< V of a geodesic for β = 1, n × N, if one is known
+  /// V of a geodesic for β = 1, n × N, if one is known.
+  const Eigen::MatrixXd* euclidean = nullptr;
 };
 
 /// Finds a geodesic from Q_0 to Q_T, n < N, by shooting in the span of both frames: with K

@@ -10,9 +10,8 @@ namespace stiefel {
 
 /// exp(tA) in dual numbers, for any t at the same cost. With iA = ZwZ†, D = e^{−iwt} and B = Z†A′Z,
 ///
-///     (exp(tA))′ = Z (φ∘B) Z† + t′ A exp(tA),   φ_jk = (D_j − D_k)/(i(w_k − w_j))
-///                                                    = t e^{−i(w_j + w_k)t/2} sinc((w_j −
-///                                                    w_k)t/2),
+///     (exp(tA))′ = Z (φ∘B) Z† + t′ A exp(tA),
+///     φ_jk = (D_j − D_k)/(i(w_k − w_j)) = t e^{−i(w_j + w_k)t/2} sinc((w_j − w_k)t/2),
 ///
 /// which has no cancellation where two eigenvalues are close (Daleckii and Krein 1965).
 template <class Real, int lanes>
