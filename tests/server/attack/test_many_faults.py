@@ -168,6 +168,21 @@ def test_eight_at_once_beside_another(process):
         assert process.memory() < 1.2 * LIMIT, process.memory() / MIB
 
 
+def test_more_at_once_than_grpc_may_hold(process):
+    """They take a third of --memory, of which gRPC's share is a quarter, so that gRPC ends calls, whichever; the client
+    repeats its own."""
+    method, raw = request("Diagnose dirac_brackets.first", 2 * MIB)
+    for _ in range(3):
+        calls = [send(process, method, raw) for _ in range(LIMIT // 3 // len(raw))]
+        for channel, call in calls:
+            with channel, pytest.raises(grpc.RpcError) as refused:
+                list(call)
+            # UNAVAILABLE: gRPC closed an idle connection just as a call began on it.
+            assert refused.value.code() in {*TYPED, grpc.StatusCode.UNAVAILABLE}, refused.value
+        with stiefel.Client(process.address) as client:
+            assert client.get("s").step(to=1).step == 1
+
+
 @pytest.mark.skipif(SANITIZED, reason="processor time with a sanitizer says nothing")
 def test_little_is_computed_after_the_caller_has_gone(serve):
     process = serve("--log-level", "error", "--memory", "1G", "--threads", "2")
