@@ -59,10 +59,12 @@ constexpr std::array reasons = {
     Reason{"Name or service not known", "the name is unknown"},
 };
 
+constexpr std::string_view enhance_your_calm = "Received RST_STREAM with error code 11";
+
 // What gRPC says of a call that a server or a proxy answered without details of ours.
 constexpr std::array answers = {
     Reason{
-        "Received RST_STREAM with error code 11",
+        enhance_your_calm,
         "the server or a proxy before it refuses the call as too much: the call's metadata, such "
         "as its token, is too large, or too many calls come at once"},
     Reason{"received initial metadata size exceeds",
@@ -131,6 +133,11 @@ grpc::Status as_unavailable(const grpc::Status& status) {
                      message == "Socket closed" || message == "CANCELLED" ||
                      message == "No status received";
   return broke ? grpc::Status(grpc::StatusCode::UNAVAILABLE, message) : status;
+}
+
+bool is_too_much_at_once(const grpc::Status& status) {
+  return status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
+         status.error_details().empty() && status.error_message().starts_with(enhance_your_calm);
 }
 
 bool is_unreadable(const grpc::Status& status) {

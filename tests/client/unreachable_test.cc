@@ -132,6 +132,19 @@ TEST(Unreachable, AnAnswerWithoutDetailsIsTranslatedToo) {
   EXPECT_EQ(told(UNAVAILABLE, "Socket closed"), "cannot reach host:1: the connection broke");
 }
 
+TEST(Unreachable, TooMuchAtOnceIsTriedAgainUntilThePausesAreUsedUp) {
+  using enum grpc::StatusCode;
+  const grpc::Status calm(RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11");
+  Patience patience(nullptr, 60ms);
+  EXPECT_TRUE(patience.allows_another(calm));
+  EXPECT_TRUE(patience.allows_another(calm));
+  EXPECT_FALSE(patience.allows_another(calm)) << "after 25 and 50 ms";
+  for (const auto& other : {grpc::Status(RESOURCE_EXHAUSTED, "received initial metadata size"),
+                            grpc::Status(RESOURCE_EXHAUSTED, calm.error_message(), "details"),
+                            grpc::Status(UNIMPLEMENTED, calm.error_message())})
+    EXPECT_FALSE(Patience(nullptr, 1min).allows_another(other)) << other.error_message();
+}
+
 TEST(Unreachable, WhatAServerSaysItselfIsLeftAsItIs) {
   const grpc::Status said(grpc::StatusCode::UNAVAILABLE, "the server is shutting down", "details");
   EXPECT_EQ(in_plain_words(said, "host:1", true).error_message(), said.error_message());

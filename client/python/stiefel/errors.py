@@ -62,6 +62,7 @@ class StiefelError(Exception):
     code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
     quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds; `field` is the limit's name: "sessions"
     retry_delay: Optional[float] = None  #: seconds after which the same request may succeed, if the server says so
+    _may_pass: bool = False  #: whether gRPC or a proxy ended the call because of too much at once
     #: For `Session.trajectory`, the samples that had arrived, as a trajectory with the outcome CANCELLED. For
     #: `stiefel.sweep`, what it would have returned, with the outcome 0 at the missing points. None for all other calls.
     partial: Optional[Any] = None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel._wire import failures, held, recreating
+from stiefel._wire import failures, held, recreating, retries
 
 BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]},
         "method": {"name": "preprocessed_variational"}}
@@ -248,6 +248,15 @@ def test_a_name_that_no_server_takes_is_not_routed(client, id):
         client.get(id)
 
 
+def failed(code, says):
+    """The exception for a call that gRPC ended."""
+    class Failure(grpc.RpcError):
+        def code(self): return code
+        def details(self): return says
+        def trailing_metadata(self): return ()
+    return failures.from_rpc_error(Failure())
+
+
 @pytest.mark.parametrize("code, says, taken", [
     (grpc.StatusCode.CANCELLED, "Received RST_STREAM with error code 8", True),
     (grpc.StatusCode.UNKNOWN, "Stream removed", True),
@@ -256,8 +265,11 @@ def test_a_name_that_no_server_takes_is_not_routed(client, id):
     (grpc.StatusCode.RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11", False),
 ])
 def test_a_connection_that_broke_is_unavailable(code, says, taken):
-    class Failure(grpc.RpcError):
-        def code(self): return code
-        def details(self): return says
-        def trailing_metadata(self): return ()
-    assert isinstance(failures.from_rpc_error(Failure()), stiefel.Unavailable) == taken
+    assert isinstance(failed(code, says), stiefel.Unavailable) == taken
+
+
+@pytest.mark.parametrize("says, tried", [("Received RST_STREAM with error code 11", [0.05, 0.1, 0.2, 0.4, 0.8, None]),
+                                         ("received initial metadata size exceeds limit", [None])])
+def test_too_much_at_once_is_tried_again(says, tried):
+    pauses = retries.Pauses()
+    assert [pauses.after(failed(grpc.StatusCode.RESOURCE_EXHAUSTED, says)) for _ in tried] == tried

@@ -94,9 +94,10 @@ _REASONS = {  # the first key that occurs in gRPC's message counts
 _BROKEN = re.compile(r"Received RST_STREAM|Stream removed\b|Socket closed$|CANCELLED$|No status received|"
                      r"recvmsg:|sendmsg:|Broken pipe$|Connection reset by peer$")
 _BROKE = "the connection to the server broke"
+_ENHANCE_YOUR_CALM = "Received RST_STREAM with error code 11"  # HTTP/2's error for too much at once
 _PLAIN = {  # gRPC's messages for calls that reached a server, by how they begin
-    "Received RST_STREAM with error code 11": "the server or a proxy before it refuses the call as too much: the call's "
-                                              "metadata, such as its token, is too large, or too many calls come at once",
+    _ENHANCE_YOUR_CALM: "the server or a proxy before it refuses the call as too much: the call's metadata, such as its "
+                        "token, is too large, or too many calls come at once",
     "received initial metadata size exceeds": "the call's metadata, such as its token, is larger than the server takes",
     "Received http2 header with status:": "a web server answers there, not a stiefel server",
     "Deadline Exceeded": "the call took longer than its timeout",
@@ -147,4 +148,6 @@ def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None, asked: str 
     maybe = code in (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN)
     if (maybe and _BROKEN.match(message)) or message.startswith("Received http2 header"):
         code = grpc.StatusCode.UNAVAILABLE
-    return make_error(code.value[0], in_plain_words(message, tls, asked))
+    plain = make_error(code.value[0], in_plain_words(message, tls, asked))
+    plain._may_pass = message.startswith(_ENHANCE_YOUR_CALM)
+    return plain

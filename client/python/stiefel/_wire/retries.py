@@ -9,15 +9,16 @@ from typing import Any, Optional
 from stiefel._given.numbers import timeout as checked
 from stiefel.errors import DeadlineExceeded, ResourceExhausted, StiefelError, Unavailable
 
-ATTEMPTS = 6  # at a server that cannot be reached
+ATTEMPTS = 6  # at a server that cannot be reached, or has too much at once
 REFUSALS = 64  # by a server that says when to come back
 LONGEST = 300.0  # seconds; a refusal for longer is raised at once
 
 
 class Pauses:
-    """The pauses before the next attempts of one call, in seconds. For a server that cannot be reached: 0.05, 0.1,
-    0.2 ..., 1.55 s in all. For a refusal with a delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s,
-    so that callers refused together do not come back together. A refusal for more than 300 s ends the call."""
+    """The pauses before the next attempts of one call, in seconds. For a server that cannot be reached, or where gRPC
+    or a proxy ends calls because of too much at once: 0.05, 0.1, 0.2 ..., 1.55 s in all. For a refusal with a delay:
+    that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s, so that callers refused together do not come back
+    together. A refusal for more than 300 s ends the call."""
 
     def __init__(self) -> None:
         self._unavailable = 0
@@ -25,7 +26,7 @@ class Pauses:
 
     def after(self, error: StiefelError) -> Optional[float]:
         """Returns the pause before the next attempt in seconds; None if there is no further attempt."""
-        if isinstance(error, Unavailable) and self._unavailable < ATTEMPTS - 1:
+        if (isinstance(error, Unavailable) or error._may_pass) and self._unavailable < ATTEMPTS - 1:
             self._unavailable += 1
             return float(0.05 * 2 ** (self._unavailable - 1))
         delay = error.retry_delay if isinstance(error, ResourceExhausted) else None

@@ -68,7 +68,8 @@ class Samples:
             else:
                 raise AssertionError("a stream ends with an exception")
             before += computed
-            if progress and isinstance(error, Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)):
+            passing = Unavailable if self._timeout is not None else (DeadlineExceeded, Unavailable)
+            if progress and (isinstance(error, passing) or error._may_pass):
                 attempts.renew()
                 if self._timeout is None:
                     attempts.deadline = self._handle.connection.deadline(None)

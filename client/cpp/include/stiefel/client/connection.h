@@ -30,8 +30,8 @@ struct Options {
   /// Summarize, and a whole Stream with its resumptions and pauses. None by default, because only
   /// the caller knows the length of a run.
   std::optional<std::chrono::milliseconds> compute_timeout = std::nullopt;
-  /// How long a call is repeated while the server is UNAVAILABLE. Repeating is safe because every
-  /// call is idempotent.
+  /// How long a call is repeated while the server is UNAVAILABLE, or ends calls because of too much
+  /// at once. Repeating is safe because every call is idempotent.
   std::chrono::milliseconds patience = std::chrono::seconds(2);
   /// Whether a session may go on at a server of another build, whose states may have other bits. If
   /// false, a call that such a server answers throws BuildChanged.
@@ -95,13 +95,14 @@ class Patience {
       : channel_(channel), limit_(limit), deadline_(deadline), stop_(std::move(stop)) {}
 
   /// Pauses and returns true if the call may be tried again. Returns false at once if the status is
-  /// not UNAVAILABLE or the pauses are used up, and false when a stop is requested. After a refusal
-  /// that says when to come back, the pause is that of refusals.h; if it would end after the
-  /// deadline, returns false at once.
+  /// neither UNAVAILABLE nor `is_too_much_at_once` or the pauses are used up, and false when a stop
+  /// is requested. After a refusal that says when to come back, the pause is that of refusals.h; if
+  /// it would end after the deadline, returns false at once.
   bool allows_another(const grpc::Status& status) {
     if (const auto pause = refusals_.next(status)) return allows_pause(*pause);
-    const auto code = as_unavailable(status).error_code();
-    if (code != grpc::StatusCode::UNAVAILABLE || total_pause_ >= limit_) return false;
+    const bool may_pass = as_unavailable(status).error_code() == grpc::StatusCode::UNAVAILABLE ||
+                          is_too_much_at_once(status);
+    if (!may_pass || total_pause_ >= limit_) return false;
     const auto until = std::chrono::system_clock::now() + deadline_.at_most(pause_);
     if (channel_ && channel_->GetState(true) != GRPC_CHANNEL_READY) {
       // gRPC connects only while a thread waits inside it, so this thread must not sleep outside.

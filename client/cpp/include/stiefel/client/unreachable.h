@@ -20,6 +20,10 @@ std::optional<std::string> fault_of_address(std::string_view address);
 /// this side has cancelled.
 grpc::Status as_unavailable(const grpc::Status& status);
 
+/// Returns whether gRPC or a proxy ended the call because of too much at once, as HTTP/2's error
+/// ENHANCE_YOUR_CALM says, so that the call may succeed later.
+bool is_too_much_at_once(const grpc::Status& status);
+
 /// Returns whether a unary call ended without a reply, or with bytes that are no message of it.
 bool is_unreadable(const grpc::Status& status);
 
