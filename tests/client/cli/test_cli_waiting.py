@@ -89,7 +89,7 @@ def signals(process, which):
 @pytest.mark.parametrize("extension, how", [("json", signal.SIGINT), ("csv", signal.SIGTERM), ("npz", signal.SIGHUP)])
 def test_an_interrupted_run_leaves_no_file_and_says_how_far_it_got(start, write, scene, tmp_path, extension, how):
     (tmp_path / f"out.{extension}").write_text("before")
-    run = start("run", write(scene), "--to", FAR, "--every", 10**6, "--output", f"out.{extension}")
+    run = start("run", write(scene), "--to", FAR, "--every", 10**4, "--output", f"out.{extension}")
     wait_until((tmp_path / f"out.{extension}.part").exists)
     wait_until_it_computes(run)
     run.send_signal(how)
