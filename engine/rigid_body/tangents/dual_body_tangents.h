@@ -24,7 +24,7 @@ std::unique_ptr<TangentMap> body_tangent_by(const Scene& scene, const TangentPar
   std::unique_ptr<TangentMap> made;
   for_each_type(TypeList<Methods...>{}, [&]<class Method>(Method*) {
     if (scene.method() != Method::traits.name) return;
-    // clang compiles both branches of a condition on `Method`, so that on `Body` stands alone.
+    // Two conditions: clang instantiates both branches of one that depends on `Method`.
     if constexpr (!HasMatrixStates<Body>)
       made = make_tangent_by<Method>(scene, body, at.h);
     else if constexpr (has_map_for<Method, Body>)

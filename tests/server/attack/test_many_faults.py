@@ -169,8 +169,8 @@ def test_eight_at_once_beside_another(process):
 
 
 def test_more_at_once_than_grpc_may_hold(process):
-    """They take a third of --memory, of which gRPC's share is a quarter, so that gRPC ends calls, whichever; the client
-    repeats its own."""
+    """They take a third of --memory, of which gRPC's share is a quarter, so that gRPC ends calls, whichever. The server
+    goes on."""
     method, raw = request("Diagnose dirac_brackets.first", 2 * MIB)
     for _ in range(3):
         calls = [send(process, method, raw) for _ in range(LIMIT // 3 // len(raw))]
