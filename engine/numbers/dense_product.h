@@ -17,9 +17,9 @@ using Strided =
                                   Eigen::Matrix<Scalar, -1, -1, order>>,
                Eigen::Unaligned, Eigen::OuterStride<>>;
 
-/// Computes out = αAB, out + αAB or out − αAB by Eigen, for A m × k, B k × c and `out` m × c, which
-/// overlaps neither. dense_product.cc compiles it for float, double and long double and both orders
-/// of each operand.
+/// Computes out = αAB, out + αAB or out − αAB with the bits of Eigen's product, for A m × k, B k ×
+/// c and `out` m × c, which overlaps neither. dense_product.cc compiles it for float, double and
+/// long double and both orders of each operand.
 template <Into into, class Scalar, int left, int right>
 void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Scalar, left>& A,
                    const Strided<const Scalar, right>& B, Scalar alpha);

@@ -20,22 +20,25 @@ inline constexpr double operation_nanoseconds = std::is_same_v<Scalar, double>  
                                                 : std::is_same_v<Scalar, float> ? 0.07
                                                                                 : 1;
 
+/// The number of columns of the smallest block.
+inline constexpr Eigen::Index least_columns = 8;
+
 /// Divides an out = A·B of rows × columns elements, or another computation of so many elements of
 /// `of_element` operations on Scalars each, and calls `piece(i, rows, j, columns)` for blocks of
 /// it, with a check for a stop request before each. From the size of a product of two matrices of
 /// `least_divided_order` the threads of the crew share blocks of about a millisecond, which have
 /// all the rows unless `cuts_rows`. On one thread there are blocks of columns from two pieces of
-/// `piece_operations`. Smaller work is left to `whole()`.
+/// `piece_operations`. Smaller work is left to `whole()`. Needs two blocks' columns.
 ///
 /// The bits are those of `whole()`: Eigen's kernels for products and for triangular systems sum
 /// every element over the same terms in the same order whatever the number of columns, as long as
 /// a block begins at a multiple of 4 columns and is not a vector, and of rows if it begins at a
 /// multiple of 48.
 template <class Scalar, bool cuts_rows, class Piece, class Whole>
-void by_blocks(Eigen::Index rows, Eigen::Index columns, double of_element, const Piece& piece,
-               const Whole& whole) {
+void divide_into_blocks(Eigen::Index rows, Eigen::Index columns, double of_element,
+                        const Piece& piece, const Whole& whole) {
   using Eigen::Index;
-  constexpr Index least = 8, least_of_thread = 32, most_of_thread = 64, blocks_of_thread = 2;
+  constexpr Index least_of_thread = 32, most_of_thread = 64, blocks_of_thread = 2;
   constexpr Index row_unit = 48;
   constexpr double least_operations = 1e6;  // of a block that is wider than `most_of_thread`
   constexpr double divided = 1.0 * least_divided_order * least_divided_order * least_divided_order;
@@ -47,17 +50,18 @@ void by_blocks(Eigen::Index rows, Eigen::Index columns, double of_element, const
   };
   Crew* crew = columns < 2 * least_of_thread || operations < divided ? nullptr : crew_to_divide();
   const auto threads = crew ? static_cast<Index>(crew->threads_at_hand()) : 1;
-  if (threads < 2 && (operations <= 2 * piece_operations || columns < 2 * least)) return whole();
+  if (threads < 2 && operations <= 2 * piece_operations) return whole();
 
-  Index width = worth(piece_operations, of_column, least), height = rows;
+  Index width = worth(piece_operations, of_column, least_columns), height = rows;
   if (threads > 1) {
-    const Index share = columns / (blocks_of_thread * threads) / least * least;
+    const Index share = columns / (blocks_of_thread * threads) / least_columns * least_columns;
     width = std::clamp(share, least_of_thread, worth(least_operations, of_column, most_of_thread));
     if (cuts_rows)
       height = std::max(2 * row_unit,
                         worth(most_operations, of_element * static_cast<double>(width), row_unit));
     else
-      width = std::min(width, std::max(2 * least, worth(most_operations, of_column, least)));
+      width = std::min(
+          width, std::max(2 * least_columns, worth(most_operations, of_column, least_columns)));
   }
   const Index across = std::max<Index>(1, columns / width),
               down = std::max<Index>(1, rows / height);
@@ -70,6 +74,15 @@ void by_blocks(Eigen::Index rows, Eigen::Index columns, double of_element, const
   const auto blocks = static_cast<std::size_t>(across * down);
   if (threads > 1) return share_out(*crew, blocks, operations * operation_nanoseconds<Scalar>, one);
   for (std::size_t index = 0; index < blocks; ++index) one(index);
+}
+
+/// Calls `whole()` for fewer columns than two blocks have, and divide_into_blocks for more. Steps
+/// of small systems make this one comparison, inlined.
+template <class Scalar, bool cuts_rows, class Piece, class Whole>
+void by_blocks(Eigen::Index rows, Eigen::Index columns, double of_element, const Piece& piece,
+               const Whole& whole) {
+  if (columns < 2 * least_columns) return whole();
+  divide_into_blocks<Scalar, cuts_rows>(rows, columns, of_element, piece, whole);
 }
 
 /// Calls `set(A, B, out)` for blocks of A·B and of `out`, by the rules of by_blocks.

@@ -14,15 +14,15 @@ import argparse
 import math
 import os
 import random
-import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
+
+import callgrind
 
 # The kinds of methods as prices.cc lists them, and as they are reported. All steps of an explicit method or of a closed
 # form take the same instructions, so that their price is a count.
@@ -80,25 +80,13 @@ def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
     return found
 
 
-def callgrind(program: Path, function: str, *arguments: str, lines: str = "") -> tuple[list[str], list[int]]:
-    """Runs the program under callgrind. Returns its output lines and the instructions of each call of `function`."""
-    with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out",
-                               f"--toggle-collect={function}", f"--dump-after={function}", program, *arguments],
-                              check=True, capture_output=True, text=True, input=lines)
-        answers = [line for line in done.stdout.splitlines() if not line.endswith("refused")]
-        totals = [int(re.search(r"^totals: (\d+)", (Path(folder) / f"out.{k + 1}").read_text(), re.M)[1])
-                  for k in range(len(answers))]
-    return answers, totals
-
-
 def count_scenes(program: Path, asked: list[tuple[str, str]]) -> list[Priced]:
     """Counts the scenes with one process per core."""
     kinds = {line: kind for kind, line in asked}
     cores = os.cpu_count() or 1
     shares = ["".join(line + "\n" for _, line in asked[k::cores]) for k in range(cores)]
     with ThreadPoolExecutor(cores) as pool:
-        done = list(pool.map(lambda share: callgrind(program, "measured_steps", lines=share), shares))
+        done = list(pool.map(lambda share: callgrind.of_calls(program, "measured_steps", lines=share), shares))
     found = []
     for answers, totals in done:
         for answer, total in zip(answers, totals):
@@ -111,7 +99,7 @@ def count_scenes(program: Path, asked: list[tuple[str, str]]) -> list[Priced]:
 
 
 def count_caps(program: Path, which: str = "--caps") -> list[Priced]:
-    answers, totals = callgrind(program, "measured_call", which)
+    answers, totals = callgrind.of_calls(program, "measured_call", which)
     return [Priced(answer, "caps", float(answer.split()[1]), total) for answer, total in zip(answers, totals)]
 
 

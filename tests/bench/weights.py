@@ -15,11 +15,12 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
+
+import callgrind
 
 TABLE = Path(__file__).parents[2] / "engine/catalogue/methods/step_weights.inc"
 Key = tuple[str, str, int, str, str]
@@ -46,13 +47,7 @@ def count(program: Path, method: str = "") -> Table:
 
 
 def count_system(command: list) -> Table:
-    with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out",
-                               "--toggle-collect=measured_steps", "--dump-after=measured_steps", *command],
-                              check=True, capture_output=True, text=True)
-        lines = done.stdout.splitlines()
-        totals = [int(re.search(r"^totals: (\d+)", (Path(folder) / f"out.{k + 1}").read_text(), re.M)[1])
-                  for k in range(len(lines))]
+    lines, totals = callgrind.of_calls(command[0], "measured_steps", *command[1:])
     runs = defaultdict(lambda: defaultdict(list))
     for line, total in zip(lines, totals):
         name, method, order, arithmetic, scalar, n, N, steps, rate = line.split()

@@ -72,7 +72,9 @@ class History {
     Scalar least = difference.col(0).cwiseAbs().maxCoeff();
     int best = 0;
     for (int p = 1; p < count; ++p) {
-      for (int k = 0; k < count - p; ++k) difference.col(k) -= difference.col(k + 1);
+      const Eigen::Index rest = length * (count - p);
+      Eigen::Map<Vector<Scalar>>(difference.data(), rest) -=
+          Eigen::Map<const Vector<Scalar>>(difference.data() + length, rest);
       const Scalar size_of_p = difference.col(0).cwiseAbs().maxCoeff();
       if (!(size_of_p < least)) continue;
       least = size_of_p;

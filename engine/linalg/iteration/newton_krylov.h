@@ -76,7 +76,7 @@ class NewtonKrylov {
       moved_.reshaped() = z.reshaped() + step * basis_.col(k);
       sweep(moved_, delta_);
       auto next = basis_.col(k + 1);
-      next = basis_.col(k) - (delta_ - g_).reshaped() / step;
+      next = basis_.col(k) - (delta_.reshaped() - g_.reshaped()) / step;
       orthogonalise(k);
       rotate(k);
       using std::abs;

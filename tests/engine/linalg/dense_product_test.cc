@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <random>
 
 #include "engine/numbers/scalar.h"
@@ -123,6 +124,69 @@ TYPED_TEST(DenseProduct, HasTheBitsOfEigen) {
                                                           Eigen::OuterStride<>(depth));
     EXPECT_EQ(Dense(At.transpose() * B), Dense(left * right));
   }
+}
+
+bool same_bits(const Matrix<double>& A, const Matrix<double>& B) {
+  return A.size() == B.size() &&
+         std::memcmp(A.data(), B.data(), sizeof(double) * static_cast<std::size_t>(A.size())) == 0;
+}
+
+/// Writes AB into a copy of C by dense_product and by Eigen, from the row `at` of a larger matrix
+/// on, and returns whether all bits agree, also the signs of zeros.
+template <Into into, int left, int right>
+bool small_product_has_the_bits_of_eigen(const Matrix<double>& A, const Matrix<double>& B,
+                                         const Matrix<double>& C, Eigen::Index at) {
+  const auto place = [&](Matrix<double>& all) { return all.block(at, 0, A.rows(), B.cols()); };
+  const Eigen::Matrix<double, -1, -1, left> a = A;
+  const Eigen::Matrix<double, -1, -1, right> b = B;
+  const Strided<const double, left> a_map(a.data(), a.rows(), a.cols(),
+                                          Eigen::OuterStride<>(a.outerStride()));
+  const Strided<const double, right> b_map(b.data(), b.rows(), b.cols(),
+                                           Eigen::OuterStride<>(b.outerStride()));
+  Matrix<double> ours = C, theirs = C;
+  auto out = place(ours);
+  dense_product<into, double, left, right>(
+      Strided<double, Eigen::ColMajor>(out.data(), out.rows(), out.cols(),
+                                       Eigen::OuterStride<>(ours.rows())),
+      a_map, b_map, 1);
+  auto of_eigen = place(theirs);
+  if constexpr (into == Into::set) of_eigen.noalias() = a_map.lazyProduct(b_map);
+  if constexpr (into == Into::add) of_eigen.noalias() += a_map.lazyProduct(b_map);
+  if constexpr (into == Into::subtract) of_eigen.noalias() -= a_map.lazyProduct(b_map);
+  return same_bits(ours, theirs);
+}
+
+/// Every size that Eigen leaves to its products of small matrices, columns of `out` that begin at a
+/// multiple of 16 bytes and between, and factors with zeros of both signs.
+TEST(SmallProduct, HasTheBitsOfEigen) {
+  std::mt19937 engine(1);
+  const auto random = [&](Eigen::Index rows, Eigen::Index columns) {
+    return Matrix<double>::NullaryExpr(rows, columns, [&] {
+      const unsigned draw = engine();
+      if (draw % 4 == 0) return draw % 8 == 0 ? 0.0 : -0.0;
+      return std::uniform_real_distribution<double>(-1, 1)(engine);
+    });
+  };
+  const auto check = [&]<int left, int right>(const auto& A, const auto& B, const auto& C,
+                                              Eigen::Index at) {
+    using enum Into;
+    return small_product_has_the_bits_of_eigen<set, left, right>(A, B, C, at) &&
+           small_product_has_the_bits_of_eigen<add, left, right>(A, B, C, at) &&
+           small_product_has_the_bits_of_eigen<subtract, left, right>(A, B, C, at);
+  };
+  constexpr int threshold = EIGEN_GEMM_TO_COEFFBASED_THRESHOLD;
+  for (int rows = 1; rows < threshold; ++rows)
+    for (int depth = 1; rows + depth < threshold; ++depth)
+      for (int columns = 1; rows + depth + columns < threshold; ++columns) {
+        const Matrix<double> A = random(rows, depth), B = random(depth, columns);
+        for (const int at : {0, 1}) {
+          const Matrix<double> C = random(rows + 2 + at, columns);
+          EXPECT_TRUE((check.template operator()<0, 0>(A, B, C, at))) << rows << depth << columns;
+          EXPECT_TRUE((check.template operator()<0, 1>(A, B, C, at))) << rows << depth << columns;
+          EXPECT_TRUE((check.template operator()<1, 0>(A, B, C, at))) << rows << depth << columns;
+          EXPECT_TRUE((check.template operator()<1, 1>(A, B, C, at))) << rows << depth << columns;
+        }
+      }
 }
 
 }  // namespace
