@@ -17,7 +17,8 @@ namespace {
 /// The bytes of a call without its arrays, in gRPC and in the server.
 constexpr std::uint64_t call_bytes = 32 << 10;
 
-/// The shape of the largest block of one member, at least 3 x 3.
+/// The shape of the largest block of one member, at least 3 x 3. A block of more elements than a
+/// scene may have does not count: it is refused when it is read.
 struct Shape {
   double rows = 3, cols = 3;
 
@@ -33,7 +34,8 @@ struct Shape {
     }
   }
   void take(double more_rows, double more_cols) {
-    if (more_rows * more_cols <= rows * cols) return;
+    const double elements = more_rows * more_cols;
+    if (elements <= rows * cols || elements > Scene::max_elements) return;
     rows = more_rows;
     cols = more_cols;
   }
