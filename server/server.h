@@ -11,7 +11,6 @@
 
 #include "server/connections/access_options.h"
 #include "server/scheduling/principal.h"
-#include "server/scheduling/quota.h"
 #include "server/sessions/store/store_file.h"
 
 namespace grpc {

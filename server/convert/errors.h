@@ -10,7 +10,7 @@
 
 #include "server/convert/faults.h"
 #include "server/scheduling/memory_budget.h"
-#include "server/scheduling/quota.h"
+#include "server/scheduling/principal.h"
 #include "server/sessions/server_session.h"
 #include "server/sessions/write_ahead_log.h"
 #include "stiefel/outside_domain.h"

@@ -10,7 +10,6 @@
 
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/principal.h"
-#include "server/scheduling/quota.h"
 #include "server/scheduling/run_queue.h"
 
 namespace stiefel::server {

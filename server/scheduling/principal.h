@@ -1,6 +1,9 @@
 #pragma once
 
+#include <chrono>
 #include <compare>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 namespace stiefel::server {
@@ -11,6 +14,39 @@ struct Principal {
   std::string name;
 
   auto operator<=>(const Principal&) const = default;
+};
+
+/// The limits of one principal; 0 means no limit. Work and prices are in instructions.
+struct Quota {
+  /// If not set, that of `with_shares`.
+  std::optional<std::uint32_t> sessions = std::nullopt;
+  /// Open Streams and Drives.
+  std::uint32_t streams = 4096;
+  /// Other calls that compute or wait for a worker.
+  std::uint32_t calls = 4096;
+  /// Bytes that sessions and calls hold. If not set, that of `with_shares`.
+  std::optional<std::uint64_t> memory = std::nullopt;
+  /// The price of one call.
+  double call_work = 0;
+};
+
+/// Returns the limits with those that are not set: half of the server's `sessions` and `memory` if
+/// there may be several principals, so that none takes all of them from the others; otherwise no
+/// limit.
+inline Quota with_shares(Quota quota, bool several, std::uint32_t sessions, std::uint64_t memory) {
+  if (!quota.sessions) quota.sessions = several ? (sessions + 1) / 2 : 0;
+  if (!quota.memory) quota.memory = several ? memory / 2 : 0;
+  return quota;
+}
+
+/// A limit that a request exceeds.
+struct Refusal {
+  /// The name of the limit: "principal_calls".
+  const char* limit;
+  /// The value that the limit allows, and the value that the request would have reached.
+  double most, asked;
+  /// The time after which a retry may succeed; 0 if none ever will.
+  std::chrono::milliseconds retry_after;
 };
 
 }  // namespace stiefel::server
