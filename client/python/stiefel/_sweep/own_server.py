@@ -74,7 +74,11 @@ class OwnServer:
                 self._held = None
             if self._held is None:
                 server = Server.start(arguments=["--threads", str(share.threads)], environment=_memory(share))
-                self._held = _Held(server, Client(server.address, timeout=TIMEOUT))
+                client = Client(server.address, timeout=TIMEOUT)
+                # When the process exits this comes before the end of the server, which waits half a second for open
+                # connections: finalizers run in the reverse order of their making.
+                weakref.finalize(client, client._connection.close)
+                self._held = _Held(server, client)
             return self._held
 
     def _drop(self, held: _Held) -> None:
