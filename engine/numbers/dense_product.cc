@@ -14,8 +14,8 @@ template <Into into, class Out, class Product>
 }
 
 /// AB for small matrices of which A is stored by columns: Σₗ A(i, l) B(l, j), in the order of l.
-/// Two rows at a time where Eigen takes two, those that begin at a multiple of 16 bytes: they begin
-/// at 0 and a row alone at its first term, so that zeros have the signs of Eigen's.
+/// As in Eigen, two rows are computed together where `out` begins at a multiple of 16 bytes. Their
+/// sums begin at 0, the sum of a single row at its first term; this decides the signs of zeros.
 template <Into into, int right, int depth>
 void by_columns_of_left(Strided<double, Eigen::ColMajor>& out,
                         const Strided<const double, Eigen::ColMajor>& A,
@@ -44,8 +44,8 @@ void by_columns_of_left(Strided<double, Eigen::ColMajor>& out,
   }
 }
 
-/// AB for small matrices, A stored by rows and B by columns: products of contiguous vectors, whose
-/// terms Eigen sums in four sums, l modulo 4, and what is left one by one.
+/// AB for small matrices, A stored by rows and B by columns: products of contiguous vectors. As in
+/// Eigen, the terms are added to four sums, by l modulo 4; a pair and a term may be left.
 template <Into into, int depth>
 void by_rows_of_left(Strided<double, Eigen::ColMajor>& out,
                      const Strided<const double, Eigen::RowMajor>& A,

@@ -72,7 +72,7 @@ class History {
     Scalar least = difference.col(0).cwiseAbs().maxCoeff();
     int best = 0;
     for (int p = 1; p < count; ++p) {
-      const Eigen::Index rest = length * (count - p);
+      const Eigen::Index rest = length * (count - p);  // each column less the next
       Eigen::Map<Vector<Scalar>>(difference.data(), rest) -=
           Eigen::Map<const Vector<Scalar>>(difference.data() + length, rest);
       const Scalar size_of_p = difference.col(0).cwiseAbs().maxCoeff();

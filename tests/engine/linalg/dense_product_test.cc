@@ -180,11 +180,12 @@ TEST(SmallProduct, HasTheBitsOfEigen) {
       for (int columns = 1; rows + depth + columns < threshold; ++columns) {
         const Matrix<double> A = random(rows, depth), B = random(depth, columns);
         for (const int at : {0, 1}) {
+          SCOPED_TRACE(::testing::Message() << rows << " x " << depth << " x " << columns);
           const Matrix<double> C = random(rows + 2 + at, columns);
-          EXPECT_TRUE((check.template operator()<0, 0>(A, B, C, at))) << rows << depth << columns;
-          EXPECT_TRUE((check.template operator()<0, 1>(A, B, C, at))) << rows << depth << columns;
-          EXPECT_TRUE((check.template operator()<1, 0>(A, B, C, at))) << rows << depth << columns;
-          EXPECT_TRUE((check.template operator()<1, 1>(A, B, C, at))) << rows << depth << columns;
+          EXPECT_TRUE((check.template operator()<0, 0>(A, B, C, at)));
+          EXPECT_TRUE((check.template operator()<0, 1>(A, B, C, at)));
+          EXPECT_TRUE((check.template operator()<1, 0>(A, B, C, at)));
+          EXPECT_TRUE((check.template operator()<1, 1>(A, B, C, at)));
         }
       }
 }
