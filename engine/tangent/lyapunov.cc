@@ -44,7 +44,7 @@ std::expected<LyapunovExponents, Violations> LyapunovExponents::resume(
   if (!in.sound() || header.is != LyapunovHeader::format || header.step != now.step() ||
       header.step > what.to || header.interval < 1 || header.from != asked.from ||
       header.count != asked.count || header.asked_interval != asked.asked_interval ||
-      header.seed != asked.seed || header.orthonormalization != asked.orthonormalization)
+      header.seed != asked.seed)
     return refused();
   auto run = std::make_unique<LyapunovRun>(scene, what);
   if (auto violations = run->prepare(now, place, header); !violations.empty())
@@ -102,10 +102,7 @@ std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what
   const std::int64_t vectors =
       std::min({lyapunov_vectors(what, size), size, static_cast<std::int64_t>(x.dimension)});
   const auto m = static_cast<std::uint64_t>(vectors), D = static_cast<std::uint64_t>(size);
-  const bool continuous = what.orthonormalization == Orthonormalization::continuous;
-  const std::uint64_t squares = continuous                                                  ? 20
-                                : x.is_body || size > Linearization::largest_in_coordinates ? 0
-                                                                                            : 3;
+  const std::uint64_t squares = x.is_body || size > Linearization::largest_in_coordinates ? 0 : 3;
   // A second motion has at most as many vectors as one map of `Tangent` moves.
   return linearization_bytes(scene, vectors, false) +
          linearization_bytes(scene, std::min<std::int64_t>(vectors, TangentMap::lanes), false) +

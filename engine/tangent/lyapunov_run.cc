@@ -23,11 +23,8 @@ std::int64_t chosen_interval(const Scene& scene, double rate) {
 }  // namespace
 
 LyapunovHeader LyapunovHeader::of(const LyapunovDescription& what) {
-  return {.from = what.from,
-          .count = what.count,
-          .asked_interval = what.interval,
-          .orthonormalization = static_cast<std::uint64_t>(what.orthonormalization),
-          .seed = what.seed};
+  return {
+      .from = what.from, .count = what.count, .asked_interval = what.interval, .seed = what.seed};
 }
 
 Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
@@ -37,11 +34,6 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
                             "the scene must have no `members`")};
   const auto tangents = tangents_of(scene_.system());
   if (!tangents) return {place.violation("", scene_.system(), "has no tangent map")};
-  const bool continuous = what_.orthonormalization == Orthonormalization::continuous;
-  if (continuous && !tangents->field)
-    return {place.violation("orthonormalization", "continuous",
-                            "must be discrete_qr: " + scene_.system() +
-                                " is a discrete system, which has no vector field")};
   vectors_.emplace(scene_, tangents->space(scene_), start);
   const std::int64_t dimension = vectors_->dimension(vectors_->state(start));
   if (dimension == 0 && what_.count == 0)
@@ -64,25 +56,6 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
                                    : chosen_interval(scene_, rate_);
   if (what_.interval < 0)
     return {place.violation("interval", std::to_string(what_.interval), "must be at least 0")};
-  if (continuous) {
-    interval_ += interval_ % 2;
-    constexpr double longest = 0.5;
-    if (rate_ * std::abs(scene_.step()) > longest)
-      return {place.violation(
-          "orthonormalization", "continuous",
-          "must be discrete_qr, or the step at most " + to_text(longest / rate_, 3) +
-              ": the flow is integrated over two steps, so that these may turn by " +
-              to_text(longest) + " rad each")};
-    if ((what_.to - what_.from) % 2 != 0)
-      return {place.violation("to", std::to_string(what_.to),
-                              "must be an even number of steps after `from` for continuous "
-                              "orthonormalization, which takes two steps at a time")};
-    if (vectors_->size() > FrameFlow::largest)
-      return {place.violation("orthonormalization", "continuous",
-                              "must be discrete_qr for states of more than " +
-                                  std::to_string(FrameFlow::largest) + " numbers")};
-    flow_.emplace(tangents->field(scene_), vectors_->weights(), count_);
-  }
   if ((what_.to - what_.from) / interval_ < LyapunovExponents::least_intervals)
     return {place.violation(
         "to", std::to_string(what_.to),
@@ -94,9 +67,6 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
 }
 
 Violations LyapunovRun::restart(const Simulation& motion, const Place& place) {
-  R_ = Dense::Identity(count_, count_);
-  W_ = V_;
-  if (flow_) return {};
   linearization_.reset();
   LinearizationDescription moved;
   moved.vectors = vectors_->by_rows(V_);
@@ -107,32 +77,10 @@ Violations LyapunovRun::restart(const Simulation& motion, const Place& place) {
   return {};
 }
 
-RunStatus LyapunovRun::move_frame(Simulation& motion, std::int64_t steps,
-                                  const std::stop_token& stop) {
-  std::array<Dense, 3> x;
-  x[0] = vectors_->principal_state(motion);
-  for (std::int64_t done = 0; done < steps; done += 2) {
-    for (const std::size_t k : {1, 2}) {
-      if (const RunStatus status = motion.advance(1, stop); !status.reached()) return status;
-      x[k] = vectors_->principal_state(motion);
-    }
-    const auto R = unless_stopped(stop, [&] {
-      W_ = vectors_->to_principal(W_);
-      Dense made = flow_->move(W_, x, scene_.step());
-      W_ = vectors_->from_principal(W_);
-      return made;
-    });
-    if (!R) return {Outcome::cancelled, std::nullopt};
-    R_ = *R * R_;
-    x[0] = x[2];
-  }
-  return {};
-}
-
 RunStatus LyapunovRun::close(const Simulation& motion) {
-  V_ = flow_ ? W_ : vectors_->by_columns(linearization_->vectors(motion));
+  V_ = vectors_->by_columns(linearization_->vectors(motion));
   if (!V_.allFinite()) return {Outcome::not_finite, std::nullopt};
-  const Dense R = vectors_->orthonormalise(vectors_->state(motion), V_) * R_;
+  const Dense R = vectors_->orthonormalise(vectors_->state(motion), V_);
   if (!(R.diagonal().minCoeff() > 0) || !R.allFinite()) return {Outcome::not_finite, std::nullopt};
   growth_.add(static_cast<double>(at_ - last_end_) * std::abs(scene_.step()), R);
   last_end_ = at_;
@@ -146,10 +94,8 @@ RunStatus LyapunovRun::advance(Simulation& motion, std::int64_t steps,
   if (at_ == what_.to && beside_) return advance_beside(steps, stop);
   do {
     const std::int64_t left = interval_end() - at_;
-    std::int64_t now = motion.direct() ? left : std::min(steps, left);
-    if (flow_) now += now % 2;
-    RunStatus status =
-        flow_ ? move_frame(motion, now, stop) : linearization_->advance(motion, now, stop);
+    const std::int64_t now = motion.direct() ? left : std::min(steps, left);
+    RunStatus status = linearization_->advance(motion, now, stop);
     computed_ += motion.direct() ? 1 : motion.step() - at_;
     at_ = motion.step();
     if (status.reached() && at_ == interval_end()) status = close(motion);
@@ -227,7 +173,6 @@ bool LyapunovRun::restore(ByteReader& in, const Simulation& now) {
   growth_.restore(in);
   if (!in.complete() || !V_.allFinite()) return false;
   vectors_->set_weights(weights);
-  if (flow_) flow_->set_weights(weights);
   if (at_ == what_.to) {
     judge(now);
     return true;

@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "engine/tangent/frame_flow.h"
 #include "engine/tangent/growth_vectors.h"
 #include "engine/tangent/verdict.h"
 #include "stiefel/linearization.h"
@@ -16,16 +15,16 @@ namespace stiefel {
 /// start.
 struct LyapunovHeader {
   /// The version of the bytes.
-  static constexpr std::uint64_t format = 0x5354464c4c594131;
+  static constexpr std::uint64_t format = 0x5354464c4c594132;
 
   std::uint64_t is = format;
   std::int64_t step = 0, from = 0, count = 0, asked_interval = 0, interval = 0;
-  std::uint64_t orthonormalization = 0, seed = 0;
+  std::uint64_t seed = 0;
   double rate = 0;
 
   void each(auto&& visit) {
     visit(is), visit(step), visit(from), visit(count), visit(asked_interval), visit(interval);
-    visit(orthonormalization), visit(seed), visit(rate);
+    visit(seed), visit(rate);
   }
 
   /// Returns what a request fixes.
@@ -75,7 +74,6 @@ class LyapunovRun {
   std::int64_t interval_end() const { return std::min(what_.to, last_end_ + interval_); }
   /// Begins an interval with V at the state of `motion`.
   Violations restart(const Simulation& motion, const Place& place = {});
-  RunStatus move_frame(Simulation& motion, std::int64_t steps, const std::stop_token& stop);
   /// Ends an interval.
   RunStatus close(const Simulation& motion);
   void judge(const Simulation& motion);
@@ -90,11 +88,9 @@ class LyapunovRun {
   Eigen::Index count_ = 0;  ///< vectors that move; the largest exponents of them are shown
   std::int64_t interval_ = 1, at_ = 0, last_end_ = 0, computed_ = 0, computed_beside_ = 0;
   double rate_ = 0;
-  Dense V_;      ///< at the last end of an interval
-  Dense W_, R_;  ///< of `flow_`: on the way from V, and the R since then
+  Dense V_;  ///< at the last end of an interval
   Growth growth_;
   std::optional<Linearization> linearization_;
-  std::optional<FrameFlow> flow_;
   std::string
       saved_;  ///< at the last end of a whole interval, while a shorter one runs and after it
   bool ended_ = false;

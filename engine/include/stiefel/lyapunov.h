@@ -14,18 +14,11 @@
 
 namespace stiefel {
 
-/// How the vectors that measure growth are kept apart.
-enum class Orthonormalization : std::uint8_t {
-  discrete_qr,  ///< the tangent of the computed steps, and V = QR at the end of each interval
-  continuous,   ///< Ẇ = AW − WT on V(k, D) along the computed states, T upper triangular
-};
-
 /// What a LyapunovExponents computes.
 struct LyapunovDescription {
   std::int64_t from = 0, to = 0;
   /// The number k of exponents, the largest ones; 0: all.
   std::int64_t count = 0;
-  Orthonormalization orthonormalization = Orthonormalization::discrete_qr;
   /// Steps between two orthonormalisations. 0: as many as the motion at `from` takes for about one
   /// radian.
   std::int64_t interval = 0;

@@ -33,11 +33,7 @@ v1::Verdict verdict_of(MotionKind kind) {
 
 TangentPrice price_of(const Session& session, const v1::LyapunovSpectrumRequest& request) {
   const std::int64_t size = state_size(session);
-  const LyapunovDescription what{
-      .count = request.count(),
-      .orthonormalization = request.orthonormalization() == v1::ORTHONORMALIZATION_CONTINUOUS
-                                ? Orthonormalization::continuous
-                                : Orthonormalization::discrete_qr};
+  const LyapunovDescription what{.count = request.count()};
   const auto vectors = std::min(lyapunov_vectors(what, size), size);
   const double step = session.most_work(0, 1);
   const auto steps = static_cast<double>(request.to() - request.from());
@@ -57,15 +53,9 @@ LyapunovAnswer::~LyapunovAnswer() {
 }
 
 grpc::Status LyapunovAnswer::read() {
-  if (!v1::Orthonormalization_IsValid(request_.orthonormalization()))
-    return errors::invalid("orthonormalization", std::to_string(request_.orthonormalization()),
-                           "must be DISCRETE_QR or CONTINUOUS");
   what_ = {.from = request_.from(),
            .to = request_.to(),
            .count = request_.count(),
-           .orthonormalization = request_.orthonormalization() == v1::ORTHONORMALIZATION_CONTINUOUS
-                                     ? Orthonormalization::continuous
-                                     : Orthonormalization::discrete_qr,
            .interval = request_.interval(),
            .seed = request_.seed()};
   start_ = what_.from;
