@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
-#include "engine/numbers/to_text.h"
+#include "engine/tangent/confirmation.h"
 #include "engine/tangent/systems.h"
 #include "stiefel/stop.h"
 
@@ -21,6 +22,10 @@ std::int64_t chosen_interval(const Scene& scene, double rate) {
 }
 
 }  // namespace
+
+LyapunovRun::LyapunovRun(const Scene& scene, const LyapunovDescription& what, bool judged)
+    : scene_(scene), what_(what), judged_(judged), growth_(1) {}
+LyapunovRun::~LyapunovRun() = default;
 
 LyapunovHeader LyapunovHeader::of(const LyapunovDescription& what) {
   return {
@@ -50,6 +55,8 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
       most, what_.count == 0 ? most : std::max<std::int64_t>(what_.count, TangentMap::lanes)));
   growth_ = Growth(count_);
   rate_ = saved ? saved->rate : start.rate();
+  fastest_ = saved ? saved->fastest : rate_;
+  first_.resize(start.saved_size());
   at_ = last_end_ = start.step();
   interval_ = saved                ? saved->interval
               : what_.interval > 0 ? what_.interval
@@ -64,6 +71,12 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
             std::to_string(LyapunovExponents::least_intervals) + " intervals of " +
             std::to_string(interval_) + " steps after `from`")};
   return {};
+}
+
+Violations LyapunovRun::begin(const Simulation& start, const Place& place) {
+  V_ = vectors_->random(vectors_->state(start), count_, what_.seed);
+  start.save(first_);
+  return restart(start, place);
 }
 
 Violations LyapunovRun::restart(const Simulation& motion, const Place& place) {
@@ -84,6 +97,7 @@ RunStatus LyapunovRun::close(const Simulation& motion) {
   if (!(R.diagonal().minCoeff() > 0) || !R.allFinite()) return {Outcome::not_finite, std::nullopt};
   growth_.add(static_cast<double>(at_ - last_end_) * std::abs(scene_.step()), R);
   last_end_ = at_;
+  fastest_ = std::max(fastest_, motion.rate());
   if (at_ < what_.to && what_.to - at_ < interval_) saved_ = write();
   if (at_ < what_.to && !restart(motion).empty()) return {Outcome::not_finite, std::nullopt};
   return {};
@@ -91,7 +105,7 @@ RunStatus LyapunovRun::close(const Simulation& motion) {
 
 RunStatus LyapunovRun::advance(Simulation& motion, std::int64_t steps,
                                const std::stop_token& stop) {
-  if (at_ == what_.to && beside_) return advance_beside(steps, stop);
+  if (confirmation_) return confirm(static_cast<double>(steps), motion.step_cost(), stop);
   do {
     const std::int64_t left = interval_end() - at_;
     const std::int64_t now = motion.direct() ? left : std::min(steps, left);
@@ -105,51 +119,71 @@ RunStatus LyapunovRun::advance(Simulation& motion, std::int64_t steps,
           "The motion ended at step " + std::to_string(at_) + ", before the last one.";
       return status;
     }
-    if (!judged_ && growth_.sums()(0) >= beside_enough) what_.to = at_;
     steps -= motion.direct() ? steps : now;
   } while (steps > 0 && at_ < what_.to);
-  if (at_ == what_.to) judge(motion);
+  if (at_ == what_.to) judge();
   return {};
 }
 
-void LyapunovRun::judge(const Simulation& motion) {
+void LyapunovRun::judge() {
   if (!judged_) return;
   judgement_ = judge_growth(growth_, rate_);
-  if (judgement_.kind != MotionKind::chaotic) return;
-  // What looks chaotic is so if a motion beside it, with shorter steps, is too. It starts where the
-  // steps have not yet drifted from the flow, if that state is at hand.
-  const double lambda = growth_.sums()(0) / growth_.time();
-  LyapunovDescription what;
-  what.interval = interval_;
-  what.count = std::min<std::int64_t>(2, count_);
-  const double steps = beside_growth / (lambda * std::abs(scene_.step()));
-  what.to = (static_cast<std::int64_t>(steps) / interval_ + 1) * interval_;
-  what.to = std::max(what.to, LyapunovExponents::least_intervals * interval_);
-  if (const auto scene = what_.from == 0 ? beside(*make_simulation(scene_)) : beside(motion)) {
-    beside_ = std::make_unique<LyapunovRun>(*scene, what, false);
-    other_ = make_simulation(*scene);
-    if (!beside_->prepare(*other_).empty() || !beside_->begin(*other_).empty()) beside_.reset();
-  }
-  if (!beside_) judgement_ = confirm(judgement_, growth_, nullptr, false);
+  std::string none;
+  if (judgement_.kind == MotionKind::chaotic) none = begin_confirmation();
+  if (!confirmation_) saved_confirmation_.clear();
+  if (!none.empty()) judgement_ = {MotionKind::undecided, judgement_.reason + ". " + none};
 }
 
-std::optional<Scene> LyapunovRun::beside(const Simulation& start) const {
-  const Dense x = vectors_->state(start), V = vectors_->random(x, 1, what_.seed + 1);
-  return scene_beside(scene_, start, V.reshaped(x.rows(), V.rows() / x.rows()));
+std::string LyapunovRun::begin_confirmation() {
+  const auto start = make_simulation(scene_);
+  start->restore(what_.from, first_);
+  const Dense x = vectors_->state(*start), V = vectors_->random(x, 1, what_.seed + 1);
+  const Confirmation::First first{
+      .scene = scene_,
+      .start = *start,
+      .direction = V.reshaped(x.rows(), V.rows() / x.rows()),
+      .interval = interval_,
+      .intervals = intervals(),
+      .fastest = fastest_,
+      .what = {.count = std::min<std::int64_t>(2, count_), .seed = what_.seed}};
+  confirmation_ = std::make_unique<Confirmation>();
+  std::string none = confirmation_->begin(first);
+  if (none.empty() && !saved_confirmation_.empty() && !confirmation_->restore(saved_confirmation_))
+    none = confirmation_->begin(first);
+  if (!none.empty()) confirmation_.reset();
+  return none;
 }
 
-RunStatus LyapunovRun::advance_beside(std::int64_t steps, const std::stop_token& stop) {
-  const RunStatus status = beside_->advance(*other_, steps, stop);
+RunStatus LyapunovRun::confirm(double steps, double step_cost, const std::stop_token& stop) {
+  const RunStatus status = confirmation_->advance(steps, step_cost, stop);
   if (status.outcome == Outcome::cancelled) {
     ended_ = true;
     return status;
   }
-  if (!beside_->done()) return {};
-  judgement_ = confirm(judgement_, growth_, &beside_->growth_, status.reached());
-  computed_beside_ = beside_->computed_;
-  beside_.reset();
-  other_.reset();
+  if (!confirmation_->done()) return {};
+  judgement_ = confirmed(judgement_, growth_, confirmation_->run().growth(), rate_,
+                         status.reached(), confirmation_->how());
+  computed_beside_ = confirmation_->run().computed();
+  saved_confirmation_ = confirmation_->save();
+  confirmation_.reset();
   return {};
+}
+
+std::int64_t LyapunovRun::computed() const {
+  return computed_ + (confirmation_ ? confirmation_->run().computed() : computed_beside_);
+}
+
+std::int64_t LyapunovRun::covered() const {
+  const std::int64_t own = last_end_ - what_.from;
+  if (!confirmation_) return own;
+  const LyapunovRun& other = confirmation_->run();
+  return own + other.last_end() / other.interval() * interval_;
+}
+
+std::string LyapunovRun::save() const {
+  ByteWriter out;
+  out.put(confirmation_ ? confirmation_->save() : saved_confirmation_);
+  return (saved_.empty() ? write() : saved_) + out.take();
 }
 
 std::string LyapunovRun::write() const {
@@ -158,7 +192,9 @@ std::string LyapunovRun::write() const {
   header.step = last_end_;
   header.interval = interval_;
   header.rate = rate_;
+  header.fastest = fastest_;
   header.each([&](const auto& number) { out.put(number); });
+  out.put(first_);
   for (const double w : vectors_->weights()) out.put(w);
   for (const double v : V_.reshaped()) out.put(v);
   growth_.save(out);
@@ -166,15 +202,17 @@ std::string LyapunovRun::write() const {
 }
 
 bool LyapunovRun::restore(ByteReader& in, const Simulation& now) {
+  in.get(first_);
   Eigen::VectorXd weights = vectors_->weights();
   for (double& w : weights) in.get(w);
   V_.resize(vectors_->size(), count_);
   for (double& v : V_.reshaped()) in.get(v);
   growth_.restore(in);
+  in.get_up_to(std::numeric_limits<std::int32_t>::max(), saved_confirmation_);
   if (!in.complete() || !V_.allFinite()) return false;
   vectors_->set_weights(weights);
   if (at_ == what_.to) {
-    judge(now);
+    judge();
     return true;
   }
   if (what_.to - at_ < interval_) saved_ = write();

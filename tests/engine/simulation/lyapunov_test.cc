@@ -10,70 +10,14 @@
 #include "stiefel/linearization.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_matrices.h"
+#include "tests/support/scenes/spectra.h"
 
 namespace stiefel {
 namespace {
 
+using namespace testing;
+
 using Dense = Eigen::MatrixXd;
-
-Scene resolved(SceneDescription description) {
-  auto scene = Scene::resolve(std::move(description));
-  if (!scene) throw std::runtime_error(scene.error().front().rule);
-  return *std::move(scene);
-}
-
-/// A geodesic of V(n, N) from a random frame, of unit speed.
-SceneDescription geodesic(Eigen::Index n, const std::vector<double>& inertia, unsigned seed,
-                          double step, const std::string& method = "variational", int order = 4) {
-  const auto N = static_cast<Eigen::Index>(inertia.size());
-  const Eigen::Map<const Eigen::VectorXd> lambda(inertia.data(), N);
-  testing::RandomMatrices<double> random(seed);
-  const Dense Q = random.frame(n, N);
-  Dense V = random.matrix(n, N);
-  const Dense R = V * Q.transpose();
-  V -= (R + R.transpose()) * Q / 2;
-  V /= std::sqrt((V.cwiseAbs2() * lambda).sum());
-  SceneDescription out;
-  out.system = "stiefel";
-  out.method = MethodDescription{method, {}, {}, ""};
-  if (order > 0) out.method->order = order;
-  out.inertia = inertia;
-  out.initial = {{"Q", Block(Q)}, {"S", Block((V * lambda.asDiagonal()).eval())}};
-  out.step = step;
-  return out;
-}
-
-/// A body of N dimensions with ‖M‖ about 1.
-SceneDescription body(const std::vector<double>& inertia, unsigned seed, double step) {
-  const auto N = static_cast<Eigen::Index>(inertia.size());
-  testing::RandomMatrices<double> random(seed);
-  const Dense M = random.skew(N);
-  SceneDescription out;
-  out.system = "rigid_body";
-  out.method = MethodDescription{"variational", {}, {}, ""};
-  out.inertia = inertia;
-  out.initial = {{"Q", Block(Dense(Dense::Identity(N, N)))}, {"M", Block((M / M.norm()).eval())}};
-  out.step = step;
-  return out;
-}
-
-LyapunovExponents begun(const Scene& scene, const LyapunovDescription& what,
-                        const Simulation& start) {
-  auto made = LyapunovExponents::make(scene, what, start);
-  if (!made)
-    throw std::runtime_error(made.error().front().field + ": " + made.error().front().rule);
-  return *std::move(made);
-}
-LyapunovExponents spectrum_of(const Scene& scene, const LyapunovDescription& what) {
-  const auto motion = make_simulation(scene);
-  LyapunovExponents out = begun(scene, what, *motion);
-  while (!out.done())
-    if (!out.advance(*motion, 1000).reached()) break;
-  return out;
-}
-std::string said(const LyapunovExponents& spectrum, unsigned seed = 0) {
-  return "seed " + std::to_string(seed) + ": " + spectrum.reason();
-}
 
 /// λ and −λ, a sum of zero, and zeros by the number of integrals and symmetries, within the errors.
 void expect_hamiltonian(const LyapunovExponents& spectrum, Eigen::Index zeros, unsigned seed) {
@@ -131,7 +75,7 @@ double separation(const Scene& scene, double time) {
     x << at.get("Q"), at.get("S");
     return x;
   };
-  Dense aside = testing::RandomMatrices<double>(77).matrix(4, scene.dimension());
+  Dense aside = RandomMatrices<double>(77).matrix(4, scene.dimension());
   double growth = 0;
   const auto steps = static_cast<std::int64_t>(time / scene.step());
   for (std::int64_t done = 0; done < steps; done += 20) {
@@ -151,6 +95,7 @@ double separation(const Scene& scene, double time) {
 TEST(LyapunovTest, TheLargestExponentIsTheRateAtWhichTwoMotionsPart) {
   const Scene scene = resolved(geodesic(2, distinct_4, 1, 0.1));
   const LyapunovExponents spectrum = spectrum_of(scene, {.to = 30000, .count = 1});
+  EXPECT_EQ(spectrum.kind(), MotionKind::chaotic) << said(spectrum);
   EXPECT_NEAR(separation(scene, 3000), spectrum.exponents()(0), spectrum.errors()(0));
 }
 
@@ -178,43 +123,6 @@ TEST(LyapunovTest, AnUnstableRotationHasItsExponentAndIsNotChaotic) {
   EXPECT_NEAR(spectrum.exponents()(5), -expected, spectrum.errors()(5));
   EXPECT_LT(spectrum.errors()(0), 0.02);
   EXPECT_EQ(spectrum.kind(), MotionKind::undecided) << said(spectrum);
-}
-
-TEST(LyapunovTest, MotionsNextToASeparatrixAreNotChaotic) {
-  for (const double aside : {1e-3, 1e-6, 1e-9, 1e-12, 1e-15})
-    for (const double time : {40.0, 400.0, 4000.0}) {
-      SceneDescription description;
-      description.system = "rigid_body";
-      description.method = MethodDescription{"variational", 4, {}, ""};
-      description.body = BodyDescription{{}, {1, 2, 3}, {1, 0, 0, 0}, {aside, 1, aside}};
-      description.step = 0.1;
-      const LyapunovExponents spectrum =
-          spectrum_of(resolved(description), {.to = static_cast<std::int64_t>(10 * time)});
-      EXPECT_NE(spectrum.kind(), MotionKind::chaotic) << aside << ", " << time << said(spectrum);
-    }
-}
-
-/// Steps of 1 rad of the fastest oscillation, h √(λ_max/λ_min), make a chaotic map of the geodesics
-/// of an ellipsoid, which are regular.
-TEST(LyapunovTest, AFlowWhoseStepIsTooLongIsNotChaotic) {
-  const std::array<std::array<Eigen::RowVector4d, 2>, 2> starts = {{
-      {{{0.5, -0.3, -0.7, 0.4}, {-0.3, 0, -0.1, 0.1}}},
-      {{{-0.4, -0.1, 0.5, 0.7}, {0.2, 0, 0.1, 0.1}}},
-  }};
-  for (const auto& [q, v] : starts) {
-    SceneDescription description = geodesic(1, {1, 4.6, 21.5, 100}, 1, 0.1, "variational", 2);
-    const Eigen::RowVector4d lambda(1, 4.6, 21.5, 100), unit = q.normalized();
-    const Eigen::RowVector4d tangent = v - v.dot(unit) * unit;
-    const double speed = std::sqrt(tangent.cwiseAbs2().dot(lambda));
-    description.initial = {{"Q", Block(Dense(unit))},
-                           {"S", Block(Dense(tangent.cwiseProduct(lambda) / speed))}};
-    const LyapunovExponents coarse = spectrum_of(resolved(description), {.to = 30000, .count = 2});
-    EXPECT_GT(coarse.exponents()(0), 2 * coarse.errors()(0)) << said(coarse);
-    EXPECT_EQ(coarse.kind(), MotionKind::undecided) << said(coarse);
-    description.step = 0.0125;
-    const LyapunovExponents fine = spectrum_of(resolved(description), {.to = 240000, .count = 2});
-    EXPECT_EQ(fine.kind(), MotionKind::regular) << said(fine);
-  }
 }
 
 TEST(LyapunovTest, TheUnitsDoNotMatter) {
@@ -276,15 +184,14 @@ TEST(LyapunovTest, WhatCannotBeIsRefused) {
   EXPECT_EQ(refusal(scene, {.to = 5000, .count = 11}), "count");
   EXPECT_EQ(refusal(scene, {.to = 5000, .count = -1}), "count");
   EXPECT_EQ(refusal(scene, {.to = 5000, .interval = -1}), "interval");
-  EXPECT_EQ(refusal(resolved(testing::any_scene("rigid_body", "adaptive", 1, 0.1)), {.to = 5000}),
-            "method");
+  EXPECT_EQ(refusal(resolved(any_scene("rigid_body", "adaptive", 1, 0.1)), {.to = 5000}), "method");
 }
 
 /// Every system of the catalogue has a spectrum; its regular motions are not called chaotic.
 TEST(LyapunovTest, EverySystemHasASpectrum) {
   for (const SystemInfo& system : catalogue().systems) {
-    const Scene scene = resolved(testing::any_scene(
-        std::string(system.name), std::string(system.methods.front().method), 5, 0.1));
+    const Scene scene = resolved(
+        any_scene(std::string(system.name), std::string(system.methods.front().method), 5, 0.1));
     const LyapunovExponents spectrum = spectrum_of(scene, {.to = 2000, .count = 2});
     EXPECT_TRUE(spectrum.exponents().allFinite()) << system.name;
     EXPECT_TRUE(spectrum.errors().allFinite()) << system.name;
