@@ -50,10 +50,6 @@ Made costate_map(const Scene& scene, const TangentParameters& at) {
   return make_tangent(scene, StiefelCostate<Tangent>(at.lambda, scene.Q().rows()), at.h);
 }
 
-MatrixSystem<Tangent> costate_field(const Scene& scene) {
-  return StiefelCostate<Tangent>(inertia_tangent(scene), scene.Q().rows());
-}
-
 }  // namespace
 
 Tangents stiefel_tangents() {
@@ -70,13 +66,10 @@ Tangents stiefel_tangents() {
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, Stiefel<Tangent>(at.lambda, scene.Q().rows()), at.h);
           },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return Stiefel<Tangent>(inertia_tangent(scene), scene.Q().rows());
-          },
           rattle_tangent};
 }
 
-Tangents stiefel_costate_tangents() { return {costates, costate_map, costate_field}; }
+Tangents stiefel_costate_tangents() { return {costates, costate_map}; }
 /// The state is that of the costate P_0.
 Tangents stiefel_momentum_tangents() {
   return {[](const Scene&) {
@@ -84,7 +77,7 @@ Tangents stiefel_momentum_tangents() {
               return CostatesOfFrames<double>().tangent(x, G);
             });
           },
-          costate_map, costate_field};
+          costate_map};
 }
 
 Tangents ellipsoid_tangents() {
@@ -97,11 +90,6 @@ Tangents ellipsoid_tangents() {
             return scene.block("p").size() > 0
                        ? make_tangent(scene, EllipsoidCostate<Tangent>(at.lambda), at.h)
                        : make_tangent(scene, Ellipsoid<Tangent>(at.lambda), at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            if (scene.block("p").size() > 0)
-              return EllipsoidCostate<Tangent>(inertia_tangent(scene));
-            return Ellipsoid<Tangent>(inertia_tangent(scene));
           }};
 }
 

@@ -5,7 +5,6 @@
 #include <memory>
 #include "stiefel/scene.h"
 
-#include "engine/methods/support/matrix_system.h"
 #include "engine/numbers/dual.h"
 #include "stiefel/run_status.h"
 
@@ -76,8 +75,6 @@ struct Tangents {
   TangentSpace (*space)(const Scene&) = nullptr;
   /// Returns null where the scene's method has no tangent.
   std::unique_ptr<TangentMap> (*make)(const Scene&, const TangentParameters&) = nullptr;
-  /// Returns the vector field on states that are blocks stacked by rows; null for discrete systems.
-  MatrixSystem<Tangent> (*field)(const Scene&) = nullptr;
   /// Returns the map that moves all vectors by the linearised formula of the method, which solves
   /// for the values of a step once; null where there is none for the scene. Every vector has the
   /// bits that it has alone.

@@ -15,7 +15,6 @@ using Dense = Eigen::MatrixXd;
 
 GrowthVectors::GrowthVectors(const Scene& scene, TangentSpace space, const Simulation& start)
     : space_(std::move(space)) {
-  if (scene.axes()) axes_ = scene.axes()->rotation;
   const Dense x = state(start);
   rows_ = x.rows();
   cols_ = x.cols();
@@ -63,20 +62,6 @@ Dense GrowthVectors::tangent(const Dense& x, const Dense& G) const {
   out.topRows(cols_) = space_.coordinates == TangentSpace::Coordinates::left_body
                            ? Dense(Q * skew_part(Q.transpose() * dQ))
                            : Dense(skew_part(dQ * Q.transpose()) * Q);
-  return out;
-}
-
-Dense GrowthVectors::turned(const Dense& x, const Eigen::Matrix3d& T) const {
-  if (axes_ == Eigen::Matrix3d::Identity()) return x;
-  Dense out = x * T.transpose();
-  out.bottomRows(3) = T * out.bottomRows(3).eval();
-  return out;
-}
-Dense GrowthVectors::all_turned(const Dense& V, const Eigen::Matrix3d& T) const {
-  if (axes_ == Eigen::Matrix3d::Identity()) return V;
-  Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k)
-    out.col(k) = turned(V.col(k).reshaped(rows_, cols_), T).reshaped();
   return out;
 }
 

@@ -26,13 +26,7 @@ std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParamet
 
 }  // namespace
 
-Tangents rigid_body_tangents() {
-  return {body_space, make,
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return RigidBody<SoN<Tangent>>(scene.inertia().cast<Tangent>(), scene.has_frame());
-          },
-          make_columns};
-}
-Tangents moser_veselov_tangents() { return {body_space, make, nullptr, make_columns}; }
+Tangents rigid_body_tangents() { return {body_space, make, make_columns}; }
+Tangents moser_veselov_tangents() { return {body_space, make, make_columns}; }
 
 }  // namespace stiefel
