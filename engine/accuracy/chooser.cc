@@ -15,6 +15,8 @@ constexpr double reference_share = 3.0 / 5, largest_reference_share = 3.0 / 4;
 /// Share of what the reference leaves of the budget that the estimates of all candidates may take,
 /// and share of a candidate's part of it for one run.
 constexpr double estimate_share = 1.0 / 3, run_share = 1.0 / 4;
+/// Share of what the samples leave of the budget that comparing every step may take.
+constexpr double verification_share = 3.0 / 4;
 /// Most runs of a candidate for its estimate.
 constexpr int most_runs = 14;
 constexpr int most_substeps = 1 << 20;
@@ -22,12 +24,6 @@ constexpr int most_substeps = 1 << 20;
 constexpr double safety_factor = 2;
 /// A candidate that costs more than this multiple of the cheapest estimate is not estimated.
 constexpr double most_over_cheapest = 4;
-
-/// Factor by which the largest error between the compared steps may exceed that at them.
-double between_samples(std::size_t compared, std::int64_t steps) {
-  if (static_cast<std::int64_t>(compared) == steps) return 1;
-  return compared >= 128 ? 1.25 : 1.75;
-}
 
 }  // namespace
 
@@ -51,9 +47,11 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const auto states = static_cast<double>(closed_form ? std::ssize(compared) : to);
   Trial trial{*scene.description().method};
   trial.cost = step_work * static_cast<double>(steps_);
-  trial.too_expensive = states * step_work > left_;
+  const double again = whole && verifying_ > 0 && every_step_ ? trial.cost : 0;
+  trial.too_expensive = states * step_work + again > spare();
   if (trial.too_expensive) return trial;
-  const Run result = motions_.run(method, candidate.weight, compared, to, Watch::errors, {}, left_);
+  const Run result =
+      motions_.run(method, candidate.weight, compared, to, Watch::errors, {}, spare());
   left_ -= result.spent;
   allowance_ -= result.spent;
   trial.too_expensive = result.status.outcome == Outcome::cancelled;
@@ -67,18 +65,37 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
         samples().answers[static_cast<std::size_t>(sample - samples().steps.begin())];
     error = std::max(error, result.errors[i].largest() + answer.error);
   }
-  error *= whole ? between_samples(compared.size(), steps_)
-                 : safety_factor * growth_.beyond(candidate, result, compared, steps_);
+  if (whole && verifying_ > 0) trial.between = compared.size() >= 128 ? between_ : 1.4 * between_;
+  error *=
+      whole ? trial.between : safety_factor * growth_.beyond(candidate, result, compared, steps_);
   trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
+  if (trial.good() && verifying_ > 0) trial.verified = false;
   trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
   // An estimate within the tolerance does not count: a whole run decides.
   if ((trial.verified || !trial.good()) && trial.error < nearest_.error) nearest_ = trial;
   return trial;
 }
 
+void Chooser::verify(const Candidate& candidate, Trial& trial) {
+  trial.too_expensive = trial.cost + verifying_ > left_;
+  if (trial.too_expensive) return;
+  const EveryStep all = motions_.run_at_every_step(trial.method, candidate.weight, steps_, left_);
+  left_ -= all.spent;
+  trial.too_expensive = all.status.outcome == Outcome::cancelled;
+  if (trial.too_expensive) return;
+  trial.verified = true;
+  const bool known = all.status.reached() && std::isfinite(all.error);
+  const double before = std::exchange(trial.error, known ? all.error / tolerance_ : infinity);
+  if (known && trial.steps == steps_ && before > 0)
+    between_ = std::max(between_, trial.error * trial.between / before);
+  trial.cost = all.work;
+  trial.steps = steps_;
+  if (trial.error < nearest_.error) nearest_ = trial;
+}
+
 Chooser::Trial Chooser::attempt_part(const Candidate& candidate, const MethodDescription& method) {
   const double step_work = candidate.weight * method.substeps.value_or(1);
-  const double allowed = std::min(run_share * allowance_ + candidate.weight, left_);
+  const double allowed = std::min(run_share * allowance_ + candidate.weight, spare());
   return attempt(candidate, method, affordable_steps(coarse_, step_work, allowed));
 }
 
@@ -161,12 +178,19 @@ bool Chooser::solve_references(double share) {
   left_ -= samples().work;
   for (const std::int64_t step : coarse_steps(steps_))
     if (std::ranges::binary_search(samples().steps, step)) coarse_.push_back(step);
+  if (std::ssize(samples().steps) < steps_)
+    verifying_ =
+        samples().work + static_cast<double>(steps_) *
+                             (samples().answer_work + static_cast<double>(motions_.count()) *
+                                                          comparison_work(motions_.front()));
+  every_step_ = reaches_horizon() && verifying_ <= verification_share * left_;
   return !coarse_.empty();
 }
 
 std::optional<Chooser::Trial> Chooser::measure(const MethodDescription& method) {
-  if (!solve_references(largest_reference_share) || !reaches_horizon()) return std::nullopt;
+  if (!solve_references(largest_reference_share) || !every_step_) return std::nullopt;
   Trial trial = attempt(all_.front(), method, steps_);
+  if (trial.good() && !trial.verified) verify(all_.front(), trial);
   return trial.verified ? std::optional(std::move(trial)) : std::nullopt;
 }
 
@@ -177,7 +201,7 @@ void Chooser::estimate() {
     if (rank(a) != rank(b)) return rank(a) > rank(b);
     return a.weight < b.weight;
   });
-  const double before = left_, most = estimate_share * left_;
+  const double before = left_, most = std::min(estimate_share * left_, spare());
   for (std::size_t i = 0; i < all_.size(); ++i) {
     const Candidate& candidate = all_[i];
     // A sibling is the same method in cheaper arithmetic that has an estimate.
@@ -195,7 +219,7 @@ void Chooser::estimate() {
                        : candidate.own_steps ? loosest_tolerance(candidate)
                                              : fewest_substeps(candidate);
     if (!trial || !trial->good()) continue;
-    bound_ = std::min(bound_, (trial->verified ? 1 : most_over_cheapest) * trial->cost);
+    bound_ = std::min(bound_, (trial->steps == steps_ ? 1 : most_over_cheapest) * trial->cost);
     plans_.push_back({&candidate, *trial});
   }
 }
@@ -214,9 +238,9 @@ void Chooser::refine(const Plan& run) {
     constexpr double finest = 1e-15;
     const double epsilon = *trial.method.tolerance;
     if (trial.good() || epsilon <= finest) return;
-    const double next = std::max(finest, epsilon * std::min(0.1, 0.5 / trial.error));
-    const double cost = trial.cost * std::pow(epsilon / next, 1.0 / candidate.order);
-    return add(candidate, candidate.with_tolerance(next), cost);
+    // A large error is not in proportion to the tolerance. The cost is at least that of this run.
+    const double next = std::max(finest, epsilon * std::clamp(0.5 / trial.error, 1e-4, 0.1));
+    return add(candidate, candidate.with_tolerance(next), trial.cost);
   }
   if (candidate.order == 0) return;
   const double m = trial.method.substeps.value_or(1);
@@ -251,12 +275,23 @@ std::optional<Chooser::Trial> Chooser::cheapest_verified() {
         std::ranges::min_element(plans_, {}, [](const Plan& plan) { return plan.trial.cost; });
     Plan plan = std::move(*cheapest);
     plans_.erase(cheapest);
-    if (plan.trial.verified) return plan.trial;
-    const Trial estimate =
-        std::exchange(plan.trial, attempt(*plan.candidate, plan.trial.method, steps_));
+    const Trial estimate = plan.trial;
+    const bool sampled = estimate.steps == steps_;  // and good at all samples
+    if (!sampled && !tried_.insert(to_text(estimate.method)).second) continue;
+    if (sampled && (estimate.verified || !every_step_)) return estimate;
+    if (sampled || compared_at_once(estimate))
+      verify(*plan.candidate, plan.trial);
+    else
+      plan.trial = attempt(*plan.candidate, estimate.method, steps_);
     if (plan.trial.too_expensive) {
       too_dear_.push_back(estimate);
       continue;
+    }
+    if (sampled) {
+      if (plan.trial.good()) return plan.trial;
+      // The errors of the runs before are those at the samples.
+      plan.last_error = infinity;
+      plan.useless = 0;
     }
     refine(plan);
     if (plan.trial.good()) plans_.push_back(std::move(plan));
@@ -274,6 +309,8 @@ std::optional<Chooser::Trial> Chooser::cheapest_estimate() const {
 
 std::expected<Chooser::Trial, Violations> Chooser::choose() {
   if (!solve_references(reference_share)) return std::unexpected(refusal());
+  if (reaches_horizon() && !every_step_ && description_.verification != "optional")
+    return std::unexpected(refusal());
   estimate();
   if (reaches_horizon())
     if (auto verified = cheapest_verified()) return *std::move(verified);
@@ -303,10 +340,16 @@ std::string Chooser::why_not() const {
            ", takes about " + short_text(samples().work / part) + " instructions, and may take " +
            short_text(reference_share * budget_) + or_accept;
   }
+  if (!every_step_ && description_.verification != "optional")
+    return "cannot be verified" + to + ": comparing each of " + std::to_string(steps_) +
+           " steps with the reference, " + samples().reference + ", takes about " +
+           short_text(verifying_) + " instructions, and may take " +
+           short_text(verification_share * left_) + or_accept;
   if (const auto estimate = cheapest_estimate())
     return "cannot be verified" + to + ": the whole run of " + to_text(estimate->method) +
-           " takes about " + short_text(estimate->cost) + " instructions, and " + may_take +
-           or_accept;
+           ", compared at every step, takes about " + short_text(work_to_verify(*estimate)) +
+           " instructions, and " + short_text(left_) + " are left of the " + short_text(budget_) +
+           " that a choice may take" + or_accept;
   if (std::isfinite(nearest_.error))
     return "cannot be met" + to + ": the smallest error found is " +
            short_text(nearest_.error * tolerance_) + ", of " + to_text(nearest_.method);
@@ -324,8 +367,10 @@ Violations Chooser::refusal() const {
     violation.metadata["best_error"] = to_text(nearest_.error * tolerance_);
     violation.metadata["best_method"] = to_text(nearest_.method);
   }
-  if (const auto estimate = cheapest_estimate())
-    violation.metadata["verification_work"] = to_text(estimate->cost);
+  const auto estimate = cheapest_estimate();
+  if (estimate || (reaches_horizon() && !every_step_))
+    violation.metadata["verification_work"] =
+        to_text(estimate ? work_to_verify(*estimate) : verifying_);
   return {violation};
 }
 
@@ -339,8 +384,11 @@ std::string Chooser::reason(const Trial& trial) const {
                      short_text(samples().answers.back().error) + ")";
   if (!is_weighed(motions_.front().with(trial.method).value()))
     text += "; the work of its steps is estimated, not counted";
-  if (!trial.verified)
+  if (!trial.verified && trial.steps < steps_)
     text += "; not verified: measured to t = " + to_text(measured) + " and extrapolated";
+  else if (!trial.verified && verifying_ > 0)
+    text += "; not verified: compared at " + std::to_string(samples().steps.size()) + " of " +
+            std::to_string(steps_) + " steps";
   return text;
 }
 

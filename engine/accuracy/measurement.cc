@@ -132,6 +132,7 @@ Samples take_samples(const Scene& scene, std::int64_t steps, Density density,
     samples.answers.push_back(*std::move(answer));
   }
   samples.work = reference->work();
+  samples.answer_work = reference->answer_work();
   if (samples.steps.empty() && !stop.stop_requested())
     samples.first_price =
         reference->predicted_work(scene.time(*wanted.begin()), stop).value_or(samples.work);
@@ -206,6 +207,36 @@ Run run(const Scene& scene, double weight, const Samples& samples,
   }
   // Throws if an outer scope requested the stop.
   if (out.status.outcome == Outcome::cancelled) stop_point();
+  return out;
+}
+
+double comparison_work(const Scene& scene) {
+  constexpr double of_state = 3e3, of_number = 50;
+  return of_state + of_number * static_cast<double>(scene.Q().size() + scene.inertia().size());
+}
+
+EveryStep run_at_every_step(const Scene& scene, double weight, std::int64_t steps,
+                            double most_work) {
+  EveryStep out;
+  const auto reference =
+      make_reference(scene, {std::abs(scene.time(steps)), most_work, /*quadruple=*/false});
+  const auto now = make_simulation(scene);
+  const double comparison = comparison_work(scene);
+  while (now->step() < steps && out.status.reached()) {
+    stop_point();
+    out.status = now->advance(1);
+    if (!out.status.reached()) break;
+    const auto exact = reference->at(scene.time(now->step()), {});
+    const auto done = static_cast<double>(now->step());
+    out.work = weight * (now->direct() ? done : static_cast<double>(now->map_steps()));
+    out.spent = reference->work() + out.work + comparison * done;
+    if (!exact || out.spent > most_work) {
+      out.status = RunStatus{Outcome::cancelled, std::nullopt};
+      break;
+    }
+    const double error = error_of(read_motion(scene, *now), exact->state).largest();
+    out.error = std::max(out.error, error + exact->error);
+  }
   return out;
 }
 

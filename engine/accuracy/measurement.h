@@ -30,6 +30,7 @@ struct Samples {
   std::vector<Reference::Answer> answers;
   std::string reference;
   double work = 0;
+  double answer_work = 0;  ///< work of one more answer of the reference
   /// Without samples: the work that the first one would take, as far as is known.
   double first_price = 0;
 
@@ -74,6 +75,23 @@ enum class Watch {
 Run run(const Scene& scene, double weight, const Samples& samples,
         const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
         const std::stop_token& stop, double most_work = StopScope::unlimited);
+
+/// A run that is compared with the reference at every step.
+struct EveryStep {
+  RunStatus status;
+  double error = 0;  ///< the largest, that of the reference included
+  double work = 0;   ///< units of work of the run
+  double spent = 0;  ///< units of work of the run, the reference and the comparisons
+};
+
+/// Runs the scene over `steps` beside a new reference of extended precision, of which only the
+/// current state is held. The run status is `cancelled` where that takes more than `most_work`, or
+/// where the reference ends before. Throws Stopped when an outer scope requires it.
+EveryStep run_at_every_step(const Scene& scene, double weight, std::int64_t steps,
+                            double most_work);
+
+/// Returns the units of work of comparing one state with that of the reference.
+double comparison_work(const Scene& scene);
 
 /// Returns the last of `steps` that a run reaches with at most `work` when a step takes
 /// `step_work`; at least the first.
