@@ -15,8 +15,6 @@ constexpr double reference_share = 3.0 / 5, largest_reference_share = 3.0 / 4;
 /// Share of what the reference leaves of the budget that the estimates of all candidates may take,
 /// and share of a candidate's part of it for one run.
 constexpr double estimate_share = 1.0 / 3, run_share = 1.0 / 4;
-/// Share of what the samples leave of the budget that comparing every step may take.
-constexpr double verification_share = 3.0 / 4;
 /// Most runs of a candidate for its estimate.
 constexpr int most_runs = 14;
 constexpr int most_substeps = 1 << 20;
@@ -24,6 +22,12 @@ constexpr int most_substeps = 1 << 20;
 constexpr double safety_factor = 2;
 /// A candidate that costs more than this multiple of the cheapest estimate is not estimated.
 constexpr double most_over_cheapest = 4;
+
+/// Factor by which the largest error between the compared steps is taken to exceed that at them.
+double between_samples(std::size_t compared, std::int64_t steps) {
+  if (static_cast<std::int64_t>(compared) == steps) return 1;
+  return compared >= 128 ? 1.25 : 1.75;
+}
 
 }  // namespace
 
@@ -47,11 +51,10 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const auto states = static_cast<double>(closed_form ? std::ssize(compared) : to);
   Trial trial{*scene.description().method};
   trial.cost = step_work * static_cast<double>(steps_);
-  const double again = whole && verifying_ > 0 && every_step_ ? trial.cost : 0;
-  trial.too_expensive = states * step_work + again > spare();
+  trial.too_expensive =
+      states * step_work + static_cast<double>(compared.size()) * comparison_work() > left_;
   if (trial.too_expensive) return trial;
-  const Run result =
-      motions_.run(method, candidate.weight, compared, to, Watch::errors, {}, spare());
+  const Run result = motions_.run(method, candidate.weight, compared, to, Watch::errors, {}, left_);
   left_ -= result.spent;
   allowance_ -= result.spent;
   trial.too_expensive = result.status.outcome == Outcome::cancelled;
@@ -65,37 +68,19 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
         samples().answers[static_cast<std::size_t>(sample - samples().steps.begin())];
     error = std::max(error, result.errors[i].largest() + answer.error);
   }
-  if (whole && verifying_ > 0) trial.between = compared.size() >= 128 ? between_ : 1.4 * between_;
-  error *=
-      whole ? trial.between : safety_factor * growth_.beyond(candidate, result, compared, steps_);
+  error *= whole ? between_samples(compared.size(), steps_)
+                 : safety_factor * growth_.beyond(candidate, result, compared, steps_);
   trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
-  if (trial.good() && verifying_ > 0) trial.verified = false;
+  if (trial.good() && !every_step()) trial.verified = false;
   trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
   // An estimate within the tolerance does not count: a whole run decides.
   if ((trial.verified || !trial.good()) && trial.error < nearest_.error) nearest_ = trial;
   return trial;
 }
 
-void Chooser::verify(const Candidate& candidate, Trial& trial) {
-  trial.too_expensive = trial.cost + verifying_ > left_;
-  if (trial.too_expensive) return;
-  const EveryStep all = motions_.run_at_every_step(trial.method, candidate.weight, steps_, left_);
-  left_ -= all.spent;
-  trial.too_expensive = all.status.outcome == Outcome::cancelled;
-  if (trial.too_expensive) return;
-  trial.verified = true;
-  const bool known = all.status.reached() && std::isfinite(all.error);
-  const double before = std::exchange(trial.error, known ? all.error / tolerance_ : infinity);
-  if (known && trial.steps == steps_ && before > 0)
-    between_ = std::max(between_, trial.error * trial.between / before);
-  trial.cost = all.work;
-  trial.steps = steps_;
-  if (trial.error < nearest_.error) nearest_ = trial;
-}
-
 Chooser::Trial Chooser::attempt_part(const Candidate& candidate, const MethodDescription& method) {
   const double step_work = candidate.weight * method.substeps.value_or(1);
-  const double allowed = std::min(run_share * allowance_ + candidate.weight, spare());
+  const double allowed = std::min(run_share * allowance_ + candidate.weight, left_);
   return attempt(candidate, method, affordable_steps(coarse_, step_work, allowed));
 }
 
@@ -178,19 +163,12 @@ bool Chooser::solve_references(double share) {
   left_ -= samples().work;
   for (const std::int64_t step : coarse_steps(steps_))
     if (std::ranges::binary_search(samples().steps, step)) coarse_.push_back(step);
-  if (std::ssize(samples().steps) < steps_)
-    verifying_ =
-        samples().work + static_cast<double>(steps_) *
-                             (samples().answer_work + static_cast<double>(motions_.count()) *
-                                                          comparison_work(motions_.front()));
-  every_step_ = reaches_horizon() && verifying_ <= verification_share * left_;
   return !coarse_.empty();
 }
 
 std::optional<Chooser::Trial> Chooser::measure(const MethodDescription& method) {
-  if (!solve_references(largest_reference_share) || !every_step_) return std::nullopt;
+  if (!solve_references(largest_reference_share) || !every_step()) return std::nullopt;
   Trial trial = attempt(all_.front(), method, steps_);
-  if (trial.good() && !trial.verified) verify(all_.front(), trial);
   return trial.verified ? std::optional(std::move(trial)) : std::nullopt;
 }
 
@@ -201,7 +179,7 @@ void Chooser::estimate() {
     if (rank(a) != rank(b)) return rank(a) > rank(b);
     return a.weight < b.weight;
   });
-  const double before = left_, most = std::min(estimate_share * left_, spare());
+  const double before = left_, most = estimate_share * left_;
   for (std::size_t i = 0; i < all_.size(); ++i) {
     const Candidate& candidate = all_[i];
     // A sibling is the same method in cheaper arithmetic that has an estimate.
@@ -275,23 +253,14 @@ std::optional<Chooser::Trial> Chooser::cheapest_verified() {
         std::ranges::min_element(plans_, {}, [](const Plan& plan) { return plan.trial.cost; });
     Plan plan = std::move(*cheapest);
     plans_.erase(cheapest);
-    const Trial estimate = plan.trial;
-    const bool sampled = estimate.steps == steps_;  // and good at all samples
-    if (!sampled && !tried_.insert(to_text(estimate.method)).second) continue;
-    if (sampled && (estimate.verified || !every_step_)) return estimate;
-    if (sampled || compared_at_once(estimate))
-      verify(*plan.candidate, plan.trial);
-    else
-      plan.trial = attempt(*plan.candidate, estimate.method, steps_);
+    // A run over the whole horizon that is good is verified, or compared at all there is.
+    if (plan.trial.steps == steps_) return plan.trial;
+    if (!tried_.insert(to_text(plan.trial.method)).second) continue;
+    const Trial estimate =
+        std::exchange(plan.trial, attempt(*plan.candidate, plan.trial.method, steps_));
     if (plan.trial.too_expensive) {
       too_dear_.push_back(estimate);
       continue;
-    }
-    if (sampled) {
-      if (plan.trial.good()) return plan.trial;
-      // The errors of the runs before are those at the samples.
-      plan.last_error = infinity;
-      plan.useless = 0;
     }
     refine(plan);
     if (plan.trial.good()) plans_.push_back(std::move(plan));
@@ -309,12 +278,11 @@ std::optional<Chooser::Trial> Chooser::cheapest_estimate() const {
 
 std::expected<Chooser::Trial, Violations> Chooser::choose() {
   if (!solve_references(reference_share)) return std::unexpected(refusal());
-  if (reaches_horizon() && !every_step_ && description_.verification != "optional")
-    return std::unexpected(refusal());
+  if (reaches_horizon() && !every_step() && !accepts_estimate()) return std::unexpected(refusal());
   estimate();
   if (reaches_horizon())
     if (auto verified = cheapest_verified()) return *std::move(verified);
-  if (description_.verification == "optional")
+  if (accepts_estimate())
     if (auto estimate = cheapest_estimate()) return *std::move(estimate);
   return std::unexpected(refusal());
 }
@@ -340,14 +308,19 @@ std::string Chooser::why_not() const {
            ", takes about " + short_text(samples().work / part) + " instructions, and may take " +
            short_text(reference_share * budget_) + or_accept;
   }
-  if (!every_step_ && description_.verification != "optional")
-    return "cannot be verified" + to + ": comparing each of " + std::to_string(steps_) +
-           " steps with the reference, " + samples().reference + ", takes about " +
-           short_text(verifying_) + " instructions, and may take " +
-           short_text(verification_share * left_) + or_accept;
+  if (!every_step() && !accepts_estimate()) {
+    constexpr double MiB = 1 << 20;
+    const double bytes = static_cast<double>(steps_) * static_cast<double>(motions_.count()) *
+                         sample_bytes(motions_.front());
+    return "cannot be verified" + to + ": the reference, " + samples().reference + ", at each of " +
+           std::to_string(steps_) + " steps takes about " + short_text(samples().all_work) +
+           " instructions and " + short_text(bytes / MiB) + " MiB, and may take " +
+           short_text(reference_share * budget_) + " and " + short_text(most_sample_bytes / MiB) +
+           or_accept;
+  }
   if (const auto estimate = cheapest_estimate())
     return "cannot be verified" + to + ": the whole run of " + to_text(estimate->method) +
-           ", compared at every step, takes about " + short_text(work_to_verify(*estimate)) +
+           ", compared at every step, takes about " + short_text(work_of_whole_run(*estimate)) +
            " instructions, and " + short_text(left_) + " are left of the " + short_text(budget_) +
            " that a choice may take" + or_accept;
   if (std::isfinite(nearest_.error))
@@ -368,9 +341,9 @@ Violations Chooser::refusal() const {
     violation.metadata["best_method"] = to_text(nearest_.method);
   }
   const auto estimate = cheapest_estimate();
-  if (estimate || (reaches_horizon() && !every_step_))
+  if (estimate || (reaches_horizon() && !every_step()))
     violation.metadata["verification_work"] =
-        to_text(estimate ? work_to_verify(*estimate) : verifying_);
+        to_text(estimate ? work_of_whole_run(*estimate) : samples().all_work);
   return {violation};
 }
 
@@ -386,7 +359,7 @@ std::string Chooser::reason(const Trial& trial) const {
     text += "; the work of its steps is estimated, not counted";
   if (!trial.verified && trial.steps < steps_)
     text += "; not verified: measured to t = " + to_text(measured) + " and extrapolated";
-  else if (!trial.verified && verifying_ > 0)
+  else if (!trial.verified && !every_step())
     text += "; not verified: compared at " + std::to_string(samples().steps.size()) + " of " +
             std::to_string(steps_) + " steps";
   return text;

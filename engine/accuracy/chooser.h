@@ -16,11 +16,10 @@ namespace stiefel {
 /// Searches the cheapest method that keeps a tolerance in every one of some motions, by runs
 /// against their references (choose_method, tradeoff.h).
 ///
-/// Closed forms come first: their runs compute the compared states alone, so that measuring them
-/// costs almost nothing. Short runs then estimate what each other candidate needs. In the order of
-/// their cost the estimates are measured by runs over the whole horizon, compared at the samples.
-/// The cheapest that is good there is compared at every step. Those that fail are refined, until
-/// the cheapest one is verified.
+/// Closed forms come first: their runs compute the compared states alone, so verifying them costs
+/// almost nothing. Short runs then estimate what each other candidate needs. The estimates are
+/// verified in the order of their cost by runs over the whole horizon, and those that fail are
+/// refined, until the cheapest one is verified.
 class Chooser {
  public:
   static constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -37,7 +36,6 @@ class Chooser {
     double error = infinity;  ///< largest error up to the horizon, in units of the tolerance
     double cost = infinity;
     std::int64_t steps = 0;
-    double between = 1;          ///< factor by which `error` exceeds that at the samples
     bool too_expensive = false;  ///< not run, or ended, because it takes too much work
     /// Whether the error is known: no step of the horizon has a larger one, or one misses the
     /// tolerance.
@@ -47,7 +45,7 @@ class Chooser {
 
   /// Returns the cheapest method that keeps the tolerance, or the refusal with reason
   /// TOLERANCE_NOT_MET. The trial is verified unless the description accepts an unverified choice
-  /// and comparing every step takes more than the budget.
+  /// and comparing every step takes more than the budget or than the memory of the samples.
   std::expected<Trial, Violations> choose();
 
   /// Runs one method, an entry of the first candidate, over the whole horizon with all of the
@@ -72,8 +70,6 @@ class Chooser {
   /// Runs a method up to `to` and compares it at the coarse steps, or at all samples if `to` is the
   /// horizon.
   Trial attempt(const Candidate& candidate, const MethodDescription& method, std::int64_t to);
-  /// Runs a trial over the whole horizon and compares it at every step.
-  void verify(const Candidate& candidate, Trial& trial);
   Trial attempt_part(const Candidate& candidate, const MethodDescription& method);
   std::optional<Trial> fewest_substeps(const Candidate& candidate);
   std::optional<Trial> loosest_tolerance(const Candidate& candidate);
@@ -84,19 +80,17 @@ class Chooser {
   void refine(const Plan& run);
   std::optional<Trial> cheapest_estimate() const;
   bool reaches_horizon() const { return samples().last() == steps_; }
-  /// What the search may still take, less what one verification takes.
-  double spare() const { return left_ - (every_step_ ? verifying_ : 0); }
+  /// Whether every step up to the horizon is a sample.
+  bool every_step() const { return std::ssize(samples().steps) == steps_; }
+  double comparison_work() const {
+    return static_cast<double>(motions_.count()) * stiefel::comparison_work(motions_.front());
+  }
+  double work_of_whole_run(const Trial& trial) const {
+    return trial.cost + static_cast<double>(samples().steps.size()) * comparison_work();
+  }
+  bool accepts_estimate() const { return description_.verification == "optional"; }
   double whole_cost(const Candidate& candidate, double substeps) const {
     return candidate.weight * substeps * static_cast<double>(steps_);
-  }
-  /// Whether a whole run is compared at every step without one that is compared at the samples
-  /// before, because it takes more than the comparison.
-  bool compared_at_once(const Trial& trial) const {
-    return every_step_ && verifying_ > 0 && trial.cost >= verifying_;
-  }
-  double work_to_verify(const Trial& trial) const {
-    const bool twice = trial.steps < steps_ && !compared_at_once(trial);
-    return verifying_ + (twice ? 2 : 1) * trial.cost;
   }
   Violations refusal() const;
   std::string why_not() const;
@@ -111,12 +105,6 @@ class Chooser {
   std::vector<Candidate> all_;
   ErrorGrowth growth_;  ///< growth for the current candidate
   double budget_, left_;
-  /// Work of a reference and its comparison at every step; 0 where every step is a sample.
-  double verifying_ = 0;
-  /// Factor by which the largest error is taken to exceed that at the samples; no smaller than any
-  /// that was measured.
-  double between_ = 1.25;
-  bool every_step_ = false;  ///< whether the budget suffices to compare every step
   double allowance_ = 0;     ///< what the estimate of the current candidate may still take
   double bound_ = infinity;  ///< cost from which on a candidate is not estimated
   std::vector<Plan> plans_;

@@ -46,8 +46,8 @@ void MeasuredMotions::solve_references(std::int64_t steps, Density density,
   double work = 0;
   for (std::size_t b = 0; b < count(); ++b) {
     const double share = (need.budget - work) / static_cast<double>(count() - b);
-    Samples one =
-        take_samples(scenes_[b], steps, density, {need.time, share, need.quadruple}, stop);
+    Samples one = take_samples(scenes_[b], steps, density, {need.time, share, need.quadruple}, stop,
+                               most_sample_bytes / static_cast<double>(count()));
     work += one.work;
     if (one.steps.empty()) {
       // The other references are not needed, because nothing can be measured on all motions.
@@ -68,7 +68,7 @@ void MeasuredMotions::take_in(const Samples& one) {
     for (const auto& answer : one.answers) common_.answers.push_back({{}, answer.error});
     common_.reference = one.reference;
     common_.work = one.work;
-    common_.answer_work = one.answer_work;
+    common_.all_work = one.all_work;
     return;
   }
   // References that differ in the work of an answer have samples at different steps.
@@ -84,7 +84,7 @@ void MeasuredMotions::take_in(const Samples& one) {
   if (common_.reference.find(one.reference) == std::string::npos)
     common_.reference += " or " + one.reference;
   common_.work += one.work;
-  common_.answer_work += one.answer_work;
+  common_.all_work += one.all_work;
 }
 
 Run MeasuredMotions::run(const MethodDescription& method, double weight,
@@ -104,22 +104,6 @@ Run MeasuredMotions::run(const MethodDescription& method, double weight,
     all.status = status;
     if (count() > 1) all.status.member = static_cast<int>(b);
     break;
-  }
-  return all;
-}
-
-EveryStep MeasuredMotions::run_at_every_step(const MethodDescription& method, double weight,
-                                             std::int64_t steps, double most_work) const {
-  EveryStep all;
-  for (const Scene& scene : scenes_) {
-    const EveryStep one = stiefel::run_at_every_step(scene.with(method).value(),
-                                                     weight / static_cast<double>(count()), steps,
-                                                     most_work - all.spent);
-    all.error = std::max(all.error, one.error);
-    all.work += one.work;
-    all.spent += one.spent;
-    all.status = one.status;
-    if (!one.status.reached()) break;
   }
   return all;
 }

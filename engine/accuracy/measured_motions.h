@@ -38,12 +38,6 @@ class MeasuredMotions {
           std::int64_t to, Watch watch, const std::stop_token& stop,
           double most_work = StopScope::unlimited) const;
 
-  /// Runs every motion with the method over `steps` and compares it at every step, until one of
-  /// them
-  /// does not reach its end. `weight` is the work of a step of all motions.
-  EveryStep run_at_every_step(const MethodDescription& method, double weight, std::int64_t steps,
-                              double most_work) const;
-
  private:
   void take_in(const Samples& one);
 
