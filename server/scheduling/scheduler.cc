@@ -288,7 +288,6 @@ void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* cont
   const bool may_have_more =
       threads_at_hand() > 1 + leader.helpers.load(std::memory_order_relaxed) ||
       of_portion > slice_nanoseconds;
-  if (portions > 1 && may_have_more) call_helpers(leader, portions - 1);
   struct Context {
     Item item;
     void* context;
@@ -304,7 +303,9 @@ void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* cont
     slice_mark -= work;
   };
   try {
-    leader.team.run(count, portion, item_with_failpoint, &inner);
+    leader.team.run(count, portion, item_with_failpoint, &inner, [&] {
+      if (portions > 1 && may_have_more) call_helpers(leader, portions - 1);
+    });
   } catch (...) {
     take_helpers_work();
     throw;

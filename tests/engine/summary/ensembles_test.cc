@@ -39,6 +39,7 @@ SceneDescription diverging(SceneDescription scene) {
 
 /// Many members go in parts, one after another.
 TEST(SummaryOfAnEnsemble, OfManyMembersIsTheSameInPartsAndResumed) {
+  limit_threads(1);
   auto scenes = bodies(300, "rk4", 0.3);
   scenes[7] = scenes[290] = diverging(scenes[7]);
   const Scene ensemble = resolved(testing::ensemble_of(scenes));
@@ -101,10 +102,8 @@ TEST(SummaryOfAnEnsemble, IsTheWorkOfTheCrew) {
   const auto alone = run(ensemble, what, 900).bits();
   CountingCrew crew;
   const CrewOfThisThread here(crew);
-  Summary summary = prepare(ensemble, what);
-  EXPECT_GE(summary.width(), 16u);
   EXPECT_EQ(run(ensemble, what, 900).bits(), alone);
-  EXPECT_GE(crew.items, summary.width());
+  EXPECT_GE(crew.items, 16u);
 }
 
 /// Each member has the numbers that it has alone, those that stop early and the others; whatever
