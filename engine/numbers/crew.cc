@@ -37,10 +37,9 @@ class OwnCrew final : public Crew {
 
   void run(std::size_t count, double, Item item, void* context) override {
     thread_local Leader leader(*this);
-    leader.team.run(count, 1, item, context, [&] {
-      if (count > 1 && busy_.load(std::memory_order_relaxed) + 1 < threads_at_hand())
-        call(leader, count - 1);
-    });
+    if (count > 1 && busy_.load(std::memory_order_relaxed) + 1 < threads_at_hand())
+      call(leader, count - 1);
+    leader.team.run(count, 1, item, context);
   }
 
  private:
@@ -160,16 +159,11 @@ struct Team::Run {
   }
 };
 
-void Team::run(std::size_t count, std::size_t portion, Crew::Item item, void* context,
-               const std::function<void()>& call_helpers) {
+void Team::run(std::size_t count, std::size_t portion, Crew::Item item, void* context) {
   constexpr int most_spins = 2000;
   Run run{count, portion, item, context};
   run_.store(&run);
   runs_.fetch_add(1);
-  try {
-    call_helpers();
-  } catch (const std::exception&) {  // this thread works alone
-  }
   run.work([] { return false; });
   run_.store(nullptr);
   // A helper that read run_ before has been counted in inside_ before: both are sequentially

@@ -52,12 +52,8 @@ class Team {
   static constexpr std::chrono::microseconds patience{100};
 
   /// Runs the items as Crew::run does, on this thread and those inside `help`; a thread takes
-  /// `portion` of them at a time. `call_helpers` is called first, when helpers find the items: one
-  /// that takes the place of this thread on its core does some of them. Only the leader calls it,
-  /// and not within an item.
-  void run(
-      std::size_t count, std::size_t portion, Crew::Item item, void* context,
-      const std::function<void()>& call_helpers = [] {});
+  /// `portion` of them at a time. Only the leader calls it, and not within an item.
+  void run(std::size_t count, std::size_t portion, Crew::Item item, void* context);
 
   /// Takes part in the leader's runs, until `leave` returns true or for `patience` without one.
   /// `meter` returns the work that the calling thread has done so far. Returns whether it left for
