@@ -231,7 +231,8 @@ def _wait_until(condition: Callable[[], bool]) -> None:
         pause.wait(0.005)
 
 
-def _exit() -> None:
+def close_all() -> None:
+    """Closes every connection of this process."""
     for connection in list(_open):
         connection.close()
     _wait_until(lambda: not any(map(_is_watched, list(_watched))))
@@ -251,6 +252,6 @@ def _forked() -> None:
     _forking.release()
 
 
-atexit.register(_exit)
+atexit.register(close_all)
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(before=_before_fork, after_in_parent=_forking.release, after_in_child=_forked)
