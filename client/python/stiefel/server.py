@@ -48,11 +48,21 @@ class Server:
 
         "127.0.0.1:0" takes a free port. `arguments` are passed to the program unchanged. `environment` has variables
         for the program; variables of this process take precedence. Raises NotStarted with the program's output to
-        stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. Raises
-        FileNotFoundError if there is no program.
+        stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. A program
+        that a signal ends before it listens is started once more. Raises FileNotFoundError if there is no program.
         """
         timeout = number("timeout", timeout, SECONDS)
         warn_of_unknown()
+        try:
+            return cls._start(listen, arguments, timeout, environment)
+        except NotStarted as error:
+            if error.status is None or error.status >= 0:
+                raise
+        return cls._start(listen, arguments, timeout, environment)
+
+    @classmethod
+    def _start(cls, listen: Optional[str], arguments: Sequence[str], timeout: float,
+               environment: Optional[Mapping[str, str]]) -> Server:
         program = find_server()
         socket = _socket_folder() / f"{os.getpid()}-{secrets.token_hex(4)}"
         command = [program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]
