@@ -92,12 +92,12 @@ _REASONS = {  # the first key that occurs in gRPC's message counts
 # that reached a server while it shut down. Their codes are CANCELLED, INTERNAL, UNKNOWN and UNAVAILABLE; errors of the
 # server itself have details.
 _BROKEN = re.compile(r"Received RST_STREAM|Stream removed\b|Socket closed$|CANCELLED$|No status received|"
-                     r"recvmsg:|sendmsg:|Broken pipe$|Connection reset by peer$")
+                     r"recvmsg:|sendmsg:|Broken pipe$|Connection reset by peer$|GOAWAY received$")
 _BROKE = "the connection to the server broke"
 _ENHANCE_YOUR_CALM = "Received RST_STREAM with error code 11"  # HTTP/2's error for too much at once
 _PLAIN = {  # gRPC's messages for calls that reached a server, by how they begin
     _ENHANCE_YOUR_CALM: "the server or a proxy before it refuses the call as too much: the call's metadata, such as its "
-                        "token, is too large, or too many calls come at once",
+                        "token, is too large, or too many calls or bytes come at once",
     "received initial metadata size exceeds": "the call's metadata, such as its token, is larger than the server takes",
     "Received http2 header with status:": "a web server answers there, not a stiefel server",
     "Deadline Exceeded": "the call took longer than its timeout",
