@@ -89,6 +89,10 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         return pb.GetSessionResponse(session=SESSION)
 
+    def DeleteSession(self, request, context):
+        self._receive(request, context)
+        return pb.DeleteSessionResponse()
+
     def Describe(self, request, context):
         self._receive(request, context)
         bad = pb.BadRequest(field_violations=[

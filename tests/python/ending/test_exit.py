@@ -87,7 +87,7 @@ def test_while_a_call_of_another_thread_rests(program):
     assert (status, out) == (0, "end\n") and (err == "" or "stiefel.errors.Closed" in err)
 
 
-@pytest.mark.parametrize("end", ["", "server.process.kill(); server.process.wait(); describe(client)"],
+@pytest.mark.parametrize("end", ["", "client._connection.timeout = 1; server.process.kill(); server.process.wait(); describe(client)"],
                          ids=["running", "killed"])
 def test_with_a_server_that_the_program_started(program, end):
     status, out, err = program(

@@ -77,7 +77,7 @@ class Recreation:
         while True:
             try:
                 return self._send(method, request, deadline)
-            except (NotFound, Unavailable) as error:
+            except NotFound as error:
                 self.recover(error, waits, deadline)
 
     def recover(self, error: StiefelError, waits: Iterator[float], deadline: Deadline) -> None:
@@ -226,7 +226,7 @@ class Attempts:
         """Waits for the next attempt, and creates the session again if need be. Raises an exception if there is none."""
         try:
             self._handle.connection.pause(error, self._waits, self.deadline, self._late)
-        except (NotFound, Unavailable) as lost:
+        except NotFound as lost:
             self.recover(lost)
 
     def recover(self, lost: StiefelError) -> None:
