@@ -139,6 +139,7 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         yield self.spoil(setup(len(self.requests)))
         if self.failures:
+            self.failures.clear()
             context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
         yield pb.MeasureTradeoffResponse(front=pb.TradeoffFront())
 

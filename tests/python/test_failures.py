@@ -335,6 +335,8 @@ def test_a_measurement_is_made_again_until_a_part_has_come(service, session):
     with pytest.raises(stiefel.Unavailable):
         list(measure({}))
     assert len(service.requests) == 1
+    service.failures = [0]
+    assert session.client.tradeoff({}).setup.steps == 3, "whoever gets no parts gets those of the second measurement"
 
 
 def test_a_stream_that_never_begins_gives_up(service, session):

@@ -31,9 +31,9 @@ def from_status(status: pb.Status) -> StiefelError:
     """Returns the exception for a status with its details. Ignores a detail that cannot be read."""
     violations: list[Violation] = []
     quota: list[Violation] = []
-    info, retry = pb.ErrorInfo(), pb.RetryInfo()
+    info, retry, saved = pb.ErrorInfo(), pb.RetryInfo(), pb.CheckpointPart()
     for detail in status.details:
-        kind = detail.type_url.rpartition("/google.rpc.")[2]
+        kind = detail.type_url.rpartition("/")[2].rpartition(".")[2]
         with suppress(DecodeError):
             if kind == "BadRequest":
                 request = pb.BadRequest.FromString(detail.value)
@@ -44,10 +44,13 @@ def from_status(status: pb.Status) -> StiefelError:
                 retry = pb.RetryInfo.FromString(detail.value)
             elif kind == "ErrorInfo":
                 info = pb.ErrorInfo.FromString(detail.value)
+            elif kind == "CheckpointPart":
+                saved = pb.CheckpointPart.FromString(detail.value)
     error_type = _BY_CODE.get(status.code, StiefelError)
     remedy = "; here: give `token`" if info.reason == "TOKEN_MISSING" else ""
     error = error_type(status.message + remedy, tuple(violations), info.reason, dict(info.metadata))
     error.quota = tuple(quota)
+    error._checkpoint = saved.step, saved.data
     if retry.HasField("retry_delay"):
         error.retry_delay = retry.retry_delay.seconds + 1e-9 * retry.retry_delay.nanos
     if error_type is StiefelError:

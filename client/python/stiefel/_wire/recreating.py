@@ -10,6 +10,7 @@ import grpc
 
 from stiefel import v1 as pb
 from stiefel._wire.connection import WORK_PER_SECOND, Connection, Metadata
+from stiefel._wire.failures import from_rpc_error
 from stiefel._wire.retries import Deadline, Pauses
 from stiefel.errors import BuildChanged, CorruptReply, DeadlineExceeded, NotFound, StiefelError, Unavailable
 
@@ -125,9 +126,17 @@ class Recreation:
                 raise BuildChanged(self._id, self._numerics, value)
 
     def check_failure(self, call: Any) -> None:
-        """Does `check_build` for a failed call, but only if this handle could create the session at that server."""
+        """Does `check_build` for a failed call, but only if this handle could create the session at that server, and
+        `keep_of`."""
         if self._scene is not None:
             self.check_build(call)
+            self.keep_of(from_rpc_error(call))
+
+    def keep_of(self, error: StiefelError) -> None:
+        """Keeps the checkpoint that a server that ends sends with its error."""
+        step, checkpoint = error._checkpoint
+        if checkpoint:
+            self.keep(step, checkpoint)
 
     def keep(self, step: int, checkpoint: bytes) -> None:
         """Keeps the checkpoint of the state at `step`, with which the session is created again if necessary."""
