@@ -145,8 +145,11 @@ class Session(Held):
 
     def delete(self) -> None:
         """Deletes the session from its server. Later calls of this handle raise NotFound."""
+        self._delete()
+
+    def _delete(self, waits: bool = True) -> None:
         self._recreation.end()
-        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id))
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id), waits=waits)
 
     def stream(self, to: Optional[int] = None, start: int = 0, every: int = 1, fields: Optional[Fields] = None,
                timeout: Optional[float] = None, time: Any = None) -> Iterator[Batch]:
@@ -343,7 +346,7 @@ class Session(Held):
 
     def __exit__(self, kind: Optional[type[BaseException]], *exception: object) -> None:
         try:
-            self.delete()
+            self._delete(waits=False)
         except (Unavailable, DeadlineExceeded):
             pass  # with the server the session is gone, or the server drops it when it has been idle
         except StiefelError:
