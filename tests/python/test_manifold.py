@@ -77,22 +77,32 @@ def test_the_logarithm_is_the_inverse_of_exp(manifold):
 
 
 @pytest.mark.parametrize("metric", ["euclidean", "canonical", 0.7])
-@pytest.mark.parametrize("n, N", [(1, 5), (2, 9), (5, 40)])
-def test_frames_that_are_joined_in_their_span_have_the_velocity_of_whole_frames(metric, n, N, client):
+@pytest.mark.parametrize("n, N", [(1, 80), (2, 50), (5, 40)])
+def test_frames_that_are_joined_in_their_span_have_the_geodesics_of_whole_frames(metric, n, N, client):
+    """`normalize` sends whole frames."""
     manifold = Stiefel(n, N, metric=metric, client=client)
     Q = manifold.random(seed=1)
     V = manifold.random_tangent(Q, seed=2)
     turn = np.zeros((n, N))
     turn[0] = manifold.tangent(Q, np.eye(n)[:1].T @ V[:1])[0]  # one vector leaves the span of Q
     ends = [Q, manifold.exp(Q, 2 * V), manifold.exp(Q, 1e-9 * V), manifold.exp(Q, 1e-4 * V),
-            manifold.exp(Q, manifold.tangent(Q, turn)), manifold.exp(Q, 2 * V).astype(np.float32)]
-    joined = manifold.join(Q, np.array(ends, float))
-    whole = client.connect([(Q, P) for P in ends], scenes=False, metric=metric if isinstance(metric, str) else "beta",
-                           **{} if isinstance(metric, str) else {"beta": metric})
-    for velocity, P, said, geodesic in zip(joined.velocity, ends, joined.shortest, whole):
-        np.testing.assert_allclose(velocity, geodesic.velocity, atol=1e-14)
-        np.testing.assert_allclose(manifold.exp(Q, velocity), P, atol=1e-13 if P.dtype == float else 1e-7)
-        assert said == geodesic.shortest
+            manifold.exp(Q, manifold.tangent(Q, turn)), manifold.exp(Q, 2 * V).astype(np.float32).astype(float)]
+    requests = [{"metric": metric} if isinstance(metric, str) else {"metric": "beta", "beta": metric}]
+    requests += [{"inertia": [2.5] * N}] * (metric == "euclidean")
+    joined = manifold.join(Q, np.array(ends))
+    for request in requests:
+        found = client.connect([(Q, P) for P in ends], samples=3, **request)
+        whole = client.connect([(Q, P) for P in ends], samples=3, normalize=True, **request)
+        for k, (one, other) in enumerate(zip(found, whole)):
+            assert one.shortest == other.shortest == joined.shortest[k] and bool(one.scene) == bool(other.scene)
+            np.testing.assert_allclose(manifold.exp(Q, one.velocity), ends[k], atol=1e-13 if k < 5 else 1e-7)
+            np.testing.assert_allclose(one.energy, other.energy, atol=1e-13)
+            for array, of_whole in ((one.velocity, other.velocity), (joined.velocity[k], other.velocity), (one.trajectory, other.trajectory)):
+                np.testing.assert_allclose(array, of_whole, atol=1e-14)
+            if other.scene:
+                assert {**one.scene, "initial": 0} == {**other.scene, "initial": 0}
+                for name, block in other.scene["initial"].items():
+                    np.testing.assert_allclose(one.scene["initial"][name], block, atol=1e-13)
 
 
 def test_frames_without_a_path_are_refused_by_their_index():

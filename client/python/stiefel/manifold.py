@@ -20,7 +20,7 @@ from typing import Any, Iterator, Optional, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stiefel._manifold.beta import BetaMetric, Span, defect, polished
+from stiefel._manifold.beta import FRAME_TOLERANCE, BetaMetric, defect
 from stiefel._manifold.inertia import InertiaMetric
 from stiefel.client import Client
 from stiefel.errors import StiefelError
@@ -30,7 +30,6 @@ __all__ = ["Joined", "NotJoined", "SpecialOrthogonal", "Stiefel"]
 
 Array = NDArray[np.float64]
 MOST_PAIRS = 1024  #: pairs of one call of Connect
-FRAME_TOLERANCE = 1e-6  #: of frames, as in a scene
 
 
 class NotJoined(StiefelError):
@@ -155,15 +154,9 @@ class _Manifold:
 
         `restarts`: how many searches for shorter geodesics start from random paths. Raises NotJoined if a pair has none.
         """
-        (frames, defects), (others, other_defects) = self._checked(Q), self._checked(P)
-        frames, others = self._same(frames, others)
+        frames, others = self._same(self._frame(Q), self._frame(P))
         axes = frames.shape[:-2]
         starts, ends = frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)
-        span = None
-        if isinstance(self._metric, BetaMetric) and self.N > 2 * self.n:
-            span = Span(polished(starts, np.broadcast_to(defects, axes).ravel()),
-                        polished(ends, np.broadcast_to(other_defects, axes).ravel()))
-            starts, ends = span.start, span.end
         found = [geodesic for some in _chunks(list(zip(starts, ends)))
                  for geodesic in self._client().connect(some, restarts=restarts, seed=seed, scenes=False, **self._metric.request)]
         missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
@@ -171,7 +164,7 @@ class _Manifold:
             raise NotJoined(missed, len(found), found[missed[0]].run_status.message)
         V = np.reshape([np.asarray(geodesic.velocity) for geodesic in found], starts.shape)
         length = np.sqrt(self._metric.inner(starts, V, V))
-        return Joined(self._out(np.reshape(span.lifted(V) if span else V, frames.shape)), length.reshape(axes),
+        return Joined(self._out(np.reshape(V, frames.shape)), length.reshape(axes),
                       np.reshape([geodesic.residual for geodesic in found], axes),
                       np.reshape([geodesic.shortest for geodesic in found], axes))
 
@@ -216,17 +209,12 @@ class _Manifold:
             raise ValueError(f"the leading axes {axes} do not broadcast") from None
 
     def _frame(self, Q: ArrayLike) -> Array:
-        return self._checked(Q)[0]
-
-    def _checked(self, Q: ArrayLike) -> tuple[Array, Array]:
-        """Returns frames and the defect of each."""
         frames = self._in(Q)
-        defects = defect(frames)
-        largest = float(np.max(defects, initial=0.0))
+        largest = float(np.max(defect(frames), initial=0.0))
         if not largest <= FRAME_TOLERANCE:
             raise ValueError(f"max |QQ^T - I| = {largest:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}; "
                              "project(Q) has the nearest ones")
-        return frames, defects
+        return frames
 
     def _vector(self, Q: Array, V: ArrayLike) -> Array:
         """Returns V, tangent at Q to rounding of numbers of size 1 or to the tolerance of frames, whichever is larger."""
