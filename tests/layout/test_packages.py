@@ -107,3 +107,16 @@ def test_every_line_has_a_kind_and_names():
     assert all(len(line) >= 2 for line in LINES)
     named = [(line[0], name) for line in LINES for name in line[1:]]
     assert len(set(named)) == len(named)
+
+
+def test_make_run_configures_no_tests():
+    """They need packages that `make run` does not install. Both have the failpoints, so that `make test` compiles on."""
+    def configures(*targets):
+        done = subprocess.run(["make", "--dry-run", "--always-make", *targets], cwd=ROOT, capture_output=True, text=True, check=True)
+        return [line for line in done.stdout.splitlines() if "cmake --preset" in line]
+
+    run, = configures("run")
+    assert "--preset release -DSTIEFEL_TESTS=OFF -DSTIEFEL_FAILPOINTS=ON " in run
+    first, then = configures("test")
+    assert first == run and "--preset release -DSTIEFEL_TESTS=ON " in then
+    assert all("STIEFEL_TESTS" not in line for line in configures("sanitize"))
