@@ -1,6 +1,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/linalg/iteration/history.h"
 #include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "engine/methods/support/symmetric_stages.h"
 #include "engine/methods/variational.h"
@@ -43,7 +44,7 @@ class DifferentialOfU {
     sine_ = sine;
     factored_ = false;
   }
-  /// Sets dU to δU, and S to its symmetric part.
+  /// Sets dU to δU, and S, from which the sweeps start, to its symmetric part.
   void operator()(const Dense& K, Dense& dU, Dense& S) {
     if (has_weights_ && sine_ < 1 && sweep(K, dU, S)) return;
     solve(K, dU);
@@ -68,10 +69,9 @@ bool DifferentialOfU::sweep(const Dense& K, Dense& dU, Dense& S) {
   inverse_inertia(lambda_, K, omega_);
   const double enough = 0x1p-52 * s * omega_.cwiseAbs().maxCoeff();
   const int most = s > 0 ? 3 + static_cast<int>(std::log(0x1p-52) / std::log(rate)) : 1;
-  S.setZero();
-  before_.setZero();
-  dU = omega_;
-  double a = 1, b = 0, left = 0;
+  dU = omega_ + weight_.cwiseProduct(S);
+  before_ = S;
+  double a = 1 / c, b = 0, left = 0;
   for (int k = 0; k < most; ++k) {
     stop_point(static_cast<double>(N * dU.size()));
     stoppable_product(X_.transpose(), dU, P_);
@@ -86,8 +86,8 @@ bool DifferentialOfU::sweep(const Dense& K, Dense& dU, Dense& S) {
       }
     dU = omega_ + weight_.cwiseProduct(S);
     if (left <= enough) break;
-    a = k == 0 ? 1 / c : k == 1 ? 2 * c / (2 * c * c + s * s) : 1 / (c + s * s / 4 * a);
-    b = k == 0 ? 0 : c * a - 1;
+    a = k == 0 ? 2 * c / (2 * c * c + s * s) : 1 / (c + s * s / 4 * a);
+    b = c * a - 1;
   }
   return left <= 64 * enough;
 }
@@ -141,7 +141,7 @@ class LargeBodyTangent final : public TangentMap {
       stop_point();
       const Dense block = V.col(v).reshaped(rows, N_);
       const Dense M = block.bottomRows(N_);
-      vectors_.emplace_back();
+      vectors_.emplace_back(N_, count() == 1);
       vectors_.back().m = Sum((M - M.transpose()) / 2, arithmetic_);
       if (!has_frame_) continue;
       stoppable_product(point.topRows(N_).transpose(), block.topRows(N_), K_);
@@ -190,14 +190,17 @@ class LargeBodyTangent final : public TangentMap {
  private:
   using Sum = Accumulator<Dense>;
   struct Vector {
+    Vector(Index N, bool extrapolates) : past(extrapolates ? N : 0, extrapolates ? N : 0) {}
+
     Sum eta, m;
+    History<double, 5> past;  ///< S of the last steps, for a step of one stage
   };
 
   std::size_t count() const { return 2 * gamma_.size() - 1; }
   std::size_t folded(std::size_t stage) const { return std::min(stage, count() - 1 - stage); }
 
   void move(Index v, double h, double dh) {
-    auto& [eta, m] = vectors_[static_cast<std::size_t>(v)];
+    auto& [eta, m, past] = vectors_[static_cast<std::size_t>(v)];
     const Eigen::VectorXd& lambda = parameters_.lambda;
     const auto by_lambda = parameters_.by_lambda.col(v);
     const bool varies = dh != 0 || !by_lambda.isZero(0);
@@ -211,7 +214,10 @@ class LargeBodyTangent final : public TangentMap {
           K_(j, i) -= change;
         }
     }
+    const bool extrapolates = count() == 1;
+    if (!extrapolates || !past.predict(S_)) S_.setZero();
     differential_(K_, dU_, S_);
+    if (extrapolates) past.push(S_);
     for (Index j = 0; j < N_; ++j)
       for (Index i = 0; i < j; ++i) {
         double change = (lambda(i) - lambda(j)) * S_(i, j);
