@@ -369,7 +369,7 @@ double linearization_work(const Scene& scene, double step_work, std::int64_t vec
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates) {
   // Counted with malloc: copies of the vectors and of the values of a step, the bases of a tangent
   // space, and the matrices of a step in dual numbers over those of its simulation.
-  constexpr double copies = 6, of_values = 8, of_bases = 5, object = 1 << 14;
+  constexpr double copies = 6, of_values = 8, of_bases = 4, object = 1 << 14;
   const StateExtent x = extent_of(scene);
   const double of_parameters = static_cast<double>(all_inertia(scene).size() + 1);
   const double m = std::min(static_cast<double>(vectors), x.dimension + of_parameters);

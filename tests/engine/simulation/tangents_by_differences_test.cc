@@ -34,23 +34,40 @@ std::optional<Dense> end_of(const SceneDescription& description) {
   return stacked_state(*motion);
 }
 
+/// Makes S tangent as a scene does, S − YQ with KY + YK = R + Rᵀ, K = QΛ⁻¹Qᵀ, R = SΛ⁻¹Qᵀ: a scene
+/// itself repairs rounding alone.
+void make_tangent_to_frames(SceneDescription& description) {
+  const Dense Q = description.initial["Q"].values, S = description.initial["S"].values;
+  const Eigen::Map<const Eigen::VectorXd> lambda(description.inertia.data(), Q.cols());
+  const Dense G = lambda.cwiseInverse().asDiagonal() * Q.transpose(), R = S * G;
+  const Eigen::SelfAdjointEigenSolver<Dense> K(Q * G);
+  const Dense V = K.eigenvectors();
+  Dense Y = V.transpose() * (R + R.transpose()) * V;
+  for (Eigen::Index j = 0; j < Y.cols(); ++j)
+    for (Eigen::Index i = 0; i < Y.rows(); ++i) Y(i, j) /= K.eigenvalues()(i) + K.eigenvalues()(j);
+  description.initial["S"] = Block(RowMatrix(S - V * Y * V.transpose() * Q));
+}
+
 /// Returns column k of the matrix as blocks.
 Dense column_of(const Dense& basis, const Dense& matrix, Eigen::Index k, const Dense& shape) {
   return (basis * matrix.col(k)).reshaped<Eigen::RowMajor>(shape.rows(), shape.cols());
 }
 
+/// States of rk4 leave the rotations and frames, by h⁵, and its tangents have no coordinates there.
+double most_off(const Scene& scene) { return scene.method() == "rk4" ? 3e-6 : 1e-10; }
+
 /// Compares the columns of the parameters, behind `first` others, with differences of end(k, t):
 /// the last state with λ_k, or the step behind them, changed by t.
 template <class End>
 void expect_parameters(const Dense& basis, const Dense& matrix, Eigen::Index first, End&& end,
-                       const Dense& x, const std::string& what) {
+                       const Dense& x, double most, const std::string& what) {
   for (Eigen::Index k = first; k < matrix.cols(); ++k) {
     const Dense zero = Dense::Zero(1, 1), one = Dense::Constant(1, 1, 8);
     const auto expected =
         derivative<double>([&](const Dense& t) { return end(k - first, t(0, 0)); }, zero, one);
     ASSERT_TRUE(expected) << what << " parameter " << k - first;
     EXPECT_LT((column_of(basis, matrix, k, x) - *expected / 8).norm(),
-              1e-10 * (1 + expected->norm()))
+              most * (1 + expected->norm()))
         << what << " parameter " << k - first;
   }
 }
@@ -75,10 +92,11 @@ void expect_by_parameters(const SceneDescription& description, const std::string
     for (auto* lambda : {&other.inertia, &other.inertia_u, &other.inertia_v})
       for (double& l : *lambda)
         if (k-- == 0 && tangent->count() - first > 1) l += change;
+    if (other.system == "stiefel") make_tangent_to_frames(other);
     return end_of(other);
   };
   expect_parameters(tangent->basis(*motion), tangent->vectors(*motion), first, end,
-                    stacked_state(*motion), what);
+                    stacked_state(*motion), most_off(*scene), what);
 }
 
 TEST(TangentsByDifferences, OfEverySystemAndMethodByLambdaAndTheStep) {
@@ -97,13 +115,20 @@ TEST(TangentsByDifferences, OfEverySystemAndMethodByLambdaAndTheStep) {
 }
 
 TEST(TangentsByDifferences, OfBodiesThatMoveInProductsOfMatrices) {
-  for (const int N : {11, 16})
-    for (const int order : {2, 4}) {
-      SceneDescription body = testing::description(testing::RandomBody(N, 5), 0.1, "variational");
-      body.method->order = order;
-      body.method->substeps = order == 2 ? 2 : 1;
-      expect_by_parameters(body, "N = " + std::to_string(N));
-    }
+  struct Case {
+    int N, order, substeps;
+    double step, spread;
+  };
+  // A step by which the body turns by more than a radian has the Schur form in place of sweeps.
+  for (const auto& [N, order, substeps, step, spread] :
+       {Case{11, 2, 2, 0.1, 4}, Case{16, 4, 1, 0.1, 4}, Case{11, 2, 1, 0.2, 1000},
+        Case{11, 2, 1, 1.1, 4}}) {
+    SceneDescription body =
+        testing::description(testing::RandomBody(N, 5, spread), step, "variational");
+    body.method->order = order;
+    body.method->substeps = substeps;
+    expect_by_parameters(body, "N = " + std::to_string(N) + ", step " + std::to_string(step));
+  }
 }
 
 /// A body in three dimensions given by I, attitude q and ω.
@@ -193,7 +218,7 @@ void expect_of_body(const std::string& kind, const std::string& system, const st
     const auto dx = derivative<double>(end, Dense::Zero(1, 1), Dense::Constant(1, 1, 8));
     ASSERT_TRUE(dx) << what << " column " << k;
     const auto expected = body_coordinates(y, *dx / 8);
-    EXPECT_LT((Phi.col(k) - expected).norm(), 1e-10 * (1 + expected.norm()))
+    EXPECT_LT((Phi.col(k) - expected).norm(), most_off(scene) * (1 + expected.norm()))
         << what << " column " << k;
     if (k >= 6) continue;
     const Dense b = basis.col(k).reshaped<Eigen::RowMajor>(6, 3);
