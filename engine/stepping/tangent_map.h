@@ -62,6 +62,12 @@ struct TangentSpace {
   /// For orthonormal coordinates: returns the tangent part of any G at x, linear in G. x is the
   /// state's blocks stacked by rows.
   std::function<Dense(const Dense& x, const Dense& G)> tangent;
+  /// Where the states there are depend on Λ, so that a state leaves its tangent space when Λ
+  /// changes: the same for the states of every Λ together.
+  std::function<Dense(const Dense& x, const Dense& G)> tangent_of_every_inertia = nullptr;
+  /// And the derivatives by each λ_k of the state that a scene makes of the blocks of x, numbers
+  /// column by column in column k.
+  std::function<Dense(const Dense& x)> by_inertia = nullptr;
 };
 
 /// What gives the tangents of a system's scenes. Of a system NAME of systems.inc, NAME_tangents().

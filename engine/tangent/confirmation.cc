@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
@@ -39,10 +40,14 @@ bool move_aside(SceneDescription& moved, const Simulation& now, const Eigen::Mat
     return true;
   }
   Eigen::Index row = 0;
-  for (std::size_t i = 0; i < now.block_count() && row < direction.rows(); ++i) {
-    const auto found = moved.initial.find(now.fields()[i].name);
-    if (found == moved.initial.end()) return false;
-    RowMatrix& block = found->second.values;
+  const auto fields = std::span(now.fields()).first(now.block_count());
+  std::erase_if(moved.initial, [&](const auto& given) {  // M of a scene whose states have P
+    return std::ranges::find(fields, given.first, &Field::name) == fields.end();
+  });
+  for (const Field& field : fields) {
+    if (row >= direction.rows()) break;
+    RowMatrix& block = moved.initial[field.name].values;
+    if (block.size() == 0) block = now.get(field.name);
     if (block.cols() != direction.cols() || row + block.rows() > direction.rows()) return false;
     block += Confirmation::distance * direction.middleRows(row, block.rows());
     row += block.rows();

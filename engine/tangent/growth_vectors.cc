@@ -39,11 +39,7 @@ std::int64_t GrowthVectors::dimension(const Dense& x) const {
     G(k) = 1 / weights_(k);
     all.col(k) = weights_.cwiseProduct(tangent(x, G).reshaped());
   }
-  stop_point(4 * static_cast<double>(size() * size() * size()));
-  constexpr double least = 1e-7;
-  Eigen::ColPivHouseholderQR<Dense> qr(all);
-  qr.setThreshold(least);
-  return qr.rank();
+  return orthonormal_range(std::move(all)).cols();
 }
 
 Dense GrowthVectors::state(const Simulation& motion) const {
@@ -72,8 +68,10 @@ Dense GrowthVectors::tangent(const Dense& x, const Dense& G) const {
 Dense GrowthVectors::random(const Dense& x, Eigen::Index k, std::uint64_t seed) const {
   std::mt19937_64 bits(seed);
   Dense V(size(), k);
-  for (double& v : V.reshaped())
-    v = static_cast<double>(bits() >> 11) * 0x1p-52 - 1;  // between −1 and 1
+  for (Eigen::Index j = 0; j < k; ++j) {
+    stop_point();
+    for (double& v : V.col(j)) v = static_cast<double>(bits() >> 11) * 0x1p-52 - 1;  // in (−1, 1)
+  }
   V = weights_.cwiseInverse().asDiagonal() * V;
   orthonormalise(x, V);
   return V;

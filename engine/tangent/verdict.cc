@@ -1,5 +1,6 @@
 #include "engine/tangent/verdict.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

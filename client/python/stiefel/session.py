@@ -16,7 +16,7 @@ from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_ind
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
 from stiefel._given.sections import Coordinate, column, columns, to_section
-from stiefel._given.typed import Blocks, Body, Fields, Method
+from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection
@@ -95,7 +95,7 @@ class Session(Held):
         one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
         return errors_at(self, times, timeout)
 
-    def fork(self, at: Optional[int] = None, method: Optional[Method] = None, step: Optional[float] = None,
+    def fork(self, at: Optional[int] = None, method: Union[Method, MethodName, None] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None, timeout: Optional[float] = None, time: Any = None,
              body: Optional[Body] = None, initial: Optional[Blocks] = None, normalize: bool = False) -> Session:
         """Creates a session that starts from this one's state at step `at`, or at a `time` that is a step's, with the given
@@ -145,8 +145,11 @@ class Session(Held):
 
     def delete(self) -> None:
         """Deletes the session from its server. Later calls of this handle raise NotFound."""
+        self._delete()
+
+    def _delete(self, waits: bool = True) -> None:
         self._recreation.end()
-        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id))
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id), waits=waits)
 
     def stream(self, to: Optional[int] = None, start: int = 0, every: int = 1, fields: Optional[Fields] = None,
                timeout: Optional[float] = None, time: Any = None) -> Iterator[Batch]:
@@ -343,7 +346,7 @@ class Session(Held):
 
     def __exit__(self, kind: Optional[type[BaseException]], *exception: object) -> None:
         try:
-            self.delete()
+            self._delete(waits=False)
         except (Unavailable, DeadlineExceeded):
             pass  # with the server the session is gone, or the server drops it when it has been idle
         except StiefelError:

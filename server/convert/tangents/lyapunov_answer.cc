@@ -111,6 +111,15 @@ void LyapunovAnswer::take_checkpoint() {
   sent_ = 0;
 }
 
+bool LyapunovAnswer::save() {
+  const std::int64_t before = checkpoint_step_;
+  if (spectrum_ && !has_results()) {
+    take_checkpoint();
+    if (checkpoint_step_ == before) sent_ = checkpoint_.size();
+  }
+  return has_results();
+}
+
 grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
   if (!spectrum_) {
     if (simulation_->step() == start_) return begin();

@@ -29,6 +29,8 @@ class LyapunovAnswer {
   bool made() const { return simulation_ != nullptr; }
   /// Advances by about `steps` steps. Ends early on a stop request.
   grpc::Status advance(std::int64_t steps, const std::stop_token& stop);
+  /// Makes a last checkpoint. Returns whether there is anything to send.
+  bool save();
   /// Whether numbers, a checkpoint or the end are there to be sent.
   bool has_results() const { return due_ || ended_ || sent_ < checkpoint_.size(); }
   /// Writes the next message over `message`, without results the progress alone. Returns whether it

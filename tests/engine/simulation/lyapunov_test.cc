@@ -199,5 +199,36 @@ TEST(LyapunovTest, EverySystemHasASpectrum) {
   }
 }
 
+/// Whatever the axes in which a body is given, and by every method that moves it.
+TEST(LyapunovTest, ATurnedBodyHasTheExponentsOfItsMoments) {
+  Eigen::Matrix3d I;
+  I << 2, 0.3, -0.2, 0.3, 2.5, 0.1, -0.2, 0.1, 3;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(I);
+  const Eigen::Vector3d omega(0.2, 0.5, 0.3), moments = axes.eigenvalues(),
+                                              along = axes.eigenvectors().transpose() * omega;
+  for (const char* method : {"exact", "variational", "rk4"}) {
+    SceneDescription turned, same;
+    turned.body.emplace();
+    turned.body->inertia_tensor = {2, 2.5, 3, 0.3, -0.2, 0.1};
+    turned.body->angular_velocity = {omega(0), omega(1), omega(2)};
+    same.body.emplace();
+    same.body->moments = {moments(0), moments(1), moments(2)};
+    same.body->angular_velocity = {along(0), along(1), along(2)};
+    std::vector<LyapunovExponents> spectra;
+    for (SceneDescription* scene : {&turned, &same}) {
+      scene->system = "rigid_body";
+      scene->method = MethodDescription{method, {}, {}, ""};
+      scene->step = 0.1;
+      spectra.push_back(spectrum_of(resolved(*scene), {.to = 20000}));
+    }
+    EXPECT_EQ(spectra[0].kind(), MotionKind::regular) << method << " " << said(spectra[0]);
+    EXPECT_EQ(spectra[0].kind(), spectra[1].kind()) << method;
+    const Eigen::VectorXd off = (spectra[0].exponents() - spectra[1].exponents()).cwiseAbs();
+    for (Eigen::Index k = 0; k < 6; ++k)
+      EXPECT_LE(off(k), spectra[0].errors()(k) + spectra[1].errors()(k)) << method << " " << k;
+    EXPECT_LT(std::abs(spectra[0].exponents().sum()), 1e-6) << method;
+  }
+}
+
 }  // namespace
 }  // namespace stiefel
