@@ -33,7 +33,8 @@ double fastest_oscillation(const Scene& scene, double rate) {
 bool move_aside(SceneDescription& moved, const Simulation& now, const Eigen::MatrixXd& direction) {
   if (moved.body) {
     auto& omega = moved.body->angular_velocity;
-    const double size = Confirmation::distance * Eigen::Map<Eigen::Vector3d>(omega.data()).norm();
+    const double size = std::copysign(
+        Confirmation::distance * Eigen::Map<Eigen::Vector3d>(omega.data()).norm(), direction(0));
     const Eigen::Vector3d aside(0.6, -0.48, 0.64);
     for (std::size_t i = 0; i < 3; ++i) omega[i] += size * aside(static_cast<Eigen::Index>(i));
     return true;
@@ -117,6 +118,7 @@ std::string Confirmation::begin(const First& first) {
 }
 
 RunStatus Confirmation::advance(double steps, double step_cost, const std::stop_token& stop) {
+  if (done()) return {};
   const double now = std::clamp(steps * step_cost / motion_->step_cost(), 1.0, 1e9);
   // To the end of an interval at most, whose state is kept.
   const RunStatus status = run_->advance(

@@ -16,6 +16,9 @@ namespace stiefel {
 /// a change far below the square of its distance. A discrete system is a map, and so is its flow.
 class Confirmation {
  public:
+  /// How many motions are tried: one that sticks to regular ones for the whole time confirms
+  /// nothing.
+  static constexpr int most_attempts = LyapunovExponents::most_second_motions;
   /// The distance at which it starts, relative to the norms of the blocks.
   static constexpr double distance = 1e-4;
   /// The most steps that take the place of one step of the method.

@@ -102,7 +102,7 @@ double confirmation_work(const Scene& scene, double step_work, std::int64_t size
   if (map.order() > 0)
     work *= step_price(map, Confirmation::longest_step) * map.substeps() /
             (step_weight(scene) * scene.substeps());
-  return work + lyapunov_work(map, work, TangentMap::lanes, size);
+  return Confirmation::most_attempts * (work + lyapunov_work(map, work, TangentMap::lanes, size));
 }
 
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,

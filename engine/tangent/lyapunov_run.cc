@@ -130,14 +130,23 @@ void LyapunovRun::judge() {
   judgement_ = judge_growth(growth_, rate_);
   std::string none;
   if (judgement_.kind == MotionKind::chaotic) none = begin_confirmation();
-  if (!confirmation_) saved_confirmation_.clear();
+  if (!confirmation_) {
+    saved_confirmation_.clear();
+    attempt_ = confirmed_to_ = 0;
+  }
   if (!none.empty()) judgement_ = {MotionKind::undecided, judgement_.reason + ". " + none};
 }
 
 std::string LyapunovRun::begin_confirmation() {
+  // A longer run begins with the first attempt.
+  if (attempt_ > 0 && confirmed_to_ != what_.to) {
+    saved_confirmation_.clear();
+    attempt_ = 0;
+  }
+  confirmed_to_ = what_.to;
   const auto start = make_simulation(scene_);
   start->restore(what_.from, first_);
-  const Dense x = vectors_->state(*start), V = vectors_->random(x, 1, what_.seed + 1);
+  const Dense x = vectors_->state(*start), V = vectors_->random(x, 1, what_.seed + 1 + attempt_);
   const Confirmation::First first{
       .scene = scene_,
       .start = *start,
@@ -161,27 +170,35 @@ RunStatus LyapunovRun::confirm(double steps, double step_cost, const std::stop_t
     return status;
   }
   if (!confirmation_->done()) return {};
-  judgement_ = confirmed(judgement_, growth_, confirmation_->run().growth(), rate_,
-                         status.reached(), confirmation_->how());
-  computed_beside_ = confirmation_->run().computed();
-  saved_confirmation_ = confirmation_->save();
+  const Judgement found = confirmed(judgement_, growth_, confirmation_->run().growth(), rate_,
+                                    status.reached(), confirmation_->how(), attempt_);
+  computed_beside_ += confirmation_->run().computed();
+  if (found.kind != MotionKind::chaotic && attempt_ + 1 < Confirmation::most_attempts) {
+    saved_confirmation_.clear();
+    ++attempt_;
+    if (begin_confirmation().empty()) return {};
+  }
+  judgement_ = found;
+  if (confirmation_) saved_confirmation_ = confirmation_->save();
   confirmation_.reset();
   return {};
 }
 
 std::int64_t LyapunovRun::computed() const {
-  return computed_ + (confirmation_ ? confirmation_->run().computed() : computed_beside_);
+  return computed_ + computed_beside_ + (confirmation_ ? confirmation_->run().computed() : 0);
 }
 
 std::int64_t LyapunovRun::covered() const {
   const std::int64_t own = last_end_ - what_.from;
   if (!confirmation_) return own;
   const LyapunovRun& other = confirmation_->run();
-  return own + other.last_end() / other.interval() * interval_;
+  return own + (attempt_ * intervals() + other.last_end() / other.interval()) * interval_;
 }
 
 std::string LyapunovRun::save() const {
   ByteWriter out;
+  out.put(attempt_);
+  out.put(confirmed_to_);
   out.put(confirmation_ ? confirmation_->save() : saved_confirmation_);
   return (saved_.empty() ? write() : saved_) + out.take();
 }
@@ -208,6 +225,8 @@ bool LyapunovRun::restore(ByteReader& in, const Simulation& now) {
   V_.resize(vectors_->size(), count_);
   for (double& v : V_.reshaped()) in.get(v);
   growth_.restore(in);
+  in.get(attempt_);
+  in.get(confirmed_to_);
   in.get_up_to(std::numeric_limits<std::int32_t>::max(), saved_confirmation_);
   if (!in.complete() || !V_.allFinite()) return false;
   vectors_->set_weights(weights);

@@ -98,7 +98,8 @@ class LyapunovRun {
   bool ended_ = false;
   Judgement judgement_;
   std::unique_ptr<Confirmation> confirmation_;
-  std::vector<char> saved_confirmation_;  ///< when there is none, where a later run goes on
+  std::vector<char> saved_confirmation_;         ///< when there is none, where a later run goes on
+  std::int64_t attempt_ = 0, confirmed_to_ = 0;  ///< of the confirmation, and its last step
   std::int64_t computed_beside_ = 0;
 };
 

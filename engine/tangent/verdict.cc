@@ -100,10 +100,12 @@ Judgement judge_growth(const Growth& growth, double rate) {
 }
 
 Judgement confirmed(const Judgement& found, const Growth& growth, const Growth& beside, double rate,
-                    bool reached, const std::string& how) {
-  const std::string neighbour = found.reason + ". A motion that starts " +
-                                number(Confirmation::distance) + " beside this one" +
-                                (how.empty() ? "" : ", by " + how) + ",";
+                    bool reached, const std::string& how, std::int64_t attempt) {
+  const std::string neighbour =
+      found.reason +
+      (attempt == 0 ? ". A motion that starts " : ". The second of two motions that start ") +
+      number(Confirmation::distance) + " beside this one" + (how.empty() ? "" : ", by " + how) +
+      ",";
   if (!reached)
     return {MotionKind::undecided, neighbour + " ended early, so that it confirms nothing."};
   const double lambda = growth.sums()(0) / growth.time(), other = beside.sums()(0) / beside.time();

@@ -48,6 +48,8 @@ class LyapunovExponents {
   /// The least number of intervals from `from` to `to`, so that errors can be told.
   static constexpr std::int64_t least_intervals = 20;
 
+  static constexpr int most_second_motions = 2;
+
   /// Refuses ensembles, methods without a tangent, and descriptions that do not fit. `start` is at
   /// `what.from`. Throws Stopped (stop.h), as do the functions below.
   static std::expected<LyapunovExponents, Violations> make(const Scene& scene,
@@ -80,8 +82,8 @@ class LyapunovExponents {
   std::int64_t interval() const;
   /// The number of steps that were made, those of the second motion included.
   std::int64_t computed_steps() const;
-  /// The number of steps that are covered since `from`: up to the end of an interval, twice where
-  /// the second motion is there too.
+  /// The number of steps that are covered since `from`, up to the end of an interval, by the motion
+  /// and by second ones, of which there are at most `most_second_motions`.
   std::int64_t covered_steps() const;
   /// The number of tangent vectors.
   Eigen::Index vectors() const;
@@ -111,7 +113,7 @@ class LyapunovExponents {
 /// Returns the most vectors that a LyapunovExponents of a state of `size` numbers moves.
 std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size);
 /// Return upper bounds, for states of `size` numbers: the instructions of a step of the scene with
-/// so many vectors beside the step's own `step_work`; the instructions of the second motion over
+/// so many vectors beside the step's own `step_work`; the instructions of second motions over
 /// the time of a step; the bytes of a LyapunovExponents.
 double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors, std::int64_t size);
 double confirmation_work(const Scene& scene, double step_work, std::int64_t size);

@@ -99,7 +99,8 @@ std::int64_t LyapunovAnswer::steps_between_checkpoints() const {
   constexpr double least_work = 1e10;
   if (work_ < least_work) return std::numeric_limits<std::int64_t>::max();
   const double part = std::max(1. / most, least_work / work_);
-  return static_cast<std::int64_t>(part * 2 * static_cast<double>(what_.to - what_.from)) + 1;
+  constexpr double motions = 1 + LyapunovExponents::most_second_motions;
+  return static_cast<std::int64_t>(part * motions * static_cast<double>(what_.to - what_.from)) + 1;
 }
 
 void LyapunovAnswer::take_checkpoint() {

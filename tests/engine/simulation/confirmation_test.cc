@@ -1,7 +1,6 @@
 // "Chaotic" is said of a flow alone: a second motion by a map nearer to it must grow alike.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 
 #include "stiefel/catalogue.h"
@@ -55,8 +54,6 @@ TEST(Confirmation, ChaosOfTheMapIsNotThatOfTheFlow) {
       {{1, 1.74, 8.03}, 1e-3, 0.1},
       {{1, 2, 7}, 3e-4, 0.1},
       {{1, 2, 5}, 1e-4, 0.1},
-      {{1, 1.5, 4}, 3e-4, 0.1},
-      {{1, 4, 20}, 1e-3, 0.1},
       {{1, 2, 6}, 1e-5, 0.2},
       {{1, 2, 3, 9}, 1e-3, 0.1},
   };
@@ -68,7 +65,7 @@ TEST(Confirmation, ChaosOfTheMapIsNotThatOfTheFlow) {
     EXPECT_NE(spectrum.kind(), MotionKind::chaotic) << said(spectrum);
     of_the_map += spectrum.reason().contains("of the map, not of the flow");
   }
-  EXPECT_GE(of_the_map, 5);
+  EXPECT_GE(of_the_map, 4);
   const LyapunovExponents flow =
       spectrum_of(resolved(next_to_the_middle_ellipse(starts[0].inertia, starts[0].aside, 0.1, 8)),
                   {.to = 50000, .count = 2});
@@ -109,24 +106,19 @@ TEST(Confirmation, StepsThatAreTooLongConfirmNothing) {
 /// Steps of 1 rad of the fastest oscillation, h √(λ_max/λ_min), make a chaotic map of the geodesics
 /// of an ellipsoid, which are regular.
 TEST(Confirmation, AFlowWhoseStepIsTooLongIsNotChaotic) {
-  const std::array<std::array<Eigen::RowVector4d, 2>, 2> starts = {{
-      {{{0.5, -0.3, -0.7, 0.4}, {-0.3, 0, -0.1, 0.1}}},
-      {{{-0.4, -0.1, 0.5, 0.7}, {0.2, 0, 0.1, 0.1}}},
-  }};
-  for (const auto& [q, v] : starts) {
-    SceneDescription description = geodesic(1, {1, 4.6, 21.5, 100}, 1, 0.1, "variational", 2);
-    const Eigen::RowVector4d lambda(1, 4.6, 21.5, 100), unit = q.normalized();
-    const Eigen::RowVector4d tangent = v - v.dot(unit) * unit;
-    const double speed = std::sqrt(tangent.cwiseAbs2().dot(lambda));
-    description.initial = {{"Q", Block(Dense(unit))},
-                           {"S", Block(Dense(tangent.cwiseProduct(lambda) / speed))}};
-    const LyapunovExponents coarse = spectrum_of(resolved(description), {.to = 30000, .count = 2});
-    EXPECT_GT(coarse.exponents()(0), 2 * coarse.errors()(0)) << said(coarse);
-    EXPECT_EQ(coarse.kind(), MotionKind::undecided) << said(coarse);
-    description.step = 0.0125;
-    const LyapunovExponents fine = spectrum_of(resolved(description), {.to = 240000, .count = 2});
-    EXPECT_EQ(fine.kind(), MotionKind::regular) << said(fine);
-  }
+  SceneDescription description = geodesic(1, {1, 4.6, 21.5, 100}, 1, 0.1, "variational", 2);
+  const Eigen::RowVector4d lambda(1, 4.6, 21.5, 100), v(-0.3, 0, -0.1, 0.1);
+  const Eigen::RowVector4d q = Eigen::RowVector4d(0.5, -0.3, -0.7, 0.4).normalized();
+  const Eigen::RowVector4d tangent = v - v.dot(q) * q;
+  const double speed = std::sqrt(tangent.cwiseAbs2().dot(lambda));
+  description.initial = {{"Q", Block(Dense(q))},
+                         {"S", Block(Dense(tangent.cwiseProduct(lambda) / speed))}};
+  const LyapunovExponents coarse = spectrum_of(resolved(description), {.to = 30000, .count = 2});
+  EXPECT_GT(coarse.exponents()(0), 2 * coarse.errors()(0)) << said(coarse);
+  EXPECT_EQ(coarse.kind(), MotionKind::undecided) << said(coarse);
+  description.step = 0.0125;
+  const LyapunovExponents fine = spectrum_of(resolved(description), {.to = 240000, .count = 2});
+  EXPECT_EQ(fine.kind(), MotionKind::regular) << said(fine);
 }
 
 /// A run is saved and goes on elsewhere every few steps, in the motion and in the second one; a run
@@ -143,7 +135,7 @@ TEST(Confirmation, AConfirmationThatGoesOnHasTheSameBits) {
     auto motion = at(from);
     LyapunovExponents whole = begun(scene, what, *motion);
     while (!whole.done()) ASSERT_TRUE(whole.advance(*motion, 1000).reached());
-    ASSERT_TRUE(whole.reason().contains("A motion that starts")) << whole.reason();
+    ASSERT_TRUE(whole.reason().contains("beside this one, by")) << whole.reason();
 
     std::string saved;
     int in_the_second = 0;
@@ -166,6 +158,12 @@ TEST(Confirmation, AConfirmationThatGoesOnHasTheSameBits) {
       }
     }
     EXPECT_GE(in_the_second, 2);
+    motion = at(LyapunovExponents::saved_step(saved));
+    auto again = LyapunovExponents::resume(scene, what, saved, *motion);
+    ASSERT_TRUE(again);
+    while (!again->done()) ASSERT_TRUE(again->advance(*motion, 1000).reached());
+    EXPECT_EQ(again->reason(), whole.reason());
+    EXPECT_EQ(again->save(), saved);
   }
 }
 
