@@ -135,8 +135,8 @@ void SummarizeAnswer::compare_price() {
   if (last_mark_ != at) add_checkpoint(at);
 }
 
-void SummarizeAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
-  summary_->advance(steps, std::min(next_mark(), price_mark()), stop);
+void SummarizeAnswer::advance(double slice, const std::stop_token& stop) {
+  summary_->advance(slice, std::min(next_mark(), price_mark()), stop);
 }
 
 void SummarizeAnswer::collect() {

@@ -11,6 +11,7 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel._given.normalized import normalized, orthonormal, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
+from stiefel._manifold.beta import SMALL, span_of
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
 from stiefel._wire.arrays import set_tensor, to_array
@@ -191,8 +192,12 @@ class Client:
                  **counts: int) -> tuple[Geodesic, ...]:
         def messages(normalize: bool) -> list[pb.FramePair]:
             return [_frame_pair(Q_0, Q_T, path, normalize) for (Q_0, Q_T), path in zip(pairs, paths)]
+        lambdas = _lambdas(inertia)
+        span = None if counts["steps"] or normalize else span_of(pairs, lambdas)
+        if span is not None:
+            pairs, lambdas = list(zip(span.start, span.end)), lambdas[:span.end.shape[-1]]
         request = pb.ConnectRequest(
-            pairs=messages(normalize), metric=metric, inertia=_lambdas(inertia), time=number("time", time, SECONDS),
+            pairs=messages(normalize), metric=metric, inertia=lambdas, time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts),
             beta=None if beta is None else number("beta", beta),
             view=pb.GEODESIC_VIEW_SCENE if scenes else pb.GEODESIC_VIEW_VELOCITY,
@@ -205,7 +210,7 @@ class Client:
             raise error if normalize else with_hint(error, lambda: messages(True) != list(request.pairs)) from None
         if sorted(replies) != list(range(len(pairs))):
             raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
-        return tuple(answers.geodesic(replies[pair], request) for pair in range(len(pairs)))
+        return tuple(answers.geodesic(replies[pair], request, span) for pair in range(len(pairs)))
 
     def conjugate_points(self, inertia: Any, Q: Any, Qdot: Any, time: float = 1.0,
                          timeout: Optional[float] = None) -> ConjugatePoints:
@@ -311,9 +316,6 @@ def _lambdas(inertia: Any) -> Any:
     return given.tolist()
 
 
-AS_NUMBERS = 256  # numbers; a larger frame of a pair travels as bytes, which takes a tenth of the time
-
-
 def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
     """Returns two frames as a message, large arrays as bytes. `path` is that of the pair in errors."""
     pair = pb.FramePair()
@@ -323,7 +325,7 @@ def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
             raise refused(path + name, f"the shape {np.shape(frame)}: it looks transposed: frames have their vectors as rows")
         if normalize:
             frame = orthonormal(path + name, to_array(to_matrix(frame, path + name)))
-        if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > AS_NUMBERS:
+        if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > SMALL:
             set_tensor(tensor, frame)
         else:
             matrix.CopyFrom(to_matrix(frame, path + name))

@@ -19,6 +19,7 @@ from stiefel._given.numbers import SECONDS, number
 from stiefel._programs import bundled
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire.connection import close_all
+from stiefel._wire.failures import server_ended, server_started
 from stiefel.errors import NotStarted
 
 _READY = b"listening on "
@@ -31,13 +32,15 @@ __all__ = ["Server"]
 class Server:
     """A server in a child process, made by `Server.start()`.
 
-    `Client` takes its `address`. As a context manager it stops the server at the end.
+    `Client` takes its `address`. As a context manager it stops the server at the end; else the server ends when this object
+    is deleted, so keep it.
     """
 
     def __init__(self, process: "subprocess.Popen[bytes]", address: str, socket: Path, errors: _Errors):
         self.address = address
         self.process = process
-        self._stop = weakref.finalize(self, _stop, process, socket, errors)
+        server_started(address)
+        self._stop = weakref.finalize(self, _let_go, address, process, socket, errors)
         self._stop.atexit = False
         _running.add(self)
 
@@ -96,6 +99,7 @@ class Server:
     def stop(self) -> int:
         """Asks the server to end, waits for it, and returns its exit status."""
         self._stop()
+        server_ended(self.address, "its Server was stopped")
         return self.process.returncode
 
     def _leave_to_parent(self) -> None:
@@ -250,6 +254,11 @@ def _not_started(command: Sequence[str], what: str, status: Optional[int], stder
     error = NotStarted(f"{' '.join(command)}: {what}; {wrote}")
     error.status, error.stderr = status, stderr
     return error
+
+
+def _let_go(address: str, *server: Any) -> None:
+    _stop(*server)
+    server_ended(address, "nothing held what Server.start() returned, so the server ended: keep it in a variable or a `with`")
 
 
 def _stop(process: "subprocess.Popen[bytes]", socket: Path, errors: _Errors) -> None:

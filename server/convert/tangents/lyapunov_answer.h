@@ -54,7 +54,7 @@ class LyapunovAnswer {
   LyapunovDescription what_;
   std::string saved_;  ///< the content of the request's checkpoint
   std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
-  std::int64_t checkpoint_step_ = 0;  ///< of the last checkpoint
+  std::int64_t checkpoint_step_ = 0, covered_ = 0;  ///< at the last checkpoint
   std::unique_ptr<Simulation> simulation_;
   std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;

@@ -122,7 +122,20 @@ def in_plain_words(message: str, tls: Optional[bool] = None, asked: str = "") ->
     if reason == _CLOSES and tls is not None:
         reason += (", as a server does that asks clients for a certificate: give one in `tls`" if tls else
                    ", as a server with TLS does to a client without: give `tls`")
-    return f"cannot reach {address}: {reason}"
+    return f"cannot reach {address}: {reason}{_gone.get(asked, '')}"
+
+
+_gone: dict[str, str] = {}  #: why a server that this process started is gone, by its address
+
+
+def server_ended(address: str, why: str) -> None:
+    """Has errors say of the address why nothing answers there."""
+    _gone[address] = f"; {why}"
+
+
+def server_started(address: str) -> None:
+    """Ends what `server_ended` began."""
+    _gone.pop(address, None)
 
 
 def _accepts(address: str) -> bool:

@@ -122,9 +122,9 @@ class Held:
         return step_of(name, given, time, self._known_scene().step, self.epoch)
 
     def _range(self, to: Any, start: Any, every: Any, time: Any) -> tuple[int, int, int]:
-        """Returns the steps of a run as whole numbers. `every` 0 means 1."""
+        """Returns the steps of a run as whole numbers."""
         to, start = self._step_of("to", to, time), step_index("start", start)
-        return to, start, step_index("every", every) or 1
+        return to, start, step_index("every", every, 1)
 
     def _ask(self, rpc: str, request: Any, timeout: Optional[float]) -> Any:
         """Returns the reply of a unary call up to the step `request.to`."""
