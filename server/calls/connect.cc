@@ -94,7 +94,7 @@ grpc::Status ConnectCall::work() {
     const std::uint64_t workspace = connect_workspace(request_);
     const std::size_t at_once = searches_at_once(request_, workspace, host_.scheduler.threads(),
                                                  log_.account().memory().limit() / part_of_memory);
-    memory_.grow(at_once * workspace + waiting_answers_bytes(request_));
+    memory_.grow_to(memory_.bytes() + at_once * workspace + waiting_answers_bytes(request_));
     answer_.emplace(*std::move(task), memory_.bytes(), at_once);
   }
   using Clock = std::chrono::steady_clock;

@@ -47,10 +47,11 @@ grpc::Status refused(const ConversionRefusal& refusal) {
 
 grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
   const v1::Scene& given = request_.scene();
-  const auto resolved = read_scene(request_.has_scene(), given, "scene",
-                                   [&] { memory_.grow(choice_workspace(given)); });
+  const auto resolved = read_scene(request_.has_scene(), given, "scene", [&] {
+    memory_.grow_to(memory_.bytes() + choice_workspace(given));
+  });
   if (!resolved) return resolved.error();
-  memory_.grow(conversion_workspace(given));
+  memory_.grow_to(memory_.bytes() + conversion_workspace(given));
   const Scene& scene = resolved->scene;
   const Resolution& resolution = resolved->resolution;
   ConversionTarget target{request_.to()};

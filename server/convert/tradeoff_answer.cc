@@ -64,7 +64,7 @@ grpc::Status TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetu
   if (!request) return request.error();
   auto prepared = Tradeoff::prepare(*std::move(request));
   if (!prepared) return errors::invalid(prepared.error());
-  memory_.grow(tradeoff_workspace(request_.scene()));
+  memory_.grow_to(memory_.bytes() + tradeoff_workspace(request_.scene()));
   tradeoff_.emplace(*std::move(prepared));
   const auto solved = tradeoff_->solve_reference(stop);
   if (!solved) return errors::invalid(solved.error());

@@ -29,19 +29,19 @@ bool MemoryBudget::try_take_here(std::uint64_t bytes) noexcept {
   return true;
 }
 
-void MemoryBudget::take(std::uint64_t bytes) {
+void MemoryBudget::take(std::uint64_t bytes, std::uint64_t held) {
   failpoint("memory.take");
-  take_here(bytes);
+  take_here(bytes, held);
   if (!whole_) return;
   try {
-    whole_->take(bytes);
+    whole_->take(bytes, held);
   } catch (...) {
     used_.fetch_sub(bytes, std::memory_order_relaxed);
     throw;
   }
 }
 
-void MemoryBudget::take_here(std::uint64_t bytes) {
+void MemoryBudget::take_here(std::uint64_t bytes, std::uint64_t held) {
   if (try_take_here(bytes)) return;
   if (bytes <= limit_) {
     const std::lock_guard lock(reclaiming_);
@@ -54,7 +54,7 @@ void MemoryBudget::take_here(std::uint64_t bytes) {
     used_.fetch_add(bytes, std::memory_order_relaxed);
     return;
   }
-  throw MemoryExhausted(bytes, limit_ - std::min(used(), limit_), limit_, name_);
+  throw MemoryExhausted(held + bytes, held + limit_ - std::min(used(), limit_), limit_, name_);
 }
 
 MemoryLease MemoryLease::if_it_fits(MemoryBudget& budget, std::uint64_t bytes) {
@@ -73,8 +73,8 @@ MemoryLease& MemoryLease::operator=(MemoryLease&& other) noexcept {
   return *this;
 }
 
-void MemoryLease::grow(std::uint64_t more) {
-  budget_->take(more);
+void MemoryLease::grow(std::uint64_t more, std::uint64_t held) {
+  budget_->take(more, held);
   bytes_.fetch_add(more, std::memory_order_relaxed);
 }
 

@@ -71,7 +71,8 @@ class MemoryBudget {
   /// Takes the bytes if they fit, without giving up caches; returns false if they do not.
   bool try_take(std::uint64_t bytes) noexcept;
   /// Takes the bytes, giving up caches if need be. Throws MemoryExhausted if they still do not fit.
-  void take(std::uint64_t bytes);
+  /// `held`: the bytes that the same call holds already, for the exception.
+  void take(std::uint64_t bytes, std::uint64_t held = 0);
   void give_back(std::uint64_t bytes) noexcept {
     used_.fetch_sub(bytes, std::memory_order_relaxed);
     given_back_.fetch_add(bytes, std::memory_order_relaxed);
@@ -80,7 +81,7 @@ class MemoryBudget {
 
  private:
   bool try_take_here(std::uint64_t bytes) noexcept;
-  void take_here(std::uint64_t bytes);
+  void take_here(std::uint64_t bytes, std::uint64_t held);
 
   const std::uint64_t limit_;
   MemoryBudget* const whole_ = nullptr;
@@ -108,17 +109,19 @@ class MemoryLease {
 
   std::uint64_t bytes() const { return bytes_.load(std::memory_order_relaxed); }
   explicit operator bool() const { return budget_ != nullptr; }
-  /// Takes `more` bytes. Throws MemoryExhausted. The lease must have a budget.
-  void grow(std::uint64_t more);
-  /// Grows to at least `bytes` bytes. Throws MemoryExhausted.
+  /// Takes `more` bytes. Throws MemoryExhausted for `more`. The lease must have a budget.
+  void grow(std::uint64_t more) { grow(more, 0); }
+  /// Grows to at least `bytes` bytes. Throws MemoryExhausted for all of them.
   void grow_to(std::uint64_t bytes) {
     const std::uint64_t held = this->bytes();
-    if (bytes > held) grow(bytes - held);
+    if (bytes > held) grow(bytes - held, held);
   }
   /// Gives back `less` bytes, at most those held.
   void shrink(std::uint64_t less) noexcept;
 
  private:
+  void grow(std::uint64_t more, std::uint64_t held);
+
   MemoryBudget* budget_ = nullptr;
   std::atomic<std::uint64_t> bytes_ = 0;
 };

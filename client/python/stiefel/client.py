@@ -45,7 +45,8 @@ class Client:
 
     `address` is by default the environment variable STIEFEL_ADDRESS, or else 127.0.0.1:50551. `timeout` is the deadline
     in seconds of every call that does not get its own; None sets no deadline. A stream or a trajectory may take longer:
-    it goes on as long as samples arrive within `timeout` seconds. When the server of a session is lost, the client
+    it goes on as long as samples arrive within `timeout` seconds. A server that was reached and went is waited for until
+    the deadline, with a line on stderr after 3 s. When the server of a session is lost, the client
     creates the session again if it came from `create` or `fork`; it raises `BuildChanged` if a server of another build
     answers for the session, unless `any_build` is set. As a context manager the client closes itself at the end; a
     later call raises `Closed`. Thread-safe. A pickled client connects anew to the same address, and so does a

@@ -72,7 +72,7 @@ grpc::Status ConjugateAnswer::along_a_geodesic(const std::stop_token& stop,
   ray.time = request_.time();
   ray.stop = stop;
   if (!faults.empty()) return errors::invalid(faults.take());
-  memory_.grow(workspace());
+  memory_.grow_to(memory_.bytes() + workspace());
   const auto found = conjugate_points(ray);
   if (!found) return *refused(found.error());
   for (const ConjugatePoint& point : found->points) points_.push_back(message_of(point));
@@ -93,7 +93,7 @@ grpc::Status ConjugateAnswer::of_the_radius(const std::stop_token& stop,
     problem.starts = static_cast<int>(
         std::min<std::uint32_t>(request_.radius().starts(), RadiusProblem::most_starts + 1));
   problem.stop = stop;
-  memory_.grow(workspace());
+  memory_.grow_to(memory_.bytes() + workspace());
   const auto found = injectivity_radius(problem);
   if (!found) {
     const auto* invalid = std::get_if<refusal::Invalid>(&found.error());

@@ -204,8 +204,8 @@ void check_rights(const fs::path& file) {
   }
 }
 
-/// Throws std::runtime_error if the disk has no room for the reserve, or the file has as many pages
-/// as the limit allows and none of them is free.
+/// Throws std::runtime_error if the disk has no room for the reserve, or the file less than eight
+/// pages that are free or that the limit still allows.
 void check_space(const fs::path& file, std::uint64_t limit) {
   std::error_code absent;
   const auto reserved = fs::file_size(file.string() + "-reserve", absent);
@@ -218,7 +218,9 @@ void check_space(const fs::path& file, std::uint64_t limit) {
   const std::string header = header_of(file);
   const auto bits = static_cast<std::uint64_t>(header_number(header, page_size_at) & 0xFFFF);
   const std::uint64_t page = bits == 1 ? 65536 : bits;
-  if (header_number(header, free_pages_at) == 0 && fs::file_size(file) / page >= limit / page)
+  const std::uint64_t pages = fs::file_size(file) / page;
+  const std::uint64_t more = std::max(limit / page, pages) - pages;
+  if (more + static_cast<std::uint64_t>(header_number(header, free_pages_at)) < 8)
     throw std::runtime_error("there is no space: it has " + std::to_string(fs::file_size(file)) +
                              " bytes, its limit is " + std::to_string(limit));
 }
