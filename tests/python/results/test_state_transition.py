@@ -72,7 +72,7 @@ def test_a_covariance_is_moved(session):
 def test_a_covariance_of_angle_and_rate(client):
     """Against differences of bodies that are turned and spun otherwise at the start."""
     tensor, attitude, spin = [[3, 0.2, -0.1], [0.2, 2, 0.3], [-0.1, 0.3, 4]], exp(np.array([0.3, -0.2, 0.5])), np.array([0.1, 1, 0.2])
-    scene = {"system": "rigid_body", "method": {"name": "exact"}, "step": 0.1, "epoch": "2016-12-31T23:59:59 UTC"}
+    scene = {"system": "rigid_body", "method": {"name": "variational", "order": 4}, "step": 0.1, "epoch": "2016-12-31T23:59:59 UTC"}
 
     def ends(d):
         body = {"inertia_tensor": tensor, "attitude": attitude @ exp(d[:3] + 1e-30), "angular_velocity": spin + d[3:]}
