@@ -20,7 +20,7 @@ from stiefel._wire.recreating import route
 from stiefel._wire.replies import complete, described, require
 from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
-from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
+from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, Unavailable, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
 from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
 from stiefel.session import Session, created
@@ -242,7 +242,13 @@ class Client:
         instructions that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
         runs of each point; by default 3. The server's warnings are issued as `SceneWarning`.
         """
-        tradeoff = answers.tradeoff(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
+        deadline, pauses = self._connection.deadline(timeout), Pauses()
+        while True:
+            try:
+                tradeoff = answers.tradeoff(self.tradeoff_parts(scene, horizon, budget, repeats, deadline.left()))
+                break
+            except Unavailable as error:  # another server measures everything again
+                self._connection.pause(error, pauses, deadline)
         for text in tradeoff.setup.warnings:
             warn_of_scene(text)
         return tradeoff

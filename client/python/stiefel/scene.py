@@ -4,7 +4,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import reprlib
 from pathlib import Path
 from typing import Any, Mapping, Optional, Union
 
@@ -19,6 +18,7 @@ from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import parse
 from stiefel._given.normalized import normalized
 from stiefel._given.numbers import number, refused
+from stiefel._given.shown import shown
 from stiefel._given.typed import Scene
 from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, count_of, list_of, owner_of, unit_of
 from stiefel._given.velocities import MOMENTA, with_momenta
@@ -43,7 +43,7 @@ def to_message(scene: SceneLike) -> pb.Scene:
     Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. In `body`, `attitude`
     may be a rotation matrix, a Rotation of scipy or a quaternion in the `order` "xyzw", or `mrp` may stand instead, and
     `angular_velocity` or `angular_momentum` may be in the axes `frame`, as in `stiefel.body`. `normalize`: True makes an
-    initial state that was rounded to a few digits fit. Raises InvalidArgument that names the first wrong number, unit or
+    initial state that was rounded to a few digits fit, and a quaternion of any norm. `method` may be a name alone. Raises InvalidArgument that names the first wrong number, unit or
     shape, or the paths of all unknown keys and values of a wrong type.
 
     A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
@@ -59,7 +59,7 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     description = _by_name(scene if isinstance(scene, Mapping) else _read(scene), pb.Scene)
     epoch, normalize = description.pop("epoch", None), description.pop("normalize", None)
     if not isinstance(normalize, (bool, type(None))):
-        raise refused("scene.normalize", f"{reprlib.repr(normalize)}: must be true or false")
+        raise refused("scene.normalize", f"{shown(normalize)}: must be true or false")
     message = _message(description, bool(normalize))
     return normalized(message) if normalize else message, None if epoch is None else epoch_text(epoch)
 
@@ -88,6 +88,8 @@ def _message(description: dict[str, Any], normalize: bool) -> pb.Scene:
         blocks = with_momenta(description.get("system"), blocks, description.get("inertia"))
         arrays = {name: block for name, block in blocks.items() if not isinstance(block, Mapping)}
         description["initial"] = {name: block for name, block in blocks.items() if name not in arrays}
+    if isinstance(description.get("method"), str):
+        description["method"] = {"name": description["method"]}
     body = description.get("body")
     if isinstance(body, Mapping) and isinstance(body.get("body"), Mapping):
         raise refused("scene.body", "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
@@ -211,9 +213,11 @@ def _without_lists(owner: str, part: dict[str, Any], ensemble: Ensemble, message
     return rest
 
 
-def to_method(method: Mapping[str, Any]) -> pb.Method:
-    """Returns the message of a scene's `method`."""
+def to_method(method: Union[Mapping[str, Any], str]) -> pb.Method:
+    """Returns the message of a scene's `method`, a mapping or the name alone."""
     message = pb.Method()
+    if isinstance(method, str):
+        method = {"name": method}
     tolerance = method.get("tolerance") if isinstance(method, Mapping) else None
     if tolerance is not None:
         method = {**method, "tolerance": number("method.tolerance", tolerance)}
@@ -225,7 +229,7 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     """Reads the example of this name or a scene file. Raises OSError if that fails, and InvalidArgument if the file holds
     no JSON object."""
     if not isinstance(file, (str, os.PathLike)):
-        raise refused("scene", f"{reprlib.repr(file)}: must be a dict, the name of an example, the path of a scene file or a "
+        raise refused("scene", f"{shown(file)}: must be a dict, the name of an example, the path of a scene file or a "
                                "Scene message")
     if isinstance(file, str) and file in examples:
         if "system" not in (example := examples[file]):
@@ -243,7 +247,7 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     except ValueError as error:
         raise refused("scene", f"{file}: not JSON: {error}{saved}") from None
     if not isinstance(scene, dict):
-        raise refused("scene", f"{file}: {reprlib.repr(scene)}: must be an object: {{...}}")
+        raise refused("scene", f"{file}: {shown(scene)}: must be an object: {{...}}")
     return scene
 
 

@@ -2,25 +2,26 @@
 momentum in body or space axes, or the periods that an observer of light curves knows."""
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional
+from typing import Any, Mapping, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.attitudes import ORDERS, matrices, of_mrp, quaternions
 from stiefel._given.instants import epoch_text
+from stiefel._given.mappings import BESIDE
 from stiefel._given.numbers import SECONDS, number, numbers, refused
 from stiefel._given.shapes import of_solids, of_symmetric
-from stiefel._given.typed import Method, Scene
+from stiefel._given.typed import Method, MethodName, Scene
 
 FRAMES = ("body", "space")
-FORMS = ("order", "mrp", "angular_momentum", "frame")  #: of `body` in a scene, that no message has
+FORMS = BESIDE["Body"]  #: of `body` in a scene, that no message has
 _PLACES = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  #: of the matrix entries in Ixx, Iyy, Izz, Ixy, Ixz, Iyz
 
 
 def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = None, order: str = "wxyz", mrp: Any = None,
          angular_velocity: Any = None, angular_momentum: Any = None, frame: str = "body", normalize: bool = False,
-         step: Any = None, epoch: Any = None, horizon: Any = None, method: Optional[Method] = None, tolerance: Any = None,
+         step: Any = None, epoch: Any = None, horizon: Any = None, method: Union[Method, MethodName, None] = None, tolerance: Any = None,
          members: Optional[int] = None) -> Scene:
     """Returns the scene of a rigid body in three dimensions, in SI units and with the attitude from body to space axes.
 

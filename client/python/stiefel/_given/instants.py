@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import datetime
 import re
-import reprlib
 from fractions import Fraction
 from typing import Any, NamedTuple, Optional
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.numbers import SECONDS, numbers, refused
+from stiefel._given.shown import shown
 from stiefel.errors import InvalidArgument
 
 #: Days from which on TAI - UTC has the number of seconds, from the Earth orientation centre's Bulletin C.
@@ -83,7 +83,7 @@ def instant(path: str, given: Any, scale: str = "UTC", or_else: str = "") -> Ins
     """
     if hasattr(given, "isot") and hasattr(given, "scale"):
         if getattr(given, "shape", ()) != ():
-            raise refused(path, f"{reprlib.repr(given)}: must be one instant")
+            raise refused(path, f"{shown(given)}: must be one instant")
         return instant(path, str(type(given)(given, precision=9).isot) + " " + str(given.scale).upper())
     if isinstance(given, np.datetime64):
         given = str(given)
@@ -95,7 +95,7 @@ def instant(path: str, given: Any, scale: str = "UTC", or_else: str = "") -> Ins
         return given
     found = _ISO.fullmatch(given.strip()) if isinstance(given, str) else None
     if found is None:
-        raise refused(path, f"{reprlib.repr(given)}: must be {or_else}{_RULE}")
+        raise refused(path, f"{shown(given)}: must be {or_else}{_RULE}")
     try:
         year, month, day_of_month, day_of_year, hours, minutes, seconds, zone = found.groups()
         day = datetime.date(int(year), int(month or 1), int(day_of_month or 1)).toordinal() + int(day_of_year or 1) - 1
@@ -140,7 +140,7 @@ def seconds_of(path: str, given: Any, epoch: Optional[str]) -> NDArray[Any]:
         now = instant(path, given, start.scale, "numbers of seconds, a timedelta, a quantity of time, or ")
         seconds = now.since(start)
         if seconds is None:
-            raise refused(path, f"{reprlib.repr(given)}: cannot be compared with the epoch {epoch}: give both in one scale, "
+            raise refused(path, f"{shown(given)}: cannot be compared with the epoch {epoch}: give both in one scale, "
                                 "or the times as a Time of astropy")
         return np.array(seconds)
     several = isinstance(given, (list, tuple)) or kind in ("M", "U", "O")
@@ -170,7 +170,7 @@ def _has_instant(given: Any) -> bool:
 
 
 def _refuse(path: str, given: Any) -> Any:
-    raise refused(path, f"{reprlib.repr(given)}: must be one list of times")
+    raise refused(path, f"{shown(given)}: must be one list of times")
 
 
 def _without_epoch(path: str, given: Any) -> NDArray[Any]:

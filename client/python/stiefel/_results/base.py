@@ -3,13 +3,13 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-import reprlib
 from dataclasses import dataclass
 from typing import Any, Iterator, Mapping, Optional, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel._given.shown import shown
 from stiefel._results.html import Shown, of_fields
 
 N = TypeVar("N", bound="Named")
@@ -125,7 +125,7 @@ class Named(ByValue):
         except (KeyError, TypeError):
             there = ", ".join(self.fields) or "none"
             if not isinstance(name, str):
-                raise KeyError(f"no field {reprlib.repr(name)}: must be a name, one of {there}; a list of indices or a mask picks "
+                raise KeyError(f"no field {shown(name)}: must be a name, one of {there}; a list of indices or a mask picks "
                                "samples of a field's array: [name][mask]") from None
             raise KeyError(f"no field {name!r}; the fields are {there}; `fields={[name]!r}` asks for it if the system has it") from None
 
