@@ -69,10 +69,11 @@ def test_a_covariance_is_moved(session):
         session.covariance(np.eye(5), to=20)
 
 
-def test_a_covariance_of_angle_and_rate(client):
+@pytest.mark.parametrize("method", [{"name": "exact"}, {"name": "variational", "order": 4}], ids=lambda method: method["name"])
+def test_a_covariance_of_angle_and_rate(client, method):
     """Against differences of bodies that are turned and spun otherwise at the start."""
     tensor, attitude, spin = [[3, 0.2, -0.1], [0.2, 2, 0.3], [-0.1, 0.3, 4]], exp(np.array([0.3, -0.2, 0.5])), np.array([0.1, 1, 0.2])
-    scene = {"system": "rigid_body", "method": {"name": "variational", "order": 4}, "step": 0.1, "epoch": "2016-12-31T23:59:59 UTC"}
+    scene = {"system": "rigid_body", "method": method, "step": 0.1, "epoch": "2016-12-31T23:59:59 UTC"}
 
     def ends(d):
         body = {"inertia_tensor": tensor, "attitude": attitude @ exp(d[:3] + 1e-30), "angular_velocity": spin + d[3:]}
