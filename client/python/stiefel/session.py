@@ -23,7 +23,7 @@ from stiefel._wire.connection import Connection
 from stiefel._wire.driving import TOO_LARGE, Drive
 from stiefel._wire.growing import grown
 from stiefel._wire.held import Held
-from stiefel._wire.linearizing import linearized, put_vectors
+from stiefel._wire.linearizing import covariance, linearized, put_vectors
 from stiefel._wire.recreating import Recreation, is_loss, pause_after_loss, pauses, route
 from stiefel._wire.replies import described, run_status
 from stiefel._wire.times import between_steps, errors_at, trajectory
@@ -210,20 +210,13 @@ class Session(Held):
         put_vectors(request, vectors)
         return linearized(self._recreation, request, self._known_scene().step, timeout)
 
-    def covariance(self, P0: Any, to: Optional[int] = None, start: int = 0, every: int = 0,
-                   timeout: Optional[float] = None, time: Any = None) -> NDArray[np.float64]:
+    def covariance(self, P0: Any, to: Optional[int] = None, start: int = 0, every: int = 0, timeout: Optional[float] = None,
+                   time: Any = None, rates: bool = False, times: Any = None) -> NDArray[np.float64]:
         """Returns the covariance Phi P0 Phi^T of the state at step `to`, or at a `time`, to first order; `P0` is that at
         `start`. Both are in the coordinates of `state_transition`, for a body in three dimensions of (eta, dm): eta turns
-        the attitude about body axes. With `every` they are (results, d, d)."""
-        given = numbers("P0", P0)
-        moved = self.state_transition(to, start, every, timeout=timeout, time=time)
-        assert moved.matrix is not None
-        if moved.outcome is not Outcome.REACHED:
-            raise FailedPrecondition(f"the step cannot be reached: {moved.run_status.message}")
-        size = moved.matrix.shape[-1]
-        if given.shape != (size, size):
-            raise refused("P0", f"the shape {given.shape}: must be ({size}, {size})")
-        return np.asarray(moved.matrix @ given @ np.swapaxes(moved.matrix, -1, -2))
+        the attitude about body axes. `rates`: both are of (eta, domega), with dm = I domega. With `every`, and at `times`
+        that are steps', given as in `trajectory`, they are (results, d, d)."""
+        return covariance(self, P0, to, start, every, timeout, time, rates, times)
 
     def lyapunov(self, to: Optional[int] = None, count: Optional[int] = None, start: int = 0, every: int = 0,
                  interval: int = 0, seed: int = 0, checkpoint: bytes = b"", timeout: Optional[float] = None,

@@ -156,14 +156,15 @@ ConnectAnswer::Joined ConnectAnswer::joined(const std::stop_token& stop,
   }
   to_proto(run_status, response.mutable_run_status());
   demand_finite(finite && is_finite(response), response.mutable_run_status());
-  if (response.run_status().outcome() == v1::OUTCOME_SOLVER_STALLED)
-    response.mutable_run_status()->set_message(
-        task_.steps > 0
-            ? "no discrete geodesic from Q_0 to Q_T was found: the largest gradient of the best "
-              "path is " +
-                  to_text(response.residual(), 2)
-            : "no geodesic from Q_0 to Q_T was found: the best one ends " +
-                  to_text(response.residual(), 2) + " from Q_T");
+  if (response.run_status().outcome() == v1::OUTCOME_SOLVER_STALLED) {
+    const double residual = response.residual();  // infinite where no path came near
+    std::string said = "no geodesic from Q_0 to Q_T was found";
+    if (std::isfinite(residual))
+      said += (task_.steps > 0 ? "; the largest gradient of the best path is "
+                               : "; the best one misses Q_T by ") +
+              to_text(residual, 2);
+    response.mutable_run_status()->set_message(std::move(said));
+  }
   to_proto(whole_work, trajectory_bytes(task_), v1::PRICE_BOUND_AT_MOST, memory_,
            response.mutable_price());
   return joined;

@@ -1,4 +1,6 @@
 """The derivative of the computed steps, against differences of sessions."""
+import datetime
+
 import numpy as np
 import pytest
 
@@ -65,6 +67,47 @@ def test_a_covariance_is_moved(session):
     np.testing.assert_allclose(session.covariance(P0, to=20), Phi @ P0 @ Phi.T, rtol=1e-15)
     with pytest.raises(stiefel.InvalidArgument, match="P0"):
         session.covariance(np.eye(5), to=20)
+
+
+@pytest.mark.parametrize("method", [{"name": "exact"}, {"name": "variational", "order": 4}], ids=lambda method: method["name"])
+def test_a_covariance_of_angle_and_rate(client, method):
+    """Against differences of bodies that are turned and spun otherwise at the start."""
+    tensor, attitude, spin = [[3, 0.2, -0.1], [0.2, 2, 0.3], [-0.1, 0.3, 4]], exp(np.array([0.3, -0.2, 0.5])), np.array([0.1, 1, 0.2])
+    scene = {"system": "rigid_body", "method": method, "step": 0.1, "epoch": "2016-12-31T23:59:59 UTC"}
+
+    def ends(d):
+        body = {"inertia_tensor": tensor, "attitude": attitude @ exp(d[:3] + 1e-30), "angular_velocity": spin + d[3:]}
+        with client.create({**scene, "body": body}) as other:
+            state = other.step(to=40, fields=["Q", "angular_velocity"])
+        return state["Q"], state["angular_velocity"]
+
+    h, columns = 1e-4, []
+    Q = ends(np.zeros(6))[0]
+    for d in h * np.eye(6):
+        (plus, faster), (minus, slower) = ends(d), ends(-d)
+        eta = Q.T @ (plus - minus) / (2 * h)
+        columns.append(np.hstack([vee((eta - eta.T) / 2), (faster - slower) / (2 * h)]))
+    Phi, P0 = np.transpose(columns), np.diag([1e-6, 2e-6, 3e-6, 1e-4, 2e-4, 3e-4])
+    with client.create({**scene, "body": {"inertia_tensor": tensor, "attitude": attitude, "angular_velocity": spin}}) as session:
+        P = session.covariance(P0, to=40, rates=True)
+        np.testing.assert_allclose(P, Phi @ P0 @ Phi.T, atol=1e-6 * np.max(P))
+        several = session.covariance(P0, times=[4.0, 0, 1.5], rates=True)
+        assert several.shape == (3, 6, 6) and np.allclose(several[1], P0, rtol=1e-12, atol=1e-18)
+        np.testing.assert_allclose(several[0], P, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(several[2], session.covariance(P0, to=15, rates=True), rtol=1e-12, atol=1e-15)
+        instants = ["2017-01-01T00:00:02 UTC", datetime.datetime(2016, 12, 31, 23, 59, 59)]  # the last minute has 61 seconds
+        np.testing.assert_array_equal(session.covariance(P0, times=instants, rates=True), several[:2])
+        np.testing.assert_array_equal(session.covariance(P0, time=instants[0]), session.covariance(P0, to=40))
+        for more, field in (({"times": [0.1, 0.25]}, r"times\[1\]: 0.25: must be a whole number of steps"), ({"times": [1.0], "to": 3}, "to: 3: must be absent"),
+                            ({"times": [1.0], "start": 11}, "times: 1.0: is before step 11"), ({"times": []}, "times: the shape")):
+            with pytest.raises(stiefel.InvalidArgument, match=field):
+                session.covariance(P0, **more)
+
+
+def test_rates_are_of_a_body_in_three_dimensions(client):
+    scene = {"system": "symmetric_rigid_body", "step": 0.1, "inertia": [1, 2, 3], "initial": {"Q": np.eye(3), "M": [[0, 1, 2], [-1, 0, 3], [-2, -3, 0]]}}
+    with client.create(scene) as session, pytest.raises(stiefel.InvalidArgument, match="rates: True: must be False, because symmetric_rigid_body"):
+        session.covariance(np.eye(6), to=3, rates=True)
 
 
 def test_a_gradient_by_state_inertia_and_step(client, session):

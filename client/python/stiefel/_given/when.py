@@ -28,15 +28,23 @@ def in_steps(path: str, given: NDArray[Any], step: float) -> NDArray[Any]:
     return np.where(abs(steps - whole) <= 3 * 2**-53 * abs(whole), whole, steps)
 
 
-def time_of(time: Any, step: float, epoch: Optional[str]) -> tuple[float, float]:
+def time_of(time: Any, step: float, epoch: Optional[str], path: str = "time") -> tuple[float, float]:
     """Returns one time in seconds and in steps."""
-    seconds = seconds_of("time", time, epoch)
+    seconds = seconds_of(path, time, epoch)
     if seconds.ndim:
-        raise refused("time", f"the shape {seconds.shape}: must be one time; several are the `times` of a trajectory")
-    return float(seconds), float(in_steps("time", seconds, step))
+        raise refused(path, f"the shape {seconds.shape}: must be one time; several are the `times` of a trajectory")
+    return float(seconds), float(in_steps(path, seconds, step))
 
 
-def step_of(name: str, given: Any, time: Any, step: float, epoch: Optional[str]) -> int:
+def steps_of(times: Any, step: float, epoch: Optional[str]) -> NDArray[np.int64]:
+    """Returns the steps at times, each of which must be a step's."""
+    seconds = np.atleast_1d(seconds_of("times", times, epoch))
+    if seconds.ndim != 1 or not seconds.size:
+        raise refused("times", f"the shape {seconds.shape}: must be (times), one or more")
+    return np.array([step_of("to", None, one, step, None, f"times[{k}]") for k, one in enumerate(seconds)], np.int64)
+
+
+def step_of(name: str, given: Any, time: Any, step: float, epoch: Optional[str], path: str = "time") -> int:
     """Returns the step that the caller gives under `name`, or as a time, which must then be a step's."""
     if time is None:
         if given is None:
@@ -44,12 +52,12 @@ def step_of(name: str, given: Any, time: Any, step: float, epoch: Optional[str])
         return step_index(name, given)
     if given is not None:
         raise refused(name, f"{given!r}: must be absent where `time` is given")
-    seconds, steps = time_of(time, step, epoch)
+    seconds, steps = time_of(time, step, epoch, path)
     if steps < 0:
-        raise refused("time", f"{seconds!r}: must be 0 or have the sign of the scene's step {step!r}; `times` of a trajectory "
+        raise refused(path, f"{seconds!r}: must be 0 or have the sign of the scene's step {step!r}; `times` of a trajectory "
                               "may be on both sides of 0")
     if steps != round(steps):
-        raise refused("time", f"{seconds!r}: must be a whole number of steps of {step!r} s; the states next to it are at "
+        raise refused(path, f"{seconds!r}: must be a whole number of steps of {step!r} s; the states next to it are at "
                               f"{math.floor(steps) * step!r} and {math.ceil(steps) * step!r}. Session.step and "
                               "Session.trajectory take any time")
     return int(steps)

@@ -1,13 +1,15 @@
 """Error against cost on a scene, and its work-precision diagram."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
 from statistics import median
 from typing import Any, Optional
 
 from stiefel import v1 as pb
 from stiefel._results import diagram
 from stiefel._results.base import Ended, RunStatus
+from stiefel._results.extras import imported
 from stiefel._results.html import Shown
 
 __all__ = ["Point", "Tradeoff"]
@@ -74,6 +76,18 @@ class Tradeoff(Shown):
             lines += [f"  {what}: {p.family}, {p.substeps} substeps: error {p.error:.1e}, work {p.work:.1e}"
                       for p in ends if p.error is not None]
         return "\n".join(lines) + ">"
+
+    def to_dataframe(self) -> Any:
+        """Returns a `pandas.DataFrame` with a row for each point, whose `front` tells whether it is on the Pareto front, and
+        `cpu_seconds_per_second` the median; `to_latex` and others of pandas write it. `attrs` has horizon, reference error and
+        machine."""
+        pandas = imported("pandas", "pandas")
+        rows = [{**{field.name: getattr(p, field.name) for field in fields(p) if field.name != "run_status"}, "error": p.error,
+                 "cpu_seconds_per_second": median(p.cpu_seconds_per_second or (math.nan,)), "front": p in self.front,
+                 "outcome": str(p.outcome)} for p in self.points]
+        frame = pandas.DataFrame(rows).astype({name: float for name in ("tolerance", "attitude_error", "momentum_error", "error")})
+        frame.attrs.update({name: getattr(self.setup, name) for name in ("horizon", "reference_error", "machine", "numerics_id")})
+        return frame
 
     def plot(self, axes: Any = None, cost: str = "work", error: str = "error") -> Any:
         """Plots the work-precision diagram, error over cost in logarithmic scales, and returns the axes.

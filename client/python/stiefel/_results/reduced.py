@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.numbers import numbers
+from stiefel._results import diagram
 from stiefel._results.base import Array, ByValue, Ended, Named, Price, RunStatus
+from stiefel._results.extras import imported
 
 __all__ = ["Events", "LyapunovSpectrum", "Section", "StateTransition", "Summary", "Verdict"]
 
@@ -78,6 +80,21 @@ class Section(Events):
         return part if isinstance(which, str) else Section(
             part.event, part.step, part.fraction, part.time, part.member, part.fields, part.run_status, self.points[which],
             self.residual[which])
+
+    def plot(self, axes: Any = None, x: int = 0, y: int = 1, **look: Any) -> Any:
+        """Draws column `y` of `points` over column `x`, each member of an ensemble in a colour of its own, and returns the axes.
+
+        `axes`: the matplotlib axes to use; new ones by default. `look`: what its `plot` takes, such as `markersize`. Raises
+        ValueError where `poincare` was not asked for such coordinates. Needs matplotlib: stiefel[plot].
+        """
+        columns = self.points.shape[-1]
+        if not (0 <= x < columns and 0 <= y < columns):
+            raise ValueError(f"x, y: {x}, {y}: must be columns of points, of which there are {columns}: give `coordinates` to poincare")
+        axes = imported("matplotlib.pyplot", "plot").subplots(layout="constrained")[1] if axes is None else axes
+        members = np.zeros(len(self)) if self.member is None else self.member
+        for member in np.unique(members):
+            axes.plot(*self.points[members == member][:, [x, y]].T, **{"ls": "", "marker": ".", "markersize": 2.0, **look})
+        return axes
 
     def __repr__(self) -> str:
         return super().__repr__().replace("Events", "Section").replace(" zero", " crossing")
@@ -162,6 +179,19 @@ class LyapunovSpectrum(Ended, ByValue):
     def gali(self) -> Array:
         """GALI_2 ... GALI_k: the volumes of the first j vectors, each of length 1 but not orthonormalised."""
         return np.asarray(np.exp(self.log_gali))
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws the exponents over the time from the start, the `history` that `every` keeps, with the error bars of the last,
+        and returns the axes. `axes`: the matplotlib axes to use; new ones by default. Needs matplotlib: stiefel[plot]."""
+        axes = imported("matplotlib.pyplot", "plot").subplots(layout="constrained")[1] if axes is None else axes
+        for k, values in enumerate(self.history.T):
+            axes.errorbar(self.times[-1:], values[-1:], self.errors[k:k + 1], color=diagram.COLOURS[k % len(diagram.COLOURS)], capsize=3)
+            axes.plot(self.times, values, label=f"$\\lambda_{{{k + 1}}}$", **diagram.line(k))
+        axes.axhline(0, color="0.6", lw=0.8, zorder=0)
+        axes.set(xscale="log", xlabel="time", ylabel="exponent, 1/time", title=str(self.verdict))
+        if 0 < len(self.exponents) <= 12:
+            axes.legend(fontsize="small")
+        return axes
 
     def __repr__(self) -> str:
         largest = f", largest exponent {self.exponents[0]:.3g}" if len(self.exponents) else ""

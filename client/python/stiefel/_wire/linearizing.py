@@ -7,13 +7,15 @@ from typing import Any, Optional
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel._given.numbers import numbers, refused
+from stiefel._given.numbers import numbers, refused, step_index
+from stiefel._given.when import steps_of
 from stiefel._results.base import Array, Outcome, Price, RunStatus
+from stiefel._results.body import principal
 from stiefel._wire import replies
 from stiefel._wire.arrays import Assembly, set_tensor
 from stiefel._wire.recreating import Attempts, Recreation
 from stiefel._wire.replies import complete, ends_at, require
-from stiefel.errors import StiefelError
+from stiefel.errors import FailedPrecondition, StiefelError
 from stiefel.results import StateTransition
 
 
@@ -38,6 +40,34 @@ def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, ti
         except StiefelError as broken:
             error: StiefelError = broken
         attempts.again(error)
+
+
+def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int, timeout: Optional[float], time: Any,
+               rates: bool, times: Any) -> Array:
+    """Does what `Session.covariance` says."""
+    given, scene, which = numbers("P0", P0), session._known_scene(), slice(None)
+    if times is not None:
+        for name, value in (("to", to), ("time", time), ("every", every or None)):
+            if value is not None:
+                raise refused(name, f"{value!r}: must be absent where `times` are given")
+        after = steps_of(times, scene.step, session.epoch) - step_index("start", start)
+        if after.min() < 0:
+            raise refused("times", f"{float(after.min() + start) * scene.step!r}: is before step {start}, where P0 is given")
+        every = int(np.gcd.reduce(after)) or 1
+        to, which = int(after.max()) + start, after // every
+    moved = session.state_transition(to, start, every, timeout=timeout, time=time)
+    if moved.outcome is not Outcome.REACHED:
+        raise FailedPrecondition(f"the step cannot be reached: {moved.run_status.message}")
+    Phi, size = moved.matrix, moved.matrix.shape[-1]
+    if given.shape != (size, size):
+        raise refused("P0", f"the shape {given.shape}: must be ({size}, {size})")
+    if rates:
+        if size != 6 or scene.system not in ("rigid_body", "right_rigid_body", "moser_veselov"):
+            raise refused("rates", f"True: must be False, because {scene.system} has no attitude and momentum of a body in 3D")
+        momentum = np.eye(6)
+        momentum[3:, 3:] = principal(session.scene, None).momentum(np.eye(3))
+        Phi = np.linalg.solve(momentum, Phi @ momentum)
+    return np.asarray((Phi @ given @ np.swapaxes(Phi, -1, -2))[which])
 
 
 def _read(handle: Recreation, request: pb.LinearizeRequest, step: float, timeout: Optional[float]) -> StateTransition:
