@@ -1,6 +1,7 @@
 #include "engine/run/ensemble.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "engine/catalogue/system_entry.h"
@@ -57,24 +58,59 @@ std::int64_t Ensemble::map_steps() const {
 
 RunStatus Ensemble::advance(std::int64_t steps, const std::stop_token& stop) {
   if (steps == 0) return {};
-  go(steps, stop);
-  const auto first = std::ranges::min_element(groups_, {}, &Group::reached);
-  if (first->reached == steps) {
-    step_ += steps;
-    return {};
-  }
-  const RunStatus status = first->status;
-  const std::int64_t reached = first->reached;
-  for (Group& group : groups_) put_back(group, group.before);
-  if (stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
-  go(reached, {});
-  step_ += reached;
-  return status;
+  while (true)
+    if (const auto status = advance_slice(steps, std::numeric_limits<double>::infinity(), stop))
+      return *status;
 }
 
-void Ensemble::go(std::int64_t steps, const std::stop_token& stop) {
-  const double all = direct() ? step_cost_ : step_cost_ * static_cast<double>(steps);
-  for_each_in_parallel(std::span(groups_), all, [&](Group& group) {
+std::optional<RunStatus> Ensemble::advance_slice(std::int64_t steps, double slice,
+                                                 const std::stop_token& stop) {
+  if (!round_) {
+    const double most = Rounds::steps(groups_.size(), slice), all = static_cast<double>(steps);
+    round_ = Round{direct() || all <= most ? steps : static_cast<std::int64_t>(most)};
+  }
+  const double of_group = direct() ? 1 : static_cast<double>(round_->steps);
+  const auto part = rounds_.next(std::span(groups_), of_group, slice);
+  go(part, stop);
+  rounds_.pass(part.size(), groups_.size());
+  for (const Group& group : part) {
+    if (group.reached >= round_->steps) continue;
+    // The other members go no further; in the end all go back, and then to this step.
+    round_ = Round{group.reached, group.status, true};
+  }
+  if (round_->again && stop.stop_requested()) {
+    turn_back();
+    return RunStatus{Outcome::cancelled, std::nullopt};
+  }
+  if (!rounds_.aligned()) return std::nullopt;
+  const Round round = *round_;
+  if (round.again) turn_back();
+  if (round.again && round.steps > 0) {
+    round_ = Round{round.steps, round.status};
+    return std::nullopt;
+  }
+  round_.reset();
+  step_ += round.steps;
+  return round.status;
+}
+
+void Ensemble::turn_back() {
+  if (!round_) return;
+  const std::size_t moved = rounds_.aligned() ? groups_.size() : rounds_.passed();
+  for (Group& group : std::span(groups_).first(moved)) put_back(group, group.before);
+  give_up_round();
+}
+
+void Ensemble::give_up_round() {
+  rounds_.give_up();
+  round_.reset();
+}
+
+void Ensemble::go(std::span<Group> groups, const std::stop_token& stop) {
+  const std::int64_t steps = round_->steps;
+  const double part = static_cast<double>(groups.size()) / static_cast<double>(groups_.size());
+  const double of_group = direct() ? 1 : static_cast<double>(steps);
+  for_each_in_parallel(groups, part * step_cost_ * of_group, [&](Group& group) {
     group.reached = steps;
     if (group.packed) {
       group.before = group.states;
@@ -137,13 +173,11 @@ void Ensemble::put_back(Group& group, std::span<const double> states) {
   group.stale = true;
 }
 
-void Ensemble::bring_up_to_date() const {
-  for (const Group& group : groups_) {
-    if (!std::exchange(group.stale, false)) continue;
-    const auto states = std::span(group.states);
-    for (std::size_t k = 0; k < group.count; ++k)
-      members_[group.first + k]->restore(step_, states.subspan(each_saved_ * k, each_saved_));
-  }
+void Ensemble::bring_up_to_date(const Group& group) const {
+  if (!std::exchange(group.stale, false)) return;
+  const auto states = std::span(group.states);
+  for (std::size_t k = 0; k < group.count; ++k)
+    members_[group.first + k]->restore(step_, states.subspan(each_saved_ * k, each_saved_));
 }
 
 void Ensemble::save(std::span<double> out) const {
@@ -158,14 +192,20 @@ void Ensemble::save(std::span<double> out) const {
 
 void Ensemble::restore(std::int64_t step, std::span<const double> saved) {
   step_ = step;
+  give_up_round();
   for (Group& group : groups_)
     put_back(group, saved.subspan(each_saved_ * group.first, each_saved_ * group.count));
 }
 
 void Ensemble::write(std::size_t index, std::span<double> out) const {
+  constexpr double of_member = 100;  // nanoseconds
   const auto each = static_cast<std::size_t>(members_.front()->fields()[index].size());
-  std::size_t b = 0;
-  for (const auto& member : members()) member->write(index, out.subspan(each * b++, each));
+  for_each_in_parallel(std::span(groups_), of_member * static_cast<double>(members_.size()),
+                       [&](const Group& group) {
+                         bring_up_to_date(group);
+                         for (std::size_t b = group.first; b < group.first + group.count; ++b)
+                           members_[b]->write(index, out.subspan(each * b, each));
+                       });
 }
 
 std::optional<double> Ensemble::orthogonality() const {

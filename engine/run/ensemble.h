@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/run/packed_bodies.h"
+#include "engine/run/rounds.h"
 #include "engine/stepping/invariant_list.h"
 #include "stiefel/simulation.h"
 
@@ -8,8 +9,8 @@ namespace stiefel {
 
 /// The Simulation of an ensemble: all its members at one step, each with the bits that it has
 /// alone. It advances on all cores, and bodies in three or four dimensions side by side in vector
-/// registers. When a member stops, all members stop at the last step that every one of them
-/// reached.
+/// registers; in slices by Rounds. When a member stops, all members stop at the last step that
+/// every one of them reached.
 class Ensemble final : public Simulation {
  public:
   explicit Ensemble(const Members& scenes);
@@ -18,6 +19,9 @@ class Ensemble final : public Simulation {
   bool direct() const override { return members_.front()->direct(); }
   std::int64_t map_steps() const override;
   RunStatus advance(std::int64_t steps, const std::stop_token& stop) override;
+  std::optional<RunStatus> advance_slice(std::int64_t steps, double slice,
+                                         const std::stop_token& stop) override;
+  void turn_back() override;
 
   std::size_t saved_size() const override { return each_saved_ * members_.size(); }
   void save(std::span<double> out) const override;
@@ -35,7 +39,7 @@ class Ensemble final : public Simulation {
     return std::nullopt;
   }
   std::span<const std::unique_ptr<Simulation>> members() const override {
-    bring_up_to_date();
+    for (const Group& group : groups_) bring_up_to_date(group);
     return members_;
   }
   double step_cost() const override { return step_cost_; }
@@ -47,12 +51,18 @@ class Ensemble final : public Simulation {
   struct Group {
     std::size_t first, count;
     std::unique_ptr<PackedBodies> packed = nullptr;
-    std::vector<double> states = {}, before = {};  ///< states now, and before the last advance
+    std::vector<double> states = {}, before = {};  ///< states now, and before the last round
     mutable bool stale = false;
     std::int64_t packed_steps = 0;
-    /// Number of steps of the last advance, and why it ended.
+    /// Number of steps of the last round, and why it ended.
     std::int64_t reached = 0;
     RunStatus status = {};
+  };
+
+  struct Round {
+    std::int64_t steps;
+    RunStatus status = {};  ///< with which it ends
+    bool again = false;     ///< whether a member stopped after `steps`
   };
 
   template <class Scenes>
@@ -63,9 +73,11 @@ class Ensemble final : public Simulation {
   void put_back(Group& group, std::span<const double> states);
   /// Copies the last member's state to the lanes that have no member.
   void fill_lanes(Group& group) const;
-  void bring_up_to_date() const;
-  /// Advances all groups independently, in parallel.
-  void go(std::int64_t steps, const std::stop_token& stop);
+  /// Sets the simulations of the group's members to its states.
+  void bring_up_to_date(const Group& group) const;
+  /// Advances these groups independently, in parallel, to the end of the round.
+  void go(std::span<Group> groups, const std::stop_token& stop);
+  void give_up_round();
   void go_packed(Group& group, std::int64_t steps, const std::stop_token& stop);
   /// Advances member `index` by up to `steps`. Returns false, and sets the group's run status, when
   /// the member stopped.
@@ -76,6 +88,8 @@ class Ensemble final : public Simulation {
   std::vector<Group> groups_;
   std::size_t each_saved_ = 0;
   double step_cost_ = 0;
+  Rounds rounds_;
+  std::optional<Round> round_;  ///< that is under way
 };
 
 }  // namespace stiefel

@@ -5,6 +5,12 @@
 
 namespace stiefel {
 
+std::optional<RunStatus> Simulation::advance_slice(std::int64_t steps, double slice,
+                                                   const std::stop_token& stop) {
+  const bool all = direct() || static_cast<double>(steps) <= slice;
+  return advance(all ? steps : static_cast<std::int64_t>(std::max(slice, 1.0)), stop);
+}
+
 Eigen::MatrixXd Simulation::get(std::string_view name) const {
   const auto field = std::ranges::find(fields_, name, &Field::name);
   if (field == fields_.end())

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
 #include "engine/numbers/parallel.h"
 #include "engine/run/groups.h"
+#include "engine/run/rounds.h"
 #include "engine/summary/member_group.h"
 
 namespace stiefel {
@@ -14,8 +14,6 @@ namespace {
 
 /// Most numbers of events and states that wait to be taken; more end the slice. 16 MiB.
 constexpr std::size_t most_waiting = std::size_t{1} << 21;
-/// Least number of groups in a part, enough for every core, and most parts.
-constexpr std::size_t least_part = 16, most_parts = 16;
 
 std::vector<double> empty_state(std::size_t size) {
   return std::vector<double>(size, canonical(NAN));
@@ -33,9 +31,10 @@ struct Summary::Parts {
   bool direct = false;
   double step_cost = 0;  ///< nanoseconds for a step of all members, without the reading
   std::int64_t step = 0, computed_before = 0;
+  Rounds rounds = {};
+  bool in_round = false;       ///< whether some groups are to advance to `round_end`
   std::int64_t round_end = 0;  ///< step to which the groups advance, one part of them after another
-  std::size_t groups_at_round_end = 0;  ///< 0 also when all groups have reached it
-  std::size_t next_time = 0;
+  std::size_t next_time = 0, first_time = 0, first_state = 0;  ///< the first ones of the round
   bool interrupted = false;
   std::vector<Event> events = {};
   std::vector<StateAtTime> states = {};
@@ -58,33 +57,28 @@ struct Summary::Parts {
   }
 
   bool done() const {
-    return std::ranges::all_of(groups, [](const auto& group) { return group->done(); });
+    return !in_round &&
+           std::ranges::all_of(groups, [](const auto& group) { return group->done(); });
   }
 
-  /// Returns the number of parts in which the groups advance. With events or times it is 1: events
-  /// and states are reported in the order of steps, so all groups must advance together.
-  std::size_t parts() const {
-    if (!plan.what.events.empty() || !plan.times.empty()) return 1;
-    return std::clamp(groups.size() / least_part, std::size_t{1}, most_parts);
+  /// Returns how many steps of a closed form are computed as one.
+  std::int64_t jump() const {
+    const std::int64_t jump = plan.reads_on_the_way ? plan.what.every : plan.what.to - step;
+    return direct && plan.what.events.empty() ? std::max<std::int64_t>(jump, 1) : 1;
   }
 
-  /// Number of groups in a part; the last part may have fewer.
-  std::size_t width() const { return (groups.size() + parts() - 1) / parts(); }
-
-  /// Returns the step at which an advance by `steps` ends.
-  std::int64_t target(std::int64_t steps, std::int64_t bound) const {
+  /// Returns the step at which a round ends that begins with a slice of so many steps.
+  std::int64_t target(double slice, std::int64_t bound) const {
     const SummaryDescription& what = plan.what;
     bound = std::min(bound, what.to);
+    double steps = Rounds::steps(groups.size(), slice);
     if (!what.events.empty()) {
       const std::size_t each = members * what.events.size() * (plan.state_size + 8);
-      steps = std::min(steps, static_cast<std::int64_t>(most_waiting / each) + 1);
-    } else if (direct) {
-      // With a closed form, a jump of any length costs as much as a step.
-      const std::int64_t jump = plan.reads_on_the_way ? what.every : what.to - step;
-      if (jump > 0 && steps > (bound - step) / jump) return bound;
-      steps *= std::max<std::int64_t>(jump, 1);
+      steps = std::min(steps, static_cast<double>(most_waiting / each + 1));
     }
-    std::int64_t to = bound - step < steps ? bound : step + steps;
+    steps = std::floor(steps) * static_cast<double>(jump());
+    std::int64_t to =
+        steps < static_cast<double>(bound - step) ? step + static_cast<std::int64_t>(steps) : bound;
     const std::size_t most = most_waiting / std::max<std::size_t>(1, members * plan.state_size);
     if (plan.times.size() - next_time > most)
       to = std::min(
@@ -92,17 +86,31 @@ struct Summary::Parts {
     return std::max(to, step);
   }
 
-  /// Appends empty states for the times up to step `to`, and returns them.
-  std::span<StateAtTime> make_room(std::int64_t to) {
-    const std::size_t first = states.size();
-    for (; next_time < plan.times.size() && plan.times[next_time].arrival <= to; ++next_time)
+  /// Returns the steps of the round, those of a jump as one.
+  double round_steps() const {
+    return std::ceil(static_cast<double>(round_end - step) / static_cast<double>(jump()));
+  }
+
+  /// Begins a round with a slice of so many steps, and appends empty states for its times.
+  void begin_round(double slice, std::int64_t bound) {
+    in_round = true;
+    round_end = target(slice, bound);
+    first_time = next_time;
+    first_state = states.size();
+    for (; next_time < plan.times.size() && plan.times[next_time].arrival <= round_end; ++next_time)
       states.push_back({plan.times[next_time].before, plan.what.times[next_time],
                         empty_state(members * plan.state_size)});
-    return std::span(states).subspan(first);
+  }
+
+  void end_round() {
+    in_round = false;
+    step = round_end;
+    collect_events();
+    if (done()) drop_unreached();
   }
 
   /// Removes the states at times that no member reached; called when the summary is done.
-  void drop_unreached(std::size_t first_time) {
+  void drop_unreached() {
     std::size_t reached = first_time;
     for (const auto& group : groups) reached = std::max(reached, group->times_reached());
     states.resize(states.size() - (next_time - reached));
@@ -158,45 +166,40 @@ void Summary::start_at(std::int64_t step, std::span<const double> saved) {
   }
 }
 
-void Summary::advance(std::int64_t steps, std::int64_t bound, const std::stop_token& stop) {
+void Summary::advance(double slice, std::int64_t bound, const std::stop_token& stop) {
   Parts& all = *parts_;
-  const std::size_t count = all.groups.size();
-  if (all.groups_at_round_end == 0) {
-    constexpr auto most = std::numeric_limits<std::int64_t>::max();
-    const auto times = static_cast<std::int64_t>(all.parts());
-    all.round_end = all.target(steps > most / times ? most : steps * times, bound);
-  }
-  const std::size_t end = std::min(count, all.groups_at_round_end + all.width());
-  const std::size_t first_time = all.next_time;
-  const auto states = all.make_room(all.round_end);
-  const std::span part =
-      std::span(all.groups).subspan(all.groups_at_round_end, end - all.groups_at_round_end);
-  const double share = static_cast<double>(part.size()) / static_cast<double>(count);
-  const double nanoseconds = share * all.step_cost * static_cast<double>(all.round_end - all.step);
+  if (!all.in_round) all.begin_round(slice, bound);
+  const std::span groups(all.groups);
+  const auto part = all.rounds.next(groups, all.round_steps(), slice);
+  const auto states = std::span(all.states).subspan(all.first_state);
+  const double share = static_cast<double>(part.size()) / static_cast<double>(groups.size());
+  const double nanoseconds = share * all.step_cost * all.round_steps();
   for_each_in_parallel(part, nanoseconds, [&](const std::unique_ptr<MemberGroup>& group) {
-    group->advance(all.round_end, first_time, states, stop);
+    group->advance(all.round_end, all.first_time, states, stop);
   });
-  all.collect_events();
-  if (all.done()) all.drop_unreached(first_time);
   all.interrupted =
-      std::ranges::any_of(all.groups, [](const auto& group) { return group->interrupted(); });
+      std::ranges::any_of(part, [](const auto& group) { return group->interrupted(); });
   if (all.interrupted) return;
-  all.groups_at_round_end = end < count ? end : 0;
-  if (all.groups_at_round_end == 0) all.step = all.round_end;
+  all.rounds.pass(part.size(), groups.size());
+  if (all.rounds.aligned()) all.end_round();
 }
 
 void Summary::cancel() {
   for (const auto& group : parts_->groups) group->cancel();
+  parts_->rounds.give_up();
+  parts_->in_round = false;
 }
 
 std::int64_t Summary::step() const { return parts_->step; }
 bool Summary::done() const { return parts_->done(); }
 bool Summary::interrupted() const { return parts_->interrupted; }
-std::size_t Summary::width() const { return parts_->width(); }
-bool Summary::aligned() const { return !parts_->interrupted && parts_->groups_at_round_end == 0; }
+bool Summary::aligned() const { return !parts_->in_round; }
 
 std::vector<Event> Summary::take_events() { return std::exchange(parts_->events, {}); }
-std::vector<StateAtTime> Summary::take_states() { return std::exchange(parts_->states, {}); }
+std::vector<StateAtTime> Summary::take_states() {
+  if (parts_->in_round) return {};
+  return std::exchange(parts_->states, {});
+}
 
 RunStatus Summary::status() const {
   std::size_t member = 0;

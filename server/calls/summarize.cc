@@ -16,10 +16,6 @@ namespace {
 
 /// The slices after which a message reports the progress if there is nothing else to send.
 constexpr int slices_between_messages = 256;
-/// A slice of an ensemble takes longer than one of a single motion, so that each group of members
-/// computes for about 0.1 ms once it was fetched from memory: by the number of groups divided by
-/// `groups_in_a_slice`, at least 1 and at most `longest` times.
-constexpr std::size_t groups_in_a_slice = 16, longest = 16;
 
 /// The most members of an ensemble whose simulation takes at most a slice of work to make.
 constexpr std::size_t few_members = 64;
@@ -47,6 +43,7 @@ class SummarizeCall final : public SlicedStream<v1::SummarizeResponse> {
   grpc::Status make() override {
     return until_stopped([this] { return answer_->make(); });
   }
+  bool save() override { return answer_->save(); }
   std::expected<Progress, grpc::Status> slice(v1::SummarizeResponse& message) override;
   void free() noexcept override { answer_.reset(); }
   std::int64_t computed_steps() const override { return answer_ ? answer_->computed_steps() : 0; }
@@ -56,7 +53,7 @@ class SummarizeCall final : public SlicedStream<v1::SummarizeResponse> {
   /// Returns what `part` of the preparation returns, or the status of a stopped call.
   template <class Part>
   grpc::Status until_stopped(Part part) const {
-    return stoppable(stop(), part).value_or(stopped(host_.lifecycle));
+    return stoppable(stop(), part).value_or(errors::cancelled());
   }
   grpc::Status work();
   grpc::Status start();
@@ -64,16 +61,14 @@ class SummarizeCall final : public SlicedStream<v1::SummarizeResponse> {
 
   const double step_cost_;  // nanoseconds, with the reading
   std::optional<SummarizeAnswer> answer_;
-  int longer_ = 1;          // the factor by which slices are longer than those of a single motion
-  std::int64_t steps_ = 1;  // of a slice
+  double steps_ = 1;  // of a slice
   int slices_ = 0;
 };
 
 std::expected<Progress, grpc::Status> SummarizeCall::slice(v1::SummarizeResponse& message) {
   if (needs_more_slices())
     if (const auto status = work(); !status.ok()) return std::unexpected(status);
-  if (needs_more_slices() && slices_ < slices_between_messages / longer_)
-    return Progress::no_message;
+  if (needs_more_slices() && slices_ < slices_between_messages) return Progress::no_message;
   failpoint("call.summary_message");
   slices_ = 0;
   return answer_->next(message) ? Progress::last_message : Progress::message;
@@ -86,23 +81,15 @@ grpc::Status SummarizeCall::work() {
   if (!answer_->started()) return start();
   if (answer_->price_reached()) return errors::price_reached(*answer_->price_reached());
   ++slices_;
-  if (host_.lifecycle.stopping()) {
-    // A checkpoint can be made only when all members are at one step.
-    if (!answer_->aligned()) return errors::shutting_down();
-    answer_->cut_short();
-  } else {
-    advance();
-  }
-  // A reading that the server's stop interrupted may be incomplete.
-  return answer_->interrupted() ? errors::shutting_down() : grpc::Status::OK;
+  advance();
+  // A reading that a stop interrupted may be incomplete.
+  return answer_->interrupted() ? errors::cancelled() : grpc::Status::OK;
 }
 
 grpc::Status SummarizeCall::start() {
   if (const auto status = until_stopped([this] { return answer_->start(); }); !status.ok())
     return status;
-  longer_ =
-      static_cast<int>(std::clamp<std::size_t>(answer_->width() / groups_in_a_slice, 1, longest));
-  steps_ = slice_steps(step_cost_);
+  steps_ = slice_fraction(step_cost_);
   return grpc::Status::OK;
 }
 
@@ -112,13 +99,13 @@ void SummarizeCall::advance() {
   using Clock = std::chrono::steady_clock;
   const auto before = Clock::now();
   // A slice on the worker kept for short calls is shorter.
-  const std::int64_t most = longer_ * slice_steps(step_cost_);
+  const double most = slice_fraction(step_cost_);
   steps_ = std::min(steps_, most);
   answer_->advance(steps_, stop());
   const std::chrono::duration<double, std::nano> taken = Clock::now() - before;
-  if (taken.count() > 2 * longer_ * slice_nanoseconds)
-    steps_ = std::max<std::int64_t>(1, steps_ / 2);
-  else if (taken.count() < longer_ * slice_nanoseconds / 2)
+  if (taken.count() > 2 * slice_nanoseconds)
+    steps_ = std::max(steps_ / 2, std::min(most, 1.0));
+  else if (taken.count() < slice_nanoseconds / 2)
     steps_ = std::min(2 * steps_, most);
   if (!answer_->interrupted()) answer_->collect();
 }

@@ -43,18 +43,16 @@ class SummarizeAnswer {
 
   // The functions below need a start that succeeded, unless they say otherwise.
 
-  /// Advances by at most `steps` steps, and neither beyond the step of the next checkpoint nor far
-  /// beyond the price.
-  void advance(std::int64_t steps, const std::stop_token& stop);
+  /// Advances by a slice of so many steps, see Summary::advance, and neither beyond the step of the
+  /// next checkpoint nor far beyond the price.
+  void advance(double slice, const std::stop_token& stop);
   /// Collects for the messages what was found on the way: events, states, a checkpoint that is due
   /// or with which the call ends at its price and, at the end, the statistics.
   void collect();
-  /// Ends the summary for a server that stops: with what there is and, on request, a checkpoint
-  /// from which another server goes on. Needs `aligned()`.
-  void cut_short();
+  /// Makes a last checkpoint, if the request asks for any and all members are at one step. Returns
+  /// whether there is anything to send. May be called before the start.
+  bool save();
 
-  /// Whether all members are at one step.
-  bool aligned() const { return summary_->aligned(); }
   /// Whether a stop interrupted a reading, which may then be incomplete.
   bool interrupted() const { return summary_->interrupted(); }
   /// Whether nothing is left to compute. False before the start.
@@ -62,8 +60,6 @@ class SummarizeAnswer {
   /// Set when the steps have taken the price of the call (attempts.h), which is to end with it once
   /// there are no more results to send.
   const std::optional<PriceReached>& price_reached() const { return price_reached_; }
-  /// The groups of members that advance together.
-  std::size_t width() const { return summary_->width(); }
   /// 0 before the start.
   std::int64_t computed_steps() const { return summary_ ? summary_->computed_steps() : 0; }
   const Session& session() const { return *session_; }

@@ -288,15 +288,19 @@ void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* cont
   const bool may_have_more =
       threads_at_hand() > 1 + leader.helpers.load(std::memory_order_relaxed) ||
       of_portion > slice_nanoseconds;
-  if (portions > 1 && may_have_more) call_helpers(leader, portions - 1);
   struct Context {
+    Scheduler& scheduler;
+    Leader& leader;
+    std::size_t wanted;  // helpers
     Item item;
     void* context;
-  } inner{item, context};
-  const auto item_with_failpoint = [](void* both, std::size_t index) {
+  } inner{*this, leader, may_have_more ? portions - 1 : 0, item, context};
+  const auto inner_item = [](void* all, std::size_t index) {
     failpoint("scheduler.items");
-    const auto& [inner_item, inner_context] = *static_cast<Context*>(both);
-    inner_item(inner_context, index);
+    Context& of = *static_cast<Context*>(all);
+    // Now helpers find items: one that takes the place of the leader on its core does some of them.
+    if (index == 0 && of.wanted > 0) of.scheduler.call_helpers(of.leader, of.wanted);
+    of.item(of.context, index);
   };
   const auto take_helpers_work = [&] {
     const double work = leader.team.take_helpers_work();
@@ -304,7 +308,7 @@ void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* cont
     slice_mark -= work;
   };
   try {
-    leader.team.run(count, portion, item_with_failpoint, &inner);
+    leader.team.run(count, portion, inner_item, &inner);
   } catch (...) {
     take_helpers_work();
     throw;

@@ -18,10 +18,13 @@ inline constexpr double brief_slice_nanoseconds = 2e5;
 /// The length of slices on this thread, in nanoseconds.
 inline thread_local double slice_length = slice_nanoseconds;
 
-/// Returns the number of steps of a slice on this thread for steps of `step_cost` nanoseconds. It
-/// depends on the scene and not on the clock, so that tests can predict it.
+/// Returns the number of steps of a slice on this thread for steps of `step_cost` nanoseconds,
+/// which may be a fraction. It depends on the scene and not on the clock, so that tests can predict
+/// it.
+inline double slice_fraction(double step_cost) { return slice_length / std::max(step_cost, 1.0); }
+/// Returns that number as whole steps, at least 1.
 inline std::int64_t slice_steps(double step_cost) {
-  return static_cast<std::int64_t>(std::max(1.0, slice_length / std::max(step_cost, 1.0)));
+  return static_cast<std::int64_t>(std::max(1.0, slice_fraction(step_cost)));
 }
 
 /// The kind of a job whose steps cost `step_cost` nanoseconds each.

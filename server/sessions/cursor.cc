@@ -1,8 +1,11 @@
 #include "server/sessions/cursor.h"
 
 #include <algorithm>
+#include <exception>
+#include <utility>
 
 #include "server/scheduling/failpoint.h"
+#include "server/scheduling/slice.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 
@@ -22,8 +25,24 @@ std::unique_ptr<Simulation> Cursor::lease(Session& session, std::int64_t to,
   return session.lease(to);
 }
 
+Cursor::~Cursor() {
+  if (!simulation_) return;
+  try {
+    if (on_the_way_) simulation_->turn_back();
+    session_->give_back(std::move(simulation_));
+  } catch (const std::exception&) {  // no memory to turn back
+    session_->discard(std::move(simulation_));
+  }
+}
+
+void Cursor::cancel() {
+  wake();
+  if (std::exchange(on_the_way_, false)) simulation_->turn_back();
+  end(RunStatus{Outcome::cancelled, std::nullopt});
+}
+
 void Cursor::rest() {
-  if (!simulation_ || session_->saved_size() < least_to_rest) return;
+  if (!simulation_ || on_the_way_ || session_->saved_size() < least_to_rest) return;
   rested_ = session_->keep(*simulation_);
   if (!rested_) return;
   rested_at_ = simulation_->step();
@@ -67,18 +86,25 @@ bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_toke
     if (!run_status_.reached()) return true;
     if (budget <= 0) return false;
     const std::int64_t steps =
-        direct ? to - at : std::min({to - at, budget, mark_ - at, steps_within_price()});
-    const std::int64_t tried = limit_ ? simulation_->map_steps() : 0;
+        direct ? to - at : std::min({to - at, mark_ - at, steps_within_price()});
+    const double slice =
+        std::min(static_cast<double>(budget), slice_fraction(session_->step_cost()));
+    if (limit_ && !on_the_way_) tried_ = simulation_->map_steps();
     try {
-      const RunStatus status = simulation_->advance(steps, stop);
+      const auto status = simulation_->advance_slice(steps, slice, stop);
       failpoint("cursor.step");
-      end(status);
+      on_the_way_ = !status;
+      if (status) end(*status);
     } catch (...) {
       // The simulation has no valid state after an exception in the middle of a step.
       session_->discard(std::move(simulation_));
       throw;
     }
-    if (limit_) attempts_ += static_cast<double>(simulation_->map_steps() - tried);
+    if (on_the_way_) {
+      budget = 0;
+      continue;
+    }
+    if (limit_) attempts_ += static_cast<double>(simulation_->map_steps() - tried_);
     const std::int64_t moved = simulation_->step() - at;
     at += moved;
     computed_ += direct ? 1 : moved;

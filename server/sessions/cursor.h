@@ -35,29 +35,25 @@ class Cursor {
   }
   Cursor(Cursor&&) = default;
   Cursor& operator=(Cursor&&) = delete;
-  ~Cursor() {
-    if (simulation_) session_->give_back(std::move(simulation_));
-  }
+  ~Cursor();
 
   /// Sets the price to that of a call which goes to `to`, where the session has an AttemptLimit.
   void price_to(std::int64_t to);
 
   /// Advances towards `to` by at most `budget` steps, never backwards, and subtracts the steps from
-  /// `budget`; a closed form counts as one step. Returns true when the cursor is at `to` or cannot
-  /// go on: see `run_status`, which is `cancelled` after a stop request. Throws PriceReached
-  /// between two steps.
+  /// `budget`; a closed form counts as one step. An ensemble advances by slices of at most that
+  /// many steps (Simulation::advance_slice); the budget is used up when one ends while members are
+  /// on their way. Returns true when the cursor is at `to` or cannot go on: see `run_status`, which
+  /// is `cancelled` after a stop request. Throws PriceReached between two steps.
   bool advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop = {});
   /// Ends the run at the current step with the outcome `cancelled`.
-  void cancel() {
-    wake();
-    end(RunStatus{Outcome::cancelled, std::nullopt});
-  }
+  void cancel();
 
   /// Gives the simulation back and keeps only its state, while the reader is not ready or another
   /// call has the processor: a simulation of large N holds many times as many numbers as its state.
   /// `advance` and `cancel` lease a simulation again; until then neither `simulation` nor `step`
-  /// may be called. Does nothing when the state has fewer than 8192 numbers or there is no memory
-  /// for a copy.
+  /// may be called. Does nothing when the state has fewer than 8192 numbers, when members are on
+  /// their way, or when there is no memory for a copy.
   void rest();
 
   const RunStatus& run_status() const { return run_status_; }
@@ -85,6 +81,7 @@ class Cursor {
 
   Session* session_;
   std::unique_ptr<Simulation> simulation_;
+  bool on_the_way_ = false;  // Simulation::advance_slice has not returned a status
   std::int64_t start_;
   std::int64_t rested_at_ = 0;
   Saved rested_;  // the state at rested_at_ while simulation_ is null
@@ -92,6 +89,7 @@ class Cursor {
   std::int64_t computed_ = 0;
   std::optional<AttemptLimit> limit_;
   double attempts_ = 0;              // tried so far
+  std::int64_t tried_ = 0;           // map steps of the simulation before those of this advance
   std::int64_t steps_to_price_ = 0;  // the steps of the call, which determine its price
   RunStatus run_status_;
   double rate_ = 0;

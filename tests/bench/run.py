@@ -28,10 +28,10 @@ from measured_servers import Process, bare_echo, stiefel_server, what_closes
 from peers import contest, environment
 
 COUNTS = dict(repeats=9, calls=2000, shorts=1000, samples=1_000_000, seconds=0.05, largest=256, columns=4_000_000,
-              unread=100, idle=1000, pairs=64, instructions=2000, bodies=100_000, sweeps=2, geodesics=7)
+              members=65536, unread=100, idle=1000, pairs=64, instructions=2000, bodies=100_000, sweeps=2, geodesics=7)
 # Small counts that only show that everything runs.
-SMOKE = dict(repeats=1, calls=20, shorts=20, samples=5000, seconds=0.001, largest=8, columns=100_000, unread=5, idle=20,
-             pairs=2,
+SMOKE = dict(repeats=1, calls=20, shorts=20, samples=5000, seconds=0.001, largest=8, columns=100_000, members=2048,
+             unread=5, idle=20, pairs=2,
              instructions=0, bodies=0, sweeps=0, geodesics=0)
 THREADS = 2
 
@@ -72,6 +72,9 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     run("frames", "memory", min(counts["columns"], 1_000_000))
     with serve("--threads", THREADS) as server:
         run("workers", server.address, server.pid, THREADS, repeats)
+    with serve("--threads", 2) as two, serve("--threads", 1) as one:
+        run(str(Path(__file__).parent / "service/large_ensembles.py"), two.address, two.pid, one.address, one.pid, repeats,
+            counts["members"], 1000 * counts["members"])
     with serve("--threads", 2) as two, serve("--threads", 1) as one, serve("--threads", 1) as other:
         run("pairs", two.address, one.address, other.address, repeats, counts["pairs"])
     with Process([str(programs / "bench_overload"), "serve", str(THREADS)]) as server:

@@ -157,9 +157,16 @@ def test_a_program_that_ends_at_once(program):
     with pytest.raises(stiefel.NotStarted, match="exit status 7 before it listened.*\n  one\n  two") as caught:
         stiefel.Server.start()
     assert (caught.value.status, caught.value.stderr) == (7, "one\ntwo")
-    program("kill -9 $$")
+    program("kill -9 $$")  # twice
     with pytest.raises(stiefel.NotStarted, match="exit status -9 .* it wrote nothing to stderr"):
         stiefel.Server.start()
+
+
+def test_a_program_that_a_signal_ends_is_started_once_more(program, tmp_path):
+    real = stiefel.server.find_server()
+    program(f"[ -e {tmp_path}/again ] && exec {real} \"$@\"; touch {tmp_path}/again; kill -ABRT $$")
+    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+        assert client.describe().version
 
 
 def test_a_program_that_says_something_else(program):

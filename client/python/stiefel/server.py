@@ -1,6 +1,7 @@
 """Runs a server as a child process, which ends at the latest with its parent."""
 from __future__ import annotations
 
+import atexit
 import os
 import secrets
 import selectors
@@ -17,6 +18,7 @@ from typing import IO, Any, Mapping, Optional, Sequence
 from stiefel._given.numbers import SECONDS, number
 from stiefel._programs import bundled
 from stiefel._programs.variables import warn_of_unknown
+from stiefel._wire.connection import close_all
 from stiefel._wire.failures import server_ended, server_started
 from stiefel.errors import NotStarted
 
@@ -39,6 +41,7 @@ class Server:
         self.process = process
         server_started(address)
         self._stop = weakref.finalize(self, _let_go, address, process, socket, errors)
+        self._stop.atexit = False
         _running.add(self)
 
     @classmethod
@@ -48,11 +51,21 @@ class Server:
 
         "127.0.0.1:0" takes a free port. `arguments` are passed to the program unchanged. `environment` has variables
         for the program; variables of this process take precedence. Raises NotStarted with the program's output to
-        stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. Raises
-        FileNotFoundError if there is no program.
+        stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. A program
+        that a signal ends before it listens is started once more. Raises FileNotFoundError if there is no program.
         """
         timeout = number("timeout", timeout, SECONDS)
         warn_of_unknown()
+        try:
+            return cls._start(listen, arguments, timeout, environment)
+        except NotStarted as error:
+            if error.status is None or error.status >= 0:
+                raise
+        return cls._start(listen, arguments, timeout, environment)
+
+    @classmethod
+    def _start(cls, listen: Optional[str], arguments: Sequence[str], timeout: float,
+               environment: Optional[Mapping[str, str]]) -> Server:
         program = find_server()
         socket = _socket_folder() / f"{os.getpid()}-{secrets.token_hex(4)}"
         command = [program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]
@@ -113,10 +126,21 @@ class Server:
 _running: "weakref.WeakSet[Server]" = weakref.WeakSet()
 
 
+def _exit() -> None:
+    """Ends the calls before their servers, which would wait for them."""
+    close_all()
+    for server in list(_running):
+        held = server._stop.detach()
+        if held:
+            held[1](*held[2])
+
+
 def _forked() -> None:
     for server in list(_running):
         server._leave_to_parent()
 
+
+atexit.register(_exit)
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forked)

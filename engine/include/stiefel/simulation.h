@@ -46,6 +46,17 @@ class Simulation {
   /// request ends the run with `cancelled`. Does not allocate after the first step.
   virtual RunStatus advance(std::int64_t steps, const std::stop_token& stop = {}) = 0;
 
+  /// Advances like `advance`, in slices between which the caller can do something else: by at least
+  /// one step and at most `steps` ≥ 1. `slice` is the number of steps whose work each thread does
+  /// in one call; it may be a fraction for an ensemble, which moves a part of its members in each
+  /// call. Returns nothing while members are on their way: the next call, with the same `steps`,
+  /// moves others. Until a call returns a status, only this function, `step` and `turn_back` may be
+  /// called.
+  virtual std::optional<RunStatus> advance_slice(std::int64_t steps, double slice,
+                                                 const std::stop_token& stop = {});
+  /// Returns to the state at `step()` when members are on their way.
+  virtual void turn_back() {}
+
   /// Whether each state is computed directly from step 0, so that `advance` costs the same for any
   /// number of steps.
   virtual bool direct() const { return false; }

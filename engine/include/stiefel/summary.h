@@ -131,16 +131,14 @@ class Summary {
 
   /// Starts from a state that `Simulation::save` wrote at `step` ≤ from, in place of step 0.
   void start_at(std::int64_t step, std::span<const double> saved);
-  /// Advances all members by up to `steps` steps, not beyond `bound`. Returns earlier when many
-  /// events or states wait to be taken. Checks `stop` before every step.
+  /// Advances by a slice: the work, on each thread, of `slice` steps of all members (but at least
+  /// one step of one), not beyond the step `bound`. Returns earlier when many events or states wait
+  /// to be taken. Checks `stop` before every step.
   ///
-  /// With many members, and neither events nor times, one call advances only a part of the members,
-  /// by proportionally more steps; the next calls bring the other members to the same step,
-  /// whatever their `steps` and `bound`. This way a member is fetched from memory once for all of
-  /// these steps.
-  void advance(std::int64_t steps, std::int64_t bound, const std::stop_token& stop = {});
-  /// Number of groups of members that one call of `advance` moves, on several threads.
-  std::size_t width() const;
+  /// With many members one call advances only a part of the members, by many more steps; the next
+  /// calls bring the other members to the same step, whatever their `bound`. This way a member is
+  /// fetched from memory once for all of these steps.
+  void advance(double slice, std::int64_t bound, const std::stop_token& stop = {});
   /// Ends the summary at its current step; members that have not ended get `cancelled`.
   void cancel();
 
@@ -152,8 +150,8 @@ class Summary {
   /// Whether all members that have not ended are at step `step()`.
   bool aligned() const;
 
-  /// Return the events and the states found since the last call: events by step, then member, then
-  /// time; states by time.
+  /// Return the events and the states found since the last call, once all members have passed them:
+  /// events by step, then member, then time; states by time.
   std::vector<Event> take_events();
   std::vector<StateAtTime> take_states();
 

@@ -264,6 +264,83 @@ TEST(Ensemble, AllStopWhereTheFirstMemberStops) {
   EXPECT_TRUE(to_sentence(together).starts_with("member 7: "));
 }
 
+/// Advances to step `to` in slices of that many steps, and counts them.
+RunStatus in_slices(Simulation& ensemble, std::int64_t to, double slice, int* slices) {
+  for (; ensemble.step() < to; ++*slices) {
+    const auto status = ensemble.advance_slice(to - ensemble.step(), slice);
+    if (status && !status->reached()) return *status;
+  }
+  return {};
+}
+
+constexpr double slice_sizes[] = {0.01, 0.7, 5, 1e6};
+
+/// Bodies of which some steps are hard, bodies that are not packed, closed forms.
+TEST(Ensemble, InSlicesHasTheSameStates) {
+  for (const char* method : {"variational", "adaptive", "exact"}) {
+    const auto scenes = bodies(70, method, {}, "", 1.0, true);
+    const auto expected = alone(scenes, 100);
+    for (const int threads : {1, 3}) {
+      limit_threads(threads);
+      for (const double slice : slice_sizes) {
+        const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
+        int slices = 0;
+        ASSERT_TRUE(in_slices(*ensemble, 100, slice, &slices).reached());
+        EXPECT_EQ(saved(*ensemble), expected) << method << " in " << slices << " slices";
+        EXPECT_EQ(slices > 1, slice < 1e6 && !(ensemble->direct() && slice * threads > 1));
+      }
+    }
+  }
+}
+
+/// Also when a later group stops before an earlier one.
+TEST(Ensemble, InSlicesStopsWhereTheFirstMemberStops) {
+  constexpr std::int64_t steps = 1000;
+  auto scenes = bodies(70, "rk4", {}, "plain", 0.3, true);
+  scenes[7] = scenes[20] = scenes[41] = diverging(scenes[7], steps);
+  scenes[41].initial["M"].values *= 1.2;
+  const auto whole = make_simulation(resolved(ensemble_of(scenes)));
+  const RunStatus expected = whole->advance(steps);
+  ASSERT_FALSE(expected.reached());
+  EXPECT_EQ(expected.member, 41);
+  EXPECT_LT(whole->step(), stop_of(scenes[7], steps).first);
+  for (const double slice : slice_sizes) {
+    const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
+    int slices = 0;
+    const RunStatus status = in_slices(*ensemble, steps, slice, &slices);
+    EXPECT_EQ(status.outcome, expected.outcome) << slice;
+    EXPECT_EQ(status.member, expected.member) << slice;
+    EXPECT_EQ(ensemble->step(), whole->step()) << slice;
+    EXPECT_EQ(saved(*ensemble), saved(*whole)) << slice;
+  }
+}
+
+/// Members on their way go back to where all were; also those of which one stopped.
+TEST(Ensemble, TurnsBackOnTheWay) {
+  auto scenes = bodies(200, "rk4", {}, "plain", 0.3, true);
+  scenes[7] = diverging(scenes[7], 1000);
+  const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
+  ASSERT_TRUE(ensemble->advance(1).reached());
+  const auto expected = alone(scenes, 1);
+  std::stop_source stop;
+  const auto back = [&](const auto& turn_back) {
+    ASSERT_FALSE(ensemble->advance_slice(1000, 300));
+    turn_back();
+    EXPECT_EQ(saved(*ensemble), expected);
+    EXPECT_EQ(ensemble->step(), 1);
+  };
+  limit_threads(1);
+  back([&] { ensemble->turn_back(); });
+  back([&] { ensemble->restore(1, expected); });
+  back([&] {
+    stop.request_stop();
+    const auto status = ensemble->advance_slice(1000, 300, stop.get_token());
+    EXPECT_EQ(status.value_or(RunStatus{}).outcome, Outcome::cancelled);
+  });
+  ASSERT_TRUE(ensemble->advance(1).reached());
+  EXPECT_EQ(saved(*ensemble), alone(scenes, 2));
+}
+
 /// The bound of a repair is relative to the size of S, which is 0 here.
 TEST(Ensemble, MembersMayBeAtRest) {
   SceneDescription two;

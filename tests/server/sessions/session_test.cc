@@ -8,6 +8,7 @@
 
 #include "server/scheduling/slice.h"
 #include "server/sessions/cursor.h"
+#include "stiefel/crew.h"
 #include "tests/server/scene_cases.h"
 
 namespace stiefel::server {
@@ -127,6 +128,78 @@ TEST(Session, AWalkWithoutALimitStartsAnywhere) {
     EXPECT_TRUE(walk.advance(to, unlimited));
     EXPECT_EQ(walk.step(), to);
   }
+}
+
+/// Runs the items on the calling thread and counts them.
+struct CountingCrew : Crew {
+  std::size_t threads_at_hand() override { return 2; }
+  void run(std::size_t count, double, Item item, void* context) override {
+    for (std::size_t i = 0; i < count; ++i, ++items) item(context, i);
+  }
+  std::size_t items = 0;
+};
+
+std::shared_ptr<Session> session_of_many(int members) {
+  SceneDescription scene = test::description();
+  scene.members = members;
+  return std::make_shared<Session>("s", Scene::resolve(scene).value(),
+                                   std::make_shared<const Clock>(&std::chrono::steady_clock::now));
+}
+
+/// A group of members that was fetched from memory takes many steps, on any thread, before the next
+/// group is fetched.
+TEST(Session, AGroupOfMembersTakesManyStepsAtATime) {
+  const auto session = session_of_many(20'000);
+  CountingCrew crew;
+  const CrewOfThisThread here(crew);
+  Cursor walk(*session, 501);
+  const auto go = [&](std::int64_t to) {
+    crew.items = 0;
+    for (bool arrived = false; !arrived;) {
+      std::int64_t budget = slice_steps(session->step_cost());
+      arrived = walk.advance(to, budget);
+    }
+    EXPECT_EQ(walk.step(), to);
+    return crew.items;
+  };
+  const std::size_t groups = go(1);
+  EXPECT_GE(groups, 2'500u);
+  const std::size_t times = go(501) / groups;
+  EXPECT_LE(times, 4u) << "the groups were fetched for 500 steps";
+  EXPECT_GE(times, 1u);
+}
+
+/// Whatever ends a walk while some members are ahead of the others.
+TEST(Session, MembersGoBackWhenAWalkEndsOnTheWay) {
+  limit_threads(1);
+  const auto session = session_of_many(300);
+  const auto begin = [&](Cursor& walk) {
+    std::int64_t budget = 1;
+    while (walk.step() == 0) {
+      budget = 1;
+      EXPECT_FALSE(walk.advance(1000, budget));
+    }
+    const std::int64_t at = walk.step();
+    budget = 1;
+    EXPECT_FALSE(walk.advance(1000, budget));
+    EXPECT_EQ(walk.step(), at) << "some members are on their way";
+    return at;
+  };
+  {
+    Cursor walk(*session, 1000);
+    const std::int64_t at = begin(walk);
+    walk.rest();
+    walk.cancel();
+    EXPECT_EQ(walk.run_status().outcome, Outcome::cancelled);
+    EXPECT_EQ(walk.step(), at);
+    EXPECT_EQ(saved(walk.simulation()), expected_state(session->scene(), at));
+  }
+  session->evict();
+  {
+    Cursor walk(*session, 1000);
+    begin(walk);
+  }
+  EXPECT_EQ(state_at(*session, 20), expected_state(session->scene(), 20));
 }
 
 TEST(Session, LargeStatesAreKeptMoreRarely) {

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import datetime
+import itertools
 import math
 from decimal import Decimal
 from fractions import Fraction
@@ -34,7 +35,7 @@ def numbers(path: str, given: Any, unit: str = "", may_be_complex: bool = False,
     """
     if isinstance(given, datetime.timedelta):
         return _seconds(path, given, given.total_seconds(), unit)
-    if isinstance(given, (list, tuple)) and not set(map(type, given)) <= _REAL:
+    if isinstance(given, (list, tuple)) and not _are_real(given):
         parts = [numbers(path, part, unit, may_be_complex, what) for part in given]
         if len({part.shape for part in parts}) > 1:
             raise refused(path, f"{shown(given)}: must be {what}, its rows of one length")
@@ -87,6 +88,13 @@ def timeout(given: Any) -> Optional[float]:
     if seconds is not None and not seconds >= 0:
         raise refused("timeout", f"{shown(given)}: must be at least 0 seconds, or None")
     return None if seconds == math.inf else seconds
+
+
+def _are_real(given: Any) -> bool:
+    """Returns whether a list, or nested lists whose rows have one length, have plain numbers alone."""
+    kinds = set(map(type, given))
+    return kinds <= _REAL or (kinds <= {list, tuple} and len(set(map(len, given))) == 1
+                              and _are_real(list(itertools.chain.from_iterable(given))))
 
 
 def _of_array(path: str, given: Any, unit: str, may_be_complex: bool, what: str) -> NDArray[Any]:

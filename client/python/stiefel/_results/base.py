@@ -43,6 +43,24 @@ class ByValue(Shown):
                    for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
 
 
+class Late:
+    """A field of a dataclass that may be given as a function, which is called when somebody asks for the field."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __set__(self, instance: Any, value: Any) -> None:
+        instance.__dict__[self._name] = value
+
+    def __get__(self, instance: Any, owner: Optional[type] = None) -> Any:
+        if instance is None:
+            raise AttributeError(self._name)  # for a dataclass: the field has no default
+        value = instance.__dict__[self._name]
+        if callable(value):
+            value = instance.__dict__[self._name] = value()
+        return value
+
+
 class Outcome(str, enum.Enum):
     """How a run ended. Anything but REACHED is a numerical stop with the last good state."""
 

@@ -85,4 +85,4 @@ def temporary_session(client: Client, scene: pb.Scene, numerics_id: str) -> Iter
         yield session
     finally:
         with suppress(StiefelError):  # the server drops idle sessions
-            client.delete(session.session_id)
+            client._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=session.session_id), waits=False)

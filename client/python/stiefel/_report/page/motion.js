@@ -1,5 +1,5 @@
 // The motion: fields of the samples, attitudes, momenta, principal axes.
-const samples = D.samples, at = decode(samples.time), count = at.length;
+const samples = D.samples, at = decode(samples.time), count = at.length, instants = samples.utc && decode(samples.utc);
 const fields = Object.fromEntries(Object.entries(samples.fields).map(([name, f]) => [name, { ...f, values: decode(f) }]));
 const pick = (...names) => names.map(name => fields[name]).find(Boolean);
 const Q = pick("Q", "q"), rate = pick("Qdot", "qdot", "M", "P");
