@@ -92,7 +92,10 @@ void check_body(SceneDraft& draft) {
 }
 
 void check_momentum_or_body(SceneDraft& draft) {
-  if (!draft.given().body) return check_rigid_body(draft, false);
+  const SceneDescription& given = draft.given();
+  if (!given.body && given.inertia.empty() && given.initial.empty())
+    return draft.refuse("body", "absent", "must be given, or inertia and initial");
+  if (!given.body) return check_rigid_body(draft, false);
   draft.refuse_other_numbers();
   check_body(draft);
 }

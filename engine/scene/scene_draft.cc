@@ -115,7 +115,7 @@ void SceneDraft::refuse_other_numbers() {
 bool SceneDraft::set_inertia(std::size_t least, std::size_t most) {
   const auto& lambda = given().inertia;
   if (lambda.size() < least || lambda.size() > most) {
-    refuse("inertia", std::to_string(lambda.size()) + " numbers",
+    refuse("inertia", lambda.empty() ? "absent" : std::to_string(lambda.size()) + " numbers",
            "must have " + std::to_string(least) + " to " + std::to_string(most) + " numbers");
     return false;
   }

@@ -111,7 +111,8 @@ MALFORMED = {
     "NaN step": (create(step=NAN), INVALID, "scene.step", "nan.*finite"),
     "infinite step": (create(step=-INF), INVALID, "scene.step", "inf.*finite"),
     # inertia
-    "no inertia": (create(inertia=None), INVALID, "scene.inertia", "0 numbers"),
+    "no inertia": (create(inertia=None), INVALID, "scene.inertia", "absent: must have 2 to"),
+    "neither body nor inertia": (create(inertia=None, initial=None), INVALID, "scene.body", "absent: must be given, or inertia and initial"),
     "inertia of one": (create(inertia=[1]), INVALID, "scene.inertia", "must have 2 to"),
     "too large a dimension": (create(inertia=np.ones(5000)), INVALID, "scene.inertia", "5000 numbers"),
     "NaN inertia": (create(inertia=[1, NAN, 2]), INVALID, "scene.inertia[1]", "finite"),

@@ -73,7 +73,7 @@ BODY = {"moments": [1, 2, 3]}
     ({**SCENE, "system": 3}, "scene.system", "3: must be a text"),
     ({**SCENE, "initial": {"M": [[1, 2], [3]]}}, "scene.initial.M", "[[1, 2], [3]]: must be a matrix"),
     ({**SCENE, "initial": {"M": "M"}}, "scene.initial.M", "'M': must be a matrix"),
-    ({**SCENE, "initial": [1]}, "scene.initial", "[1]: must be a mapping"),
+    ({**SCENE, "initial": [1]}, "scene.initial", "[1]: must be a mapping from names to matrices"),
     (3, "scene", "3: must be a dict"),
 ])
 def test_unknown_fields_and_wrong_types_are_errors(scene, path, description):

@@ -5,6 +5,7 @@ import os
 import pty
 import re
 import select
+import shlex
 import signal
 import struct
 import subprocess
@@ -103,7 +104,8 @@ def test_an_interrupted_run_leaves_no_file_and_says_how_far_it_got(start, write,
 
 
 def test_a_shell_sees_130(write, scene):
-    command = f"trap : INT; {os.environ['STIEFEL_CLI']} run {write(scene)} --to {FAR}; echo $?"
+    run = shlex.join([os.environ["STIEFEL_CLI"], "run", str(write(scene)), "--to", str(FAR)])
+    command = f"trap : INT; {run}; echo $?"
     shell = subprocess.Popen(["bash", "-c", command], stdout=subprocess.PIPE, text=True, start_new_session=True)
     shell.stdout.readline()  # the command has begun
     os.killpg(shell.pid, signal.SIGINT)

@@ -52,7 +52,9 @@ def violations(mapping: Any, kind: type[Message], path: str) -> Iterator[Violati
             yield Violation(f"{path}.{key}", _unknown(str(key), value, descriptor))
         elif field.message_type is None:
             yield from _of_scalar(key, value, kind, field, path)
-        elif field.message_type.GetOptions().map_entry and isinstance(value, Mapping):
+        elif field.message_type.GetOptions().map_entry and not isinstance(value, Mapping):
+            yield Violation(f"{path}.{key}", f"{shown(value)}: must be a mapping from names to matrices")
+        elif field.message_type.GetOptions().map_entry:
             of = field.message_type.fields_by_name["value"].message_type._concrete_class
             for name, item in value.items():
                 yield from violations(item, of, f"{path}.{key}.{name}")

@@ -71,7 +71,7 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
         "scene": scene if whole else {key: value for key, value in scene.items() if not key.startswith("initial")},
         "whole_scene": whole,
         "samples": {"time": _packed(drawn.time, np.float64),
-                    "utc": None if drawn.utc is None else _packed(drawn.utc.astype(float) / 1000, np.float64),  # milliseconds
+                    **({} if drawn.utc is None else {"utc": _packed(drawn.utc.astype(float) / 1000, np.float64)}),  # milliseconds
                     "fields": {field: _field(matrices(values, of)) for field, values in drawn.fields.items()}},
         "drift": {"time": run.time, "families": [vars(family) for family in run.families]},
         "error": {"time": run.error_time, **run.errors, "last": vars(run.error) if run.error else None},
