@@ -17,8 +17,8 @@ PYTHON := /usr/bin/python3
 # $(call cmake_build,PRESET,TARGETS)
 cmake_build = $(PYTHON) docker/build.py $(1) $(JOBS) $(2)
 
-# $(call configure,PRESET). The output is shown only when it fails.
-configure = mkdir -p build/$(1) && cmake --preset $(1) > build/$(1)/configure.log 2>&1 \
+# $(call configure,PRESET,OPTIONS). The output is shown only when it fails.
+configure = mkdir -p build/$(1) && cmake --preset $(1) $(2) > build/$(1)/configure.log 2>&1 \
             || { cat build/$(1)/configure.log; rm -f build/$(1)/build.ninja; exit 1; }
 
 # A build folder knows the path at which it was configured. In a tree that was moved or copied it is configured again.
@@ -47,7 +47,10 @@ build/asan/build.ninja build/tsan/build.ninja: | packages
 build/fuzz/build.ninja: | packages packages-fuzz
 
 build/%/build.ninja: | packages-build
-	@$(call configure,$*)
+	@$(call configure,$*,$(options))
+
+# `make run` installs no package of the tests. Their failpoints are compiled in, so that they find the objects compiled.
+build/release/build.ninja: options = -DSTIEFEL_TESTS=OFF -DSTIEFEL_FAILPOINTS=ON
 
 build: build/release/build.ninja ## compile library, server and clients into build/release
 	@$(call cmake_build,release,all)
@@ -63,9 +66,8 @@ build-programs: build/release/build.ninja
 build-python: packages-run build/release/build.ninja
 	@$(call cmake_build,release,stiefel_python)
 
-# Configures again where that was done before the packages of the tests were there.
 with-tests: packages build/release/build.ninja
-	@test -d build/release/tests || { $(call configure,release); }
+	@grep -qx STIEFEL_TESTS:BOOL=ON build/release/CMakeCache.txt || { $(call configure,release,-DSTIEFEL_TESTS=ON); }
 
 build-tests: with-tests
 	@$(call cmake_build,release,all stiefel_tests)

@@ -31,7 +31,8 @@
 namespace stiefel::server {
 namespace {
 
-// The time that running calls get to deliver their last message.
+// The time that running calls get to end their slices, and that to deliver their last message.
+constexpr auto slice_time = std::chrono::milliseconds(100);
 constexpr auto delivery_time = std::chrono::milliseconds(500);
 
 std::string with_port(const std::string& address, int port) {
@@ -308,6 +309,8 @@ void Server::shutdown() {
     waits_for("running calls");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
+    host.lifecycle.wait_idle(slice_time);
+    host.lifecycle.interrupt();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
     waits_for("the connection to the server's own address");

@@ -109,8 +109,8 @@ class Server {
   std::shared_ptr<grpc::Channel> in_process_channel();
 
   /// Stops serving: refuses new work with UNAVAILABLE at once. Running work may finish within the
-  /// grace period; after that, Steps end with OUTCOME_CANCELLED and their last good state, and
-  /// streams with a last message that says so. Returns when nothing runs. Further calls do nothing.
+  /// grace period; after that, every call ends with UNAVAILABLE and what checkpoint it has. Returns
+  /// when nothing runs. Further calls do nothing.
   void shutdown();
 
  private:

@@ -4,6 +4,21 @@
 
 #include "client/cli/command.h"
 #include "server/program/command_line.h"
+#include "stiefel/v1/scene.pb.h"
+
+namespace {
+
+/// Returns what to say of an unknown option with the name of a field of a scene; else nothing.
+std::string field_hint(const std::string& explained) {
+  const auto* scene = stiefel::v1::Scene::descriptor();
+  for (int i = 0; i < scene->field_count(); ++i)
+    if (const auto& name = scene->field(i)->name();
+        explained.contains("unknown option --" + name + '\n'))
+      return "A scene's field is set by --set " + name + "=VALUE\n";
+  return "";
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace stiefel;
@@ -27,7 +42,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << server::explain(app, error);
+    const std::string explained = server::explain(app, error);
+    std::cerr << explained + field_hint(explained);
     return cli::bad_input;
   }
   for (const std::string& text : server::unknown_variables())

@@ -66,7 +66,7 @@ constexpr std::array answers = {
     Reason{
         enhance_your_calm,
         "the server or a proxy before it refuses the call as too much: the call's metadata, such "
-        "as its token, is too large, or too many calls come at once"},
+        "as its token, is too large, or too many calls or bytes come at once"},
     Reason{"received initial metadata size exceeds",
            "the call's metadata, such as its token, is larger than the server takes"},
     Reason{"Received http2 header with status:",

@@ -43,7 +43,13 @@ std::string of_inertia(const Eigen::VectorXd& lambda) {
 }
 
 std::string of_body(const Scene& scene) {
-  return scene.axes() ? of_moments(scene.axes()->moments) : of_inertia(scene.inertia());
+  if (!scene.axes()) return of_inertia(scene.inertia());
+  const std::string fault = of_moments(scene.axes()->moments);
+  if (fault.empty()) return fault;
+  return fault + (scene.description().body->inertia_tensor.empty()
+                      ? "; are all three in one unit?"
+                      : "; are all six entries in one unit, and the products those of the matrix, "
+                        "Ixy = -∫ xy dm?");
 }
 
 /// Returns a warning where a body in three dimensions is so near a separatrix that rounding decides

@@ -15,15 +15,6 @@ Tangents double_bracket_tangents() {
                 scene,
                 DoubleBracket<Tangent>(at.lambda.head(p), at.lambda.tail(at.lambda.size() - p)),
                 at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            const auto lambda = [](const std::vector<double>& given) -> Vector<Tangent> {
-              return Eigen::Map<const Eigen::VectorXd>(given.data(),
-                                                       static_cast<Eigen::Index>(given.size()))
-                  .cast<Tangent>();
-            };
-            return DoubleBracket<Tangent>(lambda(scene.description().inertia_u),
-                                          lambda(scene.description().inertia_v));
           }};
 }
 

@@ -179,16 +179,19 @@ auto lane_of(const Eigen::Matrix<Dual<Real, lanes>, rows, cols>& X, int k) {
   return Eigen::Matrix<Real, rows, cols>(
       X.unaryExpr([k](const Dual<Real, lanes>& x) { return x.d[k]; }));
 }
-/// Sets the values; sets the derivatives along one direction.
+/// Set the values, or the derivatives along one direction. An expression, such as a product, is
+/// evaluated once.
 template <class Block, class Values>
-void set_values(Block& X, const Values& values) {
+void set_values(Block& X, const Eigen::DenseBase<Values>& values) {
+  const auto& evaluated = values.eval();
   for (Eigen::Index j = 0; j < X.cols(); ++j)
-    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j).value = values(i, j);
+    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j).value = evaluated(i, j);
 }
 template <class Block, class Values>
-void set_lane(Block& X, int k, const Values& values) {
+void set_lane(Block& X, int k, const Eigen::DenseBase<Values>& values) {
+  const auto& evaluated = values.eval();
   for (Eigen::Index j = 0; j < X.cols(); ++j)
-    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j).d[k] = values(i, j);
+    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j).d[k] = evaluated(i, j);
 }
 
 }  // namespace stiefel

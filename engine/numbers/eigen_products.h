@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <complex>
 
+#include "stiefel/stop.h"
+
 namespace stiefel {
 
 /// Whether products of dense matrices of a Scalar are computed element by element. Eigen's kernels
@@ -20,6 +22,41 @@ requires stiefel::multiplied_by_elements<typename Left::Scalar>
 struct Eigen::internal::product_type<Left, Right> {
   static constexpr bool inner = Left::RowsAtCompileTime == 1 && Right::ColsAtCompileTime == 1;
   enum { value = inner ? InnerProduct : CoeffBasedProductMode, ret = value };
+};
+
+/// Products element by element, with a check for a stop request before each column: at N = 512 one
+/// product takes seconds.
+template <class Left, class Right>
+requires(
+    stiefel::multiplied_by_elements<typename Left::Scalar>&& Left::RowsAtCompileTime ==
+        Eigen::Dynamic &&
+    Right::ColsAtCompileTime ==
+        Eigen::Dynamic) struct Eigen::internal::generic_product_impl<Left, Right, Eigen::DenseShape,
+                                                                     Eigen::DenseShape,
+                                                                     Eigen::CoeffBasedProductMode> {
+  template <class Out>
+  static void evalTo(Out& out, const Left& A, const Right& B) {
+    by_columns(A, B, [&](Eigen::Index j, const auto& column) { out.col(j).noalias() = column; });
+  }
+  template <class Out>
+  static void addTo(Out& out, const Left& A, const Right& B) {
+    by_columns(A, B, [&](Eigen::Index j, const auto& column) { out.col(j).noalias() += column; });
+  }
+  template <class Out>
+  static void subTo(Out& out, const Left& A, const Right& B) {
+    by_columns(A, B, [&](Eigen::Index j, const auto& column) { out.col(j).noalias() -= column; });
+  }
+
+ private:
+  template <class Take>
+  static void by_columns(const Left& A, const Right& B, const Take& take) {
+    const typename Eigen::internal::nested_eval<Left, Eigen::Dynamic>::type left(A);
+    const typename Eigen::internal::nested_eval<Right, Eigen::Dynamic>::type right(B);
+    for (Eigen::Index j = 0; j < right.cols(); ++j) {
+      stiefel::stop_point();
+      take(j, left.lazyProduct(right.col(j)));
+    }
+  }
 };
 
 /// Declares explicit instantiations of Eigen's kernels for products of dense matrices of a Scalar.

@@ -9,16 +9,18 @@
 
 namespace stiefel {
 
-/// Number of operations of one piece of work on large matrices between two checks for a stop
-/// request. It takes less than 10⁸ instructions with registers of two doubles.
-inline constexpr double piece_operations = 3e7;
-
 /// A rough number of nanoseconds for an operation, a multiplication with its addition, of a product
 /// of large matrices.
 template <class Scalar>
 inline constexpr double operation_nanoseconds = std::is_same_v<Scalar, double>  ? 0.13
                                                 : std::is_same_v<Scalar, float> ? 0.07
                                                                                 : 1;
+
+/// Number of operations of one piece of work on large matrices between two checks for a stop
+/// request. It takes less than 10⁸ instructions with registers of two doubles.
+template <class Scalar>
+inline constexpr double piece_operations = 3e7 * std::min(1.0, operation_nanoseconds<double> /
+                                                                   operation_nanoseconds<Scalar>);
 
 /// The number of columns of the smallest block.
 inline constexpr Eigen::Index least_columns = 8;
@@ -50,9 +52,9 @@ void divide_into_blocks(Eigen::Index rows, Eigen::Index columns, double of_eleme
   };
   Crew* crew = columns < 2 * least_of_thread || operations < divided ? nullptr : crew_to_divide();
   const auto threads = crew ? static_cast<Index>(crew->threads_at_hand()) : 1;
-  if (threads < 2 && operations <= 2 * piece_operations) return whole();
+  if (threads < 2 && operations <= 2 * piece_operations<Scalar>) return whole();
 
-  Index width = worth(piece_operations, of_column, least_columns), height = rows;
+  Index width = worth(piece_operations<Scalar>, of_column, least_columns), height = rows;
   if (threads > 1) {
     const Index share = columns / (blocks_of_thread * threads) / least_columns * least_columns;
     width = std::clamp(share, least_of_thread, worth(least_operations, of_column, most_of_thread));
@@ -143,7 +145,7 @@ void stoppable_gram(const Matrix& A, Matrix& out) {
   };
   Crew* crew = N < least_divided_order ? nullptr : crew_to_divide();
   if (crew && crew->threads_at_hand() < 2) crew = nullptr;
-  if (!crew && operations <= 2 * piece_operations) return corner(0, N);
+  if (!crew && operations <= 2 * piece_operations<Scalar>) return corner(0, N);
   const auto blocks = static_cast<std::size_t>(std::max<Eigen::Index>(1, N / width));
   const auto one = [&](std::size_t k) {  // the largest first
     const Eigen::Index j = static_cast<Eigen::Index>(blocks - 1 - k) * width;

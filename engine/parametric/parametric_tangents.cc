@@ -15,15 +15,10 @@ TangentSpace space(const Scene&) {
 }  // namespace
 
 Tangents parametric_rigid_body_tangents() {
-  return {space,
-          [](const Scene& scene, const TangentParameters& at) {
+  return {space, [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(
                 scene, ParametricRigidBody<Tangent>(at.lambda, scene.parameter(), scene.epsilon()),
                 at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return ParametricRigidBody<Tangent>(scene.inertia().cast<Tangent>(), scene.parameter(),
-                                                scene.epsilon());
           }};
 }
 

@@ -5,7 +5,6 @@
 #include <memory>
 #include "stiefel/scene.h"
 
-#include "engine/methods/support/matrix_system.h"
 #include "engine/numbers/dual.h"
 #include "stiefel/run_status.h"
 
@@ -63,6 +62,12 @@ struct TangentSpace {
   /// For orthonormal coordinates: returns the tangent part of any G at x, linear in G. x is the
   /// state's blocks stacked by rows.
   std::function<Dense(const Dense& x, const Dense& G)> tangent;
+  /// Where the states there are depend on Λ, so that a state leaves its tangent space when Λ
+  /// changes: the same for the states of every Λ together.
+  std::function<Dense(const Dense& x, const Dense& G)> tangent_of_every_inertia = nullptr;
+  /// And the derivatives by each λ_k of the state that a scene makes of the blocks of x, numbers
+  /// column by column in column k.
+  std::function<Dense(const Dense& x)> by_inertia = nullptr;
 };
 
 /// What gives the tangents of a system's scenes. Of a system NAME of systems.inc, NAME_tangents().
@@ -70,8 +75,6 @@ struct Tangents {
   TangentSpace (*space)(const Scene&) = nullptr;
   /// Returns null where the scene's method has no tangent.
   std::unique_ptr<TangentMap> (*make)(const Scene&, const TangentParameters&) = nullptr;
-  /// Returns the vector field on states that are blocks stacked by rows; null for discrete systems.
-  MatrixSystem<Tangent> (*field)(const Scene&) = nullptr;
   /// Returns the map that moves all vectors by the linearised formula of the method, which solves
   /// for the values of a step once; null where there is none for the scene. Every vector has the
   /// bits that it has alone.

@@ -14,11 +14,6 @@
 
 namespace stiefel {
 
-/// Returns Λ with no derivatives.
-inline Vector<Tangent> inertia_tangent(const Scene& scene) {
-  return scene.inertia().cast<Tangent>();
-}
-
 /// Converts the states of a map in dual numbers: values from a point, derivatives from a vector of
 /// stacked blocks, and back.
 template <class Point>

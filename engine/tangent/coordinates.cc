@@ -1,5 +1,8 @@
 #include "engine/tangent/coordinates.h"
 
+#include <Eigen/Householder>
+#include <cmath>
+
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/tangent/systems.h"
@@ -30,22 +33,63 @@ void TangentChart::write_skew(const Dense& A, Eigen::Ref<Eigen::VectorXd> out) c
     for (Eigen::Index j = i + 1; j < cols_; ++j) out(at++) = A(i, j);
 }
 
+/// Householder's reflections of the longest column that is left.
+Dense orthonormal_range(Dense A) {
+  constexpr double least = 1e-7;
+  const Eigen::Index m = A.rows();
+  Eigen::VectorXd factors(m), workspace(m);
+  double first = 0, beta = 0;
+  Eigen::Index rank = 0;
+  for (; rank < A.cols(); ++rank) {
+    const Eigen::Index left = m - rank, others = A.cols() - rank;
+    stop_point(3 * static_cast<double>(left * others));
+    Eigen::Index longest;
+    const double length =
+        std::sqrt(A.bottomRightCorner(left, others).colwise().squaredNorm().maxCoeff(&longest));
+    if (rank == 0) first = length;
+    if (!(length > least * first)) break;
+    A.col(rank).swap(A.col(rank + longest));
+    A.col(rank).tail(left).makeHouseholderInPlace(factors(rank), beta);
+    A.bottomRightCorner(left, others - 1)
+        .applyHouseholderOnTheLeft(A.col(rank).tail(left - 1), factors(rank), workspace.data());
+  }
+  Dense Q = Dense::Identity(m, rank);
+  for (Eigen::Index k = rank - 1; k >= 0; --k) {
+    stop_point(2 * static_cast<double>((m - k) * (rank - k)));
+    Q.bottomRightCorner(m - k, rank - k)
+        .applyHouseholderOnTheLeft(A.col(k).tail(m - k - 1), factors(k), workspace.data());
+  }
+  return Q;
+}
+
+template <class Tangent>
+Dense TangentChart::tangents(const Dense& x, const Tangent& tangent) const {
+  const Eigen::Index size = rows_ * cols_;
+  Dense all(size, size);
+  for (Eigen::Index k = 0; k < size; ++k) {
+    stop_point(static_cast<double>(rows_ * size));
+    Dense G = Dense::Zero(rows_, cols_);
+    G(k) = 1;
+    all.col(k) = tangent(x, G).reshaped();
+  }
+  return all;
+}
+
+Dense TangentChart::basis_of_every_inertia(const Dense& x) const {
+  Dense B = basis(x);
+  if (!space_.tangent_of_every_inertia) return B;
+  Dense rest = tangents(x, space_.tangent_of_every_inertia);
+  for (int pass = 0; pass < 2; ++pass) rest -= (B * (B.transpose() * rest)).eval();
+  rest = orthonormal_range(std::move(rest));
+  const Eigen::Index d = B.cols();
+  B.conservativeResize(Eigen::NoChange, d + rest.cols());
+  B.rightCols(rest.cols()) = rest;
+  return B;
+}
+
 Dense TangentChart::basis(const Dense& x) const {
   const Eigen::Index size = rows_ * cols_;
-  if (!is_body()) {
-    Dense all(size, size);
-    for (Eigen::Index k = 0; k < size; ++k) {
-      stop_point(static_cast<double>(rows_ * size));
-      Dense G = Dense::Zero(rows_, cols_);
-      G(k) = 1;
-      all.col(k) = space_.tangent(x, G).reshaped();
-    }
-    constexpr double least = 1e-7;
-    stop_point(4 * static_cast<double>(size * size * size));
-    Eigen::ColPivHouseholderQR<Dense> qr(all);
-    qr.setThreshold(least);
-    return qr.householderQ() * Dense::Identity(size, qr.rank());
-  }
+  if (!is_body()) return orthonormal_range(tangents(x, space_.tangent));
   const Eigen::Index half = cols_ * (cols_ - 1) / 2, frame = rows_ > cols_ ? half : 0;
   Dense out = Dense::Zero(size, frame + half);
   for (Eigen::Index k = 0; k < half; ++k) {
@@ -62,8 +106,8 @@ Dense TangentChart::basis(const Dense& x) const {
   return out;
 }
 
-Dense TangentChart::coordinates(const Dense& x, const Dense& V) const {
-  if (!is_body()) return basis(x).transpose() * V;
+Dense TangentChart::coordinates(const Dense& x, const Dense& V, bool of_every_inertia) const {
+  if (!is_body()) return (of_every_inertia ? basis_of_every_inertia(x) : basis(x)).transpose() * V;
   const Eigen::Index half = cols_ * (cols_ - 1) / 2, frame = rows_ > cols_ ? half : 0;
   Dense out(frame + half, V.cols());
   const Eigen::PartialPivLU<Dense> Q(frame > 0 ? Dense(x.topRows(cols_))
@@ -81,6 +125,7 @@ Dense TangentChart::coordinates(const Dense& x, const Dense& V) const {
 }
 
 Dense TangentChart::tangent(const Dense& x, const Dense& G) const {
+  stop_point(4 * static_cast<double>(cols_ * G.size()));
   if (!is_body()) return space_.tangent(x, G);
   Dense out(rows_, cols_);
   out.bottomRows(cols_) = skew_part(G.bottomRows(cols_));

@@ -8,6 +8,10 @@ namespace stiefel {
 
 inline Eigen::MatrixXd skew_part(const Eigen::MatrixXd& A) { return (A - A.transpose()) / 2; }
 
+/// Returns an orthonormal basis of the range of A, without directions shorter than 1e-7 of the
+/// longest column.
+Eigen::MatrixXd orthonormal_range(Eigen::MatrixXd A);
+
 /// The coordinates of tangent vectors at the states of a scene (linearization.h). States and
 /// vectors are blocks stacked by rows; a vector is a column, its numbers column by column.
 class TangentChart {
@@ -19,14 +23,20 @@ class TangentChart {
 
   /// Returns the basis at x, rows·cols × dimension.
   Dense basis(const Dense& x) const;
-  /// Returns the coordinates of vectors at x.
-  Dense coordinates(const Dense& x, const Dense& V) const;
+  /// Returns that basis, and behind it one of the other directions in which the states of all Λ
+  /// together lie: derivatives by Λ have parts along them.
+  Dense basis_of_every_inertia(const Dense& x) const;
+  /// Returns the coordinates of vectors at x, in the second basis if `of_every_inertia`.
+  Dense coordinates(const Dense& x, const Dense& V, bool of_every_inertia) const;
   /// Returns the tangent part of a vector at x.
   Dense tangent(const Dense& x, const Dense& G) const;
 
  private:
   bool is_body() const { return space_.coordinates != TangentSpace::Coordinates::orthonormal; }
   bool left() const { return space_.coordinates == TangentSpace::Coordinates::left_body; }
+  /// Returns tangent(x, E) of every unit matrix E.
+  template <class Tangent>
+  Dense tangents(const Dense& x, const Tangent& tangent) const;
   /// The skew matrix with coordinate k equal to 1.
   Dense unit(Eigen::Index k) const;
   /// Writes the coordinates of a skew matrix.

@@ -15,7 +15,6 @@ using Dense = Eigen::MatrixXd;
 
 GrowthVectors::GrowthVectors(const Scene& scene, TangentSpace space, const Simulation& start)
     : space_(std::move(space)) {
-  if (scene.axes()) axes_ = scene.axes()->rotation;
   const Dense x = state(start);
   rows_ = x.rows();
   cols_ = x.cols();
@@ -40,11 +39,7 @@ std::int64_t GrowthVectors::dimension(const Dense& x) const {
     G(k) = 1 / weights_(k);
     all.col(k) = weights_.cwiseProduct(tangent(x, G).reshaped());
   }
-  stop_point(4 * static_cast<double>(size() * size() * size()));
-  constexpr double least = 1e-7;
-  Eigen::ColPivHouseholderQR<Dense> qr(all);
-  qr.setThreshold(least);
-  return qr.rank();
+  return orthonormal_range(std::move(all)).cols();
 }
 
 Dense GrowthVectors::state(const Simulation& motion) const {
@@ -70,25 +65,13 @@ Dense GrowthVectors::tangent(const Dense& x, const Dense& G) const {
   return out;
 }
 
-Dense GrowthVectors::turned(const Dense& x, const Eigen::Matrix3d& T) const {
-  if (axes_ == Eigen::Matrix3d::Identity()) return x;
-  Dense out = x * T.transpose();
-  out.bottomRows(3) = T * out.bottomRows(3).eval();
-  return out;
-}
-Dense GrowthVectors::all_turned(const Dense& V, const Eigen::Matrix3d& T) const {
-  if (axes_ == Eigen::Matrix3d::Identity()) return V;
-  Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k)
-    out.col(k) = turned(V.col(k).reshaped(rows_, cols_), T).reshaped();
-  return out;
-}
-
 Dense GrowthVectors::random(const Dense& x, Eigen::Index k, std::uint64_t seed) const {
   std::mt19937_64 bits(seed);
   Dense V(size(), k);
-  for (double& v : V.reshaped())
-    v = static_cast<double>(bits() >> 11) * 0x1p-52 - 1;  // between −1 and 1
+  for (Eigen::Index j = 0; j < k; ++j) {
+    stop_point();
+    for (double& v : V.col(j)) v = static_cast<double>(bits() >> 11) * 0x1p-52 - 1;  // in (−1, 1)
+  }
   V = weights_.cwiseInverse().asDiagonal() * V;
   orthonormalise(x, V);
   return V;

@@ -26,13 +26,8 @@ class GrowthVectors {
   const Eigen::VectorXd& weights() const { return weights_; }
   void set_weights(const Eigen::VectorXd& weights) { weights_ = weights; }
 
-  /// Returns the state, in the caller's axes, or in those in which the inertia is diagonal.
+  /// Returns the state, in the caller's axes.
   Dense state(const Simulation& motion) const;
-  Dense principal_state(const Simulation& motion) const {
-    return turned(state(motion), axes_.transpose());
-  }
-  Dense to_principal(const Dense& V) const { return all_turned(V, axes_.transpose()); }
-  Dense from_principal(const Dense& V) const { return all_turned(V, axes_); }
 
   /// Returns k random orthonormal vectors at x.
   Dense random(const Dense& x, Eigen::Index k, std::uint64_t seed) const;
@@ -46,12 +41,8 @@ class GrowthVectors {
  private:
   bool is_body() const { return space_.coordinates != TangentSpace::Coordinates::orthonormal; }
   Dense tangent(const Dense& x, const Dense& G) const;
-  /// Q Tᵀ over T M Tᵀ.
-  Dense turned(const Dense& x, const Eigen::Matrix3d& T) const;
-  Dense all_turned(const Dense& V, const Eigen::Matrix3d& T) const;
 
   TangentSpace space_;
-  Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();
   Eigen::Index rows_, cols_;
   Eigen::VectorXd weights_;
 };

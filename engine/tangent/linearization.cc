@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/scene_draft.h"
@@ -35,9 +34,14 @@ Eigen::VectorXd all_inertia(const Scene& scene) {
   return both;
 }
 
-/// Whether the closed form of the scene holds for its Λ alone: it has no derivative by Λ.
+/// Whether the method of the scene holds for special Λ alone: it has no derivative by a λ.
 bool is_bound_to_inertia(const Scene& scene) {
-  return scene.method() == Exact::traits.name && scene.dimension() != 3;
+  const SystemInfo* info = catalogue().system(scene.system());
+  const Eigen::Index N = scene.inertia().size();
+  for (const MethodOnSystem& on : info->methods)
+    if (on.method == scene.method() && on.takes)
+      return N < 3 || !on.takes(Eigen::VectorXd::LinSpaced(N, 1, static_cast<double>(N)));
+  return false;
 }
 
 bool moves_by_columns(const Scene& scene) {
@@ -48,21 +52,21 @@ bool moves_by_columns(const Scene& scene) {
   return tangents->make_columns(scene, {lambda, h, Dense(lambda.size(), 0), {}}) != nullptr;
 }
 
-Violations cannot(const Place& place, std::string_view field, std::string value, std::string rule) {
-  return {place.violation(field, std::move(value), std::move(rule))};
-}
-
 /// Returns the tangent vectors as blocks, numbers column by column, from numbers row by row.
 Dense by_columns(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
   Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k)
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    stop_point();
     out.col(k).reshaped(rows, cols) = V.col(k).reshaped<Eigen::RowMajor>(rows, cols);
+  }
   return out;
 }
 Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
   Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k)
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    stop_point();
     out.col(k) = V.col(k).reshaped(rows, cols).reshaped<Eigen::RowMajor>();
+  }
   return out;
 }
 
@@ -73,14 +77,17 @@ class Linearization::Vectors {
  public:
   Vectors(const Scene& scene, const Tangents& tangents, const LinearizationDescription& what,
           const Simulation& start)
-      : as_blocks_(what.as_blocks),
-        exact_body_(scene.axes() && scene.method() == Exact::traits.name),
-        first_(start.step()) {
+      : as_blocks_(what.as_blocks), by_inertia_(what.by_inertia), first_(start.step()) {
     if (scene.axes()) R_ = scene.axes()->rotation;
     const Dense x = blocks(start);
     rows_ = x.rows();
     cols_ = x.cols();
-    chart_.emplace(tangents.space(scene), rows_, cols_);
+    const TangentSpace space = tangents.space(scene);
+    chart_.emplace(space, rows_, cols_);
+    if (by_inertia_)
+      start_by_inertia_ = space.by_inertia
+                              ? space.by_inertia(x)
+                              : Dense(Dense::Zero(x.size(), all_inertia(scene).size()));
     has_coordinates_ = rows_ * cols_ <= largest_in_coordinates;
   }
 
@@ -92,7 +99,7 @@ class Linearization::Vectors {
     const Eigen::VectorXd lambda = all_inertia(scene);
     const Eigen::Index inertia = what.by_inertia ? lambda.size() : 0;
     count_ = V.cols() + inertia + (what.by_step ? 1 : 0);
-    const Dense point = principal_point(start);
+    const Dense& point = observed(start);
     if (tangents.make_columns && begin_columns(scene, tangents, lambda, inertia, V, point))
       return true;
     for (Eigen::Index first = 0; first < count_; first += lanes) {
@@ -104,12 +111,14 @@ class Linearization::Vectors {
       for (Eigen::Index k = 0; k < width; ++k) {
         const Eigen::Index column = first + k;
         const auto lane = static_cast<int>(k);
-        if (column < V.cols())
+        if (column < V.cols()) {
           part.col(k) = V.col(column);
-        else if (column < V.cols() + inertia)
+        } else if (column < V.cols() + inertia) {
           at.lambda(column - V.cols()).d[lane] = 1;
-        else
+          part.col(k) = start_by_inertia_.col(column - V.cols());
+        } else {
           at.h.d[lane] = 1.0 / scene.substeps();
+        }
       }
       auto map = tangents.make(scene, at);
       if (!map) return false;
@@ -136,7 +145,7 @@ class Linearization::Vectors {
 
   /// Returns the vectors as blocks in principal axes.
   Dense read(const Simulation& motion) const {
-    const Dense point = principal_point(motion);
+    const Dense& point = observed(motion);
     Dense V(rows_ * cols_, count_);
     for (std::size_t m = 0; m < maps_.size(); ++m) {
       const Eigen::Index first = static_cast<Eigen::Index>(m) * of_map_;
@@ -149,6 +158,7 @@ class Linearization::Vectors {
 
   const TangentChart& chart() const { return *chart_; }
   bool as_blocks() const { return as_blocks_; }
+  bool by_inertia() const { return by_inertia_; }
   Eigen::Index rows() const { return rows_; }
   Eigen::Index cols() const { return cols_; }
   Eigen::Index count() const { return count_; }
@@ -156,7 +166,7 @@ class Linearization::Vectors {
   /// Returns the state's blocks, stacked, in principal axes.
   Dense blocks(const Simulation& motion) const {
     if (!is_vector(motion)) return observed(motion);
-    const Dense p = principal_point(motion);
+    const Dense& p = observed(motion);
     const Eigen::Index rows = p.rows() == 7 ? 6 : 3;
     Dense x(rows, 3);
     x.bottomRows(3) = hat(Eigen::Vector3d(p.bottomRows(3)));
@@ -167,6 +177,11 @@ class Linearization::Vectors {
   /// Turn vectors (blocks) to the caller's axes and from them; coordinates too.
   Dense to_caller(Dense V) const { return turned(std::move(V), R_); }
   Dense from_caller(Dense V) const { return turned(std::move(V), R_.transpose()); }
+  /// Turns a basis, so that its coordinates are the caller's, numbers row by row.
+  Dense in_caller_axes(const Dense& B) const {
+    const Dense unit = Dense::Identity(B.cols(), B.cols());
+    return by_rows(to_caller(B * coordinates_from_caller(unit)), rows_, cols_);
+  }
   Dense coordinates_to_caller(const Dense& C) const { return turned_coordinates(C, R_); }
   Dense coordinates_from_caller(const Dense& C) const {
     return turned_coordinates(C, R_.transpose());
@@ -183,13 +198,14 @@ class Linearization::Vectors {
     if (!map) return false;
     Dense all = Dense::Zero(rows_ * cols_, count_);
     all.leftCols(V.cols()) = V;
+    if (inertia > 0) all.middleCols(V.cols(), inertia) = start_by_inertia_;
     map->start(point, all);
     maps_.push_back(std::move(map));
     of_map_ = count_;
     return true;
   }
 
-  /// A scene without members has no other simulation.
+  /// Returns the point, in principal axes. A scene without members has no other simulation.
   static const Dense& observed(const Simulation& motion) {
     return dynamic_cast<const ObservedSimulation&>(motion).point();
   }
@@ -199,20 +215,6 @@ class Linearization::Vectors {
     return point.cols() == 1 && (point.rows() == 7 || point.rows() == 3) &&
            motion.fields().front().cols == 3;
   }
-  /// Returns the point in principal axes. The closed form of a scene given by `body` moves it in
-  /// the caller's.
-  Dense principal_point(const Simulation& motion) const {
-    Dense p = observed(motion);
-    if (!exact_body_) return p;
-    const Eigen::Index n = p.rows();
-    p.bottomRows(3) = (R_.transpose() * p.bottomRows(3)).eval();
-    if (n == 7) {
-      const Eigen::Vector4d r = quaternion_of(R_);
-      p.topRows(4) = So3<double, true>::quaternion_times(p, r(0), r.tail<3>());
-    }
-    return p;
-  }
-
   RunStatus move(const std::stop_token& stop) {
     RunStatus status;
     const auto moved = unless_stopped(stop, [&] {
@@ -250,11 +252,12 @@ class Linearization::Vectors {
     return out;
   }
 
-  bool as_blocks_, exact_body_, has_coordinates_ = false;
+  bool as_blocks_, by_inertia_, has_coordinates_ = false;
   std::int64_t first_;
   Eigen::Matrix3d R_ = Eigen::Matrix3d::Identity();
   Eigen::Index rows_ = 0, cols_ = 0, count_ = 0, of_map_ = lanes;
   std::optional<TangentChart> chart_;
+  Dense start_by_inertia_;  ///< the derivatives of the first state by Λ
   std::vector<std::unique_ptr<TangentMap>> maps_;
   Dense point_;
 };
@@ -263,26 +266,27 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
                                                              LinearizationDescription what,
                                                              const Simulation& start,
                                                              const Place& place) {
+  const auto refused = [&](std::string_view field, std::string value, std::string rule) {
+    return std::unexpected(Violations{place.violation(field, std::move(value), std::move(rule))});
+  };
   if (!scene.members().empty())
-    return std::unexpected(cannot(place, "", std::to_string(scene.members().size()) + " members",
-                                  "the scene must have no `members`"));
+    return refused("", std::to_string(scene.members().size()) + " members",
+                   "the scene must have no `members`");
   const std::optional<Tangents> tangents = tangents_of(scene.system());
   if (!tangents)
-    return std::unexpected(
-        cannot(place, "", scene.system(), "has no tangent map; the systems of the catalogue have"));
+    return refused("", scene.system(), "has no tangent map; the systems of the catalogue have");
   if (what.by_inertia && is_bound_to_inertia(scene))
-    return std::unexpected(cannot(
-        place, "inertia", "true",
+    return refused(
+        "inertia", "true",
         "must be false: this closed form holds for Lambda of one or two values, so it has no "
-        "derivative by a single one"));
+        "derivative by a single one; rk4 has");
   auto vectors = std::make_unique<Vectors>(scene, *tangents, what, start);
   const Eigen::Index rows = vectors->rows(), cols = vectors->cols();
   const bool needs_coordinates = !what.vectors || !what.as_blocks;
   if (needs_coordinates && !vectors->has_coordinates())
-    return std::unexpected(
-        cannot(place, "vectors", what.vectors ? "coordinates" : "absent",
-               "must be given as blocks: coordinates are offered for states of up to " +
-                   std::to_string(largest_in_coordinates) + " numbers"));
+    return refused("vectors", what.vectors ? "coordinates" : "absent",
+                   "must be given as blocks: coordinates are offered for states of up to " +
+                       std::to_string(largest_in_coordinates) + " numbers");
   const Dense x = vectors->blocks(start);
   Dense V;
   if (!what.vectors) {
@@ -293,15 +297,13 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
   } else if (!what.as_blocks) {
     const Dense basis = vectors->chart().basis(x);
     if (what.vectors->rows() != basis.cols() || !what.vectors->allFinite())
-      return std::unexpected(
-          cannot(place, "vectors", std::to_string(what.vectors->rows()) + " coordinates",
-                 "must have " + std::to_string(basis.cols()) + " finite coordinates each"));
+      return refused("vectors", std::to_string(what.vectors->rows()) + " coordinates",
+                     "must have " + std::to_string(basis.cols()) + " finite coordinates each");
     V = basis * vectors->coordinates_from_caller(*what.vectors);
   } else {
     if (what.vectors->rows() != rows * cols || !what.vectors->allFinite())
-      return std::unexpected(cannot(place, "vectors",
-                                    std::to_string(what.vectors->rows()) + " numbers",
-                                    "must be finite and " + shape_text(rows, cols) + " each"));
+      return refused("vectors", std::to_string(what.vectors->rows()) + " numbers",
+                     "must be finite and " + shape_text(rows, cols) + " each");
     V = vectors->from_caller(by_columns(*what.vectors, rows, cols));
     Violations violations;
     for (Eigen::Index k = 0; k < V.cols() && violations.size() < 16; ++k) {
@@ -317,12 +319,12 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
   }
   if (!vectors->begin(scene, *tangents, what, V, start)) {
     const SystemInfo* info = catalogue().system(scene.system());
-    return std::unexpected(
-        cannot(place, "method", scene.method(),
-               "has no tangent map: it chooses its substeps by an estimate of the error, which is "
-               "no smooth function of the state; give the scene another method of " +
-                   scene.system() +
-                   (info ? ", such as " + std::string(info->methods.front().method) : "")));
+    return refused(
+        "method", scene.method(),
+        "has no tangent map: it chooses its substeps by an estimate of the error, which is "
+        "no smooth function of the state; give the scene another method of " +
+            scene.system() +
+            (info ? ", such as " + std::string(info->methods.front().method) : ""));
   }
   return Linearization(std::move(vectors));
 }
@@ -336,13 +338,18 @@ Dense Linearization::vectors(const Simulation& motion) const {
   const Dense V = vectors_->read(motion);
   if (vectors_->as_blocks()) return by_rows(vectors_->to_caller(V), rows(), cols());
   return vectors_->coordinates_to_caller(
-      vectors_->chart().coordinates(vectors_->blocks(motion), V));
+      vectors_->chart().coordinates(vectors_->blocks(motion), V, vectors_->by_inertia()));
 }
 
 Dense Linearization::basis(const Simulation& motion) const {
-  const Dense B = vectors_->chart().basis(vectors_->blocks(motion));
-  const Dense unit = Dense::Identity(B.cols(), B.cols());
-  return by_rows(vectors_->to_caller(B * vectors_->coordinates_from_caller(unit)), rows(), cols());
+  const Dense x = vectors_->blocks(motion);
+  return vectors_->in_caller_axes(vectors_->by_inertia()
+                                      ? vectors_->chart().basis_of_every_inertia(x)
+                                      : vectors_->chart().basis(x));
+}
+
+Dense Linearization::start_basis(const Simulation& motion) const {
+  return vectors_->in_caller_axes(vectors_->chart().basis(vectors_->blocks(motion)));
 }
 
 Eigen::Index Linearization::rows() const { return vectors_->rows(); }
@@ -370,7 +377,8 @@ std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool
                        : x.is_body ? x.dimension
                                    : of_bases * x.size;
   const double kept = sizeof(double) * x.size * (copies * m + of_values + basis) + object;
-  if (moves_by_columns(scene)) return static_cast<std::uint64_t>(kept);
+  if (moves_by_columns(scene))
+    return static_cast<std::uint64_t>(kept) + (x.is_body ? simulation_bytes(scene) : 0);
   const bool is_square = scene.Q().rows() == scene.Q().cols();
   const double of_map =
       x.is_complex                                                                          ? 5

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/tangent/confirmation.h"
 #include "engine/tangent/coordinates.h"
 #include "engine/tangent/lyapunov_run.h"
 #include "stiefel/price.h"
@@ -44,7 +45,7 @@ std::expected<LyapunovExponents, Violations> LyapunovExponents::resume(
   if (!in.sound() || header.is != LyapunovHeader::format || header.step != now.step() ||
       header.step > what.to || header.interval < 1 || header.from != asked.from ||
       header.count != asked.count || header.asked_interval != asked.asked_interval ||
-      header.seed != asked.seed || header.orthonormalization != asked.orthonormalization)
+      header.seed != asked.seed)
     return refused();
   auto run = std::make_unique<LyapunovRun>(scene, what);
   if (auto violations = run->prepare(now, place, header); !violations.empty())
@@ -53,9 +54,7 @@ std::expected<LyapunovExponents, Violations> LyapunovExponents::resume(
   return LyapunovExponents(std::move(run));
 }
 
-std::string LyapunovExponents::save() const {
-  return run_->saved().empty() ? run_->write() : run_->saved();
-}
+std::string LyapunovExponents::save() const { return run_->save(); }
 
 RunStatus LyapunovExponents::advance(Simulation& motion, std::int64_t steps,
                                      const std::stop_token& stop) {
@@ -67,6 +66,7 @@ bool LyapunovExponents::is_current() const { return run_->at() == run_->last_end
 std::int64_t LyapunovExponents::step() const { return run_->last_end(); }
 std::int64_t LyapunovExponents::interval() const { return run_->interval(); }
 std::int64_t LyapunovExponents::computed_steps() const { return run_->computed(); }
+std::int64_t LyapunovExponents::covered_steps() const { return run_->covered(); }
 Eigen::Index LyapunovExponents::vectors() const { return run_->growth().count(); }
 
 Eigen::VectorXd LyapunovExponents::exponents() const {
@@ -96,21 +96,31 @@ double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors,
          of_numbers * D * m + 8 * D * m * m;
 }
 
+double confirmation_work(const Scene& scene, double step_work, std::int64_t size) {
+  const Scene map = confirming_scene(scene);
+  double work = step_work;
+  if (map.order() > 0)
+    work *= step_price(map, Confirmation::longest_step) * map.substeps() /
+            (step_weight(scene) * scene.substeps());
+  return work + lyapunov_work(map, work, TangentMap::lanes, size);
+}
+
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size) {
   const StateExtent x = extent_of(scene);
   const std::int64_t vectors =
       std::min({lyapunov_vectors(what, size), size, static_cast<std::int64_t>(x.dimension)});
   const auto m = static_cast<std::uint64_t>(vectors), D = static_cast<std::uint64_t>(size);
-  const bool continuous = what.orthonormalization == Orthonormalization::continuous;
-  const std::uint64_t squares = continuous                                                  ? 20
-                                : x.is_body || size > Linearization::largest_in_coordinates ? 0
-                                                                                            : 3;
-  // A second motion has at most as many vectors as one map of `Tangent` moves.
+  const std::uint64_t squares = x.is_body || size > Linearization::largest_in_coordinates ? 0 : 3;
+  // The second motion has at most as many vectors as one map of `Tangent` moves; its state is saved
+  // twice.
+  const Scene map = confirming_scene(scene);
+  const auto lanes = std::min<std::uint64_t>(m, TangentMap::lanes);
   return linearization_bytes(scene, vectors, false) +
-         linearization_bytes(scene, std::min<std::int64_t>(vectors, TangentMap::lanes), false) +
-         simulation_bytes(scene) +
-         sizeof(double) * (6 * D * m + squares * D * D + 256 * (m + 8) + 8 * m * m);
+         linearization_bytes(map, static_cast<std::int64_t>(lanes), false) +
+         2 * simulation_bytes(scene) + 3 * simulation_bytes(map) +
+         sizeof(double) *
+             (6 * D * (m + lanes) + squares * D * D + 256 * (m + lanes + 16) + 8 * m * m);
 }
 
 LyapunovExponents::LyapunovExponents(std::unique_ptr<LyapunovRun> run) : run_(std::move(run)) {}

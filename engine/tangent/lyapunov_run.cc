@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
-#include "engine/numbers/to_text.h"
+#include "engine/tangent/confirmation.h"
 #include "engine/tangent/systems.h"
 #include "stiefel/stop.h"
 
@@ -22,12 +23,13 @@ std::int64_t chosen_interval(const Scene& scene, double rate) {
 
 }  // namespace
 
+LyapunovRun::LyapunovRun(const Scene& scene, const LyapunovDescription& what, bool judged)
+    : scene_(scene), what_(what), judged_(judged), growth_(1) {}
+LyapunovRun::~LyapunovRun() = default;
+
 LyapunovHeader LyapunovHeader::of(const LyapunovDescription& what) {
-  return {.from = what.from,
-          .count = what.count,
-          .asked_interval = what.interval,
-          .orthonormalization = static_cast<std::uint64_t>(what.orthonormalization),
-          .seed = what.seed};
+  return {
+      .from = what.from, .count = what.count, .asked_interval = what.interval, .seed = what.seed};
 }
 
 Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
@@ -37,11 +39,6 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
                             "the scene must have no `members`")};
   const auto tangents = tangents_of(scene_.system());
   if (!tangents) return {place.violation("", scene_.system(), "has no tangent map")};
-  const bool continuous = what_.orthonormalization == Orthonormalization::continuous;
-  if (continuous && !tangents->field)
-    return {place.violation("orthonormalization", "continuous",
-                            "must be discrete_qr: " + scene_.system() +
-                                " is a discrete system, which has no vector field")};
   vectors_.emplace(scene_, tangents->space(scene_), start);
   const std::int64_t dimension = vectors_->dimension(vectors_->state(start));
   if (dimension == 0 && what_.count == 0)
@@ -58,31 +55,14 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
       most, what_.count == 0 ? most : std::max<std::int64_t>(what_.count, TangentMap::lanes)));
   growth_ = Growth(count_);
   rate_ = saved ? saved->rate : start.rate();
+  fastest_ = saved ? saved->fastest : rate_;
+  first_.resize(start.saved_size());
   at_ = last_end_ = start.step();
   interval_ = saved                ? saved->interval
               : what_.interval > 0 ? what_.interval
                                    : chosen_interval(scene_, rate_);
   if (what_.interval < 0)
     return {place.violation("interval", std::to_string(what_.interval), "must be at least 0")};
-  if (continuous) {
-    interval_ += interval_ % 2;
-    constexpr double longest = 0.5;
-    if (rate_ * std::abs(scene_.step()) > longest)
-      return {place.violation(
-          "orthonormalization", "continuous",
-          "must be discrete_qr, or the step at most " + to_text(longest / rate_, 3) +
-              ": the flow is integrated over two steps, so that these may turn by " +
-              to_text(longest) + " rad each")};
-    if ((what_.to - what_.from) % 2 != 0)
-      return {place.violation("to", std::to_string(what_.to),
-                              "must be an even number of steps after `from` for continuous "
-                              "orthonormalization, which takes two steps at a time")};
-    if (vectors_->size() > FrameFlow::largest)
-      return {place.violation("orthonormalization", "continuous",
-                              "must be discrete_qr for states of more than " +
-                                  std::to_string(FrameFlow::largest) + " numbers")};
-    flow_.emplace(tangents->field(scene_), vectors_->weights(), count_);
-  }
   if ((what_.to - what_.from) / interval_ < LyapunovExponents::least_intervals)
     return {place.violation(
         "to", std::to_string(what_.to),
@@ -93,10 +73,13 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
   return {};
 }
 
+Violations LyapunovRun::begin(const Simulation& start, const Place& place) {
+  V_ = vectors_->random(vectors_->state(start), count_, what_.seed);
+  start.save(first_);
+  return restart(start, place);
+}
+
 Violations LyapunovRun::restart(const Simulation& motion, const Place& place) {
-  R_ = Dense::Identity(count_, count_);
-  W_ = V_;
-  if (flow_) return {};
   linearization_.reset();
   LinearizationDescription moved;
   moved.vectors = vectors_->by_rows(V_);
@@ -107,35 +90,14 @@ Violations LyapunovRun::restart(const Simulation& motion, const Place& place) {
   return {};
 }
 
-RunStatus LyapunovRun::move_frame(Simulation& motion, std::int64_t steps,
-                                  const std::stop_token& stop) {
-  std::array<Dense, 3> x;
-  x[0] = vectors_->principal_state(motion);
-  for (std::int64_t done = 0; done < steps; done += 2) {
-    for (const std::size_t k : {1, 2}) {
-      if (const RunStatus status = motion.advance(1, stop); !status.reached()) return status;
-      x[k] = vectors_->principal_state(motion);
-    }
-    const auto R = unless_stopped(stop, [&] {
-      W_ = vectors_->to_principal(W_);
-      Dense made = flow_->move(W_, x, scene_.step());
-      W_ = vectors_->from_principal(W_);
-      return made;
-    });
-    if (!R) return {Outcome::cancelled, std::nullopt};
-    R_ = *R * R_;
-    x[0] = x[2];
-  }
-  return {};
-}
-
 RunStatus LyapunovRun::close(const Simulation& motion) {
-  V_ = flow_ ? W_ : vectors_->by_columns(linearization_->vectors(motion));
+  V_ = vectors_->by_columns(linearization_->vectors(motion));
   if (!V_.allFinite()) return {Outcome::not_finite, std::nullopt};
-  const Dense R = vectors_->orthonormalise(vectors_->state(motion), V_) * R_;
+  const Dense R = vectors_->orthonormalise(vectors_->state(motion), V_);
   if (!(R.diagonal().minCoeff() > 0) || !R.allFinite()) return {Outcome::not_finite, std::nullopt};
   growth_.add(static_cast<double>(at_ - last_end_) * std::abs(scene_.step()), R);
   last_end_ = at_;
+  fastest_ = std::max(fastest_, motion.rate());
   if (at_ < what_.to && what_.to - at_ < interval_) saved_ = write();
   if (at_ < what_.to && !restart(motion).empty()) return {Outcome::not_finite, std::nullopt};
   return {};
@@ -143,13 +105,11 @@ RunStatus LyapunovRun::close(const Simulation& motion) {
 
 RunStatus LyapunovRun::advance(Simulation& motion, std::int64_t steps,
                                const std::stop_token& stop) {
-  if (at_ == what_.to && beside_) return advance_beside(steps, stop);
+  if (confirmation_) return confirm(static_cast<double>(steps), motion.step_cost(), stop);
   do {
     const std::int64_t left = interval_end() - at_;
-    std::int64_t now = motion.direct() ? left : std::min(steps, left);
-    if (flow_) now += now % 2;
-    RunStatus status =
-        flow_ ? move_frame(motion, now, stop) : linearization_->advance(motion, now, stop);
+    const std::int64_t now = motion.direct() ? left : std::min(steps, left);
+    RunStatus status = linearization_->advance(motion, now, stop);
     computed_ += motion.direct() ? 1 : motion.step() - at_;
     at_ = motion.step();
     if (status.reached() && at_ == interval_end()) status = close(motion);
@@ -159,51 +119,71 @@ RunStatus LyapunovRun::advance(Simulation& motion, std::int64_t steps,
           "The motion ended at step " + std::to_string(at_) + ", before the last one.";
       return status;
     }
-    if (!judged_ && growth_.sums()(0) >= beside_enough) what_.to = at_;
     steps -= motion.direct() ? steps : now;
   } while (steps > 0 && at_ < what_.to);
-  if (at_ == what_.to) judge(motion);
+  if (at_ == what_.to) judge();
   return {};
 }
 
-void LyapunovRun::judge(const Simulation& motion) {
+void LyapunovRun::judge() {
   if (!judged_) return;
   judgement_ = judge_growth(growth_, rate_);
-  if (judgement_.kind != MotionKind::chaotic) return;
-  // What looks chaotic is so if a motion beside it, with shorter steps, is too. It starts where the
-  // steps have not yet drifted from the flow, if that state is at hand.
-  const double lambda = growth_.sums()(0) / growth_.time();
-  LyapunovDescription what;
-  what.interval = interval_;
-  what.count = std::min<std::int64_t>(2, count_);
-  const double steps = beside_growth / (lambda * std::abs(scene_.step()));
-  what.to = (static_cast<std::int64_t>(steps) / interval_ + 1) * interval_;
-  what.to = std::max(what.to, LyapunovExponents::least_intervals * interval_);
-  if (const auto scene = what_.from == 0 ? beside(*make_simulation(scene_)) : beside(motion)) {
-    beside_ = std::make_unique<LyapunovRun>(*scene, what, false);
-    other_ = make_simulation(*scene);
-    if (!beside_->prepare(*other_).empty() || !beside_->begin(*other_).empty()) beside_.reset();
-  }
-  if (!beside_) judgement_ = confirm(judgement_, growth_, nullptr, false);
+  std::string none;
+  if (judgement_.kind == MotionKind::chaotic) none = begin_confirmation();
+  if (!confirmation_) saved_confirmation_.clear();
+  if (!none.empty()) judgement_ = {MotionKind::undecided, judgement_.reason + ". " + none};
 }
 
-std::optional<Scene> LyapunovRun::beside(const Simulation& start) const {
-  const Dense x = vectors_->state(start), V = vectors_->random(x, 1, what_.seed + 1);
-  return scene_beside(scene_, start, V.reshaped(x.rows(), V.rows() / x.rows()));
+std::string LyapunovRun::begin_confirmation() {
+  const auto start = make_simulation(scene_);
+  start->restore(what_.from, first_);
+  const Dense x = vectors_->state(*start), V = vectors_->random(x, 1, what_.seed + 1);
+  const Confirmation::First first{
+      .scene = scene_,
+      .start = *start,
+      .direction = V.reshaped(x.rows(), V.rows() / x.rows()),
+      .interval = interval_,
+      .intervals = intervals(),
+      .fastest = fastest_,
+      .what = {.count = std::min<std::int64_t>(2, count_), .seed = what_.seed}};
+  confirmation_ = std::make_unique<Confirmation>();
+  std::string none = confirmation_->begin(first);
+  if (none.empty() && !saved_confirmation_.empty() && !confirmation_->restore(saved_confirmation_))
+    none = confirmation_->begin(first);
+  if (!none.empty()) confirmation_.reset();
+  return none;
 }
 
-RunStatus LyapunovRun::advance_beside(std::int64_t steps, const std::stop_token& stop) {
-  const RunStatus status = beside_->advance(*other_, steps, stop);
+RunStatus LyapunovRun::confirm(double steps, double step_cost, const std::stop_token& stop) {
+  const RunStatus status = confirmation_->advance(steps, step_cost, stop);
   if (status.outcome == Outcome::cancelled) {
     ended_ = true;
     return status;
   }
-  if (!beside_->done()) return {};
-  judgement_ = confirm(judgement_, growth_, &beside_->growth_, status.reached());
-  computed_beside_ = beside_->computed_;
-  beside_.reset();
-  other_.reset();
+  if (!confirmation_->done()) return {};
+  judgement_ = confirmed(judgement_, growth_, confirmation_->run().growth(), rate_,
+                         status.reached(), confirmation_->how());
+  computed_beside_ = confirmation_->run().computed();
+  saved_confirmation_ = confirmation_->save();
+  confirmation_.reset();
   return {};
+}
+
+std::int64_t LyapunovRun::computed() const {
+  return computed_ + (confirmation_ ? confirmation_->run().computed() : computed_beside_);
+}
+
+std::int64_t LyapunovRun::covered() const {
+  const std::int64_t own = last_end_ - what_.from;
+  if (!confirmation_) return own;
+  const LyapunovRun& other = confirmation_->run();
+  return own + other.last_end() / other.interval() * interval_;
+}
+
+std::string LyapunovRun::save() const {
+  ByteWriter out;
+  out.put(confirmation_ ? confirmation_->save() : saved_confirmation_);
+  return (saved_.empty() ? write() : saved_) + out.take();
 }
 
 std::string LyapunovRun::write() const {
@@ -212,7 +192,9 @@ std::string LyapunovRun::write() const {
   header.step = last_end_;
   header.interval = interval_;
   header.rate = rate_;
+  header.fastest = fastest_;
   header.each([&](const auto& number) { out.put(number); });
+  out.put(first_);
   for (const double w : vectors_->weights()) out.put(w);
   for (const double v : V_.reshaped()) out.put(v);
   growth_.save(out);
@@ -220,16 +202,17 @@ std::string LyapunovRun::write() const {
 }
 
 bool LyapunovRun::restore(ByteReader& in, const Simulation& now) {
+  in.get(first_);
   Eigen::VectorXd weights = vectors_->weights();
   for (double& w : weights) in.get(w);
   V_.resize(vectors_->size(), count_);
   for (double& v : V_.reshaped()) in.get(v);
   growth_.restore(in);
+  in.get_up_to(std::numeric_limits<std::int32_t>::max(), saved_confirmation_);
   if (!in.complete() || !V_.allFinite()) return false;
   vectors_->set_weights(weights);
-  if (flow_) flow_->set_weights(weights);
   if (at_ == what_.to) {
-    judge(now);
+    judge();
     return true;
   }
   if (what_.to - at_ < interval_) saved_ = write();

@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "engine/tangent/frame_flow.h"
 #include "engine/tangent/growth_vectors.h"
 #include "engine/tangent/verdict.h"
 #include "stiefel/linearization.h"
@@ -12,49 +11,49 @@
 
 namespace stiefel {
 
+class Confirmation;
+
 /// What `save` writes first. Of a run that goes on, the interval and the rate are those of its
 /// start.
 struct LyapunovHeader {
   /// The version of the bytes.
-  static constexpr std::uint64_t format = 0x5354464c4c594131;
+  static constexpr std::uint64_t format = 0x5354464c4c594133;
 
   std::uint64_t is = format;
   std::int64_t step = 0, from = 0, count = 0, asked_interval = 0, interval = 0;
-  std::uint64_t orthonormalization = 0, seed = 0;
-  double rate = 0;
+  std::uint64_t seed = 0;
+  double rate = 0, fastest = 0;
 
   void each(auto&& visit) {
     visit(is), visit(step), visit(from), visit(count), visit(asked_interval), visit(interval);
-    visit(orthonormalization), visit(seed), visit(rate);
+    visit(seed), visit(rate), visit(fastest);
   }
 
   /// Returns what a request fixes.
   static LyapunovHeader of(const LyapunovDescription& what);
 };
 
-/// The run of a LyapunovExponents.
+/// The run of a LyapunovExponents: the growth of vectors beside a motion, and after it, where its
+/// verdict needs one, the confirmation.
 class LyapunovRun {
   using Dense = Eigen::MatrixXd;
 
  public:
   /// A run that is not judged has no verdict.
-  LyapunovRun(const Scene& scene, const LyapunovDescription& what, bool judged = true)
-      : scene_(scene), what_(what), judged_(judged), growth_(1) {}
+  LyapunovRun(const Scene& scene, const LyapunovDescription& what, bool judged = true);
+  ~LyapunovRun();
 
   /// Returns what forbids the description, else an empty list. `saved`: of the run that goes on.
   Violations prepare(const Simulation& start, const Place& place = {},
                      const std::optional<LyapunovHeader>& saved = {});
   /// Sets the random first vectors, unless the method has no tangent.
-  Violations begin(const Simulation& start, const Place& place = {}) {
-    V_ = vectors_->random(vectors_->state(start), count_, what_.seed);
-    return restart(start, place);
-  }
+  Violations begin(const Simulation& start, const Place& place = {});
   /// Reads what stands behind the header.
   bool restore(ByteReader& in, const Simulation& now);
-  std::string write() const;
+  std::string save() const;
 
   RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop);
-  bool done() const { return ended_ || (at_ == what_.to && !beside_); }
+  bool done() const { return ended_ || (at_ == what_.to && !confirmation_); }
 
   const LyapunovDescription& what() const { return what_; }
   const Growth& growth() const { return growth_; }
@@ -62,45 +61,45 @@ class LyapunovRun {
     return what_.count > 0 ? static_cast<Eigen::Index>(what_.count) : count_;
   }
   std::int64_t at() const { return at_; }
+  std::int64_t interval_end() const { return std::min(what_.to, last_end_ + interval_); }
   std::int64_t interval() const { return interval_; }
   std::int64_t last_end() const { return last_end_; }
-  std::int64_t computed() const {
-    return computed_ + computed_beside_ + (beside_ ? beside_->computed_ : 0);
-  }
+  std::int64_t computed() const;
+  /// Returns how many steps the motion and its confirmation have covered.
+  std::int64_t covered() const;
   double rate() const { return rate_; }
   const Judgement& judgement() const { return judgement_; }
-  const std::string& saved() const { return saved_; }
 
  private:
-  std::int64_t interval_end() const { return std::min(what_.to, last_end_ + interval_); }
   /// Begins an interval with V at the state of `motion`.
   Violations restart(const Simulation& motion, const Place& place = {});
-  RunStatus move_frame(Simulation& motion, std::int64_t steps, const std::stop_token& stop);
   /// Ends an interval.
   RunStatus close(const Simulation& motion);
-  void judge(const Simulation& motion);
-  /// Returns the scene of a second motion, beside that state.
-  std::optional<Scene> beside(const Simulation& start) const;
-  RunStatus advance_beside(std::int64_t steps, const std::stop_token& stop);
+  std::int64_t intervals() const { return (what_.to - what_.from - 1) / interval_ + 1; }
+  void judge();
+  /// Begins the confirmation, or goes on where it was saved. Returns why there is none.
+  std::string begin_confirmation();
+  RunStatus confirm(double steps, double step_cost, const std::stop_token& stop);
+  std::string write() const;
 
   Scene scene_;
   LyapunovDescription what_;
   bool judged_;
   std::optional<GrowthVectors> vectors_;
   Eigen::Index count_ = 0;  ///< vectors that move; the largest exponents of them are shown
-  std::int64_t interval_ = 1, at_ = 0, last_end_ = 0, computed_ = 0, computed_beside_ = 0;
-  double rate_ = 0;
-  Dense V_;      ///< at the last end of an interval
-  Dense W_, R_;  ///< of `flow_`: on the way from V, and the R since then
+  std::int64_t interval_ = 1, at_ = 0, last_end_ = 0, computed_ = 0;
+  double rate_ = 0, fastest_ = 0;  ///< of the motion: at the start, and the largest since
+  std::vector<double> first_;      ///< the saved state at the start
+  Dense V_;                        ///< at the last end of an interval
   Growth growth_;
   std::optional<Linearization> linearization_;
-  std::optional<FrameFlow> flow_;
   std::string
       saved_;  ///< at the last end of a whole interval, while a shorter one runs and after it
   bool ended_ = false;
   Judgement judgement_;
-  std::unique_ptr<Simulation> other_;
-  std::unique_ptr<LyapunovRun> beside_;
+  std::unique_ptr<Confirmation> confirmation_;
+  std::vector<char> saved_confirmation_;  ///< when there is none, where a later run goes on
+  std::int64_t computed_beside_ = 0;
 };
 
 }  // namespace stiefel

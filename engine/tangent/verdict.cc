@@ -1,16 +1,14 @@
 #include "engine/tangent/verdict.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "engine/methods/exact.h"
 #include "engine/numbers/to_text.h"
-#include "stiefel/conversion.h"
+#include "engine/tangent/confirmation.h"
 
 namespace stiefel {
 namespace {
-
-using Dense = Eigen::MatrixXd;
 
 constexpr double ln2 = std::numbers::ln2;
 
@@ -34,9 +32,8 @@ constexpr double chaotic_excess = 2, chaotic_rise = 15, chaotic_power = 0.5, cha
 constexpr double correlated_rise = 1.5;
 /// Beyond that fall of S_1 the vectors consist of rounding errors.
 constexpr double rounding_fall = 25;
-/// The part of the exponent that a motion beside must have, and its growth, which is far above what
-/// it gains in one passage of an unstable motion, −ln(beside_distance).
-constexpr double confirmed_part = 0.25, confirmed_growth = 30;
+/// The part of the exponent that the confirmation must have.
+constexpr double confirmed_part = 0.25;
 
 }  // namespace
 
@@ -102,54 +99,22 @@ Judgement judge_growth(const Growth& growth, double rate) {
               " ± " + number(error) + ", exponential. A longer run may decide" + correlated + "."};
 }
 
-std::optional<Scene> scene_beside(const Scene& scene, const Simulation& now,
-                                  const Dense& direction) {
-  const auto here = scene_at(scene, now);
-  if (!here) return std::nullopt;
-  SceneDescription moved = here->description();
-  if (moved.body) {
-    auto& omega = moved.body->angular_velocity;
-    const double size = beside_distance * Eigen::Map<Eigen::Vector3d>(omega.data()).norm();
-    const Eigen::Vector3d aside(0.6, -0.48, 0.64);
-    for (std::size_t i = 0; i < 3; ++i) omega[i] += size * aside(static_cast<Eigen::Index>(i));
-  } else {
-    Eigen::Index row = 0;
-    for (std::size_t i = 0; i < now.block_count() && row < direction.rows(); ++i) {
-      const auto found = moved.initial.find(now.fields()[i].name);
-      if (found == moved.initial.end()) return std::nullopt;
-      RowMatrix& block = found->second.values;
-      if (block.cols() != direction.cols() || row + block.rows() > direction.rows())
-        return std::nullopt;
-      block += beside_distance * direction.middleRows(row, block.rows());
-      row += block.rows();
-    }
-  }
-  if (moved.method && moved.method->name != Exact::traits.name)
-    moved.method->substeps = beside_substeps * scene.substeps();
-  auto made = Scene::resolve(std::move(moved), Scene::drift_tolerance);
-  return made ? std::optional(*std::move(made)) : std::nullopt;
-}
-
-Judgement confirm(const Judgement& found, const Growth& growth, const Growth* beside,
-                  bool reached) {
-  const std::string neighbour = ". A motion that starts " + number(beside_distance) +
-                                " beside this one, with a quarter of the step,";
-  if (beside == nullptr)
-    return {MotionKind::undecided,
-            found.reason + ". No motion beside this one could be made that would confirm it."};
+Judgement confirmed(const Judgement& found, const Growth& growth, const Growth& beside, double rate,
+                    bool reached, const std::string& how) {
+  const std::string neighbour = found.reason + ". A motion that starts " +
+                                number(Confirmation::distance) + " beside this one" +
+                                (how.empty() ? "" : ", by " + how) + ",";
   if (!reached)
-    return {MotionKind::undecided,
-            found.reason + neighbour + " ended early, so that it confirms nothing."};
-  const double lambda = growth.sums()(0) / growth.time();
-  const double other = beside->sums()(0) / beside->time();
-  if (other < confirmed_part * lambda || beside->sums()(0) < confirmed_growth)
-    return {
-        MotionKind::undecided,
-        found.reason + neighbour + " has lambda = " + number(other) + " over a time of " +
-            number(beside->time()) +
-            ": the growth belongs to this single motion, such as an unstable periodic one, or to "
-            "the length of its step."};
-  return {MotionKind::chaotic, found.reason + neighbour + " has lambda = " + number(other) + "."};
+    return {MotionKind::undecided, neighbour + " ended early, so that it confirms nothing."};
+  const double lambda = growth.sums()(0) / growth.time(), other = beside.sums()(0) / beside.time();
+  const std::string numbers = neighbour + " has lambda = " + number(other) + " over the same time";
+  if (other >= confirmed_part * lambda && judge_growth(beside, rate).kind == MotionKind::chaotic)
+    return {MotionKind::chaotic, numbers + "."};
+  return {MotionKind::undecided,
+          numbers + (how.empty() ? ": the growth is of this single motion, such as an unstable "
+                                   "periodic one."
+                                 : ": the growth is of the map, not of the flow, or of this single "
+                                   "motion, such as an unstable periodic one.")};
 }
 
 }  // namespace stiefel

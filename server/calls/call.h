@@ -23,19 +23,6 @@ struct Begun {
   grpc::Status status;
 };
 
-/// Returns the error of a call that was stopped: SHUTTING_DOWN if the server stops, otherwise
-/// CANCELLED, because its caller went away.
-inline grpc::Status stopped(const Lifecycle& lifecycle) {
-  return lifecycle.stopping() ? errors::shutting_down() : errors::cancelled();
-}
-
-/// Returns the status of a call for the exception being handled.
-inline grpc::Status status_of_exception(const Lifecycle& lifecycle) {
-  const grpc::Status status = errors::from_current_exception();
-  // Of exceptions, only that of a stopped computation has this code.
-  return status.error_code() == grpc::CANCELLED ? stopped(lifecycle) : status;
-}
-
 /// The stop callback of a call.
 struct RequestStop {
   std::stop_source stop;
@@ -119,7 +106,7 @@ class Call : public Reactor, protected Job {
     try {
       made = make();
     } catch (...) {
-      made = status_of_exception(host_.lifecycle);
+      made = errors::from_current_exception();
     }
     State expected = State::making;
     if (!state_.compare_exchange_strong(expected, State::other)) {
@@ -134,8 +121,15 @@ class Call : public Reactor, protected Job {
     free();
     permit_.give_back();
   }
+  /// Returns the status that the caller is told: a computation that was stopped while its caller is
+  /// there was stopped by the end of the server.
+  grpc::Status told(const grpc::Status& status) const {
+    const bool stopped = status.error_code() == grpc::CANCELLED;
+    return stopped && !cancelled() && host_.lifecycle.stopping() ? errors::shutting_down() : status;
+  }
   /// Ends the call; it may be deleted. The caller who is there finds the place free.
-  void end(const grpc::Status& status) {
+  void end(const grpc::Status& of_call) {
+    const grpc::Status status = told(of_call);
     log_.finish(status, computed_steps());
     if (cancelled() && !status.ok()) {
       state_ = State::answered;
@@ -151,7 +145,7 @@ class Call : public Reactor, protected Job {
     stop_.request_stop();
   }
   bool cancelled() const { return cancelled_; }
-  /// Requests a stop when the caller cancels or the server shuts down.
+  /// Requests a stop when the caller cancels or the server interrupts its calls.
   std::stop_token stop() const { return stop_.get_token(); }
 
   Host& host_;

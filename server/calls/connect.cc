@@ -19,9 +19,9 @@ namespace {
 /// last pair of a slice wait for the others, so that shorter slices would take more time.
 class ConnectCall final : public Call<grpc::ServerWriteReactor<v1::ConnectResponse>> {
  public:
-  ConnectCall(Host& host, CallLog log, const v1::ConnectRequest& request, MemoryLease memory,
-              std::size_t at_once)
-      : Call(host, std::move(log), std::move(memory)), request_(request), at_once_(at_once) {
+  /// `memory`: of the request; that of the searches is taken once the request is read.
+  ConnectCall(Host& host, CallLog log, const v1::ConnectRequest& request, MemoryLease memory)
+      : Call(host, std::move(log), std::move(memory)), request_(request) {
     const double price = std::max(connect_work(request), price_cap(kind));
     begin(kind, Permit::Kind::call, price, price, true);
   }
@@ -51,7 +51,6 @@ class ConnectCall final : public Call<grpc::ServerWriteReactor<v1::ConnectRespon
   bool take_message();
 
   const v1::ConnectRequest& request_;
-  const std::size_t at_once_;
   std::optional<ConnectAnswer> answer_;  // emplaced before the first message
 
   std::mutex mutex_;
@@ -70,9 +69,9 @@ bool ConnectCall::run_slice() noexcept {
     if (!answer_ && host_.lifecycle.refusing()) status = errors::shutting_down();
     if (cancelled()) status = errors::cancelled();
     if (status.ok())
-      status = stoppable(stop(), [this] { return work(); }).value_or(stopped(host_.lifecycle));
+      status = stoppable(stop(), [this] { return work(); }).value_or(errors::cancelled());
   } catch (...) {
-    status = status_of_exception(host_.lifecycle);
+    status = errors::from_current_exception();
   }
   {
     const std::lock_guard lock(mutex_);
@@ -91,7 +90,12 @@ grpc::Status ConnectCall::work() {
   if (!answer_) {
     auto task = read(request_);
     if (!task) return task.error();
-    answer_.emplace(*std::move(task), memory_.bytes(), at_once_);
+    constexpr std::uint64_t part_of_memory = 8;
+    const std::uint64_t workspace = connect_workspace(request_);
+    const std::size_t at_once = searches_at_once(request_, workspace, host_.scheduler.threads(),
+                                                 log_.account().memory().limit() / part_of_memory);
+    memory_.grow(at_once * workspace + waiting_answers_bytes(request_));
+    answer_.emplace(*std::move(task), memory_.bytes(), at_once);
   }
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::milliseconds(200);
@@ -130,7 +134,7 @@ void ConnectCall::OnWriteDone(bool ok) {
     try {
       writes = !cancelled() && take_message();
     } catch (...) {
-      error_ = status_of_exception(host_.lifecycle);
+      error_ = errors::from_current_exception();
     }
     if (rests_ && (!writes || answer_->can_join())) {
       rests_ = false;
@@ -145,15 +149,8 @@ void ConnectCall::OnWriteDone(bool ok) {
 
 Service::Writing<v1::ConnectResponse> Service::Connect(Context&, CallLog& log,
                                                        const v1::ConnectRequest& request) {
-  constexpr std::uint64_t part_of_memory = 8;
-  MemoryBudget& budget = log.account().memory();
-  const std::uint64_t workspace = connect_workspace(request);
-  const std::size_t at_once = searches_at_once(request, workspace, host_.scheduler.threads(),
-                                               budget.limit() / part_of_memory);
-  MemoryLease memory(
-      budget, memory_price({.request = held_by(request),
-                            .workspace = at_once * workspace + waiting_answers_bytes(request)}));
-  return new ConnectCall(host_, std::move(log), request, std::move(memory), at_once);
+  MemoryLease memory(log.account().memory(), memory_price({.request = held_by(request)}));
+  return new ConnectCall(host_, std::move(log), request, std::move(memory));
 }
 
 }  // namespace stiefel::server

@@ -18,10 +18,9 @@ Service::Unary Service::Diagnose(Context& context, CallLog& log, const v1::Diagn
   auto session = find_session(host_, context, request.session_id());
   if (!session) return session.error();
   if (auto status = check_step("to", request.to()); !status.ok()) return status;
-  MemoryLease memory(log.account().memory(),
-                     memory_price({held_by(request), diagnosis_workspace(**session)}));
-  const std::uint64_t held = memory.bytes();
+  const std::uint64_t held = memory_price({held_by(request), diagnosis_workspace(**session)});
   const auto call = [&](const UnaryCall::MoreWork& more, UnaryCall::Answer answer) {
+    MemoryLease memory(log.account().memory(), held);
     return new UnaryCall(host_, std::move(log), *std::move(session), request.to(), more,
                          std::move(answer), std::move(memory));
   };

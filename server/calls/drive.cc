@@ -74,8 +74,9 @@ class DriveCall final
     if (status.ok()) {
       steps_ += response_.step().computed_steps();
     } else {
-      log_.refuse(status);
-      errors::to_proto(status, response_.mutable_error());
+      const grpc::Status error = told(status);
+      log_.refuse(error);
+      errors::to_proto(error, response_.mutable_error());
     }
     log_.writing();
     StartWrite(&response_);
@@ -183,11 +184,12 @@ bool DriveCall::run_slice() noexcept {
       log_.worked();
       return true;
     }
-    answer_step(**session_, *cursor_, task_, response_.mutable_step());
+    const bool stopped = cursor_->run_status().outcome == Outcome::cancelled;
+    if (!stopped) answer_step(**session_, *cursor_, task_, response_.mutable_step());
     log_.worked();
-    reply(grpc::Status::OK);
+    reply(stopped ? errors::shutting_down(**session_, cursor_->simulation()) : grpc::Status::OK);
   } catch (...) {
-    reply(status_of_exception(host_.lifecycle));
+    reply(errors::from_current_exception());
   }
   return false;
 }

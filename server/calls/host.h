@@ -19,15 +19,17 @@
 
 namespace stiefel::server {
 
-/// The phases of a server: serving, refusing (new work gets UNAVAILABLE) and stopping (running work
-/// ends at its next slice). Also counts the running calls, each until its reply is delivered.
+/// The phases of a server: serving, refusing (new work gets UNAVAILABLE), stopping (running work
+/// ends at its next slice, with a checkpoint if it has one) and interrupting (also inside a slice).
+/// Also counts the running calls, each until its reply is delivered.
 class Lifecycle {
  public:
   bool refusing() const { return refusing_.load(std::memory_order_relaxed); }
-  bool stopping() const { return stop_.stop_requested(); }
+  bool stopping() const { return stopping_.load(std::memory_order_relaxed); }
   std::stop_token stop_token() const { return stop_.get_token(); }
   void refuse() { refusing_ = true; }
-  void stop() { stop_.request_stop(); }
+  void stop() { stopping_ = true; }
+  void interrupt() { stop_.request_stop(); }
 
   void enter() { ++running_; }
   void leave() {
@@ -41,7 +43,7 @@ class Lifecycle {
   }
 
  private:
-  std::atomic<bool> refusing_ = false;
+  std::atomic<bool> refusing_ = false, stopping_ = false;
   std::stop_source stop_;
   std::atomic<int> running_ = 0;
   std::mutex mutex_;

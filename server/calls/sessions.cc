@@ -79,12 +79,12 @@ bool is_freed_at_once(const Session& session) {
 Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                 v1::CreateSessionResponse* response) {
   failpoint("call.create");
-  MemoryLease resolving(account.memory(), wants_choice(request.scene())
-                                              ? choice_workspace(request.scene())
-                                              : scene_workspace(request.scene()));
-  const std::uint64_t to_resolve = resolving.bytes();
-  auto scene = read_scene(request.has_scene(), request.scene());
+  const v1::Scene& given = request.scene();
+  MemoryLease resolving(account.memory(), scene_workspace(given));
+  auto scene = read_scene(request.has_scene(), given, "scene",
+                          [&] { resolving.grow_to(choice_workspace(given)); });
   if (!scene) return scene.error();
+  const std::uint64_t to_resolve = resolving.bytes();
   resolving = {};  // the session pays for its scene
   // A session is made only if its first step and the reply fit beside it. The state may have twice
   // the arrays of the request.

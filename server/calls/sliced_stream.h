@@ -37,6 +37,9 @@ class SlicedStream : public Call<grpc::ServerWriteReactor<Response>> {
 
   /// Whether `make` is to run before the next slice.
   virtual bool makes_next() const { return false; }
+  /// Makes a last checkpoint, if the call has any, for a server that stops. Returns whether there
+  /// is anything to send before the call ends.
+  virtual bool save() { return false; }
   /// Runs one slice and continues `message` as the previous slice left it. An error ends the call.
   virtual std::expected<Progress, grpc::Status> slice(Response& message) = 0;
 
@@ -56,7 +59,7 @@ class SlicedStream : public Call<grpc::ServerWriteReactor<Response>> {
       log_.writing();
       this->StartWrite(&message_);
     } catch (...) {
-      end(status_of_exception(host_.lifecycle));
+      end(errors::from_current_exception());
     }
     return false;
   }
@@ -66,6 +69,7 @@ class SlicedStream : public Call<grpc::ServerWriteReactor<Response>> {
     if (!std::exchange(started_, true) && host_.lifecycle.refusing())
       return std::unexpected(errors::shutting_down());
     if (cancelled()) return std::unexpected(errors::cancelled());
+    if (host_.lifecycle.stopping() && !save()) return std::unexpected(errors::shutting_down());
     const auto progress = slice(message_);
     if (cancelled()) return std::unexpected(errors::cancelled());
     return progress;
@@ -95,7 +99,7 @@ class ProducedStream final : public SlicedStream<Response> {
   std::expected<Progress, grpc::Status> slice(Response& message) override {
     const std::stop_token stop = this->stop();
     const auto last = stoppable(stop, [&] { return (*produce_)(stop, message); });
-    if (!last) return std::unexpected(stopped(this->host_.lifecycle));
+    if (!last) return std::unexpected(errors::cancelled());
     if (!*last) return std::unexpected(last->error());
     return **last ? Progress::last_message : Progress::message;
   }

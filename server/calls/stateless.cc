@@ -15,6 +15,12 @@
 namespace stiefel::server {
 namespace {
 
+/// Returns the memory of a request until it is checked.
+MemoryLease lease_for(CallLog& log, const google::protobuf::Message& request,
+                      std::uint64_t workspace = 0) {
+  return {log.account().memory(), memory_price({held_by(request), workspace})};
+}
+
 v1::DescribeResponse description(const Host& host) {
   v1::DescribeResponse response;
   describe_engine(&response);
@@ -41,16 +47,14 @@ Service::Unary Service::Describe(Context&, CallLog&, const v1::DescribeRequest&,
 
 Service::Writing<v1::ConvertResponse> Service::Convert(Context&, CallLog& log,
                                                        const v1::ConvertRequest& request) {
-  const auto memory = std::make_shared<const MemoryLease>(
-      log.account().memory(),
-      memory_price({held_by(request), conversion_workspace(request.scene())}));
-  const auto answer = std::make_shared<ConversionAnswer>(request, memory->bytes());
+  const auto answer = std::make_shared<ConversionAnswer>(
+      request, lease_for(log, request, 2 * scene_workspace(request.scene())));
   const double work = conversion_work(request);
   const JobKind kind = wants_choice(request.scene()) ? JobKind::unsliced : kind_of_piece(work);
   return message_a_slice<v1::ConvertResponse>(
       host_, std::move(log), kind, work,
-      [memory, answer](const std::stop_token&,
-                       v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
+      [answer](const std::stop_token&,
+               v1::ConvertResponse& response) -> std::expected<bool, grpc::Status> {
         if (const auto status = answer->next(response); !status.ok())
           return std::unexpected(status);
         return answer->done();
@@ -59,14 +63,11 @@ Service::Writing<v1::ConvertResponse> Service::Convert(Context&, CallLog& log,
 
 Service::Writing<v1::ConjugatePointsResponse> Service::ConjugatePoints(
     Context&, CallLog& log, const v1::ConjugatePointsRequest& request) {
-  const auto memory = std::make_shared<const MemoryLease>(
-      log.account().memory(),
-      memory_price({held_by(request), ConjugateAnswer::workspace(request)}));
-  const auto answer = std::make_shared<ConjugateAnswer>(request, memory->bytes());
+  const auto answer = std::make_shared<ConjugateAnswer>(request, lease_for(log, request));
   return message_a_slice<v1::ConjugatePointsResponse>(
       host_, std::move(log), JobKind::unsliced, ConjugateAnswer::work(),
-      [memory, answer](const std::stop_token& stop,
-                       v1::ConjugatePointsResponse& response) -> std::expected<bool, grpc::Status> {
+      [answer](const std::stop_token& stop,
+               v1::ConjugatePointsResponse& response) -> std::expected<bool, grpc::Status> {
         if (const auto status = answer->next(stop, response); !status.ok())
           return std::unexpected(status);
         return answer->done();
@@ -75,17 +76,15 @@ Service::Writing<v1::ConjugatePointsResponse> Service::ConjugatePoints(
 
 Service::Writing<v1::MeasureTradeoffResponse> Service::MeasureTradeoff(
     Context&, CallLog& log, const v1::MeasureTradeoffRequest& request) {
-  const auto memory = std::make_shared<const MemoryLease>(
-      log.account().memory(),
-      memory_price({held_by(request), tradeoff_workspace(request.scene())}));
-  const auto answer = std::make_shared<TradeoffAnswer>(request, memory->bytes());
+  const auto answer = std::make_shared<TradeoffAnswer>(
+      request, lease_for(log, request, 2 * scene_workspace(request.scene())));
   return message_a_slice<v1::MeasureTradeoffResponse>(
       host_, std::move(log), JobKind::unsliced, tradeoff_work(request),
-      [memory, answer](const std::stop_token& stop,
-                       v1::MeasureTradeoffResponse& response) -> std::expected<bool, grpc::Status> {
+      [answer](const std::stop_token& stop,
+               v1::MeasureTradeoffResponse& response) -> std::expected<bool, grpc::Status> {
         const auto status = answer->next(stop, response);
         // A measurement that a stop interrupted is not valid.
-        if (stop.stop_requested()) return std::unexpected(errors::shutting_down());
+        if (stop.stop_requested()) return std::unexpected(errors::cancelled());
         if (!status.ok()) return std::unexpected(status);
         return answer->done();
       });

@@ -124,7 +124,7 @@ bool StreamCall::run_slice() noexcept {
       return true;
     }
   } catch (...) {
-    error_ = status_of_exception(host_.lifecycle);
+    error_ = errors::from_current_exception();
   }
   log_.worked();
   {
@@ -149,12 +149,11 @@ bool StreamCall::work() {
 }
 
 bool StreamCall::fill() {
-  if (host_.lifecycle.stopping()) {
-    sampling_->cancel(batch_);
-  } else {
+  if (!host_.lifecycle.stopping() || sampling_->done())
     sampling_->fill(batch_, stop());
-  }
-  return batch_.size() == 0 && !sampling_->full(batch_) && !sampling_->done();
+  else if (!sampling_->save(batch_))
+    error_ = errors::shutting_down();
+  return !error_ && batch_.size() == 0 && !sampling_->full(batch_) && !sampling_->done();
 }
 
 bool StreamCall::send() noexcept {

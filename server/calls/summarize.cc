@@ -43,6 +43,7 @@ class SummarizeCall final : public SlicedStream<v1::SummarizeResponse> {
   grpc::Status make() override {
     return until_stopped([this] { return answer_->make(); });
   }
+  bool save() override { return answer_->save(); }
   std::expected<Progress, grpc::Status> slice(v1::SummarizeResponse& message) override;
   void free() noexcept override { answer_.reset(); }
   std::int64_t computed_steps() const override { return answer_ ? answer_->computed_steps() : 0; }
@@ -52,7 +53,7 @@ class SummarizeCall final : public SlicedStream<v1::SummarizeResponse> {
   /// Returns what `part` of the preparation returns, or the status of a stopped call.
   template <class Part>
   grpc::Status until_stopped(Part part) const {
-    return stoppable(stop(), part).value_or(stopped(host_.lifecycle));
+    return stoppable(stop(), part).value_or(errors::cancelled());
   }
   grpc::Status work();
   grpc::Status start();
@@ -80,15 +81,9 @@ grpc::Status SummarizeCall::work() {
   if (!answer_->started()) return start();
   if (answer_->price_reached()) return errors::price_reached(*answer_->price_reached());
   ++slices_;
-  if (host_.lifecycle.stopping()) {
-    // A checkpoint can be made only when all members are at one step.
-    if (!answer_->aligned()) return errors::shutting_down();
-    answer_->cut_short();
-  } else {
-    advance();
-  }
-  // A reading that the server's stop interrupted may be incomplete.
-  return answer_->interrupted() ? errors::shutting_down() : grpc::Status::OK;
+  advance();
+  // A reading that a stop interrupted may be incomplete.
+  return answer_->interrupted() ? errors::cancelled() : grpc::Status::OK;
 }
 
 grpc::Status SummarizeCall::start() {

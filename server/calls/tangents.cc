@@ -34,14 +34,14 @@ class TangentCall final : public SlicedStream<Response> {
 
   bool makes_next() const override { return answer_ && !answer_->made(); }
   grpc::Status make() override {
-    return stoppable(stop(), [this] { return answer_->make(); })
-        .value_or(stopped(this->host_.lifecycle));
+    return stoppable(stop(), [this] { return answer_->make(); }).value_or(errors::cancelled());
   }
+  bool save() override { return answer_->save(); }
   std::expected<Progress, grpc::Status> slice(Response& message) override {
     if (!answer_->has_results()) {
       const auto status =
           stoppable(stop(), [this] { return answer_->advance(slice_steps(step_cost_), stop()); });
-      if (!status) return std::unexpected(stopped(this->host_.lifecycle));
+      if (!status) return std::unexpected(errors::cancelled());
       if (!status->ok()) return std::unexpected(*status);
     }
     const bool due = reports && ++slices_ >= slices_between_messages;
@@ -70,6 +70,9 @@ Begun<grpc::ServerWriteReactor<Response>> moved_vectors(Host& host,
   if (auto status = check_step("to", request.to(), request.from()); !status.ok()) return status;
   if (request.every() < 0)
     return errors::invalid("every", std::to_string(request.every()), "must be at least 0");
+  if (const auto members = (*session)->scene().members().size(); members > 0)
+    return errors::invalid("session_id", std::to_string(members) + " members",
+                           "the scene must have no `members`");
   const TangentPrice price = price_of(**session, request);
   const JobKind kind = kind_with(**session, price.of_step);
   MemoryLease memory(log.account().memory(), memory_price({held_by(request), price.bytes}));

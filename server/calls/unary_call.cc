@@ -41,7 +41,7 @@ UnaryCall::UnaryCall(Host& host, CallLog log, SessionLease session, std::int64_t
         const auto answered =
             stoppable(stop(), [&] { return answer(**session_, *cursor_, stop()); });
         // An answer computed during a stop may be incomplete.
-        return answered && !stop().stop_requested() ? *answered : stopped(host_.lifecycle);
+        return answered && !stop().stop_requested() ? *answered : errors::cancelled();
       }),
       more_(more.kind),
       steps_done_(false) {
@@ -54,7 +54,7 @@ UnaryCall::UnaryCall(Host& host, CallLog log, JobKind kind, double price, Work w
                      MemoryLease memory)
     : Call(host, std::move(log), std::move(memory)),
       answer_([this, work = std::move(work)]() -> Answered {
-        return stoppable(stop(), [&] { return work(stop()); }).value_or(stopped(host_.lifecycle));
+        return stoppable(stop(), [&] { return work(stop()); }).value_or(errors::cancelled());
       }) {
   price = std::max(price, price_cap(kind));
   begin(kind, Permit::Kind::call, price, price, true);
@@ -88,6 +88,10 @@ bool UnaryCall::run_slice() noexcept {
         return true;
       }
       steps_done_ = true;
+      if (!cancelled() && cursor_->run_status().outcome == Outcome::cancelled) {
+        end(errors::shutting_down(**session_, cursor_->simulation()));
+        return false;
+      }
     }
     if (const auto kind = std::exchange(more_, std::nullopt)) {
       log_.worked();
@@ -97,7 +101,7 @@ bool UnaryCall::run_slice() noexcept {
     const Answered answered = answer_();
     finish(cancelled() ? Answered(errors::cancelled()) : answered);
   } catch (...) {
-    end(status_of_exception(host_.lifecycle));
+    end(errors::from_current_exception());
   }
   return false;
 }

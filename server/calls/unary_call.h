@@ -20,8 +20,8 @@ struct Answered {
 };
 
 /// A unary call that computes its session up to a step in slices, if it has a session, and then
-/// answers. The token requests a stop when the caller cancels or the server shuts down; it also
-/// stops the engine's work.
+/// answers. The token requests a stop when the caller cancels or the server interrupts its calls;
+/// it also stops the engine's work.
 class UnaryCall final : public Call<grpc::ServerUnaryReactor> {
  public:
   /// Writes the reply at the step where the cursor ended.

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <optional>
 #include <stop_token>
+#include <utility>
 
 #include "server/convert/parts.h"
 #include "server/convert/resolve.h"
+#include "server/scheduling/memory_budget.h"
 #include "stiefel/conversion.h"
 #include "stiefel/tradeoff.h"
 #include "stiefel/v1/conversion.pb.h"
@@ -21,9 +23,9 @@ grpc::Status refused(const ConversionRefusal& refusal);
 /// Answers a Convert in messages of limited size.
 class ConversionAnswer {
  public:
-  /// `memory`: the bytes that the call holds.
-  ConversionAnswer(const v1::ConvertRequest& request, std::uint64_t memory)
-      : request_(request), memory_(memory) {}
+  /// `memory`: of the request; that of the work is taken once the request is checked.
+  ConversionAnswer(const v1::ConvertRequest& request, MemoryLease memory)
+      : request_(request), memory_(std::move(memory)) {}
 
   /// Writes the next message over `response`; the first call converts.
   grpc::Status next(v1::ConvertResponse& response);
@@ -33,7 +35,7 @@ class ConversionAnswer {
   grpc::Status convert(v1::ConvertResponse& response);
 
   const v1::ConvertRequest& request_;
-  const std::uint64_t memory_;
+  MemoryLease memory_;
   bool started_ = false;
   Parts scene_arrays_, blocks_;
 };
@@ -41,9 +43,9 @@ class ConversionAnswer {
 /// Answers a MeasureTradeoff in parts: the reference, the points, the front.
 class TradeoffAnswer {
  public:
-  /// `memory`: the bytes that the call holds.
-  TradeoffAnswer(const v1::MeasureTradeoffRequest& request, std::uint64_t memory)
-      : request_(request), memory_(memory) {}
+  /// `memory`: of the request; that of the work is taken once the request is checked.
+  TradeoffAnswer(const v1::MeasureTradeoffRequest& request, MemoryLease memory)
+      : request_(request), memory_(std::move(memory)) {}
 
   /// Writes the next part over `response`. The part is not valid if a stop was requested.
   grpc::Status next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response);
@@ -54,7 +56,7 @@ class TradeoffAnswer {
   void finish(v1::TradeoffFront* front);
 
   const v1::MeasureTradeoffRequest& request_;
-  const std::uint64_t memory_;
+  MemoryLease memory_;
   std::optional<Tradeoff> tradeoff_;
   bool done_ = false;
 };

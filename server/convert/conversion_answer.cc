@@ -5,6 +5,7 @@
 #include "engine/numbers/to_text.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/memory_price.h"
 #include "server/convert/parts.h"
 #include "server/convert/resolve.h"
 #include "server/sessions/field_bytes.h"
@@ -45,8 +46,11 @@ grpc::Status refused(const ConversionRefusal& refusal) {
 }
 
 grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
-  const auto resolved = read_scene(request_.has_scene(), request_.scene());
+  const v1::Scene& given = request_.scene();
+  const auto resolved = read_scene(request_.has_scene(), given, "scene",
+                                   [&] { memory_.grow(choice_workspace(given)); });
   if (!resolved) return resolved.error();
+  memory_.grow(conversion_workspace(given));
   const Scene& scene = resolved->scene;
   const Resolution& resolution = resolved->resolution;
   ConversionTarget target{request_.to()};
@@ -64,12 +68,11 @@ grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
     }
   }();
   to_proto(most_work(scene) + (resolution.choice ? Choice::most_work : 0), 0,
-           v1::PRICE_BOUND_AT_MOST, memory_, response.mutable_price());
+           v1::PRICE_BOUND_AT_MOST, memory_.bytes(), response.mutable_price());
   if (!converted) return refused(converted.error());
   if (converted->scene) {
     const SceneDescription& result = converted->scene->description();
-    const auto given = from_proto(request_.scene());
-    const Difference changes = difference(*given, result);
+    const Difference changes = difference(*from_proto(given), result);
     const auto left_out = write_view(result, changes, request_.view(), response.mutable_scene());
     if (request_.view() == v1::SCENE_VIEW_NONE) response.clear_scene();
     if (request_.view() != v1::SCENE_VIEW_FULL && request_.view() != v1::SCENE_VIEW_NONE)

@@ -93,7 +93,7 @@ void read_block(const Path& path, const v1::Matrix& matrix, Block& out, Faults& 
 void read_block(const Path& path, const v1::Tensor& tensor, Block& out, Faults& faults);
 
 /// Reads a single matrix, which must be finite. Returns nothing and adds faults if it is refused.
-std::optional<Block> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults);
+std::optional<RowMatrix> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults);
 
 void write_block(const Block& block, v1::Matrix* out);
 

@@ -85,8 +85,7 @@ class DiagnoseReader {
 
  private:
   RowMatrix matrix(const Path& path, const v1::Matrix& given) {
-    const auto block = read_matrix(path, given, faults_);
-    return block ? block->values : RowMatrix();
+    return read_matrix(path, given, faults_).value_or(RowMatrix());
   }
 
   Faults faults_{in_the_request};
@@ -102,6 +101,15 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
   in.at_most("invariants", request.invariants_size(), max_asked);
   in.at_most("forms", request.forms_size(), max_asked);
   in.at_most("dirac_brackets", request.dirac_brackets_size(), max_asked);
+  const auto alone = [&](const char* field, bool asked) {
+    if (asked && !scene.members().empty())
+      in.refuse(field, std::to_string(scene.members().size()) + " members",
+                "the scene must have no `members`: two-forms and brackets are evaluated for single "
+                "scenes");
+  };
+  alone("forms", request.forms_size() > 0);
+  alone("dirac_brackets", request.dirac_brackets_size() > 0);
+  alone("symplectic_test", request.has_symplectic_test());
   if (!in.sound()) return std::unexpected(in.refusal());
   const Path invariants("invariants"), forms("forms"), brackets("dirac_brackets");
   for (int i = 0; i < request.invariants_size(); ++i) {

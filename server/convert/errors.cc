@@ -10,8 +10,11 @@
 #include <utility>
 
 #include "engine/numbers/to_text.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
+#include "stiefel/simulation.h"
 #include "stiefel/stop.h"
+#include "stiefel/v1/run.pb.h"
 
 namespace stiefel::server::errors {
 namespace {
@@ -19,6 +22,7 @@ namespace {
 // Status and details are sent in trailers, of which clients accept 8 KiB.
 constexpr std::size_t max_text = 200;
 constexpr std::size_t max_total = 2000;
+constexpr std::size_t max_checkpoint = 4096;
 constexpr std::chrono::seconds to_a_free_session{1}, to_free_memory{1}, to_a_free_store{1};
 
 /// Shortens to `max_text` bytes, without cutting through a UTF-8 character.
@@ -235,6 +239,19 @@ grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T) {
 
 grpc::Status shutting_down() {
   return info(grpc::UNAVAILABLE, "the server is shutting down", "SHUTTING_DOWN");
+}
+
+grpc::Status shutting_down(const Session& session, const Simulation& at) {
+  const grpc::Status plain = shutting_down();
+  if (checkpoint_bytes(session) > max_checkpoint) return plain;
+  v1::CheckpointPart part;
+  part.set_step(at.step());
+  part.set_data(encode_checkpoint(session, at));
+  part.set_size(part.data().size());
+  v1::Status status;
+  to_proto(plain, &status);
+  status.add_details()->PackFrom(part);
+  return make(plain.error_code(), plain.error_message(), std::move(status));
 }
 
 grpc::Status token_missing() {

@@ -58,12 +58,15 @@ grpc::Status out_of_memory();
 /// STORE_UNAVAILABLE when a retry may succeed, INTERNAL with STORE_DAMAGED.
 grpc::Status not_written(const WriteFault& fault);
 
-/// UNAVAILABLE, SHUTTING_DOWN.
+/// UNAVAILABLE, SHUTTING_DOWN; for a run that stopped at a state with the CheckpointPart of that
+/// state, if it fits into trailers.
 grpc::Status shutting_down();
+grpc::Status shutting_down(const Session& session, const Simulation& at);
 /// UNAUTHENTICATED: the call has no metadata `authorization`, or no token of this server in it.
 grpc::Status token_missing();
 grpc::Status token_unknown();
-/// CANCELLED: the caller went away; also for Stopped (stop.h).
+/// CANCELLED: the caller went away; also for Stopped (stop.h), of which a call that has its caller
+/// makes `shutting_down` (call.h).
 grpc::Status cancelled();
 /// INTERNAL, INTERNAL_ERROR: a fault of the server itself.
 grpc::Status internal(std::string_view what);

@@ -17,8 +17,7 @@ namespace {
 /// The bytes of a call without its arrays, in gRPC and in the server.
 constexpr std::uint64_t call_bytes = 32 << 10;
 
-/// The shape of the largest block of one member, at least 3 x 3. A block of more elements than a
-/// scene may have does not count: it is refused when it is read.
+/// The shape of the largest block of one member, at least 3 x 3, of a scene that was read.
 struct Shape {
   double rows = 3, cols = 3;
 
@@ -35,7 +34,7 @@ struct Shape {
   }
   void take(double more_rows, double more_cols) {
     const double elements = more_rows * more_cols;
-    if (elements <= rows * cols || elements > Scene::max_elements) return;
+    if (elements <= rows * cols) return;
     rows = more_rows;
     cols = more_cols;
   }
@@ -105,8 +104,7 @@ std::uint64_t conversion_workspace(const v1::Scene& scene) {
   const Shape shape(scene);
   // Frames with n < N rows have maps of n x N and n x n, square ones N x N.
   const auto maps = static_cast<std::uint64_t>(8 * shape.rows * (shape.cols + shape.rows));
-  return (wants_choice(scene) ? choice_workspace(scene) : 0) + 2 * scene_workspace(scene) +
-         40 * maps;
+  return 40 * maps;
 }
 
 std::uint64_t connect_workspace(const v1::ConnectRequest& request) {

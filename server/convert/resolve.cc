@@ -1,5 +1,6 @@
 #include "server/convert/resolve.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -47,6 +48,14 @@ OrStatus<Place> change(const v1::ForkSessionRequest& request, SceneDescription& 
   return place;
 }
 
+/// Whether a description would be a scene with the method that is to be chosen for it.
+bool lacks_only_a_method(const SceneDescription& description, const Place& place) {
+  const auto scene = Scene::resolve(description, Scene::frame_tolerance, place);
+  return !scene && std::ranges::all_of(scene.error(), [](const Violation& violation) {
+    return violation.reason == "METHOD_NOT_CHOSEN";
+  });
+}
+
 std::unexpected<std::string> because(const Violations& violations) {
   const Violation& first = violations.front();
   return std::unexpected(first.field + ": " + first.value + ": " + first.rule);
@@ -58,13 +67,15 @@ bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !sce
 
 double most_choice_work() { return Choice::most_work; }
 
-OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const char* field) {
+OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const char* field,
+                                   const std::function<void()>& before_choice) {
   if (!present) return std::unexpected(errors::invalid(field, "absent", "must be given"));
   const auto place = Place::inside(field);
   auto description = from_proto(scene, place);
   if (!description) return std::unexpected(errors::invalid(description.error()));
   // Digests take the place of a second copy of the arrays.
   const FieldDigests given = field_digests(*description);
+  if (wants_choice(scene) && lacks_only_a_method(*description, place)) before_choice();
   auto resolved = resolve_choosing(*std::move(description), Scene::frame_tolerance, place);
   if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
   auto& [made, choice] = *resolved;
@@ -88,7 +99,7 @@ OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
     SceneDescription description = scene->description();
     const auto place = change(request, description);
     if (!place) return std::unexpected(place.error());
-    scene = Scene::resolve(std::move(description), Scene::frame_tolerance, *place);
+    scene = Scene::resolve(std::move(description), Scene::drift_tolerance, *place);
     if (!scene) return std::unexpected(errors::invalid(scene.error()));
   }
   Difference changes = difference(from.scene().description(), scene->description());

@@ -3,6 +3,7 @@
 #include <grpcpp/support/status.h>
 
 #include <expected>
+#include <functional>
 #include <string>
 
 #include "server/sessions/cursor.h"
@@ -24,9 +25,11 @@ struct ResolvedScene {
 };
 
 /// Returns the resolved scene of a request; a tolerance is replaced by the method chosen for it.
+/// Calls `before_choice`, which may throw, before a method is chosen for a scene that is valid.
 /// Errors are INVALID_ARGUMENT with paths below `field`.
-OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene,
-                                   const char* field = "scene");
+OrStatus<ResolvedScene> read_scene(
+    bool present, const v1::Scene& scene, const char* field = "scene",
+    const std::function<void()>& before_choice = [] {});
 
 /// Whether resolving the scene chooses a method, which takes about a second, without slices.
 bool wants_choice(const v1::Scene& scene);

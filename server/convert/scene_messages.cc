@@ -229,11 +229,16 @@ void read_block(const Path& path, const v1::Tensor& tensor, Block& out, Faults& 
   out.imaginary = pairs.imag();
 }
 
-std::optional<Block> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults) {
+std::optional<RowMatrix> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults) {
   Block out;
   read_block(path, matrix, out, faults);
   if (out.values.size() == 0) return std::nullopt;
-  if (out.values.allFinite() && out.imaginary.allFinite()) return out;
+  if (matrix.imaginary_size() > 0) {
+    faults.add(Path(path, "imaginary"), std::to_string(matrix.imaginary_size()) + " values",
+               "must be absent: the matrix is real");
+    return std::nullopt;
+  }
+  if (out.values.allFinite()) return std::move(out.values);
   faults.add(path, "infinite or not a number", "must be finite");
   return std::nullopt;
 }

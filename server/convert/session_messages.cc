@@ -39,6 +39,7 @@ void write_scene(const Session& session, const Resolution& resolution, v1::Scene
   if (resolution.choice) to_proto(session.scene(), *resolution.choice, out->mutable_choice());
 }
 
+/// Throws Stopped for a run that was stopped: it has no reply, its call ends with an error.
 v1::Outcome outcome(Outcome value) {
   switch (value) {
     case Outcome::reached:
@@ -50,7 +51,7 @@ v1::Outcome outcome(Outcome value) {
     case Outcome::not_finite:
       return v1::OUTCOME_NOT_FINITE;
     case Outcome::cancelled:
-      return v1::OUTCOME_CANCELLED;
+      throw Stopped();
   }
   return v1::OUTCOME_UNSPECIFIED;
 }

@@ -151,11 +151,11 @@ void SummarizeAnswer::collect() {
   compare_price();
 }
 
-void SummarizeAnswer::cut_short() {
-  if (request_.return_checkpoint()) add_checkpoint(summary_->step());
-  summary_->cancel();
-  done_ = true;
-  if (!interrupted()) messages_->add(summary_->statistics());
+bool SummarizeAnswer::save() {
+  const bool asked = request_.return_checkpoint() || request_.checkpoint_every() > 0;
+  if (asked && started() && !done() && summary_->aligned() && summary_->step() != last_mark_)
+    add_checkpoint(last_mark_ = summary_->step());
+  return has_results() || done();
 }
 
 void SummarizeAnswer::add_checkpoint(std::int64_t step) {

@@ -49,12 +49,10 @@ class SummarizeAnswer {
   /// Collects for the messages what was found on the way: events, states, a checkpoint that is due
   /// or with which the call ends at its price and, at the end, the statistics.
   void collect();
-  /// Ends the summary for a server that stops: with what there is and, on request, a checkpoint
-  /// from which another server goes on. Needs `aligned()`.
-  void cut_short();
+  /// Makes a last checkpoint, if the request asks for any and all members are at one step. Returns
+  /// whether there is anything to send. May be called before the start.
+  bool save();
 
-  /// Whether all members are at one step.
-  bool aligned() const { return summary_->aligned(); }
   /// Whether a stop interrupted a reading, which may then be incomplete.
   bool interrupted() const { return summary_->interrupted(); }
   /// Whether nothing is left to compute. False before the start.

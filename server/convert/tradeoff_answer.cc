@@ -4,6 +4,7 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/memory_price.h"
 #include "server/convert/resolve.h"
 #include "server/sessions/identity.h"
 
@@ -63,10 +64,11 @@ grpc::Status TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetu
   if (!request) return request.error();
   auto prepared = Tradeoff::prepare(*std::move(request));
   if (!prepared) return errors::invalid(prepared.error());
+  memory_.grow(tradeoff_workspace(request_.scene()));
   tradeoff_.emplace(*std::move(prepared));
   const auto solved = tradeoff_->solve_reference(stop);
   if (!solved) return errors::invalid(solved.error());
-  write(*solved, memory_, setup);
+  write(*solved, memory_.bytes(), setup);
   return grpc::Status::OK;
 }
 

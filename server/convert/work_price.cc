@@ -21,13 +21,17 @@ double members_of(const Session& session) {
   return std::max<double>(1, static_cast<double>(session.scene().members().size()));
 }
 
-/// Returns the largest number of columns of a block.
+/// Returns the largest number of columns of a block; a block without its numbers has none.
 std::uint64_t columns(const v1::Scene& scene) {
   std::uint64_t largest = 0;
+  const auto take = [&](std::uint64_t cols, std::uint64_t numbers) {
+    largest = std::max(largest, std::min(cols, numbers));
+  };
   for (const auto& [name, matrix] : scene.initial())
-    largest = std::max<std::uint64_t>(largest, matrix.cols());
+    take(matrix.cols(), static_cast<std::uint64_t>(matrix.values_size()));
   for (const auto& [name, tensor] : scene.initial_tensors())
-    if (!tensor.shape().empty()) largest = std::max(largest, *tensor.shape().rbegin());
+    if (!tensor.shape().empty())
+      take(*tensor.shape().rbegin(), tensor.data().size() / sizeof(double));
   return largest;
 }
 

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <optional>
 #include <string_view>
@@ -71,6 +72,9 @@ void check_threads(const Options& options) {
 }
 
 int serve(Options options, bool exit_with_parent) try {
+  // gRPC's event engine polls a set of descriptors in which no connection is, and aborts the
+  // process if that fails, as it did once in 1700 starts.
+  setenv("GRPC_EXPERIMENTS", "-posix_event_engine_enable_polling", 0);
   signal(SIGABRT, &tell_that_it_cannot_start);
   check_threads(options);
   // Lives as long as the process, since its threads do.

@@ -51,6 +51,7 @@ void Sampling::take(Batch& batch, const std::stop_token& stop) {
   std::int64_t budget =
       slice_steps(session_.step_cost() + sample_cost / static_cast<double>(range_.every));
   while (!done_ && !full(batch) && cursor_.advance(target(), budget, stop)) {
+    if (cursor_.run_status().outcome == Outcome::cancelled) return;
     if (cursor_.run_status().reached() && cursor_.step() < next_) {
       checkpoint();
       continue;
@@ -70,11 +71,11 @@ std::int64_t Sampling::target() const {
   return std::min(next_, last_checkpoint_ + every);
 }
 
-void Sampling::cancel(Batch& batch) {
-  if (done_) return;
+bool Sampling::save(const Batch& batch) {
   cursor_.cancel();
-  sample(batch);
-  end();
+  const std::int64_t step = cursor_.step();
+  if (range_.checkpoints() && step > cursor_.start() && step != last_checkpoint_) checkpoint();
+  return batch.size() > 0 || !checkpoint_.bytes.empty();
 }
 
 std::int64_t Sampling::Range::samples() const {

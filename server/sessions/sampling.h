@@ -50,9 +50,8 @@ class Sampling {
   Sampling(Session& session, std::vector<std::size_t> fields, Range range,
            const std::stop_token& stop = {});
 
-  /// Runs one slice: samples until the batch is full, all samples are taken or the slice is over. A
-  /// stop request ends the sampling with the last good state as the last sample. Throws
-  /// PriceReached when the batch is empty; see `price_reached`.
+  /// Runs one slice: samples until the batch is full, all samples are taken, the slice is over or a
+  /// stop is requested. Throws PriceReached when the batch is empty; see `price_reached`.
   void fill(Batch& batch, const std::stop_token& stop = {});
   bool full(const Batch& batch) const {
     return batch.size() >= capacity_ || !checkpoint_.bytes.empty();
@@ -65,8 +64,9 @@ class Sampling {
   bool price_reached() const { return price_reached_; }
   /// Calls `Cursor::rest`; the next `fill` ends the rest.
   void rest() { cursor_.rest(); }
-  /// Takes the last good state as the last sample and ends the sampling.
-  void cancel(Batch& batch);
+  /// Stops before the end. Makes a checkpoint of the last good state, if the range asks for any.
+  /// Returns whether samples or a checkpoint are there to be sent.
+  bool save(const Batch& batch);
   /// Returns, once, the checkpoint that the last `fill` made at its last sample or at a state after
   /// it; without bytes if it made none. Call it before the next `fill`.
   EncodedCheckpoint take_checkpoint() { return std::exchange(checkpoint_, {}); }

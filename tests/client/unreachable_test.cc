@@ -123,7 +123,7 @@ TEST(Unreachable, AnAnswerWithoutDetailsIsTranslatedToo) {
   };
   using enum grpc::StatusCode;
   EXPECT_THAT(told(RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11"),
-              HasSubstr("such as its token, is too large, or too many calls come at once"));
+              HasSubstr("such as its token, is too large, or too many calls or bytes come at once"));
   EXPECT_EQ(told(RESOURCE_EXHAUSTED, "received initial metadata size exceeds limit"),
             "the call's metadata, such as its token, is larger than the server takes");
   EXPECT_EQ(told(UNIMPLEMENTED, "Received http2 header with status: 404"),

@@ -27,9 +27,9 @@ def inertia(*lam, **changes):
 
 
 @pytest.mark.parametrize("moments, text", [
-    ([1, 0.5, 2], "I1 + I2 = 1.5 < I3 = 2: no rigid body has these moments"),
-    ([7, 1, 2.5], "I2 + I3 = 3.5 < I1 = 7: no rigid body has these moments"),
-    ([0.25, 4, 0.5], "I1 + I3 = 0.75 < I2 = 4: no rigid body has these moments"),
+    ([1, 0.5, 2], "I1 + I2 = 1.5 < I3 = 2: no rigid body has these moments; are all three in one unit?"),
+    ([7, 1, 2.5], "I2 + I3 = 3.5 < I1 = 7: no rigid body has these moments; are all three in one unit?"),
+    ([0.25, 4, 0.5], "I1 + I3 = 0.75 < I2 = 4: no rigid body has these moments; are all three in one unit?"),
 ])
 def test_moments_that_break_the_triangle_inequality(client, moments, text):
     assert texts(client, scenes.body(moments=moments)) == [text]
@@ -39,7 +39,8 @@ def test_a_tensor_is_judged_by_its_principal_moments(client):
     R = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
     tensor = lambda I: [(R * I @ R.T)[i] for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     [text] = texts(client, scenes.body(moments=None, inertia_tensor=tensor([1.0, 2.0, 3.5])))
-    assert text.startswith("I1 + I2 = ") and text.endswith("no rigid body has these moments")
+    assert text.startswith("I1 + I2 = ") and text.endswith(
+        "no rigid body has these moments; are all six entries in one unit, and the products those of the matrix, Ixy = -∫ xy dm?")
     sum_, _, rest = text.removeprefix("I1 + I2 = ").partition(" < I3 = ")
     assert float(sum_) == pytest.approx(3) and float(rest.partition(":")[0]) == pytest.approx(3.5)
     assert texts(client, scenes.body(moments=None, inertia_tensor=tensor([1.0, 2.0, 2.9]))) == []

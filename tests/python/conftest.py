@@ -45,5 +45,6 @@ def client():
 
 @pytest.fixture
 def without_pauses(monkeypatch):
-    """A client makes the next attempt at once."""
+    """A client makes the next attempt at once, and a few of them."""
+    monkeypatch.setattr(Connection, "waits", False)
     monkeypatch.setattr(Connection, "rest", lambda connection, seconds: None)

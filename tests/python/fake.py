@@ -89,6 +89,10 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         return pb.GetSessionResponse(session=SESSION)
 
+    def DeleteSession(self, request, context):
+        self._receive(request, context)
+        return pb.DeleteSessionResponse()
+
     def Describe(self, request, context):
         self._receive(request, context)
         bad = pb.BadRequest(field_violations=[
@@ -135,6 +139,7 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         yield self.spoil(setup(len(self.requests)))
         if self.failures:
+            self.failures.clear()
             context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
         yield pb.MeasureTradeoffResponse(front=pb.TradeoffFront())
 

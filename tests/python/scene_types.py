@@ -26,7 +26,7 @@ FIELDS = "Fields = Union[FieldName, Iterable[FieldName]]  #: one field of a stat
 CLIENT_BLOCKS = {"Omega": "M", "Qdot": "S, P or M"}
 #: What the client writes in other fields of a body.
 BODY_FORMS = {"order": 'Literal["wxyz", "xyzw"]', "mrp": "Any", "angular_momentum": "Any", "frame": 'Literal["body", "space"]'}
-TYPES = {"system": "SystemName", "method": "Method", "body": "Body", "initial": "Blocks", "name": "MethodName"}
+TYPES = {"system": "SystemName", "method": "Union[Method, MethodName]", "body": "Body", "initial": "Blocks", "name": "MethodName"}
 
 
 def literal(name: str, values: Iterable[str]) -> str:

@@ -57,8 +57,8 @@ def test_a_body_of_solids_is_that_of_its_points():
     assert np.allclose(solids.box(3, (1, 2, 4), attitude=R).inertia_tensor, R @ np.diag([5, 4.25, 1.25]) @ R.T, rtol=1e-14)
     rounded = solids.box(3, (1, 2, 4), attitude=np.round(R, 4)).inertia_tensor
     assert np.allclose(rounded, R @ np.diag([5, 4.25, 1.25]) @ R.T, rtol=0, atol=1e-3) and np.trace(rounded) == pytest.approx(10.5, rel=1e-14)
-    with pytest.raises(stiefel.InvalidArgument, match="attitude: .* of norm 1.41.*: must have norm 1 to 0.01$"):
-        solids.box(3, (1, 2, 4), attitude=[1, 0, 0, 1])
+    turned = solids.box(3, (1, 2, 4), attitude=[1, 0, 0, 1]).inertia_tensor
+    assert np.allclose(turned, np.diag([4.25, 5, 1.25]), rtol=1e-14, atol=1e-14), "a quarter turn about z"
     assert stiefel.body(inertia_tensor=half, angular_velocity=[0, 0, 1])["body"]["inertia_tensor"] == pytest.approx(
         [5, 4.25, 1.25, 0, 0, 0])
 
@@ -140,7 +140,9 @@ def test_velocity_and_momentum_in_both_frames(client):
 @pytest.mark.parametrize("given, told", [
     (dict(attitude=[0.7071, 0.7071, 0, 0]), "attitude: .* of norm 0.9999904.*: must have norm 1 to 1e-06; normalize=True makes it so"),
     (dict(attitude=np.round(turn([1, 2, 3], 1), 5)), "attitude: max .* = .*e-06: must be a rotation .*; normalize=True"),
-    (dict(attitude=[1, 1, 0, 0], normalize=True), "of norm 1.41.*: must have norm 1 to 0.01"),
+    (dict(attitude=[1, 1, 0, 0]), "of norm 1.41.*: must have norm 1 to 1e-06; normalize=True makes it so"),
+    (dict(attitude=[0, 0, 0, 0]), "of norm 0: must have norm 1 to 1e-06$"),
+    (dict(attitude=[0, 0, 0, 0], normalize=True), r"attitude: \[0.0, 0.0, 0.0, 0.0\]: must have a finite norm above 0"),
     (dict(attitude=np.diag([1, 1, -1.0])), "the determinant is -1"), (dict(attitude=[1, 0, 0]), r"the shape \(3,\)"),
     (dict(attitude=[1, 0, 0, 0], order="wxzy"), "order: 'wxzy'"), (dict(frame="inertial"), "frame: 'inertial'"),
     (dict(inertia_tensor=[[1, 0.1, 0], [0, 2, 0], [0, 0, 2]], moments=None), r"inertia_tensor: max \|I - I\^T\| = 0.1"),

@@ -76,6 +76,26 @@ def test_an_unavailable_server_is_asked_again(service, session):
     assert len(service.requests) == 4
 
 
+def test_a_server_that_went_is_waited_for_until_the_deadline(service, clock, capsys):
+    """The deadline is the client's where a call has none, and stderr is told once in an outage."""
+    with stiefel.Client(service.address, timeout=40) as client:
+        session, never = client.get("fake"), [UNAVAILABLE] * 1000
+        for call, seconds, kind in ((session.step, 40, stiefel.Unavailable), (lambda to: session.step(to, timeout=90), 90, stiefel.Unavailable),
+                                    (session.trajectory, 40, stiefel.DeadlineExceeded), (session.drive().step, 40, stiefel.Unavailable)):
+            service.failures, begin = list(never), clock.now
+            with pytest.raises(kind, match="on purpose"):
+                call(to=5)
+            assert seconds - 1 < clock.now - begin <= seconds + 1
+        told = capsys.readouterr().err.splitlines()
+        assert [line.partition("; ")[0] for line in told] == ["stiefel: on purpose"] * 4 and "; waits for up to 36.9 s more" in told[0]
+        service.failures = list(never[:40])
+        assert session.step(to=5).step == 5 and session.step(to=6).step == 6
+        assert len(capsys.readouterr().err.splitlines()) == 1
+        service.failures, begin = list(never), clock.now
+        session.__exit__(None)
+        assert clock.now - begin < 2, "the end of a block asks for nothing"
+
+
 def test_but_not_for_ever(service, session):
     service.failures = [UNAVAILABLE] * 100
     service.requests.clear()
@@ -315,6 +335,8 @@ def test_a_measurement_is_made_again_until_a_part_has_come(service, session):
     with pytest.raises(stiefel.Unavailable):
         list(measure({}))
     assert len(service.requests) == 1
+    service.failures = [0]
+    assert session.client.tradeoff({}).setup.steps == 3, "whoever gets no parts gets those of the second measurement"
 
 
 def test_a_stream_that_never_begins_gives_up(service, session):

@@ -1,5 +1,8 @@
 """Manifolds of frames: geodesics against exponentials of whole matrices, parallel transport against its definition."""
 import re
+import sys
+from dataclasses import replace
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -77,22 +80,147 @@ def test_the_logarithm_is_the_inverse_of_exp(manifold):
 
 
 @pytest.mark.parametrize("metric", ["euclidean", "canonical", 0.7])
-@pytest.mark.parametrize("n, N", [(1, 5), (2, 9), (5, 40)])
-def test_frames_that_are_joined_in_their_span_have_the_velocity_of_whole_frames(metric, n, N, client):
+@pytest.mark.parametrize("n, N", [(1, 80), (2, 50), (5, 40)])
+def test_frames_that_are_joined_in_their_span_have_the_geodesics_of_whole_frames(metric, n, N, client):
+    """`normalize` sends whole frames."""
     manifold = Stiefel(n, N, metric=metric, client=client)
     Q = manifold.random(seed=1)
     V = manifold.random_tangent(Q, seed=2)
     turn = np.zeros((n, N))
     turn[0] = manifold.tangent(Q, np.eye(n)[:1].T @ V[:1])[0]  # one vector leaves the span of Q
     ends = [Q, manifold.exp(Q, 2 * V), manifold.exp(Q, 1e-9 * V), manifold.exp(Q, 1e-4 * V),
-            manifold.exp(Q, manifold.tangent(Q, turn)), manifold.exp(Q, 2 * V).astype(np.float32)]
-    joined = manifold.join(Q, np.array(ends, float))
-    whole = client.connect([(Q, P) for P in ends], scenes=False, metric=metric if isinstance(metric, str) else "beta",
-                           **{} if isinstance(metric, str) else {"beta": metric})
-    for velocity, P, said, geodesic in zip(joined.velocity, ends, joined.shortest, whole):
-        np.testing.assert_allclose(velocity, geodesic.velocity, atol=1e-14)
-        np.testing.assert_allclose(manifold.exp(Q, velocity), P, atol=1e-13 if P.dtype == float else 1e-7)
-        assert said == geodesic.shortest
+            manifold.exp(Q, manifold.tangent(Q, turn)), manifold.exp(Q, 2 * V).astype(np.float32).astype(float)]
+    requests = [{"metric": metric} if isinstance(metric, str) else {"metric": "beta", "beta": metric}]
+    requests += [{"inertia": [2.5] * N}] * (metric == "euclidean")
+    joined = manifold.join(Q, np.array(ends))
+    for request in requests:
+        found = client.connect([(Q, P) for P in ends], samples=3, **request)
+        whole = client.connect([(Q, P) for P in ends], samples=3, normalize=True, **request)
+        for k, (one, other) in enumerate(zip(found, whole)):
+            assert one.shortest == other.shortest == joined.shortest[k] and bool(one.scene) == bool(other.scene)
+            np.testing.assert_allclose(manifold.exp(Q, one.velocity), ends[k], atol=1e-13 if k < 5 else 1e-7)
+            np.testing.assert_allclose(one.energy, other.energy, atol=1e-13)
+            for array, of_whole in ((one.velocity, other.velocity), (joined.velocity[k], other.velocity), (one.trajectory, other.trajectory)):
+                np.testing.assert_allclose(array, of_whole, atol=1e-14)
+            if other.scene:
+                assert {**one.scene, "initial": 0} == {**other.scene, "initial": 0}
+                for name, block in other.scene["initial"].items():
+                    np.testing.assert_allclose(one.scene["initial"][name], block, atol=1e-13)
+
+
+class Missing:
+    """A client that does not join the pair 1 of each call."""
+
+    def __init__(self, client):
+        self._client = client
+
+    def connect(self, pairs, **more):
+        found = list(self._client.connect(pairs, **more))
+        stalled = stiefel.RunStatus(stiefel.Outcome.SOLVER_STALLED, message="no geodesic from Q_0 to Q_T was found")
+        return [replace(one, velocity=None, run_status=stalled, shortest="unspecified") if k == 1 else one for k, one in enumerate(found)]
+
+
+def test_a_pair_that_is_not_joined_does_not_lose_the_others(client):
+    S, T = Stiefel(2, 5, client=client), Stiefel(2, 5, client=Missing(client))
+    Q, P = S.random(3, seed=1), S.random((2, 3), seed=2)
+    with pytest.raises(stiefel.manifold.NotJoined, match="1 of 6 pairs of frames were not joined. Pair 1: no geodesic from Q_0 to Q_T "
+                       "was found; partial=True gives NaN for it and the geodesics of the others") as caught:
+        T.log(Q, P)
+    assert caught.value.pairs == (1,)
+    whole, part = S.join(Q, P), T.join(Q, P, partial=True)
+    assert np.isnan(part.velocity[0, 1]).all() and np.isnan(part.distance[0, 1]) and np.isnan(part.residual[0, 1])
+    assert part.shortest[0, 1] == "unknown" and "6 pairs, 1 not joined: distance" in repr(part)
+    for name in ("velocity", "distance", "residual", "shortest"):
+        one, other = (getattr(joined, name).reshape(6, -1)[[0, 2, 3, 4, 5]] for joined in (part, whole))
+        assert (one == other).all(), name
+    assert np.isnan(T.log(Q, P, partial=True)[0, 1]).all() and np.isnan(T.dist(Q, P, partial=True)[0, 1])
+    assert "2 pairs, 1 not joined" in repr(T.join(Q[:2], P[0, :2], partial=True))
+
+
+def test_a_pair_without_a_geodesic_is_told_in_the_words_of_geometry(client):
+    """Between frames of these two planes an ellipsoid of the ratio 1e8 has none that the search finds."""
+    with pytest.raises(stiefel.manifold.NotJoined, match="no geodesic from Q_0 to Q_T was found: the best one ends [0-9.e-]+ from Q_T"):
+        Stiefel(2, 6, np.geomspace(1, 1e8, 6), client=client).log(np.eye(2, 6), np.eye(6)[4:])
+
+
+def test_a_long_dist_shows_a_progress_bar(client, capsys):
+    S = Stiefel(2, 5, client=client)
+    Q, P = S.random((2, 250), seed=1)
+    assert (S.dist(Q, P, progress=True) == S.dist(Q, P)).all()
+    assert "250" in capsys.readouterr().err and capsys.readouterr().err == ""
+
+
+def test_dist_warns_where_a_geodesic_is_not_proved_to_be_the_shortest(client, recwarn):
+    S = Stiefel(2, 4, client=client)
+    Q = S.random(seed=1)
+    S.dist(Q, S.exp(Q, 0.9 * np.pi * S.random_tangent(Q, seed=2)))
+    assert not recwarn.list
+    ends = S.exp(Q, np.multiply.outer([1.0, 4.0], S.random_tangent(Q, seed=2)))
+    unproved = np.sum(S.join(Q, ends).shortest != "yes")
+    with pytest.warns(UserWarning, match=f"{unproved} of 2 distances are lengths of geodesics that are not proved to be the shortest") as caught:
+        S.dist(Q, ends)
+    assert unproved > 0 and caught[0].filename == __file__
+
+
+@pytest.mark.parametrize("layout", ["rows", "columns"])
+def test_aligned_frames_are_as_far_apart_as_their_subspaces(layout):
+    """The distance of subspaces is that of the angles between them, the arccosines of the singular values of QP^T."""
+    S = Stiefel(3, 9, layout=layout)
+    Q, P = S.random((2, 20), seed=1)
+    P = S.exp(Q, 0.8 * S.random_tangent(Q, seed=3))
+    R = Stiefel(3, 3).random(20, seed=2)
+    turned = R @ P if layout == "rows" else P @ R
+    product = (lambda A, B: A @ np.swapaxes(B, -1, -2)) if layout == "rows" else (lambda A, B: np.swapaxes(A, -1, -2) @ B)
+    angles = np.arccos(np.clip(np.linalg.svd(product(Q, turned), compute_uv=False), 0, 1))
+    np.testing.assert_allclose(S.dist(Q, S.align(Q, turned)), np.linalg.norm(angles, axis=-1), atol=1e-7)
+    aligned = S.align(Q, turned)
+    projector = (lambda A: np.swapaxes(A, -1, -2) @ A) if layout == "rows" else (lambda A: A @ np.swapaxes(A, -1, -2))
+    np.testing.assert_allclose(projector(aligned), projector(P), atol=1e-14)
+    signs = np.where(np.random.default_rng(4).random(3) < 0.5, -1.0, 1.0)
+    flipped = signs[:, None] * Q if layout == "rows" else Q * signs
+    assert (S.align(Q, flipped, signs=True) == Q).all()
+
+
+def test_what_is_tangent_is_so_beside_its_own_length(client):
+    """A gradient near an optimum is the small difference of large numbers."""
+    for manifold in (Stiefel(5, 50), Stiefel(4, 9, "canonical"), Stiefel(2, 5, LAMBDA, client=client), SpecialOrthogonal(3, [1, 2, 0.3], client=client)):
+        Q = manifold.random(seed=1)
+        V, S = manifold.random_tangent(Q, seed=2), np.random.default_rng(3).normal(size=(manifold.n, manifold.n))
+        normal = 1e4 * (S + S.T) @ Q * (1 if manifold.n == manifold.N else 1 / getattr(manifold._metric, "inertia", 1))
+        for Z in (manifold.tangent(Q, normal + 1e-9 * V), manifold.gradient(Q, 1e4 * (S + S.T) @ Q + 1e-9 * V),
+                  manifold.tangent(Q, 1e-13 * V), manifold.log(Q, manifold.exp(Q, 1e-11 * V)), 0 * V):
+            product = Z @ Q.T
+            assert np.max(np.abs(product + product.T)) <= 1e-9 * np.max(np.abs(Z))
+            manifold.exp(Q, Z)
+        with pytest.raises(ValueError, match="must be tangent"):
+            manifold.exp(Q, [1e-9 * V + 1e-13 * Q, V])
+
+
+@pytest.mark.parametrize("name", ["pymanopt", "geomstats"])
+def test_an_adapter_projects_what_an_optimiser_gives(name, client, monkeypatch):
+    """The difference of two vectors is tangent to their rounding alone."""
+    class Base:
+        def __init__(self, *_, **__):
+            pass
+
+        def equip_with_metric(self, metric):
+            self.metric = metric()
+
+    for module, members in {"pymanopt.manifolds.manifold": ["Manifold"], "geomstats.backend": [], "geomstats.geometry.stiefel": ["Stiefel"],
+                            "geomstats.geometry.special_orthogonal": ["SpecialOrthogonal"], "geomstats.geometry.riemannian_metric": ["RiemannianMetric"]}.items():
+        made = ModuleType(module)
+        vars(made).update(dict.fromkeys(members, Base))
+        monkeypatch.setitem(sys.modules, module, made)
+    S = Stiefel(5, 50, layout="columns", client=client)
+    Q = S.random(seed=1)
+    V, W = S.random_tangent(Q, seed=2), S.random_tangent(Q, seed=3)
+    short = (1e4 * V + 1e-9 * W) - 1e4 * V
+    with pytest.raises(ValueError, match="must be tangent"):
+        S.exp(Q, short)
+    exp, transport = ((lambda space: (space.exp, lambda a, b, v: space.transport(a, b, v)))(S.to_pymanopt()) if name == "pymanopt" else
+                      (lambda m: (lambda q, v: m.exp(v, q), lambda a, b, v: m.parallel_transport(v, a, end_point=b)))(S.to_geomstats().metric))
+    np.testing.assert_allclose(exp(Q, short), S.exp(Q, 1e-9 * W), atol=2e-11)
+    np.testing.assert_allclose(transport(Q, exp(Q, W), short), S.transport(Q, W, 1e-9 * W), atol=2e-11)
 
 
 def test_frames_without_a_path_are_refused_by_their_index():

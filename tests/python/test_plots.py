@@ -1,4 +1,6 @@
 """Figures of trajectories: their curves are the data, and what they refuse."""
+import re
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -7,8 +9,8 @@ import numpy as np
 import pytest
 
 import stiefel
+from stiefel._report import page, run_data
 from stiefel._results import body, sphere
-
 
 
 def tumbling(moments, angular_velocity, **more):
@@ -191,6 +193,47 @@ def test_frames_in_three_coordinates(client, name, labels):
     assert axes.get_xlabel() == "coordinate 2"
     with pytest.raises(ValueError, match="coordinates: .*must be three of 0 to"):
         run.plot3d(coordinates=(0, 1, 90))
+
+
+@pytest.mark.parametrize("system, fields", [("rigid_body", "Q"), ("rigid_body", "quaternion"), ("right_rigid_body", "Q")])
+def test_a_body_has_axes_x_y_z_in_space(client, system, fields):
+    scene = SPACECRAFT if fields == "quaternion" else {"system": system, "step": 0.1, "inertia": [1, 2, 3], "initial": {
+        "Q": np.eye(3), "M": [[0, -1, 2], [1, 0, -3], [-2, 3, 0]]}}
+    with client.create(scene) as session:
+        run = session.trajectory(to=30, fields=fields)
+    axes, = run.plot3d().axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["body x", "body y", "body z"]
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_zlabel()) == ("space X", "space Y", "space Z")
+    if fields == "Q":
+        attitudes = run["Q"] if system == "rigid_body" else run["Q"].transpose(0, 2, 1)  # there Q takes space to body
+        assert np.allclose(np.transpose(axes.lines[0].get_data_3d()), attitudes[:, :, 0], rtol=0, atol=1e-15)
+
+
+def test_principal_axes_that_are_not_the_scene_s_say_where_they_are(client):
+    with client.create({"system": "rigid_body", "step": 0.1, "body": {
+            "inertia_tensor": [4, 5, 3, 0.3, -0.2, 0.1], "angular_velocity": [0.1, 1, 0.2]}}) as session:
+        text = session.trajectory(to=10).polhode().axes[0].texts[-1].get_text()
+    moments, columns = np.linalg.eigh([[4, 0.3, -0.2], [0.3, 5, 0.1], [-0.2, 0.1, 3]])
+    found = re.findall(r"([abc]) = \((\S+), (\S+), (\S+)\) in body axes x, y, z", text)
+    assert [name for name, *_ in found] == ["a", "b", "c"]
+    shown = np.array([numbers for _, *numbers in found], float)
+    assert np.allclose(abs(np.sum(shown.T * columns, axis=0)), 1, atol=2e-3) and np.linalg.det(shown) > 0.99
+
+
+@pytest.mark.parametrize("dearest, least, most", [(1.0, 2, 2), (1e30, 21, 21)])
+def test_an_error_is_a_curve_however_dear(client, monkeypatch, dearest, least, most):
+    monkeypatch.setattr(run_data, "DEAREST", dearest)
+    with client.create("stiefel") as session:
+        run = run_data.accuracy(session, 100)
+    assert least <= len(run.error_time) <= most and run.error_time[0] == 0 and run.error_time[-1] == run.horizon
+    assert len(run.errors["attitude"]) == len(run.error_time)
+
+
+def test_a_report_measures_error_against_cost_at_its_own_end(client):
+    with client.create("tumbling_spacecraft") as session:
+        for to in (40, 120):
+            shown = page.data(session, to, estimate_error=False)
+            assert shown["tradeoff"]["horizon"] == shown["horizon"] == to * session.scene["step"]
 
 
 @pytest.mark.parametrize("name", ["toutatis", "rigid_body_8", "stiefel"])

@@ -55,12 +55,21 @@ BODY = {"moments": [1, 2, 3]}
     ({**SCENE, "inertia": "heavy"}, "scene.inertia", "'heavy': must be numbers"),
     ({**SCENE, "inertia": [[1, 2], [3]]}, "scene.inertia", "[[1, 2], [3]]: must be numbers"),
     ({**SCENE, "members": -1}, "scene.members", "-1: must be a whole number of at least 0"),
-    ({**SCENE, "method": "rk4"}, "scene.method", "'rk4': must be a mapping with the fields name, order, substeps, arithmetic, tolerance, scalar, such as {'name': 'rk4'}"),
+    ({**SCENE, "method": 3}, "scene.method", "3: must be a name, or a mapping with the fields name, order, substeps, arithmetic, tolerance, scalar"),
+    ({**SCENE, "torque": [0, 0, 1]}, "scene.torque", "unknown field; there are no torques and no forces: the motion is free (docs/conventions.md). It is [0, 0, 1]"),
+    ({"body": {**BODY, "force": 1}}, "scene.body.force", "unknown field; there are no torques and no forces: the motion is free"),
+    ({**SCENE, "normalise": True}, "scene.normalise", "unknown field; did you mean normalize? It is True"),
+    ({**SCENE, "angular_momentom": [1, 2, 3]}, "scene.angular_momentom", "unknown field; did you mean body.angular_momentum? It is [1, 2, 3]"),
+    ({"body": {**BODY, "mass": 3}}, "scene.body.mass", "unknown field; the fields are inertia_tensor, moments, attitude, angular_velocity, order, mrp, angular_momentum, frame. It is 3"),
+    ({**SCENE, "normalize": "once upon a time " * 3}, "scene.normalize", f"'{'once upon a time ' * 3}': must be true or false"),
+    ({**SCENE, "normalize": "x" * 1000}, "scene.normalize", f"'{'x' * 96}...: must be true or false"),
+    ({**SCENE, "step": [1, 2]}, "scene.step", "[1, 2]: must be one number"),
+    ({"body": {"moments": 5}}, "scene.body.moments", "5: must be (3)"),
     ({"body": {**BODY, "omega": [1, 2, 3]}}, "scene.body.omega", "unknown field; did you mean angular_velocity? It is [1, 2, 3]"),
     ({"body": {**BODY, "q": [1, 0, 0, 0]}}, "scene.body.q", "unknown field; did you mean attitude?"),
     ({"system": "rigid_body", "dt": 3}, "scene.dt", "unknown field; did you mean step? It is 3"),
     ({**SCENE, "body": {"system": "rigid_body", "body": BODY}}, "scene.body", "is a whole scene, as stiefel.body returns it"),
-    ({**SCENE, "method": ["rk4"]}, "scene.method", "['rk4']: must be a mapping"),
+    ({**SCENE, "method": ["rk4"]}, "scene.method", "['rk4']: must be a name, or a mapping"),
     ({**SCENE, "system": 3}, "scene.system", "3: must be a text"),
     ({**SCENE, "initial": {"M": [[1, 2], [3]]}}, "scene.initial.M", "[[1, 2], [3]]: must be a matrix"),
     ({**SCENE, "initial": {"M": "M"}}, "scene.initial.M", "'M': must be a matrix"),
@@ -73,6 +82,20 @@ def test_unknown_fields_and_wrong_types_are_errors(scene, path, description):
     violation, = caught.value.violations
     assert violation.field == path and violation.description.startswith(description)
     assert f"{path}: {description}" in str(caught.value)
+
+
+def test_a_text_is_the_name_of_a_method(client, tmp_path):
+    named, text = {**SCENE, "method": {"name": "rk4"}}, {**SCENE, "method": "rk4"}
+    (tmp_path / "scene.json").write_text(json.dumps(text))
+    assert stiefel.to_message(text) == stiefel.to_message(tmp_path / "scene.json") == stiefel.to_message(named)
+    assert stiefel.body(moments=[1, 2, 3], angular_velocity=[0, 0, 1], method="rk4")["method"] == "rk4"
+    with client.create(text) as session, session.fork(at=3, method="gauss4") as fork:
+        assert (session.scene["method"]["name"], fork.scene["method"]["name"]) == ("rk4", "gauss4")
+    with pytest.raises(stiefel.InvalidArgument, match='^scene.method.name: "varational": must be .*; did you mean variational[?]$'):
+        client.create({**SCENE, "method": "varational"})
+    asked = {"servers": [client], "to": 1, "summarize": {"energy": "last"}}
+    both = stiefel.sweep(SCENE, {"method": ["rk4", {"name": "gauss4"}]}, **asked)
+    assert both == stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "gauss4"}]}, **asked)
 
 
 @pytest.mark.parametrize("attributes", [

@@ -52,6 +52,18 @@ def test_it_stops_when_forgotten():
     assert process.wait(60) == 0
 
 
+def test_who_calls_a_server_that_is_gone_is_told_why_it_went():
+    with stiefel.Client(stiefel.Server.start().address) as client, pytest.raises(stiefel.Unavailable, match=(
+            r"^cannot reach unix:.*; nothing held what Server.start\(\) returned, so the server ended: keep it in a variable")):
+        client.describe()
+    server = stiefel.Server.start()
+    server.stop()
+    with stiefel.Client(server.address) as client, pytest.raises(stiefel.Unavailable, match="; its Server was stopped$"):
+        client.describe()
+    with stiefel.Client("unix:/nowhere") as client, pytest.raises(stiefel.Unavailable, match="there is no such socket$"):
+        client.describe()
+
+
 @pytest.mark.parametrize("end", ["sys.exit(0)", "os._exit(1)", "os.kill(os.getpid(), signal.SIGKILL)"])
 def test_it_never_outlives_its_parent(end):
     program = ("import os, signal, sys, stiefel; server = stiefel.Server.start();"
@@ -145,9 +157,16 @@ def test_a_program_that_ends_at_once(program):
     with pytest.raises(stiefel.NotStarted, match="exit status 7 before it listened.*\n  one\n  two") as caught:
         stiefel.Server.start()
     assert (caught.value.status, caught.value.stderr) == (7, "one\ntwo")
-    program("kill -9 $$")
+    program("kill -9 $$")  # twice
     with pytest.raises(stiefel.NotStarted, match="exit status -9 .* it wrote nothing to stderr"):
         stiefel.Server.start()
+
+
+def test_a_program_that_a_signal_ends_is_started_once_more(program, tmp_path):
+    real = stiefel.server.find_server()
+    program(f"[ -e {tmp_path}/again ] && exec {real} \"$@\"; touch {tmp_path}/again; kill -ABRT $$")
+    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
+        assert client.describe().version
 
 
 def test_a_program_that_says_something_else(program):

@@ -142,6 +142,22 @@ def test_the_command(tmp_path):
     assert (tmp_path / "out" / "toutatis.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_the_panels_of_its_picture_have_one_axis_of_time(client, monkeypatch):
+    kept = []
+    monkeypatch.setattr(toutatis.picture, "save", lambda figure, file: kept.append(figure))
+    with client.create(toutatis.scene(DATA, step=86400.0)) as session:
+        run = session.trajectory(to=39, fields=["Q", "M"])
+    days = np.arange(40)
+    seen = [SimpleNamespace(step=int(day) * 86400, angles=lambda: np.ones(3)) for day in days[20:]]
+    toutatis.picture.toutatis(None, run, seen, {"one": SimpleNamespace(method="exact", days=days, drift=days * 1e-17, error=days * 1e-12)})
+    kept[0].canvas.draw()
+    panels = [axes for axes in kept[0].axes if axes.axison]
+    places = [axes.get_position() for axes in panels]
+    assert len(panels) == 5 and {axes.get_xlim() for axes in panels} == {(0.0, 39 * 86400.0)}
+    assert np.ptp([place.x0 for place in places]) < 1e-9 and np.ptp([place.width for place in places]) < 1e-9
+    assert [axes.get_xlabel() for axes in panels] == [""] * 4 + ["time (days)"]
+
+
 def test_a_user_s_scene(tmp_path):
     scene = {"system": "moser_veselov", "inertia": [1, 2, 3, 4], "step": 0.05,
              "initial": {"Q": {"rows": 4, "cols": 4, "values": np.eye(4).ravel().tolist()},

@@ -174,7 +174,8 @@ def test_faults_of_one_pair_have_its_own_paths(client):
     ("Stream removed (sendmsg: Broken pipe (32))", "the connection to the server broke"),
     ("Received RST_STREAM with error code 2", "the connection to the server broke"),
     ("Received RST_STREAM with error code 11", "the server or a proxy before it refuses the call as too much: the call's metadata, "
-     "such as its token, is too large, or too many calls come at once"),
+     "such as its token, is too large, or too many calls or bytes come at once"),
+    ("GOAWAY received", "the connection to the server broke"),
     ("received initial metadata size exceeds limit", "the call's metadata, such as its token, is larger than the server takes"),
     ("Received http2 header with status: 404", "a web server answers there, not a stiefel server"),
     ("Deadline Exceeded", "the call took longer than its timeout"),

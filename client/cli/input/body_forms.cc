@@ -149,8 +149,10 @@ Vectors attitudes_of(const std::string& path, const Json& body, const std::strin
   for (auto& q : attitudes) {
     if (order == "xyzw") q = Vector4d(q[3], q[0], q[1], q[2]);
     if (!normalize) continue;
-    check(place, std::abs(q.norm() - 1));
-    q /= q.norm();
+    const double norm = q.norm();
+    if (!(norm > 0 && std::isfinite(norm)))
+      throw BadInput(place + ": of norm " + shown(norm) + ": must have a finite norm above 0");
+    q /= norm;
   }
   return attitudes;
 }

@@ -137,7 +137,13 @@ const google::protobuf::Descriptor* beside_the_scene() {
   return type;
 }
 
+void write_out_method(Json& scene) {
+  if (const auto method = scene.find("method"); method != scene.end() && method->is_string())
+    *method = {{"name", Json(*method)}};
+}
+
 std::map<std::string, std::string> write_out_forms(const std::string& name, Json& scene) {
+  write_out_method(scene);
   const bool normalize = scene.contains("normalize") && scene["normalize"] == true;
   scene.erase("normalize");
   std::size_t members = 1;

@@ -87,7 +87,10 @@ v1::Scene read_scene(const SceneSource& source, Origin& origin, std::string* epo
     object = nlohmann::json::object();  // the forms may be complete only with the changes
   });
   auto json = nlohmann::json::parse(without_mark(name, text));
-  for (const std::string& one : source.changes) change(json, one);
+  for (const std::string& one : source.changes) {
+    write_out_method(json);
+    change(json, one);
+  }
   read(name + " with --set", json.dump());
   return scene;
 }

@@ -1,11 +1,14 @@
 #include "client/cli/input/strict_syntax.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <ranges>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "engine/scene/near_name.h"
@@ -58,10 +61,21 @@ std::string fields_of(const Descriptor* type) {
                 [&](int i) { return name_of(type->field(i)); });
 }
 
+/// What acts on a body elsewhere, and what an unknown field of such a name is answered.
+constexpr std::array<std::string_view, 8> loads = {"torque", "torques", "external_torque",  "force",
+                                                   "forces", "gravity", "gravity_gradient", "drag"};
+constexpr std::string_view no_loads =
+    "there are no torques and no forces: the motion is free (docs/conventions.md)";
+
 constexpr std::size_t max_depth = 16;
 constexpr std::size_t longest_shown = 60;
 
 enum class Kind { null, truth, number, text };
+
+/// Whether a text may stand for the object that has it as its name.
+bool is_method(const FieldDescriptor* field) {
+  return field->message_type() == v1::Method::descriptor();
+}
 
 /// Whether protobuf takes a text as a number, as JSON has no other form for these.
 bool is_number(const std::string& text) {
@@ -75,7 +89,9 @@ bool is_number(const std::string& text) {
 std::string rule_of(const FieldDescriptor* field) {
   switch (field->cpp_type()) {
     case FieldDescriptor::CPPTYPE_MESSAGE:
-      return "an object with the fields " + fields_of(field->message_type());
+      return (is_method(field) ? "a name, or an object with the fields "
+                               : "an object with the fields ") +
+             fields_of(field->message_type());
     case FieldDescriptor::CPPTYPE_DOUBLE:
     case FieldDescriptor::CPPTYPE_FLOAT:
       return "a number";
@@ -95,7 +111,7 @@ std::string rule_of(const FieldDescriptor* field) {
 bool takes(const FieldDescriptor* field, Kind kind, const std::string& text, double number) {
   switch (field->cpp_type()) {
     case FieldDescriptor::CPPTYPE_MESSAGE:
-      return false;
+      return kind == Kind::text && is_method(field);
     case FieldDescriptor::CPPTYPE_DOUBLE:
     case FieldDescriptor::CPPTYPE_FLOAT:
       return kind == Kind::number || (kind == Kind::text && is_number(text));
@@ -150,7 +166,10 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
       here.next = here.map->message_type()->map_value();
     } else if (!here.types.empty()) {
       here.next = find_field(here.types, name);
-      if (here.next == nullptr) return refuse("", "unknown field" + near_field(here.types, name));
+      if (here.next == nullptr)
+        return refuse("", "unknown field" + (std::ranges::find(loads, name) != loads.end()
+                                                 ? "; " + std::string(no_loads)
+                                                 : near_field(here.types, name)));
     }
     return true;
   }
@@ -256,7 +275,9 @@ class StrictSyntax : public nlohmann::json_sax<nlohmann::json> {
         fault.append("[").append(std::to_string(level.index)).append("]");
       else
         fault += (fault.empty() ? "" : ".") + level.at;
-    if (!shown.empty()) fault += (fault.empty() ? "" : ": ") + shown.substr(0, longest_shown);
+    if (!shown.empty())
+      fault += (fault.empty() ? "" : ": ") + shown.substr(0, longest_shown) +
+               (shown.size() > longest_shown ? "..." : "");
     fault += (fault.empty() ? "" : ": ") + rule;
     return false;
   }

@@ -8,7 +8,6 @@ namespace {
 
 struct LyapunovCommand : MotionCommand {
   std::int64_t every = 0, count = 0, interval = 0, seed = 0;
-  std::string method = "discrete_qr";
   /// Files from which to go on, and to which the checkpoint is written.
   std::string resume, checkpoint;
 };
@@ -33,9 +32,6 @@ v1::LyapunovSpectrumRequest request_of(const LyapunovCommand& command) {
   v1::LyapunovSpectrumRequest request;
   request.set_every(command.every);
   request.set_count(static_cast<std::uint32_t>(command.count));
-  request.set_orthonormalization(command.method == "continuous"
-                                     ? v1::ORTHONORMALIZATION_CONTINUOUS
-                                     : v1::ORTHONORMALIZATION_DISCRETE_QR);
   request.set_interval(command.interval);
   request.set_seed(static_cast<std::uint64_t>(command.seed));
   if (command.resume.empty()) return request;
@@ -81,10 +77,6 @@ void add_lyapunov(CLI::App* app, Command& chosen) {
   app->add_option("--count", command->count, "the K largest exponents; all by default")
       ->transform(whole_number())
       ->type_name("K");
-  app->add_option("--orthonormalization", command->method,
-                  "discrete_qr, by default, or continuous, for continuous systems")
-      ->check(CLI::IsMember({"discrete_qr", "continuous"}))
-      ->type_name("METHOD");
   app->add_option("--interval", command->interval,
                   "steps between two orthonormalisations; by default about a radian of the motion")
       ->transform(whole_number())
@@ -102,7 +94,6 @@ void add_lyapunov(CLI::App* app, Command& chosen) {
   add_end(app, chosen, command,
           {{"every", "--every"},
            {"count", "--count"},
-           {"orthonormalization", "--orthonormalization"},
            {"interval", "--interval"},
            {"checkpoint", "--resume"}},
           lyapunov);

@@ -33,16 +33,18 @@ struct ReportCommand {
   std::optional<bool> tradeoff;
 };
 
-/// Measures error against cost. Returns null where the scene has no trade-off, such as that of a
-/// discrete system, or where a measurement that was not asked for fails.
+/// Measures error against cost at the end of the run. Returns null where the scene has no
+/// trade-off, such as that of a discrete system, or where a measurement that was not asked for
+/// fails.
 nlohmann::ordered_json tradeoff(const client::Client& client, const client::Session& session,
-                                const ReportCommand& command) {
+                                const ReportCommand& command, double horizon) {
   const auto& scene = session.scene();
   const bool asked = command.tradeoff.value_or(false);
   if (!command.tradeoff.value_or(scene.has_method() && !scene.has_members())) return nullptr;
   v1::MeasureTradeoffRequest request;
   *request.mutable_scene() = scene;
   if (!asked) request.set_budget(cheap_budget);
+  if (horizon > 0) request.set_horizon(horizon);
   v1::TradeoffSetup setup;
   auto points = nlohmann::ordered_json::array();
   MeasuringLine line;
@@ -123,7 +125,7 @@ nlohmann::ordered_json data(const client::Client& client, const client::Session&
       {"samples", draw_samples(session, *system, run, command.member)},
       {"drift", run.drift},
       {"error", run.error},
-      {"tradeoff", tradeoff(client, session, command)}};
+      {"tradeoff", tradeoff(client, session, command, std::abs(run.last.time()))}};
   if (scene.has_members()) out["member"] = command.member;
   if (run.speed > 0) out["turn"] = 2 * std::numbers::pi / run.speed;
   if (session.choice() != nullptr) out["choice"] = session.choice()->reason();

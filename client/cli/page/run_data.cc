@@ -10,8 +10,8 @@ namespace stiefel::cli {
 namespace {
 
 constexpr std::int64_t drifts = 60;  ///< points of a curve of drifts
-constexpr std::int64_t errors = 20;  ///< points of a curve of errors
-/// Instructions that a curve of errors may take; a dearer one has its last point only.
+constexpr double errors = 20;        ///< parts of a curve of errors, between 21 points
+/// Instructions that a curve of errors may take; a dearer one has fewer parts, but at least one.
 constexpr double dearest = 2e9;
 
 v1::DiagnoseResponse diagnose(const client::Session& session, std::int64_t step,
@@ -94,16 +94,22 @@ RunData diagnose_run(const client::Session& session, std::int64_t to,
   RunData run;
   run.last = diagnose(session, to, estimate);
   const auto& estimated = run.last.estimated_error();
-  const bool dear = estimated.reference().empty() || errors * estimated.work() > dearest;
   const auto steps = spread(run.last.step(), drifts);
-  const std::int64_t every = std::max<std::int64_t>(1, drifts / errors);
+  // The estimate at step k takes k / last of the work of that at the last: n parts take (n + 1) / 2
+  // of it.
+  std::set<std::int64_t> points;
+  if (!estimated.reference().empty())
+    points = spread(
+        static_cast<std::int64_t>(steps.size()) - 1,
+        static_cast<std::int64_t>(std::clamp(
+            2 * dearest / std::max(1.0, static_cast<double>(estimated.work())) - 1, 1.0, errors)));
   const auto none = nlohmann::ordered_json::array();
   run.drift = {{"time", none}};
   run.error = {{"time", none}, {"attitude", none}, {"momentum", none}};
   Families families;
   std::int64_t index = 0;
   for (const std::int64_t step : steps) {
-    const bool estimate_here = !dear && index++ % every == 0;
+    const bool estimate_here = points.contains(index++);
     const auto diagnosis =
         step == run.last.step()
             ? run.last

@@ -64,9 +64,11 @@ SavedRun from_npz(const std::string& path) {
 SavedRun from_csv(const std::string& path) {
   SavedRun found{ordered_json::object(), ""};
   std::istringstream lines(whole(path));
+  bool has_utc = false;  // the last column, of the Python client alone
   for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("step")) has_utc = line.ends_with(",utc");
     if (!line.starts_with("#"))
-      found.samples += line + '\n';
+      found.samples += line.substr(0, has_utc ? line.rfind(',') : line.size()) + '\n';
     else if (line.starts_with("# {"))
       if (const auto part = ordered_json::parse(line.substr(2), nullptr, false); part.is_object())
         found.description.update(part);

@@ -11,6 +11,7 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel._given.normalized import normalized, orthonormal, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
+from stiefel._manifold.beta import SMALL, span_of
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
 from stiefel._wire.arrays import set_tensor, to_array
@@ -19,7 +20,7 @@ from stiefel._wire.recreating import route
 from stiefel._wire.replies import complete, described, require
 from stiefel._wire.retries import Pauses
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
-from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
+from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, Unavailable, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
 from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
 from stiefel.session import Session, created
@@ -190,8 +191,12 @@ class Client:
                  **counts: int) -> tuple[Geodesic, ...]:
         def messages(normalize: bool) -> list[pb.FramePair]:
             return [_frame_pair(Q_0, Q_T, path, normalize) for (Q_0, Q_T), path in zip(pairs, paths)]
+        lambdas = _lambdas(inertia)
+        span = None if counts["steps"] or normalize else span_of(pairs, lambdas)
+        if span is not None:
+            pairs, lambdas = list(zip(span.start, span.end)), lambdas[:span.end.shape[-1]]
         request = pb.ConnectRequest(
-            pairs=messages(normalize), metric=metric, inertia=_lambdas(inertia), time=number("time", time, SECONDS),
+            pairs=messages(normalize), metric=metric, inertia=lambdas, time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts),
             beta=None if beta is None else number("beta", beta),
             view=pb.GEODESIC_VIEW_SCENE if scenes else pb.GEODESIC_VIEW_VELOCITY,
@@ -204,7 +209,7 @@ class Client:
             raise error if normalize else with_hint(error, lambda: messages(True) != list(request.pairs)) from None
         if sorted(replies) != list(range(len(pairs))):
             raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
-        return tuple(answers.geodesic(replies[pair], request) for pair in range(len(pairs)))
+        return tuple(answers.geodesic(replies[pair], request, span) for pair in range(len(pairs)))
 
     def conjugate_points(self, inertia: Any, Q: Any, Qdot: Any, time: float = 1.0,
                          timeout: Optional[float] = None) -> ConjugatePoints:
@@ -237,7 +242,13 @@ class Client:
         instructions that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
         runs of each point; by default 3. The server's warnings are issued as `SceneWarning`.
         """
-        tradeoff = answers.tradeoff(self.tradeoff_parts(scene, horizon, budget, repeats, timeout))
+        deadline, pauses = self._connection.deadline(timeout), Pauses()
+        while True:
+            try:
+                tradeoff = answers.tradeoff(self.tradeoff_parts(scene, horizon, budget, repeats, deadline.left()))
+                break
+            except Unavailable as error:  # another server measures everything again
+                self._connection.pause(error, pauses, deadline)
         for text in tradeoff.setup.warnings:
             warn_of_scene(text)
         return tradeoff
@@ -304,9 +315,6 @@ def _lambdas(inertia: Any) -> Any:
     return given.tolist()
 
 
-AS_NUMBERS = 256  # numbers; a larger frame of a pair travels as bytes, which takes a tenth of the time
-
-
 def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
     """Returns two frames as a message, large arrays as bytes. `path` is that of the pair in errors."""
     pair = pb.FramePair()
@@ -316,7 +324,7 @@ def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
             raise refused(path + name, f"the shape {np.shape(frame)}: it looks transposed: frames have their vectors as rows")
         if normalize:
             frame = orthonormal(path + name, to_array(to_matrix(frame, path + name)))
-        if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > AS_NUMBERS:
+        if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > SMALL:
             set_tensor(tensor, frame)
         else:
             matrix.CopyFrom(to_matrix(frame, path + name))

@@ -62,6 +62,7 @@ class StiefelError(Exception):
     code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
     quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds; `field` is the limit's name: "sessions"
     retry_delay: Optional[float] = None  #: seconds after which the same request may succeed, if the server says so
+    _checkpoint: tuple[int, bytes] = 0, b""  #: the state at which a server that ends left the session, and its step
     _may_pass: bool = False  #: whether gRPC or a proxy ended the call because of too much at once
     #: For `Session.trajectory`, the samples that had arrived, as a trajectory with the outcome CANCELLED. For
     #: `stiefel.sweep`, what it would have returned, with the outcome 0 at the missing points. None for all other calls.
@@ -141,7 +142,7 @@ class DeadlineExceeded(StiefelError, TimeoutError):
 
 
 class Cancelled(StiefelError):
-    """The call was cancelled before its end, by the caller or because the server stops."""
+    """The caller cancelled the call before its end."""
 
     code = grpc.StatusCode.CANCELLED
 

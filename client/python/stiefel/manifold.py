@@ -14,14 +14,16 @@ exp, geodesic, transport, join, log and dist raise ValueError for frames and tan
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
-from typing import Any, Iterator, Optional, Sequence, Union
+from typing import Any, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stiefel._manifold.beta import BetaMetric, Span, defect, polished
+from stiefel._manifold.beta import FRAME_TOLERANCE, BetaMetric, defect
 from stiefel._manifold.inertia import InertiaMetric
+from stiefel._wire.streams import progress_bar
 from stiefel.client import Client
 from stiefel.errors import StiefelError
 from stiefel.simulation import own_client
@@ -30,20 +32,21 @@ __all__ = ["Joined", "NotJoined", "SpecialOrthogonal", "Stiefel"]
 
 Array = NDArray[np.float64]
 MOST_PAIRS = 1024  #: pairs of one call of Connect
-FRAME_TOLERANCE = 1e-6  #: of frames, as in a scene
 
 
 class NotJoined(StiefelError):
     """No geodesic was found between two frames. `pairs` has the indices of these pairs."""
 
     def __init__(self, pairs: Sequence[int], of: int, reason: str):
-        super().__init__(f"{len(pairs)} of {of} pairs of frames were not joined: {reason}")
+        super().__init__(f"{len(pairs)} of {of} pairs of frames were not joined. Pair {pairs[0]}: {reason}; partial=True gives NaN for it"
+                         " and the geodesics of the others")
         self.pairs = tuple(pairs)
 
 
 @dataclass(frozen=True)
 class Joined:
-    """The geodesics from frames Q to frames P in the time 1. Arrays have the leading axes of Q and P."""
+    """The geodesics from frames Q to frames P in the time 1. Arrays have the leading axes of Q and P. Where none was found,
+    numbers are NaN, and `shortest` is "unknown"."""
 
     velocity: Array  #: V with exp(Q, V) = P
     distance: Array  #: the norm of V, which is the length
@@ -54,9 +57,10 @@ class Joined:
 
     def __repr__(self) -> str:
         kinds, counts = np.unique(self.shortest, return_counts=True)
-        most = [f"{np.min(self.distance):.6g} to {np.max(self.distance):.6g}", f"{np.max(self.residual):.1e}"] if kinds.size else ["", ""]
-        pairs = f"{self.distance.size} pair{'s' if self.distance.size != 1 else ''}"
-        return (f"<stiefel.manifold.Joined of {pairs}: distance {most[0]}, residual at most {most[1]}\n"
+        found = np.isfinite(self.distance)
+        ends = [one(values[found]) if found.any() else np.nan for one, values in ((np.min, self.distance), (np.max, self.distance), (np.max, self.residual))]
+        pairs = f"{found.size} pair{'s' if found.size != 1 else ''}{'' if found.all() else f', {found.size - found.sum()} not joined'}"
+        return (f"<stiefel.manifold.Joined of {pairs}: distance {ends[0]:.6g} to {ends[1]:.6g}, residual at most {ends[2]:.1e}\n"
                 f"  shortest: {', '.join(f'{kind} {count}' for kind, count in zip(kinds, counts))}>")
 
 
@@ -82,18 +86,19 @@ class _Manifold:
 
     def tangent(self, Q: ArrayLike, Z: ArrayLike) -> Array:
         """Returns the orthogonal projection of any matrix Z onto the tangent space at Q."""
-        return self._out(self._metric.tangent(self._in(Q), self._in(Z)))
+        return self._out(self._tangent(self._in(Q), self._in(Z)))
 
     def gradient(self, Q: ArrayLike, derivative: ArrayLike) -> Array:
         """Returns the Riemannian gradient at Q of a function whose matrix of partial derivatives is `derivative`."""
-        return self._out(self._metric.gradient(self._in(Q), self._in(derivative)))
+        return self._out(self._tangent(self._in(Q), self._metric.gradient(self._in(Q), self._in(derivative))))
 
     def hessian(self, Q: ArrayLike, derivative: ArrayLike, changed: ArrayLike, V: ArrayLike) -> Array:
         """Returns the Riemannian Hessian of a function, applied to the tangent vector V at Q.
 
         `derivative`: its matrix of partial derivatives at Q; `changed`: the derivative of that matrix along V.
         """
-        return self._out(self._metric.hessian(self._in(Q), self._in(derivative), self._in(changed), self._in(V)))
+        frames = self._in(Q)
+        return self._out(self._tangent(frames, self._metric.hessian(frames, self._in(derivative), self._in(changed), self._in(V))))
 
     def project(self, Z: ArrayLike) -> Array:
         """Returns the frame that is nearest to the matrix Z, its polar factor."""
@@ -150,39 +155,46 @@ class _Manifold:
         frames = self._frame(Q)
         return self._out(self._metric.transport(*self._same(frames, self._vector(frames, V), self._vector(frames, W))))
 
-    def join(self, Q: ArrayLike, P: ArrayLike, restarts: int = 0, seed: int = 0) -> Joined:
+    def join(self, Q: ArrayLike, P: ArrayLike, restarts: int = 0, seed: int = 0, partial: bool = False, progress: bool = False) -> Joined:
         """Returns the geodesics from Q to P and what is known of them.
 
-        `restarts`: how many searches for shorter geodesics start from random paths. Raises NotJoined if a pair has none.
+        `restarts`: how many searches for shorter geodesics start from random paths. `partial`: gives NaN where no geodesic is
+        found; else raises NotJoined. `progress`: shows a progress bar of tqdm.
         """
-        (frames, defects), (others, other_defects) = self._checked(Q), self._checked(P)
-        frames, others = self._same(frames, others)
+        frames, others = self._same(self._frame(Q), self._frame(P))
         axes = frames.shape[:-2]
         starts, ends = frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)
-        span = None
-        if isinstance(self._metric, BetaMetric) and self.N > 2 * self.n:
-            span = Span(polished(starts, np.broadcast_to(defects, axes).ravel()),
-                        polished(ends, np.broadcast_to(other_defects, axes).ravel()))
-            starts, ends = span.start, span.end
-        found = [geodesic for some in _chunks(list(zip(starts, ends)))
-                 for geodesic in self._client().connect(some, restarts=restarts, seed=seed, scenes=False, **self._metric.request)]
+        found, some = [], min(MOST_PAIRS, max(1, len(starts) // 100)) if progress else MOST_PAIRS
+        with progress_bar(len(starts), progress, "pair") as bar:
+            for first in range(0, len(starts), some):
+                pairs = list(zip(starts[first:first + some], ends[first:first + some]))
+                found += self._client().connect(pairs, restarts=restarts, seed=seed, scenes=False, **self._metric.request)
+                bar.update(len(pairs))
         missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
-        if missed:
+        if missed and not partial:
             raise NotJoined(missed, len(found), found[missed[0]].run_status.message)
-        V = np.reshape([np.asarray(geodesic.velocity) for geodesic in found], starts.shape)
+        there = np.array([geodesic.velocity is not None for geodesic in found], bool)
+        V = np.full(starts.shape, np.nan)
+        if there.any():
+            V[there] = self._metric.tangent(starts[there], np.array([found[i].velocity for i in np.flatnonzero(there)]))
         length = np.sqrt(self._metric.inner(starts, V, V))
-        return Joined(self._out(np.reshape(span.lifted(V) if span else V, frames.shape)), length.reshape(axes),
-                      np.reshape([geodesic.residual for geodesic in found], axes),
-                      np.reshape([geodesic.shortest for geodesic in found], axes))
+        return Joined(self._out(np.reshape(V, frames.shape)), length.reshape(axes),
+                      np.reshape(np.where(there, [geodesic.residual for geodesic in found], np.nan), axes),
+                      np.reshape(np.where(there, [geodesic.shortest for geodesic in found], "unknown"), axes))
 
-    def log(self, Q: ArrayLike, P: ArrayLike) -> Array:
+    def log(self, Q: ArrayLike, P: ArrayLike, partial: bool = False, progress: bool = False) -> Array:
         """Returns the velocity V of a geodesic with exp(Q, V) = P: the shortest one if P is nearer than the injectivity
-        radius. `join` says what is known beyond. Raises NotJoined if none is found."""
-        return self.join(Q, P).velocity
+        radius. `join` says what is known beyond, and what `partial` and `progress` do. Raises NotJoined if none is found."""
+        return self.join(Q, P, partial=partial, progress=progress).velocity
 
-    def dist(self, Q: ArrayLike, P: ArrayLike) -> Array:
-        """Returns the length of the geodesic that `log` finds."""
-        return self.join(Q, P).distance
+    def dist(self, Q: ArrayLike, P: ArrayLike, partial: bool = False, progress: bool = False) -> Array:
+        """Returns the length of the geodesic that `log` finds. Warns where it is not proved to be the shortest."""
+        joined = self.join(Q, P, partial=partial, progress=progress)
+        unproved = int(np.sum((joined.shortest != "yes") & np.isfinite(joined.distance)))
+        if unproved:
+            warnings.warn(f"{unproved} of {joined.distance.size} distances are lengths of geodesics that are not proved to be the "
+                          "shortest; `shortest` of join tells which, and its `restarts` search for shorter ones", stacklevel=2)
+        return joined.distance
 
     def to_pymanopt(self) -> Any:
         """Returns this manifold as one of pymanopt, an optional package. Its retraction is `exp`."""
@@ -216,25 +228,24 @@ class _Manifold:
             raise ValueError(f"the leading axes {axes} do not broadcast") from None
 
     def _frame(self, Q: ArrayLike) -> Array:
-        return self._checked(Q)[0]
-
-    def _checked(self, Q: ArrayLike) -> tuple[Array, Array]:
-        """Returns frames and the defect of each."""
         frames = self._in(Q)
-        defects = defect(frames)
-        largest = float(np.max(defects, initial=0.0))
+        largest = float(np.max(defect(frames), initial=0.0))
         if not largest <= FRAME_TOLERANCE:
             raise ValueError(f"max |QQ^T - I| = {largest:.1e}: frames must have orthonormal vectors to {FRAME_TOLERANCE:g}; "
                              "project(Q) has the nearest ones")
-        return frames, defects
+        return frames
+
+    def _tangent(self, Q: Array, Z: Array) -> Array:
+        """Projects twice: the first time leaves the rounding of Z, beside which the tangent part may be small."""
+        return self._metric.tangent(Q, self._metric.tangent(Q, Z))
 
     def _vector(self, Q: Array, V: ArrayLike) -> Array:
-        """Returns V, tangent at Q to rounding of numbers of size 1 or to the tolerance of frames, whichever is larger."""
+        """Returns V, each tangent at Q to the tolerance of frames, relative to its largest number."""
         frames, vectors = self._same(Q, self._in(V))
         product = vectors @ np.swapaxes(frames, -1, -2)
-        defect = float(np.max(np.abs(product + np.swapaxes(product, -1, -2)), initial=0.0))
-        if not defect <= max(1e-12, FRAME_TOLERANCE * float(np.max(np.abs(vectors), initial=0.0))):
-            raise ValueError(f"max |VQ^T + QV^T| = {defect:.1e}: must be tangent at Q; `tangent` makes it so")
+        defects = np.max(np.abs(product + np.swapaxes(product, -1, -2)), axis=(-2, -1), initial=0.0)
+        if not np.all(defects <= FRAME_TOLERANCE * np.max(np.abs(vectors), axis=(-2, -1), initial=0.0)):
+            raise ValueError(f"max |VQ^T + QV^T| = {np.max(defects):.1e}: must be tangent at Q; `tangent` makes it so")
         return vectors
 
     def _in(self, given: ArrayLike) -> Array:
@@ -284,6 +295,16 @@ class Stiefel(_Manifold):
             return InertiaMetric(value, self._client)
         raise ValueError(f"metric: {metric!r}: must be 'euclidean', 'canonical', a positive number or {N} positive numbers")
 
+    def align(self, Q: ArrayLike, P: ArrayLike, signs: bool = False) -> Array:
+        """Returns the frame of the subspace of P that is nearest to Q: RP with an orthogonal n x n matrix R. `signs`: R is
+        diagonal, with the signs that make each vector nearest to that of Q."""
+        frames, others = self._same(self._frame(Q), self._frame(P))
+        product = frames @ np.swapaxes(others, -1, -2)
+        if signs:
+            return self._out(np.where(np.diagonal(product, axis1=-2, axis2=-1) < 0, -1.0, 1.0)[..., None] * others)
+        left, _, right = np.linalg.svd(product)
+        return self._out(left @ right @ others)
+
     @property
     def injectivity_radius(self) -> Optional[float]:
         """The length up to which geodesics are shortest and unique, where it is known; else None.
@@ -326,11 +347,6 @@ class SpecialOrthogonal(_Manifold):
         left[..., -1] *= np.sign(np.linalg.det(left @ right))[..., None]
         nearest: Array = left @ right
         return nearest
-
-
-def _chunks(pairs: list[tuple[Array, Array]]) -> Iterator[list[tuple[Array, Array]]]:
-    for first in range(0, len(pairs), MOST_PAIRS):
-        yield pairs[first:first + MOST_PAIRS]
 
 
 def __dir__() -> list[str]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stiefel._exports import ccsds, mcap, spice
 from stiefel._exports.nodes import Export
+from stiefel._given.instants import utc_of
 from stiefel._given.typed import Scene
 from stiefel._results import (attitude, error_against_cost, estimate, geodesics, reduced, save, server_catalogue,
                               state_properties, tables)
@@ -163,6 +164,12 @@ class Trajectory(Drawn, Ended, Batch):
         return None if self.origin is None else self.origin.epoch
 
     @property
+    def utc(self) -> Optional[NDArray[np.datetime64]]:
+        """`time` as instants of UTC to microseconds, in which a leap second reads as the second after it. None without an
+        epoch, and for one in TDB, TCB, TCG or UT1."""
+        return utc_of(self.epoch, self.time)
+
+    @property
     def units(self) -> dict[str, str]:
         """The units of `time` and of those fields for which the scene gives one, which a scene with `body` does."""
         in_si = self.origin is not None and self.origin.scene.HasField("body")
@@ -245,7 +252,7 @@ class Trajectory(Drawn, Ended, Batch):
 
     def to_dataframe(self) -> Any:
         """Returns a `pandas.DataFrame` with the index `time`, the column `step`, and a column for each number: q_w, omega_x,
-        Q[0,0], ...; `attrs` has units and what a file of `save` says."""
+        Q[0,0], ..., and `utc` where that is known; `attrs` has units and what a file of `save` says."""
         return tables.to_dataframe(self)
 
     def error_at(self, times: Any = None, timeout: Optional[float] = None) -> Errors:

@@ -4,12 +4,11 @@ from __future__ import annotations
 import json
 import math
 import os
-import reprlib
 from pathlib import Path
 from typing import Any, Mapping, Optional, Union
 
 import numpy as np
-from google.protobuf import json_format
+from google.protobuf.message import Message
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
@@ -19,6 +18,7 @@ from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import parse
 from stiefel._given.normalized import normalized
 from stiefel._given.numbers import number, refused
+from stiefel._given.shown import shown
 from stiefel._given.typed import Scene
 from stiefel._given.shapes import LISTS, NUMBERS, Ensemble, block_of, count_of, list_of, owner_of, unit_of
 from stiefel._given.velocities import MOMENTA, with_momenta
@@ -43,7 +43,7 @@ def to_message(scene: SceneLike) -> pb.Scene:
     Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. In `body`, `attitude`
     may be a rotation matrix, a Rotation of scipy or a quaternion in the `order` "xyzw", or `mrp` may stand instead, and
     `angular_velocity` or `angular_momentum` may be in the axes `frame`, as in `stiefel.body`. `normalize`: True makes an
-    initial state that was rounded to a few digits fit. Raises InvalidArgument that names the first wrong number, unit or
+    initial state that was rounded to a few digits fit, and a quaternion of any norm. `method` may be a name alone. Raises InvalidArgument that names the first wrong number, unit or
     shape, or the paths of all unknown keys and values of a wrong type.
 
     A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
@@ -59,7 +59,7 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     description = _by_name(scene if isinstance(scene, Mapping) else _read(scene), pb.Scene)
     epoch, normalize = description.pop("epoch", None), description.pop("normalize", None)
     if not isinstance(normalize, (bool, type(None))):
-        raise refused("scene.normalize", f"{reprlib.repr(normalize)}: must be true or false")
+        raise refused("scene.normalize", f"{shown(normalize)}: must be true or false")
     message = _message(description, bool(normalize))
     return normalized(message) if normalize else message, None if epoch is None else epoch_text(epoch)
 
@@ -88,17 +88,19 @@ def _message(description: dict[str, Any], normalize: bool) -> pb.Scene:
         blocks = with_momenta(description.get("system"), blocks, description.get("inertia"))
         arrays = {name: block for name, block in blocks.items() if not isinstance(block, Mapping)}
         description["initial"] = {name: block for name, block in blocks.items() if name not in arrays}
+    if isinstance(description.get("method"), str):
+        description["method"] = {"name": description["method"]}
     body = description.get("body")
     if isinstance(body, Mapping) and isinstance(body.get("body"), Mapping):
         raise refused("scene.body", "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
                       "{**stiefel.body(...), ...}")
     if isinstance(body, Mapping) and has_forms(body):
         description["body"] = with_fields(_by_name(body, pb.Body), "scene.body.", normalize, ensemble.members)
+    message = pb.Scene()
     for name, kind in (("body", pb.Body), ("method", pb.Method)):
         if isinstance(description.get(name), Mapping):
-            description[name] = _with_numbers(f"{name}.", _by_name(description[name], kind), ensemble)
-    message = pb.Scene()
-    parse(_in_json(_plain(_with_numbers("", description, ensemble))), message, "scene")
+            description[name] = _without_lists(f"{name}.", _by_name(description[name], kind), ensemble, getattr(message, name))
+    parse(_in_json(_plain(_without_lists("", description, ensemble, message))), message, "scene")
     for name, block in arrays.items():
         put_block(message, name, block)
     return message
@@ -138,7 +140,7 @@ def _change_body(body: pb.Body, given: Mapping[str, Any], ensemble: Ensemble, no
         changed = {*fields, *(other for name in FORMS if name in fields for other in _INSTEAD.get(name, ()))}
         fields = {name: value for name, value in written.items() if name in changed}
     message = pb.Body()
-    parse(_in_json(_plain(_with_numbers("body.", fields, ensemble))), message, "body")
+    parse(_in_json(_plain(_without_lists("body.", fields, ensemble, message))), message, "body")
     for field, value in message.ListFields():
         for name in (field.name, *_INSTEAD.get(field.name, ())):
             body.ClearField(name)
@@ -196,20 +198,26 @@ def _by_name(mapping: Mapping[str, Any], kind: Any) -> dict[str, Any]:
     return {names.get(key, key): value for key, value in mapping.items()}
 
 
-def _with_numbers(owner: str, part: dict[str, Any], ensemble: Ensemble) -> dict[str, Any]:
-    """Returns a part of a scene, in which lists are flat and single numbers have no units. `owner`: the part's path."""
+def _without_lists(owner: str, part: dict[str, Any], ensemble: Ensemble, message: Any) -> dict[str, Any]:
+    """Returns a part of a scene without its lists of numbers, which `message` gets, because JSON takes 4 us a number. Single
+    numbers have no units. `owner`: the part's path."""
+    rest = {}
     for name, value in part.items():
         path = owner + name
         if path in LISTS and value is not None:
-            part[name] = list_of(path, value, ensemble)
+            getattr(message, name).extend(list_of(path, value, ensemble))
         elif path in NUMBERS and not isinstance(value, (str, type(None))):  # a text may be "NaN" in JSON
-            part[name] = number(f"scene.{path}", value, unit_of(path))
-    return part
+            rest[name] = number(f"scene.{path}", value, unit_of(path))
+        else:
+            rest[name] = value
+    return rest
 
 
-def to_method(method: Mapping[str, Any]) -> pb.Method:
-    """Returns the message of a scene's `method`."""
+def to_method(method: Union[Mapping[str, Any], str]) -> pb.Method:
+    """Returns the message of a scene's `method`, a mapping or the name alone."""
     message = pb.Method()
+    if isinstance(method, str):
+        method = {"name": method}
     tolerance = method.get("tolerance") if isinstance(method, Mapping) else None
     if tolerance is not None:
         method = {**method, "tolerance": number("method.tolerance", tolerance)}
@@ -221,7 +229,7 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     """Reads the example of this name or a scene file. Raises OSError if that fails, and InvalidArgument if the file holds
     no JSON object."""
     if not isinstance(file, (str, os.PathLike)):
-        raise refused("scene", f"{reprlib.repr(file)}: must be a dict, the name of an example, the path of a scene file or a "
+        raise refused("scene", f"{shown(file)}: must be a dict, the name of an example, the path of a scene file or a "
                                "Scene message")
     if isinstance(file, str) and file in examples:
         if "system" not in (example := examples[file]):
@@ -239,7 +247,7 @@ def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     except ValueError as error:
         raise refused("scene", f"{file}: not JSON: {error}{saved}") from None
     if not isinstance(scene, dict):
-        raise refused("scene", f"{file}: {reprlib.repr(scene)}: must be an object: {{...}}")
+        raise refused("scene", f"{file}: {shown(scene)}: must be an object: {{...}}")
     return scene
 
 
@@ -247,10 +255,23 @@ def to_dict(scene: SceneLike) -> dict[str, Any]:
     """Returns the JSON form of a scene as a dict: the proto's field names, blocks as nested lists, and its epoch if it has
     one. A complex block is a dict of two nested lists, `values` and `imaginary`."""
     message, epoch = with_epoch(scene)
-    description: dict[str, Any] = json_format.MessageToDict(message, preserving_proto_field_name=True)
-    if description.pop("initial_tensors", None) or "initial" in description:
-        description["initial"] = {name: _lists(block) for name, block in blocks_of(message).items()}
+    description: dict[str, Any] = {}
+    for field, value in message.ListFields():
+        if field.name in ("initial", "initial_tensors"):
+            description["initial"] = {name: _lists(block) for name, block in blocks_of(message).items()}
+        else:
+            description[field.name] = _json_of(value)
     return description if epoch is None else {**description, "epoch": epoch}
+
+
+def _json_of(value: Any) -> Any:
+    """Returns what protobuf's MessageToDict makes of a field of a scene, which takes 1 us for each number of a list."""
+    if isinstance(value, Message):
+        return {field.name: _json_of(part) for field, part in value.ListFields()}
+    if isinstance(value, (str, int, float)):
+        return _in_json(value)
+    numbers = list(value)
+    return numbers if np.isfinite(numbers).all() else _in_json(numbers)
 
 
 def blocks_of(scene: pb.Scene) -> dict[str, NDArray[Any]]:

@@ -1,6 +1,7 @@
 """Runs a server as a child process, which ends at the latest with its parent."""
 from __future__ import annotations
 
+import atexit
 import os
 import secrets
 import selectors
@@ -17,6 +18,8 @@ from typing import IO, Any, Mapping, Optional, Sequence
 from stiefel._given.numbers import SECONDS, number
 from stiefel._programs import bundled
 from stiefel._programs.variables import warn_of_unknown
+from stiefel._wire.connection import close_all
+from stiefel._wire.failures import server_ended, server_started
 from stiefel.errors import NotStarted
 
 _READY = b"listening on "
@@ -29,13 +32,16 @@ __all__ = ["Server"]
 class Server:
     """A server in a child process, made by `Server.start()`.
 
-    `Client` takes its `address`. As a context manager it stops the server at the end.
+    `Client` takes its `address`. As a context manager it stops the server at the end; else the server ends when this object
+    is deleted, so keep it.
     """
 
     def __init__(self, process: "subprocess.Popen[bytes]", address: str, socket: Path, errors: _Errors):
         self.address = address
         self.process = process
-        self._stop = weakref.finalize(self, _stop, process, socket, errors)
+        server_started(address)
+        self._stop = weakref.finalize(self, _let_go, address, process, socket, errors)
+        self._stop.atexit = False
         _running.add(self)
 
     @classmethod
@@ -45,11 +51,21 @@ class Server:
 
         "127.0.0.1:0" takes a free port. `arguments` are passed to the program unchanged. `environment` has variables
         for the program; variables of this process take precedence. Raises NotStarted with the program's output to
-        stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. Raises
-        FileNotFoundError if there is no program.
+        stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. A program
+        that a signal ends before it listens is started once more. Raises FileNotFoundError if there is no program.
         """
         timeout = number("timeout", timeout, SECONDS)
         warn_of_unknown()
+        try:
+            return cls._start(listen, arguments, timeout, environment)
+        except NotStarted as error:
+            if error.status is None or error.status >= 0:
+                raise
+        return cls._start(listen, arguments, timeout, environment)
+
+    @classmethod
+    def _start(cls, listen: Optional[str], arguments: Sequence[str], timeout: float,
+               environment: Optional[Mapping[str, str]]) -> Server:
         program = find_server()
         socket = _socket_folder() / f"{os.getpid()}-{secrets.token_hex(4)}"
         command = [program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]
@@ -83,6 +99,7 @@ class Server:
     def stop(self) -> int:
         """Asks the server to end, waits for it, and returns its exit status."""
         self._stop()
+        server_ended(self.address, "its Server was stopped")
         return self.process.returncode
 
     def _leave_to_parent(self) -> None:
@@ -109,10 +126,21 @@ class Server:
 _running: "weakref.WeakSet[Server]" = weakref.WeakSet()
 
 
+def _exit() -> None:
+    """Ends the calls before their servers, which would wait for them."""
+    close_all()
+    for server in list(_running):
+        held = server._stop.detach()
+        if held:
+            held[1](*held[2])
+
+
 def _forked() -> None:
     for server in list(_running):
         server._leave_to_parent()
 
+
+atexit.register(_exit)
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forked)
@@ -226,6 +254,11 @@ def _not_started(command: Sequence[str], what: str, status: Optional[int], stder
     error = NotStarted(f"{' '.join(command)}: {what}; {wrote}")
     error.status, error.stderr = status, stderr
     return error
+
+
+def _let_go(address: str, *server: Any) -> None:
+    _stop(*server)
+    server_ended(address, "nothing held what Server.start() returned, so the server ended: keep it in a variable or a `with`")
 
 
 def _stop(process: "subprocess.Popen[bytes]", socket: Path, errors: _Errors) -> None:

@@ -16,12 +16,12 @@ from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_ind
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
 from stiefel._given.sections import Coordinate, column, columns, to_section
-from stiefel._given.typed import Blocks, Body, Fields, Method
+from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection
 from stiefel._wire.driving import TOO_LARGE, Drive
-from stiefel._wire.growing import grown, orthonormalization
+from stiefel._wire.growing import grown
 from stiefel._wire.held import Held
 from stiefel._wire.linearizing import linearized, put_vectors
 from stiefel._wire.recreating import Recreation, is_loss, pause_after_loss, pauses, route
@@ -95,7 +95,7 @@ class Session(Held):
         one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
         return errors_at(self, times, timeout)
 
-    def fork(self, at: Optional[int] = None, method: Optional[Method] = None, step: Optional[float] = None,
+    def fork(self, at: Optional[int] = None, method: Union[Method, MethodName, None] = None, step: Optional[float] = None,
              system: Optional[str] = None, id: Optional[str] = None, timeout: Optional[float] = None, time: Any = None,
              body: Optional[Body] = None, initial: Optional[Blocks] = None, normalize: bool = False) -> Session:
         """Creates a session that starts from this one's state at step `at`, or at a `time` that is a step's, with the given
@@ -145,8 +145,11 @@ class Session(Held):
 
     def delete(self) -> None:
         """Deletes the session from its server. Later calls of this handle raise NotFound."""
+        self._delete()
+
+    def _delete(self, waits: bool = True) -> None:
         self._recreation.end()
-        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id))
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id), waits=waits)
 
     def stream(self, to: Optional[int] = None, start: int = 0, every: int = 1, fields: Optional[Fields] = None,
                timeout: Optional[float] = None, time: Any = None) -> Iterator[Batch]:
@@ -223,24 +226,21 @@ class Session(Held):
         return np.asarray(moved.matrix @ given @ np.swapaxes(moved.matrix, -1, -2))
 
     def lyapunov(self, to: Optional[int] = None, count: Optional[int] = None, start: int = 0, every: int = 0,
-                 method: str = "discrete_qr", interval: int = 0, seed: int = 0, checkpoint: bytes = b"",
-                 timeout: Optional[float] = None, time: Any = None) -> LyapunovSpectrum:
+                 interval: int = 0, seed: int = 0, checkpoint: bytes = b"", timeout: Optional[float] = None,
+                 time: Any = None) -> LyapunovSpectrum:
         """Returns the Lyapunov exponents of the motion from `start` to step `to`, or to a `time` that is a step's, with
         error bars, and a verdict: regular, chaotic or undecided.
 
         `count`: how many, the largest ones; by default all, for states of up to 1024 numbers. `every`: keeps the numbers
-        about every so many steps. `method`: "discrete_qr", from the tangent of the computed steps, or "continuous"
-        orthonormalisation along the states, for continuous systems and steps that turn by at most 0.5 rad. `interval`:
-        steps between two orthonormalisations; by default about a radian of the motion; `to` must allow 20. `seed`: of the
-        random first vectors. `checkpoint`: the `LyapunovSpectrum.checkpoint` of an earlier call that had the same
-        arguments but `to` and `every`; goes on from there, with the same bits. `timeout`: seconds for the whole call; none
-        by default.
+        about every so many steps. `interval`: steps between two orthonormalisations; by default about a radian of the
+        motion; `to` must allow 20. `seed`: of the random first vectors. `checkpoint`: the `LyapunovSpectrum.checkpoint` of
+        an earlier call that had the same arguments but `to` and `every`; goes on from there, with the same bits. `timeout`:
+        seconds for the whole call; none by default.
         """
         to, start = self._step_of("to", to, time), step_index("start", start)
         request = pb.LyapunovSpectrumRequest(
             session_id=self.id, to=to, every=step_index("every", every), count=0 if count is None else min(whole("count", count, 1), 2**32 - 1),
-            orthonormalization=orthonormalization(method), interval=whole("interval", interval), seed=whole("seed", seed),
-            checkpoint=checkpoint)
+            interval=whole("interval", interval), seed=whole("seed", seed), checkpoint=checkpoint)
         setattr(request, "from", start)
         return grown(self._recreation, request, timeout)
 
@@ -346,7 +346,7 @@ class Session(Held):
 
     def __exit__(self, kind: Optional[type[BaseException]], *exception: object) -> None:
         try:
-            self.delete()
+            self._delete(waits=False)
         except (Unavailable, DeadlineExceeded):
             pass  # with the server the session is gone, or the server drops it when it has been idle
         except StiefelError:

@@ -40,7 +40,7 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: Optional[int] = None, s
     axes: arrays of values by their paths in the scene: "inertia", "body.moments", "body.angular_velocity" (points,
         numbers), "initial.Q" (points, rows, cols), one number of such a field as "body.angular_velocity[0]" (points),
         or a field that all members of an ensemble share, such as "step", "tolerance", "method.order" (points), or whole
-        methods as mappings: {"method": [{"name": "rk4"}, {"name": "variational", "order": 4}]}. The result is a grid with a
+        methods as in a scene: {"method": ["rk4", {"name": "variational", "order": 4}]}. The result is a grid with a
         dimension for each axis; with `zipped` the axes vary together along one dimension, "point".
     summarize: statistics of fields and invariants at the steps start, start + every, ... and `to`: names of statistics
         (last, min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`. With

@@ -22,8 +22,8 @@ struct LinearizationDescription {
   /// stacked by rows (δQ over δM, δQ over δS, …), its numbers row by row; otherwise by its
   /// coordinates.
   bool as_blocks = false;
-  /// Adds columns with the derivatives of the state by λ_1 … λ_N, and by the step, at a constant
-  /// first state.
+  /// Adds columns with the derivatives of the state by λ_1 … λ_N, and by the step, at constant
+  /// blocks of the first state. The S of a scene on V(n, N) is made tangent, which depends on Λ.
   bool by_inertia = false, by_step = false;
 };
 
@@ -38,6 +38,9 @@ struct LinearizationDescription {
 ///     (Q, M), right-invariant    the same with δQ = ηQ
 ///     other states               those of an orthonormal basis of the tangent space in ⟨A, B⟩ =
 ///                                tr(AᵀB); it differs from state to state and is returned
+///
+/// With derivatives by Λ a state (Q, S) on V(n, N) has n(n + 1)/2 further coordinates, the last
+/// ones: the states of other Λ lie beside its tangent space.
 ///
 /// A scene given by `body` has its vectors in the caller's axes.
 class Linearization {
@@ -58,9 +61,11 @@ class Linearization {
 
   /// Returns the vectors at the state of `motion`, one a column, in coordinates or as blocks.
   Eigen::MatrixXd vectors(const Simulation& motion) const;
-  /// Returns the basis of the tangent space at the state of `motion`: column k is the vector with
-  /// the coordinates e_k as blocks.
+  /// Returns the basis of the coordinates at the state of `motion`: column k is the vector with the
+  /// coordinates e_k as blocks.
   Eigen::MatrixXd basis(const Simulation& motion) const;
+  /// Returns that of vectors that start there, which are tangent.
+  Eigen::MatrixXd start_basis(const Simulation& motion) const;
 
   /// The rows and columns of a vector as blocks, and the number of vectors, those of parameters
   /// included.

@@ -14,18 +14,11 @@
 
 namespace stiefel {
 
-/// How the vectors that measure growth are kept apart.
-enum class Orthonormalization : std::uint8_t {
-  discrete_qr,  ///< the tangent of the computed steps, and V = QR at the end of each interval
-  continuous,   ///< Ẇ = AW − WT on V(k, D) along the computed states, T upper triangular
-};
-
 /// What a LyapunovExponents computes.
 struct LyapunovDescription {
   std::int64_t from = 0, to = 0;
   /// The number k of exponents, the largest ones; 0: all.
   std::int64_t count = 0;
-  Orthonormalization orthonormalization = Orthonormalization::discrete_qr;
   /// Steps between two orthonormalisations. 0: as many as the motion at `from` takes for about one
   /// radian.
   std::int64_t interval = 0;
@@ -33,6 +26,9 @@ struct LyapunovDescription {
   std::uint64_t seed = 0;
 };
 
+/// What the growth says of a motion. "Chaotic" speaks of the flow: a second motion, which starts
+/// beside this one and moves by a map nearer to the flow, grows alike over the whole time. Of a
+/// discrete system it speaks of the map. "Regular" speaks of the computed steps.
 enum class MotionKind : std::uint8_t { undecided, regular, chaotic };
 
 class LyapunovRun;
@@ -71,8 +67,8 @@ class LyapunovExponents {
                                                              const Simulation& now,
                                                              const Place& place = {});
 
-  /// Advances `motion` by at most about `steps` steps; after `to` was reached, a second motion that
-  /// starts beside the first state, where a verdict needs it.
+  /// Advances `motion` by at most about `steps` steps; after `to` was reached, the second motion by
+  /// steps of about the same cost, where the verdict needs it.
   RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop = {});
   /// Whether the verdict is known, or the motion has ended early.
   bool done() const;
@@ -82,8 +78,11 @@ class LyapunovExponents {
 
   std::int64_t step() const;
   std::int64_t interval() const;
-  /// The number of steps that were made, those beside the motion included.
+  /// The number of steps that were made, those of the second motion included.
   std::int64_t computed_steps() const;
+  /// The number of steps that are covered since `from`: up to the end of an interval, twice where
+  /// the second motion is there too.
+  std::int64_t covered_steps() const;
   /// The number of tangent vectors.
   Eigen::Index vectors() const;
 
@@ -111,13 +110,11 @@ class LyapunovExponents {
 
 /// Returns the most vectors that a LyapunovExponents of a state of `size` numbers moves.
 std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size);
-/// Returns the work of a step of the scene with so many vectors, in instructions, and the bytes of
-/// a LyapunovExponents whose states have `size` numbers: upper bounds. A second motion has at most
-/// `most_steps_beside` times as many steps as the first one, each of `beside_substeps` times as
-/// many substeps.
-constexpr double most_steps_beside = 2.7;
-constexpr int beside_substeps = 4;
+/// Return upper bounds, for states of `size` numbers: the instructions of a step of the scene with
+/// so many vectors beside the step's own `step_work`; the instructions of the second motion over
+/// the time of a step; the bytes of a LyapunovExponents.
 double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors, std::int64_t size);
+double confirmation_work(const Scene& scene, double step_work, std::int64_t size);
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size);
 

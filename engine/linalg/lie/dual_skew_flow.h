@@ -1,6 +1,7 @@
 #pragma once
 
-#include <Eigen/QR>
+#include <Eigen/Householder>
+#include <algorithm>
 #include <vector>
 
 #include "engine/linalg/lie/skew_flow.h"
@@ -62,11 +63,26 @@ class SkewFlow<Dual<Real, lanes>> {
   Vector<Real> w_;
 };
 
-/// orthonormal_columns (orthonormal_columns.h) in dual numbers, for A of full rank.
+/// orthonormal_columns (orthogonal.h) in dual numbers, for A of full rank.
 template <class Real, int lanes>
-Matrix<Dual<Real, lanes>> orthonormal_columns(const Matrix<Dual<Real, lanes>>& A, Eigen::Index k) {
-  const Eigen::HouseholderQR<Matrix<Dual<Real, lanes>>> qr(A);
-  return qr.householderQ() * Matrix<Dual<Real, lanes>>::Identity(A.rows(), k);
+Matrix<Dual<Real, lanes>> orthonormal_columns(Matrix<Dual<Real, lanes>> A, Eigen::Index k) {
+  using Scalar = Dual<Real, lanes>;
+  const Eigen::Index N = A.rows(), m = std::min(k, A.cols());
+  Vector<Scalar> factors(m), workspace(std::max(k, A.cols()));
+  Scalar length;
+  for (Eigen::Index j = 0; j < m; ++j) {
+    stop_point(2 * static_cast<double>(A.size()));
+    A.col(j).tail(N - j).makeHouseholderInPlace(factors(j), length);
+    A.bottomRightCorner(N - j, A.cols() - j - 1)
+        .applyHouseholderOnTheLeft(A.col(j).tail(N - j - 1), factors(j), workspace.data());
+  }
+  Matrix<Scalar> H = Matrix<Scalar>::Identity(N, k);
+  for (Eigen::Index j = m - 1; j >= 0; --j) {
+    stop_point(2 * static_cast<double>(H.size()));
+    H.bottomRightCorner(N - j, k - j)
+        .applyHouseholderOnTheLeft(A.col(j).tail(N - j - 1), factors(j), workspace.data());
+  }
+  return H;
 }
 
 }  // namespace stiefel

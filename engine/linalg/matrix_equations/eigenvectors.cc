@@ -13,6 +13,9 @@ using Below = typename Solver<Scalar>::SubDiagonalType;
 template <class Scalar>
 using Coefficients = typename Tridiagonalization<stiefel::Matrix<Scalar>>::CoeffVectorType;
 
+template <class Scalar>
+using RealOf = typename NumTraits<Scalar>::Real;
+
 /// Repeats Eigen's reduction to tridiagonal form, operation by operation, with a check for a stop
 /// request before each column: of a Hermitian matrix with N = 1024 it takes most of a second.
 template <class Scalar>
@@ -21,7 +24,7 @@ void reduce(stiefel::Matrix<Scalar>& A, Coefficients<Scalar>& h) {
   for (Index i = 0; i < n - 1; ++i) {
     stiefel::stop_point();
     const Index left = n - i - 1;
-    double beta;
+    RealOf<Scalar> beta;
     Scalar tau;
     A.col(i).tail(left).makeHouseholderInPlace(tau, beta);
     // The similarity transformation by I - tau v v^H, v = A.col(i).tail(left).
@@ -29,7 +32,8 @@ void reduce(stiefel::Matrix<Scalar>& A, Coefficients<Scalar>& h) {
     h.tail(left).noalias() = A.bottomRightCorner(left, left).template selfadjointView<Lower>() *
                              (numext::conj(tau) * A.col(i).tail(left));
     h.tail(left) +=
-        (numext::conj(tau) * -0.5 * (h.tail(left).dot(A.col(i).tail(left)))) * A.col(i).tail(left);
+        (numext::conj(tau) * RealOf<Scalar>(-0.5) * (h.tail(left).dot(A.col(i).tail(left)))) *
+        A.col(i).tail(left);
     A.bottomRightCorner(left, left)
         .template selfadjointView<Lower>()
         .rankUpdate(A.col(i).tail(left), h.tail(left), Scalar(-1));
@@ -43,11 +47,12 @@ void reduce(stiefel::Matrix<Scalar>& A, Coefficients<Scalar>& h) {
 template <class Scalar>
 ComputationInfo iterate(Reals<Scalar>& diagonal, Below<Scalar>& below, const Index most,
                         bool with_vectors, stiefel::Matrix<Scalar>& vectors) {
-  constexpr double least = std::numeric_limits<double>::min();
-  constexpr double inverse_unit = 1 / std::numeric_limits<double>::epsilon();
+  using Real = RealOf<Scalar>;
+  constexpr Real least = std::numeric_limits<Real>::min();
+  constexpr Real inverse_unit = 1 / std::numeric_limits<Real>::epsilon();
   const Index n = diagonal.size();
   const auto negligible = [&](Index i) {
-    const double scaled = inverse_unit * below[i];
+    const Real scaled = inverse_unit * below[i];
     return std::abs(below[i]) < least ||
            scaled * scaled <= std::abs(diagonal[i]) + std::abs(diagonal[i + 1]);
   };
@@ -73,33 +78,31 @@ ComputationInfo iterate(Reals<Scalar>& diagonal, Below<Scalar>& below, const Ind
   return Success;
 }
 
-template <>
-void tridiagonalization_inplace(stiefel::Matrix<double>& A, Coefficients<double>& h) {
-  reduce<double>(A, h);
-}
-template <>
-void tridiagonalization_inplace(stiefel::Matrix<std::complex<double>>& A,
-                                Coefficients<std::complex<double>>& h) {
-  reduce<std::complex<double>>(A, h);
-}
-template <>
-ComputationInfo computeFromTridiagonal_impl(Reals<double>& diagonal, Below<double>& below,
-                                            const Index most, bool with_vectors,
-                                            stiefel::Matrix<double>& vectors) {
-  return iterate<double>(diagonal, below, most, with_vectors, vectors);
-}
-template <>
-ComputationInfo computeFromTridiagonal_impl(Reals<std::complex<double>>& diagonal,
-                                            Below<std::complex<double>>& below, const Index most,
-                                            bool with_vectors,
-                                            stiefel::Matrix<std::complex<double>>& vectors) {
-  return iterate<std::complex<double>>(diagonal, below, most, with_vectors, vectors);
-}
+#define STIEFEL_STOPPABLE(Scalar)                                                            \
+  template <>                                                                                \
+  void tridiagonalization_inplace(stiefel::Matrix<Scalar>& A, Coefficients<Scalar>& h) {     \
+    reduce<Scalar>(A, h);                                                                    \
+  }                                                                                          \
+  template <>                                                                                \
+  ComputationInfo computeFromTridiagonal_impl(Reals<Scalar>& diagonal, Below<Scalar>& below, \
+                                              const Index most, bool with_vectors,           \
+                                              stiefel::Matrix<Scalar>& vectors) {            \
+    return iterate<Scalar>(diagonal, below, most, with_vectors, vectors);                    \
+  }
+STIEFEL_STOPPABLE(double)
+STIEFEL_STOPPABLE(long double)
+STIEFEL_STOPPABLE(std::complex<double>)
+STIEFEL_STOPPABLE(std::complex<long double>)
+#undef STIEFEL_STOPPABLE
 
 }  // namespace Eigen::internal
 
-template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<double>>& Eigen::SelfAdjointEigenSolver<
-    stiefel::Matrix<double>>::compute(const Eigen::EigenBase<stiefel::Matrix<double>>&, int);
-template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<std::complex<double>>>&
-Eigen::SelfAdjointEigenSolver<stiefel::Matrix<std::complex<double>>>::compute(
-    const Eigen::EigenBase<stiefel::Matrix<std::complex<double>>>&, int);
+#define STIEFEL_SOLVER(Scalar)                                     \
+  template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<Scalar>>& \
+  Eigen::SelfAdjointEigenSolver<stiefel::Matrix<Scalar>>::compute( \
+      const Eigen::EigenBase<stiefel::Matrix<Scalar>>&, int);
+STIEFEL_SOLVER(double)
+STIEFEL_SOLVER(long double)
+STIEFEL_SOLVER(std::complex<double>)
+STIEFEL_SOLVER(std::complex<long double>)
+#undef STIEFEL_SOLVER

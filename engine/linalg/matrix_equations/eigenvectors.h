@@ -6,8 +6,8 @@
 #include "engine/numbers/scalar.h"
 
 /// Declares explicit instantiations of Eigen's eigensolver of symmetric and Hermitian matrices,
-/// which takes seconds to compile; eigenvectors.cc and wide_precision.cc compile it once for each
-/// scalar. Callers must pass a Matrix, because every other expression compiles the solver anew.
+/// which takes seconds to compile; eigenvectors.cc compiles it once for each scalar. Callers must
+/// pass a Matrix, because every other expression compiles the solver anew.
 extern template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<double>>&
 Eigen::SelfAdjointEigenSolver<stiefel::Matrix<double>>::compute(
     const Eigen::EigenBase<stiefel::Matrix<double>>&, int);

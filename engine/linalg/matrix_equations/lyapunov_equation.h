@@ -5,6 +5,7 @@
 
 #include "engine/linalg/matrix_equations/householder.h"
 #include "engine/linalg/matrix_equations/stoppable_schur.h"
+#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -86,9 +87,9 @@ void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
   const Eigen::Index N = Y_.rows();
   Y_ = G.template cast<Complex>();
   stop_point();
-  product_.noalias() = Z.adjoint() * Y_;
+  stoppable_product(Z.adjoint(), Y_, product_);
   stop_point();
-  Y_.noalias() = product_ * Z;
+  stoppable_product(product_, Z, Y_);
   for (Eigen::Index j = 0; j < N; ++j) {
     stop_point(6 * static_cast<double>(N * N));
     for (Eigen::Index k = 0; k < j; ++k) Y_.col(j) -= T(k, j) * Y_.col(k);
@@ -99,9 +100,9 @@ void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
     }
   }
   stop_point(16 * static_cast<double>(N * N * N));
-  product_.noalias() = Z * Y_;
+  stoppable_product(Z, Y_, product_);
   stop_point();
-  Y_.noalias() = product_ * Z.adjoint();
+  stoppable_product(product_, Z.adjoint(), Y_);
   Y = Y_.real();
 }
 

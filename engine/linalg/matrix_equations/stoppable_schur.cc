@@ -23,6 +23,26 @@ bool negligible(T& matrix, Index i) {
   return true;
 }
 
+/// The reduction to Hessenberg form.
+template <class Scalar>
+void reduce(stiefel::Matrix<Scalar>& A, auto& coefficients, auto& workspace) {
+  const Index n = A.rows();
+  workspace.resize(n);
+  for (Index i = 0; i < n - 1; ++i) {
+    if (i % 16 == 0) stiefel::stop_point();
+    const Index left = n - i - 1;
+    double beta;
+    Scalar h;
+    A.col(i).tail(left).makeHouseholderInPlace(h, beta);
+    A.col(i).coeffRef(i + 1) = beta;
+    coefficients.coeffRef(i) = h;
+    A.bottomRightCorner(left, left)
+        .applyHouseholderOnTheLeft(A.col(i).tail(left - 1), h, &workspace.coeffRef(0));
+    A.rightCols(left).applyHouseholderOnTheRight(A.col(i).tail(left - 1), Eigen::numext::conj(h),
+                                                 &workspace.coeffRef(0));
+  }
+}
+
 }  // namespace
 
 template <>
@@ -54,19 +74,10 @@ template <>
 void Eigen::HessenbergDecomposition<stiefel::Matrix<std::complex<double>>>::_compute(
     stiefel::Matrix<std::complex<double>>& A, CoeffVectorType& coefficients,
     VectorType& workspace) {
-  const Index n = A.rows();
-  workspace.resize(n);
-  for (Index i = 0; i < n - 1; ++i) {
-    if (i % 16 == 0) stiefel::stop_point();
-    const Index left = n - i - 1;
-    double beta;
-    std::complex<double> h;
-    A.col(i).tail(left).makeHouseholderInPlace(h, beta);
-    A.col(i).coeffRef(i + 1) = beta;
-    coefficients.coeffRef(i) = h;
-    A.bottomRightCorner(left, left)
-        .applyHouseholderOnTheLeft(A.col(i).tail(left - 1), h, &workspace.coeffRef(0));
-    A.rightCols(left).applyHouseholderOnTheRight(A.col(i).tail(left - 1), numext::conj(h),
-                                                 &workspace.coeffRef(0));
-  }
+  reduce<std::complex<double>>(A, coefficients, workspace);
+}
+template <>
+void Eigen::HessenbergDecomposition<stiefel::Matrix<double>>::_compute(
+    stiefel::Matrix<double>& A, CoeffVectorType& coefficients, VectorType& workspace) {
+  reduce<double>(A, coefficients, workspace);
 }

@@ -21,3 +21,6 @@ Eigen::Index Eigen::RealSchur<stiefel::Matrix<double>>::findSmallSubdiagEntry(
 template <>
 void Eigen::HessenbergDecomposition<stiefel::Matrix<std::complex<double>>>::_compute(
     stiefel::Matrix<std::complex<double>>& A, CoeffVectorType& coefficients, VectorType& workspace);
+template <>
+void Eigen::HessenbergDecomposition<stiefel::Matrix<double>>::_compute(
+    stiefel::Matrix<double>& A, CoeffVectorType& coefficients, VectorType& workspace);

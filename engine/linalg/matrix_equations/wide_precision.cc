@@ -12,9 +12,3 @@ template class SymmetricLyapunov<Quad>;
 }  // namespace stiefel
 
 template class Eigen::PartialPivLU<stiefel::Matrix<long double>>;
-template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<long double>>&
-Eigen::SelfAdjointEigenSolver<stiefel::Matrix<long double>>::compute(
-    const Eigen::EigenBase<stiefel::Matrix<long double>>&, int);
-template Eigen::SelfAdjointEigenSolver<stiefel::Matrix<std::complex<long double>>>&
-Eigen::SelfAdjointEigenSolver<stiefel::Matrix<std::complex<long double>>>::compute(
-    const Eigen::EigenBase<stiefel::Matrix<std::complex<long double>>>&, int);

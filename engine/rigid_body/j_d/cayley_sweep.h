@@ -5,6 +5,7 @@
 
 #include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/numbers/scalar.h"
+#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -42,10 +43,10 @@ class CayleySweep {
     const Scalar size = q_.cwiseAbs().maxCoeff();
     product_ = q_;
     look();
-    product_.noalias() -= q_ * C;
+    add_stoppable_product(-q_, C, product_);
     q_ = product_;
     look();
-    q_.noalias() += C * product_;
+    add_stoppable_product(C, product_, q_);
     for (Eigen::Index j = 0; j < C.cols(); ++j)
       for (Eigen::Index i = 0; i < j; ++i) {
         C(i, j) += (q_(i, j) - q_(j, i)) / 4;
@@ -57,7 +58,7 @@ class CayleySweep {
   /// Computes q and D for this C.
   void evaluate(const Matrix<Scalar>& C) {
     look();
-    product_.noalias() = C.transpose() * C;
+    stoppable_product(C.transpose(), C, product_);
     product_.diagonal().array() += Scalar(1);
     look();
     llt_.compute(product_);
@@ -65,7 +66,7 @@ class CayleySweep {
     look();
     llt_.solveInPlace(q_);
     look();
-    D_.noalias() = C * q_;
+    stoppable_product(C, q_, D_);
   }
 
   /// Returns D for the C of the last `evaluate`.

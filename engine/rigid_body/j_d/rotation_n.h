@@ -11,6 +11,24 @@
 
 namespace stiefel {
 
+/// Returns ‖A‖ of a skew matrix from six steps of the power method, times 1.1, since they stay
+/// below it.
+template <class Scalar>
+Scalar norm_of_skew(const Matrix<Scalar>& A, Vector<Scalar>& v, Vector<Scalar>& Av) {
+  constexpr int steps = 6;
+  Eigen::Index longest;
+  A.cwiseAbs().colwise().maxCoeff().maxCoeff(&longest);
+  v = A.col(longest);
+  Scalar norm = v.stableNorm();
+  for (int k = 0; k < steps && norm > 0; ++k) {
+    v /= norm;
+    Av.noalias() = A * v;
+    norm = Av.stableNorm();
+    v.swap(Av);
+  }
+  return Scalar(1.1) * norm;
+}
+
 /// The step of the rigid body in N dimensions by U = J_D⁻¹(hM) for Λ of any spread, λ_i ≥ 0, as the
 /// deviation X = U − I = hΩ + w∘S with a symmetric S, of which each element obeys UΛ − ΛUᵀ = hM.
 /// S is the symmetric part of X, and UᵀU = I says that
@@ -47,8 +65,6 @@ class RotationN {
   const Matrix<Scalar>& U_minus_I() const { return X_; }
 
  private:
-  /// Returns h‖Ω‖ from six steps of the power method, times 1.1, since they stay below it.
-  Scalar rate();
   /// Computes X and G = f = −½XᵀX − S from S. Returns the largest |f_ij|.
   Scalar residual();
   /// Computes G = f from S and M with its carry. X becomes the rounded U − I, `epsilon_` its
@@ -97,7 +113,7 @@ RotationN<Scalar>::RotationN(const Vector<Scalar>& lambda, Scalar h)
 template <class Scalar>
 bool RotationN<Scalar>::solve(const Matrix<Scalar>& K, bool compensated) {
   inverse_inertia(lambda_, K, hOmega_);
-  sine_ = rate();
+  sine_ = norm_of_skew(hOmega_, v_, Av_);
   if (!(sine_ < 1)) return false;
   for (Eigen::Index j = 0; j < S_.cols(); ++j)
     S_.col(j).head(j + 1) = packed_.segment(j * (j + 1) / 2, j + 1);
@@ -114,22 +130,6 @@ bool RotationN<Scalar>::solve(const Matrix<Scalar>& K, bool compensated) {
   }
   X_ = hOmega_ + weight_.cwiseProduct(S_);
   return on_branch();
-}
-
-template <class Scalar>
-Scalar RotationN<Scalar>::rate() {
-  constexpr int steps = 6;
-  Eigen::Index longest;
-  hOmega_.cwiseAbs().colwise().maxCoeff().maxCoeff(&longest);
-  v_ = hOmega_.col(longest);
-  Scalar norm = v_.stableNorm();
-  for (int k = 0; k < steps && norm > 0; ++k) {
-    v_ /= norm;
-    Av_.noalias() = hOmega_ * v_;
-    norm = Av_.stableNorm();
-    v_.swap(Av_);
-  }
-  return Scalar(1.1) * norm;
 }
 
 template <class Scalar>

@@ -8,11 +8,6 @@
 
 namespace stiefel {
 
-std::unique_ptr<TangentMap> dual_discrete_body_tangent(const Scene& scene,
-                                                       const TangentParameters& at) {
-  return make_tangent_by<Variational>(scene, RigidBody<SoN<Tangent>>(at.lambda), at.h);
-}
-
 std::unique_ptr<TangentMap> dual_body_tangent_3(const Scene& scene, const TangentParameters& at) {
   return body_tangent_by<So3<Tangent, true>, Splitting, MuntheKaas4, CrouchGrossman3,
                          ImplicitMidpoint, Gauss4>(scene, at);

@@ -10,9 +10,6 @@ namespace stiefel {
 
 /// Of the closed forms.
 std::unique_ptr<TangentMap> exact_body_tangent(const Scene& scene, const TangentParameters& at);
-/// Of the discrete body, for any N.
-std::unique_ptr<TangentMap> dual_discrete_body_tangent(const Scene& scene,
-                                                       const TangentParameters& at);
 /// Of other methods in three dimensions.
 std::unique_ptr<TangentMap> dual_body_tangent_3(const Scene& scene, const TangentParameters& at);
 

@@ -15,8 +15,6 @@ TangentSpace body_space(const Scene&) { return {TangentSpace::Coordinates::left_
 std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at) {
   if (scene.method() == Exact::traits.name) return exact_body_tangent(scene, at);
   if (scene.dimension() == 3) return dual_body_tangent_3(scene, at);
-  if (scene.method().empty() || scene.method() == Variational::traits.name)
-    return dual_discrete_body_tangent(scene, at);
   return body_tangent_by<SoN<Tangent>, MuntheKaas4, CrouchGrossman3, ImplicitMidpoint, Gauss4, Rk4>(
       scene, at);
 }
@@ -28,13 +26,7 @@ std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParamet
 
 }  // namespace
 
-Tangents rigid_body_tangents() {
-  return {body_space, make,
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return RigidBody<SoN<Tangent>>(scene.inertia().cast<Tangent>(), scene.has_frame());
-          },
-          make_columns};
-}
-Tangents moser_veselov_tangents() { return {body_space, make, nullptr, make_columns}; }
+Tangents rigid_body_tangents() { return {body_space, make, make_columns}; }
+Tangents moser_veselov_tangents() { return {body_space, make, make_columns}; }
 
 }  // namespace stiefel

@@ -33,31 +33,20 @@ Tangents right_rigid_body_tangents() {
           },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, RightRigidBody<Tangent>(at.lambda), at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return RightRigidBody<Tangent>(inertia_tangent(scene));
           }};
 }
 
 Tangents symmetric_rigid_body_tangents() {
-  return {pairs,
-          [](const Scene& scene, const TangentParameters& at) {
+  return {pairs, [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, SymmetricRigidBody<Tangent>(at.lambda, epsilon(scene)),
                                 at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return SymmetricRigidBody<Tangent>(inertia_tangent(scene), epsilon(scene));
           }};
 }
 
 Tangents right_symmetric_rigid_body_tangents() {
-  return {pairs,
-          [](const Scene& scene, const TangentParameters& at) {
+  return {pairs, [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, RightSymmetricRigidBody<Tangent>(at.lambda, epsilon(scene)),
                                 at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return RightSymmetricRigidBody<Tangent>(inertia_tangent(scene), epsilon(scene));
           }};
 }
 
@@ -71,9 +60,6 @@ Tangents reduced_rigid_body_tangents() {
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(
                 scene, ReducedRigidBody<Tangent>(at.lambda, A(scene), epsilon(scene)), at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return ReducedRigidBody<Tangent>(inertia_tangent(scene), A(scene), epsilon(scene));
           }};
 }
 
@@ -87,9 +73,6 @@ Tangents mclachlan_scovel_tangents() {
           },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, McLachlanScovel<Tangent>(at.lambda), at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return McLachlanScovel<Tangent>(inertia_tangent(scene));
           }};
 }
 

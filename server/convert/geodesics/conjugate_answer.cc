@@ -43,13 +43,13 @@ void write(const InjectivityRadius& radius, v1::InjectivityRadius* out) {
 
 }  // namespace
 
-std::uint64_t ConjugateAnswer::workspace(const v1::ConjugatePointsRequest& request) {
-  const double N = request.inertia_size(),
-               n = request.has_radius() ? request.radius().n() : request.q().rows();
+std::uint64_t ConjugateAnswer::workspace() const {
+  const double N = request_.inertia_size(),
+               n = request_.has_radius() ? request_.radius().n() : request_.q().rows();
   const double most = static_cast<double>(GeodesicRay::most_degrees);
   const double d = std::clamp(n * N - n * (n + 1) / 2, 0.0, most), nN = std::min(n * N, 4 * most);
   // Fields at the stages of a step, matrices of the angles, and the most points of a reply.
-  const double points = request.has_radius() ? 0 : GeodesicRay::most_points * (200 + 8 * nN);
+  const double points = request_.has_radius() ? 0 : GeodesicRay::most_points * (200 + 8 * nN);
   return static_cast<std::uint64_t>(8 * (40 * (d + 1) * nN + 40 * d * d) + 2 * points);
 }
 
@@ -63,8 +63,7 @@ grpc::Status ConjugateAnswer::along_a_geodesic(const std::stop_token& stop,
       faults.add(Path(field), "absent", "must be given, unless `radius` is");
       return Eigen::MatrixXd();
     }
-    const auto block = read_matrix(Path(field), given, faults);
-    return block ? Eigen::MatrixXd(block->values) : Eigen::MatrixXd();
+    return Eigen::MatrixXd(read_matrix(Path(field), given, faults).value_or(RowMatrix()));
   };
   GeodesicRay ray;
   ray.inertia = inertia(request_);
@@ -73,6 +72,7 @@ grpc::Status ConjugateAnswer::along_a_geodesic(const std::stop_token& stop,
   ray.time = request_.time();
   ray.stop = stop;
   if (!faults.empty()) return errors::invalid(faults.take());
+  memory_.grow(workspace());
   const auto found = conjugate_points(ray);
   if (!found) return *refused(found.error());
   for (const ConjugatePoint& point : found->points) points_.push_back(message_of(point));
@@ -93,6 +93,7 @@ grpc::Status ConjugateAnswer::of_the_radius(const std::stop_token& stop,
     problem.starts = static_cast<int>(
         std::min<std::uint32_t>(request_.radius().starts(), RadiusProblem::most_starts + 1));
   problem.stop = stop;
+  memory_.grow(workspace());
   const auto found = injectivity_radius(problem);
   if (!found) {
     const auto* invalid = std::get_if<refusal::Invalid>(&found.error());
@@ -116,7 +117,7 @@ grpc::Status ConjugateAnswer::next(const std::stop_token& stop,
     for (const auto& point : points_)
       for (const auto& one : point.kernel())
         bytes += sizeof(double) * static_cast<std::uint64_t>(one.values_size());
-    to_proto(work(), bytes, v1::PRICE_BOUND_AT_MOST, memory_, response.mutable_price());
+    to_proto(work(), bytes, v1::PRICE_BOUND_AT_MOST, memory_.bytes(), response.mutable_price());
   }
   for (std::size_t sent = 0; !points_.empty() && sent < part_bytes; points_.pop_front()) {
     sent += points_.front().ByteSizeLong();

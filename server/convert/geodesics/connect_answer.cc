@@ -4,10 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/numbers/to_text.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/simulation.h"
+#include "stiefel/stop.h"
 
 namespace stiefel::server {
 namespace {
@@ -95,15 +97,13 @@ std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t by
 }
 
 std::uint64_t waiting_answers_bytes(const v1::ConnectRequest& request) {
-  // More of them are refused when the request is read.
-  const std::uint64_t steps = std::min(request.steps(), max_connect_steps),
-                      samples = std::min(request.samples(), max_connect_samples);
   std::uint64_t all = 0, largest = 0;
   for (const v1::FramePair& pair : request.pairs()) {
     const auto size = static_cast<std::uint64_t>(
         pair.has_q_0_tensor() ? pair.q_0_tensor().data().size() / sizeof(double)
                               : static_cast<std::size_t>(pair.q_0().values_size()));
-    const std::uint64_t each = answer_bytes(size, trajectory_bytes(size, steps, samples));
+    const std::uint64_t each =
+        answer_bytes(size, trajectory_bytes(size, request.steps(), request.samples()));
     largest = std::max(largest, each);
     all += each;
   }
@@ -152,10 +152,18 @@ ConnectAnswer::Joined ConnectAnswer::joined(const std::stop_token& stop,
     run_status.outcome = Outcome::solver_stalled;
     response.set_residual(missed->residual);
   } else {
-    run_status.outcome = Outcome::cancelled;
+    throw Stopped();
   }
   to_proto(run_status, response.mutable_run_status());
   demand_finite(finite && is_finite(response), response.mutable_run_status());
+  if (response.run_status().outcome() == v1::OUTCOME_SOLVER_STALLED)
+    response.mutable_run_status()->set_message(
+        task_.steps > 0
+            ? "no discrete geodesic from Q_0 to Q_T was found: the largest gradient of the best "
+              "path is " +
+                  to_text(response.residual(), 2)
+            : "no geodesic from Q_0 to Q_T was found: the best one ends " +
+                  to_text(response.residual(), 2) + " from Q_T");
   to_proto(whole_work, trajectory_bytes(task_), v1::PRICE_BOUND_AT_MOST, memory_,
            response.mutable_price());
   return joined;

@@ -88,7 +88,7 @@ class ConnectReader {
                     "must be real numbers of shape (n, N)");
       return std::move(block.values);
     } else if (matrix) {
-      if (auto block = read_matrix(path, *matrix, faults_)) return std::move(block->values);
+      if (auto read = read_matrix(path, *matrix, faults_)) return *std::move(read);
     } else {
       faults_.add(path, "absent", "must be given");
     }
@@ -102,6 +102,9 @@ class ConnectReader {
                     given.has_q_0_tensor() ? &given.q_0_tensor() : nullptr);
     out.Q_T = frame(pair, "Q_T", given.has_q_t() ? &given.q_t() : nullptr,
                     given.has_q_t_tensor() ? &given.q_t_tensor() : nullptr);
+    if (shape_.empty()) shape_ = shape_of(out.Q_0);
+    if (const std::string shape = shape_of(out.Q_0); shape != shape_ && !shape.empty())
+      faults_.add(Path(pair, "Q_0"), shape, "must have the shape of the first frame, " + shape_);
     if (request_.metric() == v1::METRIC_EUCLIDEAN)
       out.inertia = Eigen::VectorXd::Ones(out.Q_0.cols());
     else if (!out.beta)
@@ -110,7 +113,13 @@ class ConnectReader {
     return out;
   }
 
+  /// Empty for a frame that was refused.
+  static std::string shape_of(const Eigen::MatrixXd& Q) {
+    return Q.size() == 0 ? "" : std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
+  }
+
   const v1::ConnectRequest& request_;
+  std::string shape_;  // of the first frame
   Faults faults_{in_the_request};
 };
 

@@ -8,10 +8,12 @@
 #include <mutex>
 #include <optional>
 #include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "server/convert/parts.h"
 #include "server/convert/resolve.h"
+#include "server/scheduling/memory_budget.h"
 #include "stiefel/connect.h"
 #include "stiefel/v1/conjugate.pb.h"
 #include "stiefel/v1/connect.pb.h"
@@ -96,12 +98,10 @@ class ConnectAnswer {
 /// Answers a ConjugatePoints in messages of limited size.
 class ConjugateAnswer {
  public:
-  /// `memory`: the bytes that the call holds.
-  ConjugateAnswer(const v1::ConjugatePointsRequest& request, std::uint64_t memory)
-      : request_(request), memory_(memory) {}
+  /// `memory`: of the request; that of a search is taken once the request is read.
+  ConjugateAnswer(const v1::ConjugatePointsRequest& request, MemoryLease memory)
+      : request_(request), memory_(std::move(memory)) {}
 
-  /// Returns the bytes that a search takes.
-  static std::uint64_t workspace(const v1::ConjugatePointsRequest& request);
   /// Returns the most instructions that a search takes.
   static double work();
 
@@ -111,11 +111,13 @@ class ConjugateAnswer {
   bool done() const { return started_ && points_.empty(); }
 
  private:
+  /// Returns the bytes that a search takes.
+  std::uint64_t workspace() const;
   grpc::Status along_a_geodesic(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
   grpc::Status of_the_radius(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
 
   const v1::ConjugatePointsRequest& request_;
-  const std::uint64_t memory_;
+  MemoryLease memory_;
   bool started_ = false;
   std::deque<v1::ConjugatePoint> points_;  ///< not yet sent
 };

@@ -153,8 +153,8 @@ grpc::Status LinearizeAnswer::begin() {
                                std::to_string(Linearization::largest_in_coordinates) + " numbers");
   linearization_.emplace(*std::move(made));
   if (request_.bases())
-    parts_.add(field_of("start_basis", linearization_->basis(*simulation_), linearization_->rows(),
-                        linearization_->cols()));
+    parts_.add(field_of("start_basis", linearization_->start_basis(*simulation_),
+                        linearization_->rows(), linearization_->cols()));
   at_result_ = request_.every() > 0 || request_.from() == request_.to();
   if (at_result_) add_result();
   return grpc::Status::OK;

@@ -42,6 +42,8 @@ class LinearizeAnswer {
   grpc::Status advance(std::int64_t steps, const std::stop_token& stop);
   /// Whether a result, or the rest of one, is there to be sent.
   bool has_results() const { return !parts_.empty() || at_result_; }
+  /// There is no checkpoint to make. Returns whether there is anything to send.
+  bool save() const { return has_results(); }
   /// Writes the next message over `message`. Returns whether it is the last message.
   bool next(v1::LinearizeResponse& message);
   std::int64_t computed_steps() const { return computed_; }

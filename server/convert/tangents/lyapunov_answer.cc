@@ -33,21 +33,15 @@ v1::Verdict verdict_of(MotionKind kind) {
 
 TangentPrice price_of(const Session& session, const v1::LyapunovSpectrumRequest& request) {
   const std::int64_t size = state_size(session);
-  const LyapunovDescription what{
-      .count = request.count(),
-      .orthonormalization = request.orthonormalization() == v1::ORTHONORMALIZATION_CONTINUOUS
-                                ? Orthonormalization::continuous
-                                : Orthonormalization::discrete_qr};
+  const LyapunovDescription what{.count = request.count()};
   const auto vectors = std::min(lyapunov_vectors(what, size), size);
   const double step = session.most_work(0, 1);
   const auto steps = static_cast<double>(request.to() - request.from());
   TangentPrice price;
   price.of_step = lyapunov_work(session.scene(), step, vectors, size);
   const std::int64_t start = session.start_for(request.from());
-  const double slow = beside_substeps * step;
-  const double beside = slow + lyapunov_work(session.scene(), slow, 1, size);
-  price.total = session.most_work(start, request.to()) + steps * price.of_step +
-                most_steps_beside * steps * beside;
+  price.total = session.most_work(start, request.to()) +
+                steps * (price.of_step + confirmation_work(session.scene(), step, size));
   price.bytes = session.simulation_bytes() + lyapunov_bytes(session.scene(), what, size);
   return price;
 }
@@ -57,15 +51,9 @@ LyapunovAnswer::~LyapunovAnswer() {
 }
 
 grpc::Status LyapunovAnswer::read() {
-  if (!v1::Orthonormalization_IsValid(request_.orthonormalization()))
-    return errors::invalid("orthonormalization", std::to_string(request_.orthonormalization()),
-                           "must be DISCRETE_QR or CONTINUOUS");
   what_ = {.from = request_.from(),
            .to = request_.to(),
            .count = request_.count(),
-           .orthonormalization = request_.orthonormalization() == v1::ORTHONORMALIZATION_CONTINUOUS
-                                     ? Orthonormalization::continuous
-                                     : Orthonormalization::discrete_qr,
            .interval = request_.interval(),
            .seed = request_.seed()};
   start_ = what_.from;
@@ -102,7 +90,7 @@ grpc::Status LyapunovAnswer::begin() {
   spectrum_.emplace(*std::move(made));
   const std::int64_t every = request_.every();
   mark_ = every > 0 ? what_.from + ((start_ - what_.from) / every + 1) * every : what_.to;
-  checkpoint_step_ = start_;
+  covered_ = spectrum_->covered_steps();
   return grpc::Status::OK;
 }
 
@@ -111,14 +99,24 @@ std::int64_t LyapunovAnswer::steps_between_checkpoints() const {
   constexpr double least_work = 1e10;
   if (work_ < least_work) return std::numeric_limits<std::int64_t>::max();
   const double part = std::max(1. / most, least_work / work_);
-  return static_cast<std::int64_t>(part * static_cast<double>(what_.to - what_.from)) + 1;
+  return static_cast<std::int64_t>(part * 2 * static_cast<double>(what_.to - what_.from)) + 1;
 }
 
 void LyapunovAnswer::take_checkpoint() {
   const std::string content = spectrum_->save();
   checkpoint_ = sign_checkpoint(*session_, growth_format, {content});
   checkpoint_step_ = LyapunovExponents::saved_step(content);
+  covered_ = spectrum_->covered_steps();
   sent_ = 0;
+}
+
+bool LyapunovAnswer::save() {
+  const std::int64_t before = checkpoint_step_;
+  if (spectrum_ && !has_results()) {
+    take_checkpoint();
+    if (checkpoint_step_ == before) sent_ = checkpoint_.size();
+  }
+  return has_results();
 }
 
 grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
@@ -143,7 +141,7 @@ grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& 
   }
   if (status_.outcome == Outcome::cancelled) return errors::cancelled();
   if (spectrum_ && spectrum_->done()) ended_ = true;
-  if (spectrum_ && (ended_ || spectrum_->step() - checkpoint_step_ >= steps_between_checkpoints()))
+  if (spectrum_ && (ended_ || spectrum_->covered_steps() - covered_ >= steps_between_checkpoints()))
     take_checkpoint();
   return grpc::Status::OK;
 }

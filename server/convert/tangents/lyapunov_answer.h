@@ -29,6 +29,8 @@ class LyapunovAnswer {
   bool made() const { return simulation_ != nullptr; }
   /// Advances by about `steps` steps. Ends early on a stop request.
   grpc::Status advance(std::int64_t steps, const std::stop_token& stop);
+  /// Makes a last checkpoint. Returns whether there is anything to send.
+  bool save();
   /// Whether numbers, a checkpoint or the end are there to be sent.
   bool has_results() const { return due_ || ended_ || sent_ < checkpoint_.size(); }
   /// Writes the next message over `message`, without results the progress alone. Returns whether it
@@ -52,7 +54,7 @@ class LyapunovAnswer {
   LyapunovDescription what_;
   std::string saved_;  ///< the content of the request's checkpoint
   std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
-  std::int64_t checkpoint_step_ = 0;  ///< of the last checkpoint
+  std::int64_t checkpoint_step_ = 0, covered_ = 0;  ///< at the last checkpoint
   std::unique_ptr<Simulation> simulation_;
   std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;

@@ -112,16 +112,23 @@ std::int64_t header_number(const std::string& header, std::size_t offset) {
   return value;
 }
 
-/// Throws std::runtime_error unless the file's header (sqlite.org/fileformat.html) is that of a
-/// store, so that no file of another program is touched.
-void check_header(const fs::path& file) {
-  constexpr std::size_t user_version_at = 60, application_id_at = 68;
+/// Returns the file's header (sqlite.org/fileformat.html). Throws std::runtime_error if it has
+/// none.
+std::string header_of(const fs::path& file) {
   std::string header(100, '\0');
   std::ifstream in(file, std::ios::binary);
   if (!in) throw std::runtime_error(std::strerror(errno));
   in.read(header.data(), static_cast<std::streamsize>(header.size()));
   if (!in || !header.starts_with("SQLite format 3"))
     throw std::runtime_error("it is not an SQLite database");
+  return header;
+}
+
+/// Throws std::runtime_error unless the file's header is that of a store, so that no file of
+/// another program is touched.
+void check_header(const fs::path& file) {
+  constexpr std::size_t user_version_at = 60, application_id_at = 68;
+  const std::string header = header_of(file);
   const std::int64_t owner = header_number(header, application_id_at);
   if (owner != application_id)
     throw std::runtime_error("it is an SQLite file of another program (application_id " +
@@ -183,6 +190,37 @@ bool checked_presence(const fs::path& file) {
                              " names (hard links), must have 1: the log belongs to one name");
   check_size_limit(fs::file_size(file));
   return true;
+}
+
+/// Throws std::runtime_error unless the process may write the store's files that there are, and
+/// make the others.
+void check_rights(const fs::path& file) {
+  for (const char* suffix : {"", "-lock", "-wal", "-shm"}) {
+    const fs::path one = file.string() + suffix;
+    const bool there = fs::exists(one);
+    const fs::path& asked = there ? one : file.parent_path();
+    if (access(asked.c_str(), there ? R_OK | W_OK : W_OK | X_OK) != 0)
+      throw std::runtime_error(asked.string() + ": " + std::strerror(errno));
+  }
+}
+
+/// Throws std::runtime_error if the disk has no room for the reserve, or the file has as many pages
+/// as the limit allows and none of them is free.
+void check_space(const fs::path& file, std::uint64_t limit) {
+  std::error_code absent;
+  const auto reserved = fs::file_size(file.string() + "-reserve", absent);
+  const std::uintmax_t left = fs::space(file.parent_path()).available + (absent ? 0 : reserved);
+  if (left < Reserve::bytes)
+    throw std::runtime_error("there is no space: the disk has " + std::to_string(left) +
+                             " bytes left, must have at least " + std::to_string(Reserve::bytes));
+  if (limit == 0 || !fs::exists(file)) return;
+  constexpr std::size_t page_size_at = 14, free_pages_at = 36;  // the size in the last two bytes
+  const std::string header = header_of(file);
+  const auto bits = static_cast<std::uint64_t>(header_number(header, page_size_at) & 0xFFFF);
+  const std::uint64_t page = bits == 1 ? 65536 : bits;
+  if (header_number(header, free_pages_at) == 0 && fs::file_size(file) / page >= limit / page)
+    throw std::runtime_error("there is no space: it has " + std::to_string(fs::file_size(file)) +
+                             " bytes, its limit is " + std::to_string(limit));
 }
 
 StoreFile open_at(const fs::path& file, const StoreOptions& options) {
@@ -279,11 +317,9 @@ std::optional<std::string> store_fault(const StoreOptions& options) {
   try {
     naming(options, [&] {
       const fs::path file = file_of(options);
-      if (checked_presence(file)) {
-        check_header(file);
-      } else if (access(file.parent_path().c_str(), W_OK) != 0) {
-        throw std::runtime_error(file.parent_path().string() + ": " + std::strerror(errno));
-      }
+      if (checked_presence(file)) check_header(file);
+      check_rights(file);
+      check_space(file, options.limit);
     });
     return std::nullopt;
   } catch (const std::runtime_error& error) {

@@ -92,7 +92,8 @@ struct StoreFile {
 StoreFile open_store(const StoreOptions& options);
 
 /// Returns why `open_store` would refuse a file that no server has open, as far as that shows
-/// without reading all of it. Changes nothing. A store that a server has open is not a fault.
+/// without reading all of it, or why the store would take no session: its file or its folder cannot
+/// be written, or has no space. Changes nothing. A store that a server has open is not a fault.
 std::optional<std::string> store_fault(const StoreOptions& options);
 
 }  // namespace stiefel::server

@@ -13,7 +13,7 @@ def test_moments_of_no_body_are_warned_of(stiefel, write, command):
     scene = {"system": "rigid_body", "method": {"name": "exact"}, "step": 0.1, "body": body}
     result = stiefel(command, write(scene), "--to", 2)
     assert result.status == 0
-    assert result.err == "warning: I1 + I2 = 1.5 < I3 = 2: no rigid body has these moments\n"
+    assert result.err == "warning: I1 + I2 = 1.5 < I3 = 2: no rigid body has these moments; are all three in one unit?\n"
     body["moments"] = [1, 0.5, 1.5]
     assert stiefel(command, write(scene), "--to", 2).err == ""
 

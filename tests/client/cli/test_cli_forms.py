@@ -104,6 +104,20 @@ def test_changes_may_complete_a_form(stiefel, write):
     assert stiefel("run", rounded, "--to", 0, "--set", "normalize=true").status == 0
 
 
+def test_a_quaternion_of_any_norm_is_an_attitude(stiefel, write):
+    done = stiefel("run", write({**body(attitude=[0, 4, 0, 3]), "normalize": True}), "--to", 0, "--fields", "quaternion")
+    assert done.status == 0 and done.json["samples"][0]["fields"]["quaternion"] == [0, 0.8, 0, 0.6]
+
+
+def test_a_text_is_the_name_of_a_method(stiefel, write):
+    named = stiefel("run", write({**body(), "method": {"name": "rk4", "order": 4}}), "--to", 3)
+    for scene, change in ((write({**body(), "method": "rk4"}), ["method.substeps=1"]), (write(body(), "plain.json"), ["method=rk4"])):
+        done = stiefel("run", scene, "--to", 3, *(word for one in change for word in ("--set", one)))
+        assert done.status == 0 and done.json["samples"] == named.json["samples"]
+    wrong = stiefel("diagnose", write(body()), "--to", 3, "--method", "rk4")
+    assert wrong.status == 2 and "A scene's field is set by --set method=VALUE" in wrong.err
+
+
 @pytest.mark.parametrize("scene, told", [
     (body(order="zyxw"), 'body.order: "zyxw": must be one of wxyz, xyzw'),
     (body(frame="camera"), 'body.frame: "camera": must be one of body, space'),
@@ -122,7 +136,11 @@ def test_changes_may_complete_a_form(stiefel, write):
     ({**frame("stiefel", Q=Q25, Qdot=V), "inertia": [1, 2]}, "initial.Qdot: is 2 x 5: must have as many columns as inertia has numbers, 2\n"),
     (frame("rigid_body", Q=Q4, Omega=W, M=W), "initial.Omega: must be absent where M is given"),
     (frame("stiefel", Q=Q25, Omega=V), "initial.Omega: must be absent: stiefel takes Qdot"),
-    ({**body(attitude=[0.5, 0, 0, 0]), "normalize": True}, "body.attitude: changes by 0.5: normalize changes a state by at most 0.01"),
+    ({**body(attitude=[0, 0, 0, 0]), "normalize": True}, "body.attitude: of norm 0: must have a finite norm above 0"),
+    ({**body(), "method": 3}, "method: 3: must be a name, or an object with the fields name, order, substeps, "),
+    ({**body(), "method": "varational"}, "; did you mean variational?"),
+    ({**body(), "torque": [0, 0, 1]}, "torque: unknown field; there are no torques and no forces: the motion is free"),
+    (body(force=1), "body.force: unknown field; there are no torques and no forces: the motion is free"),
     ({**body(), "normalize": 1}, "normalize: 1: must be true or false")])
 def test_a_wrong_form_is_refused(stiefel, write, scene, told):
     done = stiefel("run", write(scene), "--to", 1)

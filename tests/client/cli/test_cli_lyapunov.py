@@ -16,7 +16,7 @@ def test_a_body_is_regular(stiefel, write):
 
 
 def test_a_run_goes_on_from_its_checkpoint(stiefel, write, tmp_path):
-    scene, options = write(SCENE), ("--count", 2, "--seed", 3, "--orthonormalization", "continuous")
+    scene, options = write(SCENE), ("--count", 2, "--seed", 3)
     stiefel("lyapunov", scene, "--to", 1500, *options, "--checkpoint", tmp_path / "growth")
     later = stiefel("lyapunov", scene, "--to", 3000, *options, "--resume", tmp_path / "growth").json
     whole = stiefel("lyapunov", scene, "--to", 3000, *options, "--output", tmp_path / "whole.json")

@@ -57,6 +57,25 @@ def focus(browser, selector):
     browser.value(f"document.querySelector('{selector}').focus()")
 
 
+#: Draws the page at five times and returns each text that reaches over the edge of its canvas.
+CUT = """(() => {
+  const cut = [], write = CanvasRenderingContext2D.prototype.fillText;
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+    const size = this.measureText(text), matrix = this.getTransform();
+    for (const [X, Y] of [[x - size.actualBoundingBoxLeft, y - size.actualBoundingBoxAscent], [x + size.actualBoundingBoxRight, y + size.actualBoundingBoxDescent]]) {
+      const corner = matrix.transformPoint(new DOMPoint(X, Y));
+      if (corner.x < -1 || corner.y < -1 || corner.x > this.canvas.width + 1 || corner.y > this.canvas.height + 1)
+        cut.push(`${this.canvas.parentElement.id}: ${text}`);
+    }
+    write.apply(this, arguments);
+  };
+  for (const part of [0, .2, .4, .6, .8, 1]) { go(part * (count - 1)); drawAll(); }
+  CanvasRenderingContext2D.prototype.fillText = write;
+  go(0);
+  return cut;
+})()"""
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_every_panel_is_drawn(opened, name):
     browser, page = opened(name, SCENES[name])
@@ -68,6 +87,9 @@ def test_every_panel_is_drawn(opened, name):
     for panel in shown:
         if browser.value(f"!document.querySelector('#{panel} canvas').hidden"):
             assert ink(picture(browser, panel)) > 0.004, panel
+    for width in (1300, 800):
+        browser.resize(width, 1000)
+        assert browser.value(CUT) == [], width
     assert browser.value("document.querySelectorAll('#invariants tr').length") == 1 + len(page.data["drift"]["families"])
     assert browser.value("document.getElementById('scene').textContent").startswith("{")
     assert f"stiefel report {name}.json --to {SCENES[name]}" in browser.value("document.getElementById('again').textContent")

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <thread>
 
+#include "stiefel/catalogue.h"
 #include "stiefel/connect.h"
 #include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/error_estimate.h"
+#include "stiefel/linearization.h"
+#include "stiefel/lyapunov.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 #include "stiefel/tradeoff.h"
@@ -191,6 +194,53 @@ TEST(StopScope, AStepOfASmallBodyIsWhole) {
   const StopScope scope(never, 0);
   EXPECT_TRUE(now->advance(3).reached());
   EXPECT_EQ(scope.looks(), 0);
+}
+
+/// One product of dual numbers takes seconds at N = 512: there is a look before every column.
+TEST(StopScope, ReachesTheTangentOfEverySystemAndMethod) {
+  constexpr int N = 12;
+  const Scene base = resolved(body(N, "rk4"));
+  int systems = 0;
+  for (const SystemInfo& system : catalogue().systems) {
+    const ConversionTarget target{std::string(system.name)};
+    const auto converted = convert(base, target);
+    if (!converted || !converted->scene) continue;
+    ++systems;
+    for (const MethodOnSystem& on : system.methods) {
+      SceneDescription description = converted->scene->description();
+      description.method.reset();
+      if (!on.method.empty())
+        description.method = MethodDescription{std::string(on.method), std::nullopt, 1, ""};
+      const auto scene = Scene::resolve(description);
+      if (!scene || on.method == "adaptive") continue;  // a closed form, for other Λ
+      const std::string what = scene->system() + " " + scene->method();
+      const auto start = make_simulation(*scene);
+      const auto basis = Linearization::make(*scene, {}, *start)->start_basis(*start);
+      const auto work = [&] {
+        const auto motion = make_simulation(*scene);
+        auto tangent =
+            Linearization::make(*scene, {basis.leftCols(4), true, false, false}, *motion);
+        ASSERT_TRUE(tangent) << what;
+        if (tangent->advance(*motion, 1).outcome == Outcome::cancelled) throw Stopped();
+        EXPECT_EQ(motion->step(), 1) << what;
+      };
+      stops_everywhere(work, N);
+    }
+  }
+  EXPECT_GE(systems, 8);
+}
+
+TEST(StopScope, ReachesTheBasisOfATangentSpaceAndASpectrum) {
+  const Scene scene = *convert(resolved(body(12, "rk4")), {"symmetric_rigid_body"})->scene;
+  const auto motion = make_simulation(scene);
+  const Linearization tangent = Linearization::make(scene, {}, *motion).value();
+  const std::int64_t numbers = 2 * 12 * 12;
+  stops_everywhere([&] { EXPECT_GT(tangent.basis(*motion).cols(), 12); }, 2 * numbers);
+  LyapunovDescription what;
+  what.to = 64;
+  what.interval = 1;
+  what.count = 4;
+  stops_everywhere([&] { ASSERT_TRUE(LyapunovExponents::make(scene, what, *motion)); }, numbers);
 }
 
 TEST(StopScope, TheSearchForAGeodesicKeepsItsWork) {

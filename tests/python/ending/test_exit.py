@@ -87,7 +87,7 @@ def test_while_a_call_of_another_thread_rests(program):
     assert (status, out) == (0, "end\n") and (err == "" or "stiefel.errors.Closed" in err)
 
 
-@pytest.mark.parametrize("end", ["", "server.process.kill(); server.process.wait(); describe(client)"],
+@pytest.mark.parametrize("end", ["", "client._connection.timeout = 1; server.process.kill(); server.process.wait(); describe(client)"],
                          ids=["running", "killed"])
 def test_with_a_server_that_the_program_started(program, end):
     status, out, err = program(
@@ -97,6 +97,22 @@ def test_with_a_server_that_the_program_started(program, end):
     assert status == 0 and err == ""
     with pytest.raises(ProcessLookupError):
         os.kill(int(out.split()[0]), 0)
+
+
+@pytest.mark.parametrize("begin", [
+    "stream = session.stream(to=10**12, every=10**8); next(stream)",
+    "threading.Thread(target=session.step, args=[10**12], daemon=True).start()",
+    "threading.Thread(target=session.summarize, args=[10**12, {'energy': 'drift'}], daemon=True).start()",
+], ids=["stream", "step", "summary"])
+def test_while_a_server_that_the_program_started_computes(begin):
+    """The call ends before the server is told to end, so that the server, which waits for its calls, need not be killed."""
+    text = ("import atexit\natexit.register(lambda: print(server.process.returncode))\n" + BEGIN +
+            "server = stiefel.Server.start(arguments=['--grace', '300']); client = stiefel.Client(server.address)\n"
+            f"session = client.create({SCENE})\n"
+            "def computed():\n    return int(open(f'/proc/{server.process.pid}/stat').read().rpartition(')')[2].split()[11])\n"
+            f"before = computed(); {begin}\nwhile computed() < before + 10: pass\n")
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=LIMIT)
+    assert (done.returncode, done.stdout) == (0, "0\n"), done.stderr
 
 
 def test_with_the_servers_of_a_sweep(program):

@@ -163,8 +163,16 @@ def test_what_is_no_whole_number_is_refused_by_name(session, given):
     needed = {} if given is None else {"to": session.step, "at": session.fork}  # without them the time must be given
     for name, call in {**needed, "start": lambda start: session.trajectory(to=3, start=start),
                        "every": lambda every: next(session.stream(to=3, every=every))}.items():
-        with pytest.raises(stiefel.InvalidArgument, match=f"^{name}: .*: must be a whole number of at least 0.* `times` of"):
+        with pytest.raises(stiefel.InvalidArgument, match=f"^{name}: .*: must be a whole number of at least [01].* `times` of"):
             call(given)
+
+
+@pytest.mark.parametrize("given", [0, -1, np.int64(0)])
+def test_samples_are_at_least_a_step_apart(session, given):
+    for call in (lambda: session.trajectory(to=3, every=given), lambda: next(session.stream(to=3, every=given)),
+                 lambda: session.trajectory(time=0.055, every=given), lambda: session.summarize(3, {"energy": "last"}, every=given)):
+        with pytest.raises(stiefel.InvalidArgument, match=f"^every: {given}: must be a whole number of at least 1$"):
+            call()
 
 
 @pytest.mark.parametrize("given", [-1, -1.0, np.int64(-1), np.float64(-30)])

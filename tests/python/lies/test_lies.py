@@ -111,6 +111,26 @@ def test_shapes_of_an_ensemble(served, call):
                     pass
 
 
+@pytest.mark.parametrize("call", [lambda s: s.step(to=5), lambda s: s.drive().step(5), lambda s: s.trajectory(to=5),
+                                  lambda s: s.trajectory(times=[0.05])], ids=["step", "drive", "stream", "times"])
+def test_a_field_that_nobody_named_is_missed_too(served, call):
+    """Without names there are those of `body`: a reply without one of them is incomplete."""
+    lies, address = served
+    with stiefel.Client(address) as client:
+        lies.truth()
+        session = client.get("lied-about")
+        lies.truth()
+        assert set(call(session).fields) == {"quaternion", "angular_velocity"}
+        (method, told), = ((method, list(told)) for method, told in lies.told.items() if method != "GetSession")
+        reply = getattr(pb, f"{method}Response").FromString(told[0])
+        fields = {"Step": lambda: reply.sample.fields, "Drive": lambda: reply.step.sample.fields, "Stream": lambda: reply.fields,
+                  "Summarize": lambda: reply.states.fields}[method]()
+        del fields[0]
+        lies.lie(method, 0, [reply.SerializeToString()])
+        with pytest.raises(stiefel.CorruptReply, match="it has the fields"):
+            call(session)
+
+
 def test_a_conversion_that_is_cut(tmp_path, served):
     """Its blocks have 2 MiB each, and come in messages of their own."""
     lies, address = served

@@ -23,7 +23,7 @@ class Replaceable:
 
     def replace(self):
         self.stop()
-        self.server = stiefel.Server.start(listen=self.address)
+        self.server = stiefel.Server.start(listen=self.address, arguments=["--grace", "0"])
 
     def stop(self):
         if self.server:
@@ -232,14 +232,62 @@ def test_a_deletion_during_a_recreation_wins(place, client):
     assert created.is_set() and list(client.list()) == []
 
 
-def test_without_a_server_it_ends(place, client):
+def test_without_a_server_it_ends(place):
+    with stiefel.Client(place.address, timeout=2) as client:
+        session = client.create(BODY)
+        place.stop()
+        for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1),
+                     lambda: session.step(1, timeout=0.1), client.describe):
+            with pytest.raises((stiefel.Unavailable, stiefel.DeadlineExceeded)):
+                call()
+
+
+def test_a_server_that_comes_back_after_seconds_is_waited_for(place, client):
     session = client.create(BODY)
+    expected = session.step(300)
     place.stop()
-    for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1)):
-        with pytest.raises(stiefel.Unavailable):
-            call()
-    with pytest.raises((stiefel.Unavailable, stiefel.DeadlineExceeded)):
-        session.step(1, timeout=0.1)
+    threading.Timer(4, place.replace).start()
+    assert same(session.step(300), expected)
+
+
+@pytest.mark.parametrize("call", [
+    lambda s, to: s.step(to), lambda s, to: s.drive().step(to), lambda s, to: s.diagnose(to), lambda s, to: s.fork(to).step(0),
+    lambda s, to: s.trajectory(to=to, every=to), lambda s, to: s.summarize(to, {"quaternion": "last"}, checkpoint_every=to),
+], ids=["step", "drive", "diagnose", "fork", "trajectory", "summarize"])
+def test_a_call_goes_on_where_a_server_ended(place, client, call):
+    """SIGTERM lets a call lose less than SIGKILL: the server sends where it stood, and the next one goes on from there."""
+    to = 4_000_000
+    session, kept, answers = client.create(BODY), [], []
+    keep = session._recreation.keep
+    session._recreation.keep = lambda step, checkpoint: (kept.append(step), keep(step, checkpoint))
+    caller = threading.Thread(target=lambda: answers.append(call(session, to)))
+    caller.start()
+    computing(place.server.process.pid)
+    place.server.process.terminate()
+    place.server.process.wait()
+    place.replace()
+    caller.join()
+    whole = call(client.create(BODY), to)
+    answer, = answers
+    if isinstance(whole, stiefel.State):
+        assert same(answer, whole)
+    elif isinstance(whole, stiefel.Trajectory):
+        assert np.array_equal(answer["quaternion"], whole["quaternion"])
+    elif isinstance(whole, stiefel.Diagnosis):
+        assert answer.invariants == whole.invariants
+    else:
+        assert np.array_equal(answer["quaternion"]["last"], whole["quaternion"]["last"])
+    if not isinstance(whole, stiefel.Summary):  # whose checkpoint is its own
+        assert 0 < kept[0] < to
+
+
+def computing(pid):
+    """Waits until a process has computed for 0.2 s, from now on."""
+    def ticks():
+        return int(open(f"/proc/{pid}/stat", encoding="ascii").read().rpartition(")")[2].split()[11])
+    before = ticks()
+    while ticks() < before + 20:
+        time.sleep(0.01)
 
 
 @pytest.mark.parametrize("id", ["no name", "line\nbreak", "ü", "x" * 129, ""])

@@ -132,11 +132,11 @@ def test_impossible_moments_of_any_point_give_a_warning(small_chunks, plain_resu
     with pytest.warns(stiefel.SceneWarning) as caught:
         sweep(axes={"body.moments": moments}, **options)
     assert [str(one.message) for one in caught] == [
-        "point 7: I1 + I2 = 2 < I3 = 5: no rigid body has these moments (3 points have a warning like this)"]
+        "point 7: I1 + I2 = 2 < I3 = 5: no rigid body has these moments; are all three in one unit? (3 points have a warning like this)"]
 
 
 def test_a_warning_about_all_points_comes_once(small_chunks):
     scene = {**SCENE, "body": {"moments": [1, 1, 5]}}
     with pytest.warns(stiefel.SceneWarning) as caught:
         sweep(scene=scene, axes={"body.angular_velocity": SPINS})
-    assert [str(one.message) for one in caught] == ["I1 + I2 = 2 < I3 = 5: no rigid body has these moments"]
+    assert [str(one.message) for one in caught] == ["I1 + I2 = 2 < I3 = 5: no rigid body has these moments; are all three in one unit?"]

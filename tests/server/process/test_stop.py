@@ -14,7 +14,10 @@ import pytest
 import stiefel
 from conftest import BODY, SANITIZED, eventually
 from stiefel import v1 as pb
-from stiefel.v1 import simulation_pb2_grpc as rpc
+from every_call import STREAMS
+from stiefel._wire.failures import from_rpc_error, from_status
+from stiefel.v1 import simulation_pb2_grpc
+from test_cancel import CALLS, REQUESTS, SHORT, rpc_of, with_session
 
 FOREVER = 10**12
 # grpc.health.v1.HealthCheckResponse, whose module Debian's grpcio lacks: field 1, status.
@@ -33,7 +36,7 @@ def test_health_tells_at_once(serve):
         session = client.create(BODY)
         watch = watch_health(channel)
         assert next(watch) == SERVING
-        stub = rpc.SimulationServiceStub(channel)
+        stub = simulation_pb2_grpc.SimulationServiceStub(channel)
         running = stub.Stream(pb.StreamRequest(session_id=session.id, to=FOREVER))
         next(running)
         process.child.send_signal(signal.SIGTERM)
@@ -51,9 +54,9 @@ def test_running_calls_stop_after_the_grace_period(serve):
     process = serve("--grace", "0.5")
     with process.channel() as channel, stiefel.Client(process.address) as client:
         session = client.create(BODY)
-        stub, replies = rpc.SimulationServiceStub(channel), []
-        step = threading.Thread(target=lambda: replies.append(
-            stub.Step(pb.StepRequest(session_id=session.id, to=FOREVER), timeout=60)))
+        stub, ended = simulation_pb2_grpc.SimulationServiceStub(channel), []
+        step = threading.Thread(target=lambda: ended.append(end_of(
+            stub.Step.future(pb.StepRequest(session_id=session.id, to=FOREVER), timeout=60), "Step")[0]))
         step.start()
         process.computes()
         start = time.monotonic()
@@ -61,7 +64,62 @@ def test_running_calls_stop_after_the_grace_period(serve):
         assert process.child.wait(60) == 0
         assert 0.4 < time.monotonic() - start
         step.join()
-    assert replies[0].run_status.outcome and 0 < replies[0].sample.step < FOREVER
+    assert ended[0].reason == "SHUTTING_DOWN"
+
+
+def far(rpc, request):
+    """The call of every_call.txtpb, to a step that takes hours to reach."""
+    changes = {"session_id": "s", "from_session_id": "s", "to": FOREVER, "from_step": FOREVER, "every": FOREVER // 10,
+               "checkpoint_every": FOREVER // 10, "return_checkpoint": True}
+    for name, value in changes.items():
+        if hasattr(request, name) and not (rpc == "ForkSession" and name == "session_id"):
+            setattr(request, name, value)
+    requests = iter([request]) if rpc == "Drive" else request
+    return with_session(REQUESTS["CreateSession"][0].scene,
+                        lambda stub, s: (getattr(stub, rpc) if rpc in STREAMS else getattr(stub, rpc).future)(requests))
+
+
+OF_SESSIONS = {rpc for rpc, requests in REQUESTS.items() if {"session_id", "from_session_id"} & {
+    field.name for field in requests[0].DESCRIPTOR.fields}} - SHORT - {"CreateSession"}
+LONG = {rpc: far(rpc, REQUESTS[rpc][0]) for rpc in OF_SESSIONS} | {rpc_of(name): CALLS[name] for name in (
+    "CreateSession, double_bracket", "Convert to interpolation", "Connect", "ConjugatePoints", "MeasureTradeoff, runs")}
+#: The RPCs whose last reply has a checkpoint, and those whose error has one.
+IN_REPLY, IN_ERROR = {"Stream", "Summarize", "LyapunovSpectrum"}, {"Step", "Drive", "Diagnose", "ForkSession"}
+
+
+def end_of(call, rpc):
+    """The error with which a call ended, and its last reply; a Drive has its error in that."""
+    reply = None
+    try:
+        for reply in call if rpc in STREAMS else [call.result()]:
+            pass
+    except grpc.RpcError as failure:
+        return from_rpc_error(failure), reply
+    return (from_status(reply.error) if rpc == "Drive" else None), reply
+
+
+def test_every_rpc_that_computes_is_ended():
+    assert set(LONG) == set(REQUESTS) - SHORT
+
+
+@pytest.mark.parametrize("rpc", sorted(LONG))
+def test_an_ended_call_says_that_the_server_ends(serve, rpc):
+    """And not that its caller has cancelled it, nor what a run that was cut off had reached."""
+    process, ends = serve("--grace", "0", "--threads", "2"), []
+    with process.channel() as channel:
+        call = LONG[rpc](simulation_pb2_grpc.SimulationServiceStub(channel))
+        reader = threading.Thread(target=lambda: ends.append(end_of(call, rpc)))
+        reader.start()
+        process.computes(0.3)
+        process.child.send_signal(signal.SIGTERM)
+        reader.join()
+        (error, reply), = ends
+        assert isinstance(error, stiefel.Unavailable) and error.reason == "SHUTTING_DOWN", error
+        if rpc in IN_ERROR:
+            assert error._checkpoint[0] > 0 and error._checkpoint[1]
+        if rpc in IN_REPLY:
+            assert reply.checkpoint.data and getattr(reply.checkpoint, "step", 1) > 0
+    assert process.child.wait(60) == 0
 
 
 def test_work_that_does_not_stop_does_not_hold_it_up(serve):
@@ -73,7 +131,7 @@ def test_work_that_does_not_stop_does_not_hold_it_up(serve):
                  "inertia": [1 + k / N for k in range(N)],
                  "initial": {"M": [[(i - j) / N for j in range(N)] for i in range(N)]}}
         session = client.create(scene)
-        stub = rpc.SimulationServiceStub(channel)
+        stub = simulation_pb2_grpc.SimulationServiceStub(channel)
         call = stub.Diagnose.future(pb.DiagnoseRequest(session_id=session.id, invariants=["manakov"]), timeout=300)
         process.computes()
         process.child.send_signal(signal.SIGTERM)
@@ -92,7 +150,7 @@ def open_files(pid):
 def test_clients_that_do_nothing_do_not_hold_it_up(serve, silence):
     process = serve("--grace", "0.2")
     with process.channel() as channel, stiefel.Client(process.address) as client:
-        session, stub = client.create(BODY), rpc.SimulationServiceStub(channel)
+        session, stub = client.create(BODY), simulation_pb2_grpc.SimulationServiceStub(channel)
         never = threading.Event()
 
         def requests():

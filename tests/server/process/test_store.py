@@ -154,15 +154,51 @@ def test_a_file_that_is_no_sound_store_is_refused(tmp_path):
     assert "No such file or directory" in refused("--store", str(tmp_path / "no" / "store"))
 
 
+def check(store, *arguments):
+    return subprocess.run([SERVER, "check", "--listen", "127.0.0.1:0", "--store", str(store), *arguments],
+                          capture_output=True, text=True, timeout=30)
+
+
 def test_check_looks_at_the_store(tmp_path):
-    def check(store):
-        return subprocess.run([SERVER, "check", "--listen", "127.0.0.1:0", "--store", str(store)],
-                              capture_output=True, text=True, timeout=30)
     assert check(tmp_path / "store").returncode == 0
     assert not (tmp_path / "store").exists()
     (tmp_path / "notes").write_text("not a store\n" * 1000)
     assert check(tmp_path / "notes").returncode == 1
     assert "--store: the store" in check(tmp_path / "notes").stderr
+
+
+@pytest.mark.parametrize("there", [True, False], ids=["a store", "none yet"])
+def test_check_finds_that_the_store_cannot_be_written(serve, small_disk, there):
+    store = small_disk / "store"
+    if there:
+        process = serve("--store", str(store))
+        with stiefel.Client(process.address) as client:
+            client.create(BODY)
+        assert process.stop() == 0
+    assert check(store).returncode == 0
+    rest = small_disk / "rest"
+    rest.write_bytes(b"x" * left_on(small_disk))
+    (small_disk / "store-reserve").unlink(missing_ok=True)  # as after a server that could not hold it
+    rest.write_bytes(b"x" * (rest.stat().st_size + left_on(small_disk)))
+    full = check(store)
+    assert full.returncode == 1 and "there is no space: the disk has " in full.stderr
+    rest.unlink()
+    assert check(store).returncode == 0
+    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
+    fixed = check(store)
+    assert fixed.returncode == 1 and "Read-only file system" in fixed.stderr
+
+
+def test_check_finds_a_store_at_its_limit(serve, tmp_path):
+    limit = ("--store-limit", "200000")
+    process = serve("--store", str(tmp_path / "store"), *limit)
+    with stiefel.Client(process.address, timeout=5) as client:
+        made, error = fill(client)
+        assert made and error.reason == "STORE_FULL"
+    assert process.stop() == 0
+    full = check(tmp_path / "store", *limit)
+    assert full.returncode == 1 and "its limit is 200000" in full.stderr
+    assert check(tmp_path / "store").returncode == 0
 
 
 @pytest.mark.parametrize("way", ["backup", "VACUUM INTO"])

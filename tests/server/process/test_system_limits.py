@@ -1,7 +1,9 @@
 """What the system gives a process: stacks, threads, address space."""
 import os
 import resource
+import shutil
 import subprocess
+import tempfile
 
 import numpy as np
 import pytest
@@ -21,7 +23,16 @@ def body(N, method):
             "initial": {"Q": np.eye(N), "M": A - A.T}}
 
 
-def limited(limits, *arguments, user=None):
+@pytest.fixture(scope="module")
+def public_server():
+    """A copy of the program where every user reaches it: the build tree may be in a home of mode 0700."""
+    with tempfile.TemporaryDirectory(dir="/tmp") as folder:
+        os.chmod(folder, 0o755)
+        os.chmod(shutil.copy(SERVER, folder), 0o755)
+        yield os.path.join(folder, os.path.basename(SERVER))
+
+
+def limited(limits, *arguments, program=SERVER, user=None):
     """Starts a server with these (resource, number) limits."""
     def prepare():
         if user:
@@ -29,7 +40,7 @@ def limited(limits, *arguments, user=None):
             os.setuid(user)
         for one, number in limits:
             resource.setrlimit(one, (number, number))
-    return subprocess.Popen([SERVER, "--listen", "127.0.0.1:0", "--exit-with-parent", "--log-level", "warn", *arguments],
+    return subprocess.Popen([program, "--listen", "127.0.0.1:0", "--exit-with-parent", "--log-level", "warn", *arguments],
                             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                             preexec_fn=prepare)
 
@@ -66,8 +77,8 @@ def test_without_address_space_it_says_why_it_does_not_start(megabytes):
 
 @pytest.mark.skipif(os.getuid() != 0, reason="to become a user without processes needs root")
 @pytest.mark.parametrize("threads", [1, 5, 20])
-def test_without_threads_it_says_why_it_does_not_start(threads):
-    is_refused(limited([(resource.RLIMIT_NPROC, threads)], user=NOBODY), f"ulimit -u: {threads}")
+def test_without_threads_it_says_why_it_does_not_start(threads, public_server):
+    is_refused(limited([(resource.RLIMIT_NPROC, threads)], program=public_server, user=NOBODY), f"ulimit -u: {threads}")
 
 
 def test_check_finds_the_same():

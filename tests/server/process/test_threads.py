@@ -50,6 +50,13 @@ def test_lists_are_made_by_the_threads_that_compute(serve):
     assert sent - of_few < made / 3, "to send 32 kB that another core has made takes a fifth of making them"
 
 
+def test_no_thread_polls_what_has_no_connections(serve):
+    """gRPC's connections are in one set of descriptors, those that have not spoken yet in another."""
+    process = serve("--log-level", "off")
+    folder = f"/proc/{process.child.pid}/fd"
+    assert sum("eventpoll" in os.readlink(f"{folder}/{each}") for each in os.listdir(folder)) == 2
+
+
 def test_requests_are_read_by_the_threads_that_compute(serve):
     """400 000 faults in 0.8 MB."""
     process = serve("--log-level", "off", "--threads", "2")

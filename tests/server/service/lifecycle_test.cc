@@ -22,12 +22,13 @@ TEST(Lifecycle, ListensWhereItSays) {
       << "the address is taken";
 }
 
-TEST(Lifecycle, AStreamWithoutEndGetsALastMessage) {
+TEST(Lifecycle, AStreamWithoutEndGetsALastCheckpoint) {
   test::Harness harness({.grace = 10ms});
   harness.create("s", test::wire_scene());
   v1::StreamRequest request;
   request.set_session_id("s");
   request.set_to(forever);
+  request.set_return_checkpoint(true);
   grpc::ClientContext context;
   const auto stream = harness.stub->Stream(&context, request);
   v1::StreamResponse message;
@@ -35,8 +36,10 @@ TEST(Lifecycle, AStreamWithoutEndGetsALastMessage) {
   EXPECT_FALSE(message.has_run_status());
   std::jthread stopper([&] { harness.server.shutdown(); });
   while (stream->Read(&message)) continue;
-  EXPECT_TRUE(stream->Finish().ok());
-  EXPECT_EQ(message.run_status().outcome(), v1::OUTCOME_CANCELLED);
+  EXPECT_EQ(stream->Finish().error_code(), grpc::UNAVAILABLE);
+  EXPECT_FALSE(message.has_run_status());
+  EXPECT_TRUE(message.has_checkpoint());
+  EXPECT_GT(message.checkpoint().step(), 0);
 }
 
 TEST(Lifecycle, ACancelledStepFreesItsWorker) {

@@ -66,9 +66,8 @@ TEST_F(SamplingTest, GoesOnAfterARestWithTheSameBits) {
   Batch batch;
   stopped.clear(batch);
   stopped.rest();
-  stopped.cancel(batch);
+  EXPECT_FALSE(stopped.save(batch));
   EXPECT_EQ(stopped.cursor().run_status().outcome, Outcome::cancelled);
-  EXPECT_EQ(batch.steps, std::vector<std::int64_t>{0});
 }
 
 TEST_F(SamplingTest, TheBytesAreTheStates) {
@@ -90,15 +89,20 @@ TEST_F(SamplingTest, BatchesAreFullButTheLast) {
   EXPECT_EQ(all.batches, (std::vector<std::size_t>{full, full, 10}));
 }
 
-TEST_F(SamplingTest, CancelSendsTheLastGoodState) {
-  Sampling sampling(session_, {0}, {0, 1'000'000'000, 1'000'000'000});
+TEST_F(SamplingTest, WhatStopsEarlySavesTheLastGoodStateOnce) {
+  Sampling sampling(session_, {0}, {0, 1'000'000'000, 1'000'000'000, 0, true});
   Batch batch;
   sampling.clear(batch);
   sampling.fill(batch);
-  sampling.cancel(batch);
-  EXPECT_TRUE(sampling.done());
-  EXPECT_EQ(sampling.cursor().run_status().outcome, Outcome::cancelled);
-  EXPECT_EQ(batch.steps, (std::vector<std::int64_t>{0, sampling.cursor().step()}));
+  EXPECT_TRUE(sampling.save(batch));
+  EXPECT_FALSE(sampling.done());
+  EXPECT_EQ(batch.steps, std::vector<std::int64_t>{0}) << "the samples asked for, and no other";
+  const EncodedCheckpoint last = sampling.take_checkpoint();
+  EXPECT_EQ(last.step, sampling.cursor().step());
+  EXPECT_EQ(decode_checkpoint(session_, last.bytes)->saved,
+            test::expected_state(session_.scene(), last.step));
+  sampling.clear(batch);
+  EXPECT_FALSE(sampling.save(batch));
 }
 
 TEST_F(SamplingTest, ANumericalStopEndsWithTheLastGoodState) {

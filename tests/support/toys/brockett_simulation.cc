@@ -70,9 +70,6 @@ Tangents brockett_tangents() {
           },
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, Brockett<Tangent>(at.lambda), at.h);
-          },
-          [](const Scene& scene) -> MatrixSystem<Tangent> {
-            return Brockett<Tangent>(scene.inertia().cast<Tangent>());
           }};
 }
 

@@ -2,13 +2,13 @@
 modified Rodrigues parameters. All take vectors in body axes to the same vectors in space axes."""
 from __future__ import annotations
 
-import reprlib
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.numbers import numbers, refused
+from stiefel._given.shown import shown
 
 ORDERS = ("wxyz", "xyzw")
 EXACT = 1e-6  #: the largest distance from a rotation that the server takes
@@ -18,7 +18,8 @@ ROUNDED = 0.01  #: the largest that `normalize` makes one
 def quaternions(path: str, given: Any, order: str = "wxyz", normalize: bool = False,
                 rounded: str = "normalize=True") -> NDArray[Any]:
     """Returns Hamilton's unit quaternions w, x, y, z, (4) or (members, 4), of quaternions, of matrices (3, 3) or
-    (members, 3, 3), or of a Rotation of scipy, whose `apply` takes body axes to space axes. `rounded`: what errors say takes rounded numbers."""
+    (members, 3, 3), or of a Rotation of scipy, whose `apply` takes body axes to space axes. `normalize`: takes quaternions of
+    any norm and rounded matrices. `rounded`: what errors say does so."""
     if order not in ORDERS:
         raise refused("order", f"{order!r}: must be one of {', '.join(ORDERS)}")
     if hasattr(given, "as_quat") and hasattr(given, "as_matrix"):
@@ -29,10 +30,23 @@ def quaternions(path: str, given: Any, order: str = "wxyz", normalize: bool = Fa
     if array.shape[-1:] != (4,) or array.ndim > 2:
         raise refused(path, f"the shape {array.shape}: must be (4), (3, 3), (members, 4) or (members, 3, 3)")
     q = array if order == "wxyz" else np.roll(array, 1, axis=-1)
-    sizes = np.linalg.norm(q, axis=-1, keepdims=True)
-    _check(path, np.abs(sizes - 1), f"{reprlib.repr(array.tolist())} of norm {sizes.ravel()[np.argmax(np.abs(sizes - 1))]:.9g}",
-           "have norm 1", normalize, rounded)
-    return np.asarray(q / sizes) if normalize else q
+    if normalize:
+        return of_norm_1(path, q)
+    sizes = np.linalg.norm(q, axis=-1)
+    off = np.ravel(np.abs(sizes - 1))
+    if not np.max(off, initial=0.0) <= EXACT:
+        k = int(np.argmax(off))
+        hint = f"; {rounded} makes it so" * bool(sizes.ravel()[k] > 0)
+        raise refused(path, f"{shown(array.tolist())} of norm {sizes.ravel()[k]:.9g}: must have norm 1 to {EXACT:g}{hint}")
+    return q
+
+
+def of_norm_1(path: str, given: NDArray[Any]) -> NDArray[Any]:
+    """Returns quaternions (..., 4) of any norm above 0 with the norm 1: their directions say all about the attitude."""
+    sizes = np.linalg.norm(given, axis=-1, keepdims=True)
+    if not ((sizes > 0) & (sizes < np.inf)).all():
+        raise refused(path, f"{shown(given.tolist())}: must have a finite norm above 0")
+    return np.asarray(given / sizes)
 
 
 def matrices(path: str, given: Any, order: str = "wxyz", normalize: bool = False) -> NDArray[Any]:
@@ -55,7 +69,10 @@ def of_mrp(path: str, given: Any) -> NDArray[Any]:
 
 def _of_matrices(path: str, given: NDArray[Any], normalize: bool, rounded: str) -> NDArray[Any]:
     defect = np.abs(given @ np.swapaxes(given, -1, -2) - np.eye(3)).max(axis=(-1, -2))
-    _check(path, defect, f"max |Q Q^T - I| = {defect.max():.3g}", "be a rotation", normalize, rounded)
+    worst = float(np.max(defect, initial=0.0))
+    if not worst <= (ROUNDED if normalize else EXACT):
+        hint = f"; {rounded} makes it so" if worst <= ROUNDED else ""
+        raise refused(path, f"max |Q Q^T - I| = {worst:.3g}: must be a rotation to {ROUNDED if normalize else EXACT:g}{hint}")
     if (np.linalg.det(given) < 0).any():
         raise refused(path, "the determinant is -1: must be a rotation, not a reflection; are two axes exchanged?")
     left, _, right = np.linalg.svd(given)
@@ -71,10 +88,3 @@ def _of_matrices(path: str, given: NDArray[Any], normalize: bool, rounded: str) 
     q = np.take_along_axis(products, which, axis=-2)[..., 0, :]
     q = q * np.where(q[..., :1] < 0, -1.0, 1.0)
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
-
-
-def _check(path: str, defect: NDArray[Any], what: str, rule: str, normalize: bool, rounded: str) -> None:
-    worst = float(np.max(defect, initial=0.0))
-    if not worst <= (ROUNDED if normalize else EXACT):
-        hint = f"; {rounded} makes it so" if worst <= ROUNDED else ""
-        raise refused(path, f"{what}: must {rule} to {ROUNDED if normalize else EXACT:g}{hint}")

@@ -2,25 +2,26 @@
 momentum in body or space axes, or the periods that an observer of light curves knows."""
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional
+from typing import Any, Mapping, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.attitudes import ORDERS, matrices, of_mrp, quaternions
 from stiefel._given.instants import epoch_text
+from stiefel._given.mappings import BESIDE
 from stiefel._given.numbers import SECONDS, number, numbers, refused
 from stiefel._given.shapes import of_solids, of_symmetric
-from stiefel._given.typed import Method, Scene
+from stiefel._given.typed import Method, MethodName, Scene
 
 FRAMES = ("body", "space")
-FORMS = ("order", "mrp", "angular_momentum", "frame")  #: of `body` in a scene, that no message has
+FORMS = BESIDE["Body"]  #: of `body` in a scene, that no message has
 _PLACES = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  #: of the matrix entries in Ixx, Iyy, Izz, Ixy, Ixz, Iyz
 
 
 def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = None, order: str = "wxyz", mrp: Any = None,
          angular_velocity: Any = None, angular_momentum: Any = None, frame: str = "body", normalize: bool = False,
-         step: Any = None, epoch: Any = None, horizon: Any = None, method: Optional[Method] = None, tolerance: Any = None,
+         step: Any = None, epoch: Any = None, horizon: Any = None, method: Union[Method, MethodName, None] = None, tolerance: Any = None,
          members: Optional[int] = None) -> Scene:
     """Returns the scene of a rigid body in three dimensions, in SI units and with the attitude from body to space axes.
 
@@ -42,9 +43,8 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
                  angular_momentum=angular_momentum, frame=frame)
     inertia, _ = _inertia("", moments, inertia_tensor, members)
     fields = with_fields({**inertia, **{name: value for name, value in given.items() if value is not None}}, "", normalize)
-    vector = np.asarray(fields["angular_velocity"])
-    scene: Scene = {"system": "rigid_body", "step": _step(vector) if step is None else step,
-                    "body": {"attitude": [1.0, 0.0, 0.0, 0.0], **fields}}  # type: ignore[typeddict-item]
+    lists: Any = {name: np.asarray(value).tolist() for name, value in {"attitude": [1.0, 0.0, 0.0, 0.0], **fields}.items()}
+    scene: Scene = {"system": "rigid_body", "step": _step(fields["angular_velocity"]) if step is None else step, "body": lists}
     if epoch is not None:
         scene["epoch"] = epoch_text(epoch)
     return _with(scene, horizon=horizon, method=method, tolerance=tolerance, members=members)
@@ -77,7 +77,7 @@ def with_fields(given: Mapping[str, Any], path: str, normalize: bool, members: O
     q = (of_mrp(path + "mrp", mrp) if mrp is not None else np.array([1.0, 0, 0, 0]) if attitude is None
          else quaternions(path + "attitude", attitude, order or "wxyz", normalize))
     if mrp is not None or attitude is not None:
-        fields["attitude"] = q.tolist()
+        fields["attitude"] = q
     name, unit = ("angular_velocity", "rad/s") if momentum is None else ("angular_momentum", "kg*m**2/s")
     moving = fields.get(name) if momentum is None else momentum
     if moving is None:
@@ -91,7 +91,7 @@ def with_fields(given: Mapping[str, Any], path: str, normalize: bool, members: O
         inertia, tensor = _inertia(path, fields.get("moments"), fields.get("inertia_tensor"), members)
         vector = np.linalg.solve(tensor, vector[..., np.newaxis])[..., 0]
         fields.update(inertia)
-    fields["angular_velocity"] = vector.tolist()
+    fields["angular_velocity"] = vector
     return fields
 
 
@@ -177,14 +177,14 @@ def _inertia(path: str, moments: Any, inertia_tensor: Any, members: Optional[int
         I = numbers(path + "moments", moments, "kg*m**2")
         if I.shape[-1:] != (3,) or I.ndim > 2:
             raise refused(path + "moments", f"the shape {I.shape}: must be (3) or (members, 3)")
-        return {"moments": I.tolist()}, I[..., np.newaxis] * np.eye(3)
+        return {"moments": I}, I[..., np.newaxis] * np.eye(3)
     solid_or_not = of_solids(path + "inertia_tensor", inertia_tensor, members)
     array = numbers(path + "inertia_tensor", solid_or_not, "kg*m**2")
     if array.shape[-2:] == (3, 3) and array.ndim <= 3:
         array = of_symmetric(path + "inertia_tensor", array)
     elif array.shape[-1:] != (6,) or array.ndim > 2:
         raise refused(path + "inertia_tensor", f"the shape {array.shape}: must be (3, 3), (6), (members, 3, 3) or (members, 6)")
-    return {"inertia_tensor": array.tolist()}, array[..., _PLACES]
+    return {"inertia_tensor": array}, array[..., _PLACES]
 
 
 def _step(velocities: NDArray[Any]) -> float:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import datetime
 import re
-import reprlib
 from fractions import Fraction
 from typing import Any, NamedTuple, Optional
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.numbers import SECONDS, numbers, refused
+from stiefel._given.shown import shown
 from stiefel.errors import InvalidArgument
 
 #: Days from which on TAI - UTC has the number of seconds, from the Earth orientation centre's Bulletin C.
@@ -26,7 +26,7 @@ _LEAPS = tuple((datetime.date.fromisoformat(day).toordinal(), 10 + k) for k, day
 _BEHIND_TAI = {"TAI": Fraction(0), "TT": Fraction(-32184, 1000), "GPS": Fraction(19)}
 SCALES = ("UTC", *_BEHIND_TAI, "TDB", "TCB", "TCG", "UT1")
 _DIGITS = 10  #: of the seconds between two Times of astropy, which are days and so have an error of up to 2e-11 s
-_ISO = re.compile(r"(\d{4}-\d\d-\d\d)(?:[T ](\d\d):(\d\d)(?::(\d\d(?:\.\d+)?))?)?\s*(Z|[+-]\d\d:?\d\d|[A-Za-z]+\d?)?")
+_ISO = re.compile(r"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))(?:[T ](\d\d):(\d\d)(?::(\d\d(?:\.\d+)?))?)?\s*(Z|[+-]\d\d:?\d\d|[A-Za-z]+\d?)?")
 _RULE = f"an instant of ISO 8601 such as '1992-11-09T17:49:47 UTC', with a scale of {', '.join(SCALES)}"
 
 
@@ -83,7 +83,7 @@ def instant(path: str, given: Any, scale: str = "UTC", or_else: str = "") -> Ins
     """
     if hasattr(given, "isot") and hasattr(given, "scale"):
         if getattr(given, "shape", ()) != ():
-            raise refused(path, f"{reprlib.repr(given)}: must be one instant")
+            raise refused(path, f"{shown(given)}: must be one instant")
         return instant(path, str(type(given)(given, precision=9).isot) + " " + str(given.scale).upper())
     if isinstance(given, np.datetime64):
         given = str(given)
@@ -95,23 +95,27 @@ def instant(path: str, given: Any, scale: str = "UTC", or_else: str = "") -> Ins
         return given
     found = _ISO.fullmatch(given.strip()) if isinstance(given, str) else None
     if found is None:
-        raise refused(path, f"{reprlib.repr(given)}: must be {or_else}{_RULE}")
+        raise refused(path, f"{shown(given)}: must be {or_else}{_RULE}")
     try:
-        day = datetime.date.fromisoformat(found[1]).toordinal()
+        year, month, day_of_month, day_of_year, hours, minutes, seconds, zone = found.groups()
+        day = datetime.date(int(year), int(month or 1), int(day_of_month or 1)).toordinal() + int(day_of_year or 1) - 1
+        if datetime.date.fromordinal(day).year != int(year):
+            raise ValueError("day is out of range for year")
     except ValueError as error:
         raise refused(path, f"{given!r}: {error}") from None
-    hours, minutes, seconds = int(found[2] or 0), int(found[3] or 0), Fraction(found[4] or 0)
-    if hours > 23 or minutes > 59 or seconds >= 61 or (seconds >= 60 and (hours, minutes) != (23, 59)):
+    minute, seconds, zone = int(hours or 0) * 60 + int(minutes or 0), Fraction(seconds or 0), zone or scale
+    if int(hours or 0) > 23 or int(minutes or 0) > 59 or seconds >= 61:
         raise refused(path, f"{given!r}: must be {or_else}{_RULE}")
-    since_midnight, zone = hours * 3600 + minutes * 60 + seconds, found[5] or scale
     if zone[0] in "+-":
-        ahead = (int(zone[1:3]) * 3600 + int(zone[-2:]) * 60) * (-1 if zone[0] == "-" else 1)
-        days, since_midnight = divmod(since_midnight - ahead, 86400)
-        return Instant(day + int(days), since_midnight, "UTC")
+        minute -= (int(zone[1:3]) * 60 + int(zone[-2:])) * (-1 if zone[0] == "-" else 1)
+        day, minute, zone = day + minute // 1440, minute % 1440, "UTC"
     zone = "UTC" if zone == "Z" else zone.upper()
     if zone not in SCALES:
         raise refused(path, f"{given!r}: must be {or_else}{_RULE}")
-    return Instant(day, since_midnight, zone)
+    if seconds >= 60 and not (zone == "UTC" and minute == 1439 and any(day + 1 == first for first, _ in _LEAPS[1:])):
+        raise refused(path, f"{given!r}: must be a second that there was: UTC has leap seconds at the ends of days alone, the last "
+                            f"one before {datetime.date.fromordinal(_LEAPS[-1][0])}")
+    return Instant(day, minute * 60 + seconds, zone)
 
 
 def epoch_text(given: Any) -> str:
@@ -136,7 +140,7 @@ def seconds_of(path: str, given: Any, epoch: Optional[str]) -> NDArray[Any]:
         now = instant(path, given, start.scale, "numbers of seconds, a timedelta, a quantity of time, or ")
         seconds = now.since(start)
         if seconds is None:
-            raise refused(path, f"{reprlib.repr(given)}: cannot be compared with the epoch {epoch}: give both in one scale, "
+            raise refused(path, f"{shown(given)}: cannot be compared with the epoch {epoch}: give both in one scale, "
                                 "or the times as a Time of astropy")
         return np.array(seconds)
     several = isinstance(given, (list, tuple)) or kind in ("M", "U", "O")
@@ -146,13 +150,27 @@ def seconds_of(path: str, given: Any, epoch: Optional[str]) -> NDArray[Any]:
     return np.array([part if part.ndim == 0 else _refuse(path, given) for part in parts], float)
 
 
+def utc_of(epoch: Optional[str], seconds: NDArray[Any]) -> Optional[NDArray[np.datetime64]]:
+    """Returns the instants so many seconds after an epoch in UTC, to microseconds. A leap second reads as the second after
+    it. None without an epoch, for one in a scale that has no constant distance from TAI, and beyond 30 000 years."""
+    start = None if epoch is None else instant("scene.epoch", epoch)
+    begun = None if start is None else start.in_tai()
+    if begun is None or np.max(np.abs(seconds), initial=0.0) > 1e12:
+        return None
+    now = round(begun * 10**6) + np.rint(seconds * 1e6).astype(np.int64)
+    days, offsets = np.transpose(_LEAPS)
+    past = np.searchsorted((days * 86400 + offsets) * 10**6, now, side="right") - 1
+    since_1970 = now - (offsets[np.maximum(past, 0)] + datetime.date(1970, 1, 1).toordinal() * 86400) * 10**6
+    return np.asarray(since_1970.astype("datetime64[us]"))
+
+
 def _has_instant(given: Any) -> bool:
     return any(isinstance(one, (datetime.date, str, np.datetime64)) or hasattr(one, "isot") for one in np.ravel(
         np.asarray(given, object)))
 
 
 def _refuse(path: str, given: Any) -> Any:
-    raise refused(path, f"{reprlib.repr(given)}: must be one list of times")
+    raise refused(path, f"{shown(given)}: must be one list of times")
 
 
 def _without_epoch(path: str, given: Any) -> NDArray[Any]:

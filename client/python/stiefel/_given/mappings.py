@@ -2,13 +2,13 @@
 from __future__ import annotations
 
 import difflib
-import reprlib
 from typing import Any, Iterable, Iterator, Mapping, Optional, Union
 
 from google.protobuf import json_format
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
+from stiefel._given.shown import shown
 from stiefel.errors import InvalidArgument, Violation
 
 Names = Union[str, Iterable[str]]
@@ -17,6 +17,10 @@ Names = Union[str, Iterable[str]]
 _OTHER_NAMES = {"omega": ("angular_velocity",), "w": ("angular_velocity",), "rates": ("angular_velocity",), "dt": ("step",), "h": ("step",),
                 "quaternion": ("attitude",), "q": ("attitude",), "rotation": ("attitude",), "orientation": ("attitude",), "I": ("inertia_tensor",),
                 "J": ("inertia_tensor",), "tensor": ("inertia_tensor",), "integrator": ("method",), "solver": ("method",), "t0": ("epoch",), "state": ("initial",)}
+#: What a scene and its body may have beside the fields of the messages, which the client writes in other fields.
+BESIDE = {"Scene": ("normalize", "epoch"), "Body": ("order", "mrp", "angular_momentum", "frame")}
+#: What acts on a body elsewhere.
+_LOADS = ("torque", "torques", "external_torque", "force", "forces", "gravity", "gravity_gradient", "drag")
 _KINDS = {
     FieldDescriptor.CPPTYPE_DOUBLE: ("a number", "numbers"),
     FieldDescriptor.CPPTYPE_STRING: ("a text", "texts"),
@@ -38,9 +42,8 @@ def violations(mapping: Any, kind: type[Message], path: str) -> Iterator[Violati
     """Yields every fault that keeps `mapping` from being a message of the type `kind`."""
     descriptor: Any = kind.DESCRIPTOR  # of protobuf's own types, which differ between its implementations
     if not isinstance(mapping, Mapping):
-        names = [field.name for field in descriptor.fields]
-        hint = f", such as {{'name': {mapping!r}}}" if isinstance(mapping, str) and "name" in names else ""
-        yield Violation(path, f"{reprlib.repr(mapping)}: must be a mapping with the fields {', '.join(names)}{hint}")
+        may_be_name = "a name, or " * (descriptor.name == "Method")
+        yield Violation(path, f"{shown(mapping)}: must be {may_be_name}a mapping with the fields {', '.join(_names_of(descriptor))}")
         return
     known_fields = {name: field for field in descriptor.fields for name in (field.json_name, field.name)}
     for key, value in mapping.items():
@@ -63,7 +66,7 @@ def _of_scalar(key: str, value: Any, kind: type[Message], field: Any, path: str)
     except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
         what = _KINDS.get(field.cpp_type)
         rule = f"must be {what[is_repeated(field)]}" if what else str(error)
-        yield Violation(f"{path}.{key}", f"{reprlib.repr(value)}: {rule}")
+        yield Violation(f"{path}.{key}", f"{shown(value)}: {rule}")
 
 
 def is_repeated(field: Any) -> bool:
@@ -76,13 +79,18 @@ def is_repeated(field: Any) -> bool:
 def _unknown(key: str, value: Any, descriptor: Any) -> str:
     """Returns a description that suggests the nearest name of a field, or of a field of a message inside; if none is
     near, one that lists all names."""
-    paths = {inner.name: f"{outer.name}.{inner.name}" for outer in descriptor.fields
-             if outer.message_type and not is_repeated(outer)
-             for inner in outer.message_type.fields}
-    paths.update({field.name: field.name for field in descriptor.fields})
+    if key in _LOADS and descriptor.name in BESIDE:
+        return f"unknown field; there are no torques and no forces: the motion is free (docs/conventions.md). It is {shown(value)}"
+    paths = {name: f"{outer.name}.{name}" for outer in descriptor.fields if outer.message_type and not is_repeated(outer)
+             for name in _names_of(outer.message_type)}
+    paths.update({name: name for name in _names_of(descriptor)})
     near = difflib.get_close_matches(key, paths, n=1) or [name for name in _OTHER_NAMES.get(key, ()) if name in paths][:1]
-    hint = f"did you mean {paths[near[0]]}?" if near else f"the fields are {', '.join(field.name for field in descriptor.fields)}."
-    return f"unknown field; {hint} It is {reprlib.repr(value)}"
+    hint = f"did you mean {paths[near[0]]}?" if near else f"the fields are {', '.join(_names_of(descriptor))}."
+    return f"unknown field; {hint} It is {shown(value)}"
+
+
+def _names_of(descriptor: Any) -> list[str]:
+    return [*(field.name for field in descriptor.fields), *BESIDE.get(descriptor.name, ())]
 
 
 def names(argument: str, given: Optional[Names]) -> list[str]:

@@ -1,5 +1,5 @@
-"""Initial states that were rounded to a few digits, made to fit: unit quaternions, orthonormal frames, tangent velocities,
-skew momenta."""
+"""Initial states made to fit: quaternions of any norm, and what was rounded to a few digits: orthonormal frames, tangent
+velocities, skew momenta."""
 from __future__ import annotations
 
 from typing import Any, Callable
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
+from stiefel._given.attitudes import of_norm_1
 from stiefel._given.numbers import refused
 from stiefel._wire.arrays import decode, put_block, to_array
 from stiefel.errors import InvalidArgument, Violation
@@ -24,9 +25,7 @@ def normalized(scene: pb.Scene) -> pb.Scene:
     scene = _copy(scene)
     if scene.body.attitude and len(scene.body.attitude) % 4 == 0:
         given = np.reshape(scene.body.attitude, (-1, 4))
-        sizes = np.linalg.norm(given, axis=1, keepdims=True)
-        _check("scene.body.attitude", abs(sizes - 1), f"of norm {sizes.ravel()[np.argmax(abs(sizes - 1))]:.6g}")
-        scene.body.attitude[:] = (given / sizes).ravel().tolist()
+        scene.body.attitude[:] = of_norm_1("scene.body.attitude", given).ravel().tolist()
     if scene.system in ("double_bracket", "parametric_rigid_body", "parametric_moser_veselov"):
         return scene
     blocks = {**{name: to_array(block) for name, block in scene.initial.items()},
@@ -74,7 +73,7 @@ def orthonormal(path: str, given: NDArray[Any]) -> NDArray[Any]:
         return given  # no frame: the server says so
     left, _, right = np.linalg.svd(given, full_matrices=False)
     frame: NDArray[Any] = left @ right
-    _check(path, abs(frame - given), "")
+    _check(path, abs(frame - given))
     return frame
 
 
@@ -82,7 +81,7 @@ def _skew(path: str, given: NDArray[Any]) -> NDArray[Any]:
     if given.shape[-2] != given.shape[-1]:
         return given
     skew: NDArray[Any] = (given - np.swapaxes(given, -1, -2)) / 2
-    _check(path, abs(skew - given) / (abs(given).max() or 1.0), "")
+    _check(path, abs(skew - given) / (abs(given).max() or 1.0))
     return skew
 
 
@@ -90,10 +89,10 @@ def _tangent(path: str, frame: NDArray[Any], velocity: NDArray[Any]) -> NDArray[
     """Returns the nearest velocities with a skew Q'Q^T."""
     product = velocity @ np.swapaxes(frame, -1, -2)
     part = (product + np.swapaxes(product, -1, -2)) / 2 @ frame
-    _check(path, abs(part) / (abs(velocity).max() or 1.0), "")
+    _check(path, abs(part) / (abs(velocity).max() or 1.0))
     return np.asarray(velocity - part)
 
 
-def _check(path: str, change: NDArray[Any], what: str) -> None:
+def _check(path: str, change: NDArray[Any]) -> None:
     if not change.max(initial=0.0) <= MOST:
-        raise refused(path, f"{what or f'changes by {change.max():.3g}'}: normalize changes a state by at most {MOST}")
+        raise refused(path, f"changes by {change.max():.3g}: normalize changes a state by at most {MOST}")

@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 import datetime
+import itertools
 import math
-import reprlib
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, Optional
@@ -11,6 +11,7 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel._given.shown import shown
 from stiefel.errors import InvalidArgument, Violation
 
 SECONDS = "s"
@@ -34,10 +35,10 @@ def numbers(path: str, given: Any, unit: str = "", may_be_complex: bool = False,
     """
     if isinstance(given, datetime.timedelta):
         return _seconds(path, given, given.total_seconds(), unit)
-    if isinstance(given, (list, tuple)) and not set(map(type, given)) <= _REAL:
+    if isinstance(given, (list, tuple)) and not _are_real(given):
         parts = [numbers(path, part, unit, may_be_complex, what) for part in given]
         if len({part.shape for part in parts}) > 1:
-            raise refused(path, f"{reprlib.repr(given)}: must be {what}, its rows of one length")
+            raise refused(path, f"{shown(given)}: must be {what}, its rows of one length")
         return np.array(parts)
     if _has_unit(given):
         given = _converted(path, given, unit, what)
@@ -48,7 +49,7 @@ def number(path: str, given: Any, unit: str = "") -> float:
     """Returns one number as `numbers` does."""
     value = numbers(path, given, unit)
     if value.ndim:
-        raise refused(path, f"the shape {value.shape}: must be one number")
+        raise refused(path, f"{shown(given)}: must be one number")
     return float(value)
 
 
@@ -65,7 +66,7 @@ def whole(path: str, given: Any, least: int = 0, hint: str = "") -> int:
         is_whole = math.isfinite(value) and value == int(value)
     else:
         is_whole = (hasattr(value, "__index__") and not isinstance(value, (bool, np.ndarray)) and not _has_unit(value))
-    rule = f"{_text(given)}: must be a whole number of at least {least}"
+    rule = f"{shown(given)}: must be a whole number of at least {least}"
     if not is_whole:
         raise refused(path, rule + hint)
     if not least <= int(value) <= _MOST:
@@ -76,7 +77,7 @@ def whole(path: str, given: Any, least: int = 0, hint: str = "") -> int:
 def step_index(path: str, given: Any, least: int = 0) -> int:
     """Returns the index of a step, or a number of steps."""
     if least == 0 and type(given) in _REAL and given < 0:
-        raise refused(path, f"{_text(given)}: must be a whole number of at least 0; for times before 0, use a negative step "
+        raise refused(path, f"{shown(given)}: must be a whole number of at least 0; for times before 0, use a negative step "
                             "in the scene, or `times` of Session.trajectory")
     return whole(path, given, least, ", because it counts steps; for states between steps, use `time`, or `times` of Session.trajectory")
 
@@ -85,8 +86,15 @@ def timeout(given: Any) -> Optional[float]:
     """Returns seconds; None for no end, which infinitely many seconds mean too."""
     seconds = optional("timeout", given, SECONDS)
     if seconds is not None and not seconds >= 0:
-        raise refused("timeout", f"{_text(given)}: must be at least 0 seconds, or None")
+        raise refused("timeout", f"{shown(given)}: must be at least 0 seconds, or None")
     return None if seconds == math.inf else seconds
+
+
+def _are_real(given: Any) -> bool:
+    """Returns whether a list, or nested lists whose rows have one length, have plain numbers alone."""
+    kinds = set(map(type, given))
+    return kinds <= _REAL or (kinds <= {list, tuple} and len(set(map(len, given))) == 1
+                              and _are_real(list(itertools.chain.from_iterable(given))))
 
 
 def _of_array(path: str, given: Any, unit: str, may_be_complex: bool, what: str) -> NDArray[Any]:
@@ -137,9 +145,4 @@ def _seconds(path: str, given: Any, seconds: Any, unit: str) -> NDArray[Any]:
 def _wrong(path: str, given: Any, unit: str, what: str = "numbers") -> InvalidArgument:
     without = f"must be {what} without a unit" if _has_unit(given) else f"must be {what}"
     rules = {"": without, SECONDS: "must be numbers of seconds, a timedelta or a quantity of time"}
-    return refused(path, f"{_text(given)}: {rules.get(unit, f'must be numbers in {unit}, or a quantity that converts to it')}")
-
-
-def _text(value: Any) -> str:
-    plain = isinstance(value, np.generic) and value.dtype.kind in "biufc"
-    return " ".join(reprlib.repr(value.item() if plain else value).split())
+    return refused(path, f"{shown(given)}: {rules.get(unit, f'must be numbers in {unit}, or a quantity that converts to it')}")

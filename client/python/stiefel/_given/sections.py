@@ -1,12 +1,12 @@
 """The plane of a Poincaré section and the coordinates of its points, as a caller gives them."""
 from __future__ import annotations
 
-import reprlib
 from typing import Any, Callable, Mapping, Sequence, Union
 
 import numpy as np
 
 from stiefel._given.numbers import number, numbers, refused
+from stiefel._given.shown import shown
 from stiefel._results.base import Array
 
 #: Coefficients by field, or a function of the section.
@@ -16,7 +16,7 @@ Coordinate = Union[Mapping[str, Any], Callable[[Any], Any]]
 def to_section(section: Mapping[str, Any], level: float, direction: str) -> dict[str, Any]:
     """Returns the event of a crossing."""
     if not isinstance(section, Mapping) or not section:
-        raise refused("section", f"{reprlib.repr(section)}: must be a mapping from fields to their coefficients")
+        raise refused("section", f"{shown(section)}: must be a mapping from fields to their coefficients")
     (name, coefficients), *more = ((name, numbers(f"section.{name}", given)) for name, given in section.items())
     return {"field": name, "coefficients": coefficients, "plus": dict(more), "level": number("level", level), "direction": direction}
 
@@ -35,7 +35,7 @@ def column(path: str, section: Any, of: Coordinate) -> Array:
         return np.asarray(sum((linear(f"{path}.{name}", section[name], given) for name, given in of.items()),
                               np.zeros(len(section))))
     if not callable(of):
-        raise refused(path, f"{reprlib.repr(of)}: must be a mapping from fields to coefficients, or a function of the section")
+        raise refused(path, f"{shown(of)}: must be a mapping from fields to coefficients, or a function of the section")
     values = np.asarray(of(section), float)
     if values.shape != (len(section),):
         raise refused(path, f"the shape {values.shape}: must be one number for each of {len(section)} crossings")

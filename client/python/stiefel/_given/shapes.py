@@ -12,6 +12,7 @@ from stiefel import v1 as pb
 from stiefel._given.attitudes import quaternions
 from stiefel._given.mappings import is_repeated
 from stiefel._given.numbers import numbers, refused, whole
+from stiefel._given.shown import shown
 
 #: Fields of a scene and of its parts by their paths: "step", "body", "body.moments", "method.order".
 FIELDS: dict[str, Any] = {field.name: field for field in pb.Scene.DESCRIPTOR.fields}
@@ -101,7 +102,8 @@ def list_of(path: str, given: Any, ensemble: Ensemble) -> list[float]:
     else:
         fits = members is not None and array.ndim == 2 and array.shape == (members, each or array.shape[1])
     if not fits and not ensemble.wrong:
-        raise refused(place, f"the shape {shape}: must be {_shapes(path, members, each)}")
+        what = shown(given) if isinstance(given, (int, float)) else f"the shape {shape}"
+        raise refused(place, f"{what}: must be {_shapes(path, members, each)}")
     flat: list[float] = array.ravel().tolist()
     return flat
 

@@ -1,13 +1,13 @@
 """Statistics, events, two-forms and brackets that a caller asks for, as messages."""
 from __future__ import annotations
 
-import reprlib
 from typing import Any, Iterable, Mapping, Sequence, Union
 
 import numpy as np
 
 from stiefel import v1 as pb
 from stiefel._given.numbers import number, numbers, refused, whole
+from stiefel._given.shown import shown
 from stiefel.scene import to_matrix
 
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
@@ -30,7 +30,7 @@ def to_quantities(quantities: Quantities) -> list[pb.Quantity]:
     """Returns the messages for a mapping such as `{"energy": "drift", "M": ["min", {"quantiles": [0.1, 0.9]}]}`. Raises
     InvalidArgument that names what is malformed."""
     if not isinstance(quantities, Mapping):
-        raise refused("quantities", f"{reprlib.repr(quantities)}: must be a mapping from fields and invariants to statistics")
+        raise refused("quantities", f"{shown(quantities)}: must be a mapping from fields and invariants to statistics")
     return [_quantity(name, statistics) for name, statistics in quantities.items()]
 
 
@@ -44,7 +44,7 @@ def _quantity(name: str, statistics: Statistics) -> pb.Quantity:
             quantity.statistics.append(_number(_STATISTICS, item, path))
             continue
         if not isinstance(item, Mapping):
-            raise refused(path, f"{reprlib.repr(item)}: {_RULE}")
+            raise refused(path, f"{shown(item)}: {_RULE}")
         for key, value in item.items():
             if key == "statistics":
                 quantity.statistics.extend(_number(_STATISTICS, one, path) for one in _several(value, path))
@@ -62,7 +62,7 @@ def _several(given: Any, path: str) -> list[Any]:
     if isinstance(given, (str, Mapping)):
         return [given]
     if not isinstance(given, Iterable):
-        raise refused(path, f"{reprlib.repr(given)}: {_RULE}")
+        raise refused(path, f"{shown(given)}: {_RULE}")
     return list(given)
 
 
@@ -70,7 +70,7 @@ def to_events(events: Union[EventDescription, Sequence[EventDescription]]) -> li
     """Returns the messages for mappings such as `{"field": "angular_velocity", "coefficients": [0, 0, 1]}`. Raises
     InvalidArgument that names what is malformed."""
     if isinstance(events, str) or not isinstance(events, Iterable):
-        raise refused("events", f"{reprlib.repr(events)}: must be a mapping or several")
+        raise refused("events", f"{shown(events)}: must be a mapping or several")
     given = [events] if isinstance(events, Mapping) else events
     return [_event(event, f"events[{i}]") for i, event in enumerate(given)]
 
@@ -78,7 +78,7 @@ def to_events(events: Union[EventDescription, Sequence[EventDescription]]) -> li
 def _event(description: EventDescription, path: str) -> pb.Event:
     event, keys = pb.Event(), ", ".join(field.name for field in pb.Event.DESCRIPTOR.fields)
     if not isinstance(description, Mapping):
-        raise refused(path, f"{reprlib.repr(description)}: must be a mapping with the keys {keys}")
+        raise refused(path, f"{shown(description)}: must be a mapping with the keys {keys}")
     for key, value in description.items():
         place = f"{path}.{key}"
         if key == "coefficients":
@@ -93,7 +93,7 @@ def _event(description: EventDescription, path: str) -> pb.Event:
             event.terminal = _truth(place, value)
         elif key == "plus":
             if not isinstance(value, Mapping):
-                raise refused(place, f"{reprlib.repr(value)}: must be a mapping from fields to coefficients")
+                raise refused(place, f"{shown(value)}: must be a mapping from fields to coefficients")
             for field, coefficients in value.items():
                 event.plus.add(field=_name(place, field), coefficients=numbers(f"{place}.{field}", coefficients).ravel().tolist())
         elif key == "field":
@@ -106,19 +106,19 @@ def _event(description: EventDescription, path: str) -> pb.Event:
 def _number(known: Mapping[str, int], name: Any, path: str) -> Any:
     if not isinstance(name, str) or name not in known or name == "unspecified":
         names = ", ".join(key for key in known if key != "unspecified")
-        raise refused(path, f"{reprlib.repr(name)}: must be one of {names}")
+        raise refused(path, f"{shown(name)}: must be one of {names}")
     return known[name]
 
 
 def _name(path: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise refused(path, f"{reprlib.repr(value)}: must be a name")
+        raise refused(path, f"{shown(value)}: must be a name")
     return value
 
 
 def _truth(path: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
-        raise refused(path, f"{reprlib.repr(value)}: must be True or False")
+        raise refused(path, f"{shown(value)}: must be True or False")
     return bool(value)
 
 

@@ -61,7 +61,7 @@ class Scene(TypedDict, total=False):
     """Everything that determines a motion, and the instant of its time 0."""
 
     system: SystemName
-    method: Method
+    method: Union[Method, MethodName]
     inertia: Any
     initial: Blocks
     body: Body

@@ -57,4 +57,4 @@ def step_of(name: str, given: Any, time: Any, step: float, epoch: Optional[str])
 
 def every_of(every: Any, steps: int) -> int:
     """Returns the steps between two samples; for None what makes about MOST_SAMPLES samples."""
-    return max(1, -(-steps // MOST_SAMPLES)) if every is None else step_index("every", every) or 1
+    return max(1, -(-steps // MOST_SAMPLES)) if every is None else step_index("every", every, 1)

@@ -1,4 +1,5 @@
-"""A manifold of `stiefel.manifold` as one of pymanopt or of geomstats. Neither package is needed elsewhere."""
+"""A manifold of `stiefel.manifold` as one of pymanopt or of geomstats. Neither package is needed elsewhere. Their optimisers add
+and subtract vectors, whose sums may be tangent only to the rounding of what was added: they are projected."""
 from __future__ import annotations
 
 from typing import Any, Optional
@@ -41,7 +42,7 @@ def pymanopt_manifold(manifold: Any) -> Any:
             return manifold.hessian(point, derivative, changed, vector)
 
         def exp(self, point: Array, vector: Array) -> Any:
-            return manifold.exp(point, vector)
+            return manifold.exp(point, manifold.tangent(point, vector))
 
         retraction = exp
 
@@ -52,7 +53,7 @@ def pymanopt_manifold(manifold: Any) -> Any:
             return float(manifold.dist(point_a, point_b))
 
         def transport(self, point_a: Array, point_b: Array, vector: Array) -> Any:
-            return manifold.transport(point_a, manifold.log(point_a, point_b), vector)
+            return manifold.transport(point_a, manifold.log(point_a, point_b), manifold.tangent(point_a, vector))
 
         def pair_mean(self, point_a: Array, point_b: Array) -> Any:
             return manifold.exp(point_a, manifold.log(point_a, point_b) / 2)
@@ -90,7 +91,7 @@ def geomstats_space(manifold: Any) -> Any:
             return manifold.inner(base_point, vector, vector)
 
         def exp(self, tangent_vec: Array, base_point: Array) -> Any:
-            return manifold.exp(base_point, tangent_vec)
+            return manifold.exp(base_point, manifold.tangent(base_point, tangent_vec))
 
         def log(self, point: Array, base_point: Array) -> Any:
             return manifold.log(base_point, point)
@@ -105,7 +106,7 @@ def geomstats_space(manifold: Any) -> Any:
         def parallel_transport(self, tangent_vec: Array, base_point: Array, direction: Optional[Array] = None,
                                end_point: Optional[Array] = None) -> Any:
             along = manifold.log(base_point, end_point) if direction is None else direction
-            return manifold.transport(base_point, along, tangent_vec)
+            return manifold.transport(base_point, *(manifold.tangent(base_point, one) for one in (along, tangent_vec)))
 
         def injectivity_radius(self, base_point: Optional[Array] = None) -> Any:
             radius = manifold.injectivity_radius

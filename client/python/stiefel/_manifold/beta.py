@@ -7,13 +7,15 @@ metric, beta = 1/2 the canonical one. Arrays may have leading axes. With columns
 """
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Optional, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-13  # of products of frames
+FRAME_TOLERANCE = 1e-6  #: of frames, as in a scene
+SMALL = 64  #: numbers of a frame that is not worth a span
 
 
 def transposed(A: Array) -> Array:
@@ -54,28 +56,42 @@ class Span:
         n = Q.shape[-2]
         inside = P @ transposed(Q)
         gram = np.eye(n) - inside @ transposed(inside)
-        self.slanted = np.linalg.eigvalsh(gram)[..., 0] < 1e-2  # where gram has lost digits
-        outside = np.linalg.cholesky(np.where(self.slanted[:, None, None], np.eye(n), gram))
+        slanted = np.linalg.eigvalsh(gram)[..., 0] < 1e-2  # where gram has lost digits
+        outside = np.linalg.cholesky(np.where(slanted[:, None, None], np.eye(n), gram))
         self.from_P = np.linalg.inv(outside)
         self.from_Q = -self.from_P @ inside
         self.Q, self.P = Q, P
-        self.K = np.empty((0, n, Q.shape[-1]))  # of the slanted
-        if np.any(self.slanted):
-            self.K = _complement(Q[self.slanted], P[self.slanted], inside[self.slanted])
-            outside[self.slanted] = P[self.slanted] @ transposed(self.K)
+        self.K: dict[int, Array] = {}  # of the slanted, by their indices
+        if np.any(slanted):
+            K = _complement(Q[slanted], P[slanted], inside[slanted])
+            outside[slanted] = P[slanted] @ transposed(K)
+            self.K = dict(zip(np.flatnonzero(slanted).tolist(), K))
         self.start = np.broadcast_to(np.eye(n, 2 * n), inside.shape[:-1] + (2 * n,))
         end = np.concatenate([inside, outside], axis=-1)
         equal = np.max(np.abs(end - self.start), axis=(-2, -1), keepdims=True, initial=0.0) < 1e-14
         self.end = np.where(equal, self.start, end)
 
-    def lifted(self, V: Array) -> Array:
-        """Returns velocities at Q from those at `start`."""
+    def lifted(self, pair: int, X: Array) -> Array:
+        """Returns matrices (..., n, N) of those in the basis of a pair, (..., n, 2n): frames, or velocities at `start`."""
         n = self.Q.shape[-2]
-        along_Q, along_K = V[..., :n], V[..., n:]
-        whole: Array = (along_Q + along_K @ self.from_Q) @ self.Q
-        whole += along_K @ self.from_P @ self.P
-        whole[self.slanted] = along_Q[self.slanted] @ self.Q[self.slanted] + along_K[self.slanted] @ self.K
-        return whole
+        along_Q, along_K = X[..., :n], X[..., n:]
+        if pair in self.K:
+            return np.asarray(along_Q @ self.Q[pair] + along_K @ self.K[pair])
+        return np.asarray((along_Q + along_K @ self.from_Q[pair]) @ self.Q[pair] + along_K @ self.from_P[pair] @ self.P[pair])
+
+
+def span_of(pairs: Sequence[tuple[Any, Any]], inertia: Sequence[float]) -> Optional[Span]:
+    """Returns the span of pairs of frames. None where they are small or have not N > 2n, where they are none to
+    FRAME_TOLERANCE, and where the numbers of Lambda, if it has any, differ."""
+    frames = [frame for pair in pairs for frame in pair]
+    if not all(isinstance(one, np.ndarray) and one.dtype.kind == "f" and one.shape == frames[0].shape for one in frames):
+        return None
+    n, N = frames[0].shape if frames and frames[0].ndim == 2 else (1, 0)
+    if n * N <= SMALL or N <= 2 * n or len(set(inertia)) > 1 or len(inertia) not in (0, N):
+        return None
+    ends = [np.asarray(frames[k], float)[None] if len(pairs) == 1 else np.array(frames[k::2], float) for k in (0, 1)]
+    defects = [defect(one) for one in ends]
+    return Span(*map(polished, ends, defects)) if np.max(defects) <= FRAME_TOLERANCE else None
 
 
 def _complement(Q: Array, P: Array, inside: Array) -> Array:

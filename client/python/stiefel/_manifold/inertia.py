@@ -2,6 +2,7 @@
 geodesic whose frames are known at any time. Frames are n x N with orthonormal rows; arrays may have leading axes."""
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, Callable
 
 import numpy as np
@@ -65,7 +66,10 @@ class InertiaMetric:
     def __init__(self, inertia: Array, client: Callable[[], Client]):
         self.inertia, self._client = inertia, client
         self.request: dict[str, Any] = {"metric": "lambda", "inertia": inertia}
-        self._scale = sums(inertia)
+
+    @cached_property
+    def _scale(self) -> Array:
+        return sums(self.inertia)  # N x N, which frames with n < N do not need
 
     def __repr__(self) -> str:
         return f"Lambda = {self.inertia}"

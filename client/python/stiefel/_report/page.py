@@ -71,10 +71,11 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
         "scene": scene if whole else {key: value for key, value in scene.items() if not key.startswith("initial")},
         "whole_scene": whole,
         "samples": {"time": _packed(drawn.time, np.float64),
+                    "utc": None if drawn.utc is None else _packed(drawn.utc.astype(float) / 1000, np.float64),  # milliseconds
                     "fields": {field: _field(matrices(values, of)) for field, values in drawn.fields.items()}},
         "drift": {"time": run.time, "families": [vars(family) for family in run.families]},
         "error": {"time": run.error_time, **run.errors, "last": vars(run.error) if run.error else None},
-        "tradeoff": _tradeoff(session, tradeoff),
+        "tradeoff": _tradeoff(session, tradeoff, abs(run.horizon)),
     }
 
 
@@ -90,14 +91,14 @@ def _packed(values: Array, dtype: Any) -> dict[str, str]:
     return {"dtype": np.dtype(dtype).name, "data": base64.b64encode(numbers.tobytes()).decode()}
 
 
-def _tradeoff(session: Session, asked: Optional[bool]) -> Optional[dict[str, Any]]:
-    """Measures error against cost, by default if that is cheap. Returns None where the scene has no trade-off, such as that
+def _tradeoff(session: Session, asked: Optional[bool], horizon: float) -> Optional[dict[str, Any]]:
+    """Measures error against cost at the end of the run, by default if that is cheap. Returns None where the scene has no trade-off, such as that
     of a discrete system, and where a measurement that was not asked for fails."""
     scene = session.resolved()
     if asked is False or (asked is None and (scene.HasField("members") or not scene.HasField("method"))):
         return None
     try:
-        request = pb.MeasureTradeoffRequest(scene=scene, budget=None if asked else CHEAP)
+        request = pb.MeasureTradeoffRequest(scene=scene, budget=None if asked else CHEAP, horizon=horizon or None)
         parts = session._connection.call_all("MeasureTradeoff", request)
     except StiefelError:
         if asked:

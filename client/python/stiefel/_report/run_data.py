@@ -14,8 +14,8 @@ Session = Any  # a `stiefel.Session`
 Trajectory = Any  # a `stiefel.Trajectory`
 
 DRIFTS = 60  #: points of a curve of drifts
-ERRORS = 20  #: points of a curve of errors
-DEAREST = 2e9  #: instructions that such a curve may take; where it would take more, there is only its last point
+ERRORS = 20  #: parts of a curve of errors, between 21 points
+DEAREST = 2e9  #: instructions that such a curve may take; where it would take more, it has fewer parts, but at least one
 FINEST = 0.1  #: radians between two samples
 FEWEST, MOST = 500, 12_000  #: samples
 BYTES = 1_100_000  #: of all samples in single precision
@@ -52,9 +52,10 @@ def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy
     """Diagnoses the run up to step `to`. The error is estimated where that takes at most about ten seconds."""
     last = session.diagnose(to=to, estimate_error=estimate_error)
     estimate = last.estimated_error
-    dear = estimate is None or not estimate.reference or ERRORS * estimate.work > DEAREST
+    # The estimate at step k takes k / last of the work of that at the last: n parts take (n + 1) / 2 of it.
+    parts = 0 if estimate is None or not estimate.reference else int(np.clip(2 * DEAREST / max(estimate.work, 1) - 1, 1, ERRORS))
     steps = np.unique(np.linspace(0, last.step, DRIFTS + 1).astype(int)).tolist()
-    estimated = set() if dear else {steps[k] for k in np.unique(np.linspace(0, len(steps) - 1, ERRORS + 1).astype(int))}
+    estimated = {steps[k] for k in np.unique(np.linspace(0, len(steps) - 1, parts + 1).astype(int))} if parts else set()
     out = Accuracy(last.run_status, last.step, last.time, 0, [], [], [], {"attitude": [], "momentum": []},
                    estimate)
     families: dict[str, Family] = {}

@@ -99,13 +99,13 @@ def columns(field: str, values: Any) -> list[str]:
 
 
 def table(run: Trajectory) -> dict[str, Any]:
-    """Returns the samples as columns: step, time, and one for each number of each field."""
+    """Returns the samples as columns: step, time, one for each number of each field, and utc where that is known."""
     found: dict[str, Any] = {"step": run.step, "time": run.time}
     for field, values in run.fields.items():
         flat = np.ascontiguousarray(values).reshape(len(run), math.prod(values.shape[1:]))
         flat = flat.view(np.real(flat).dtype)
         found.update(zip(columns(field, values), flat.T))
-    return found
+    return found if run.utc is None else {**found, "utc": run.utc}
 
 
 def from_table(read: Any, described: Mapping[str, Any]) -> dict[str, Any]:

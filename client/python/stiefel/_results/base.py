@@ -3,13 +3,13 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-import reprlib
 from dataclasses import dataclass
 from typing import Any, Iterator, Mapping, Optional, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel._given.shown import shown
 from stiefel._results.html import Shown, of_fields
 
 N = TypeVar("N", bound="Named")
@@ -41,6 +41,24 @@ class ByValue(Shown):
             return NotImplemented
         return all(same(getattr(self, field.name), getattr(other, field.name))
                    for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
+
+
+class Late:
+    """A field of a dataclass that may be given as a function, which is called when somebody asks for the field."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __set__(self, instance: Any, value: Any) -> None:
+        instance.__dict__[self._name] = value
+
+    def __get__(self, instance: Any, owner: Optional[type] = None) -> Any:
+        if instance is None:
+            raise AttributeError(self._name)  # for a dataclass: the field has no default
+        value = instance.__dict__[self._name]
+        if callable(value):
+            value = instance.__dict__[self._name] = value()
+        return value
 
 
 class Outcome(str, enum.Enum):
@@ -107,7 +125,7 @@ class Named(ByValue):
         except (KeyError, TypeError):
             there = ", ".join(self.fields) or "none"
             if not isinstance(name, str):
-                raise KeyError(f"no field {reprlib.repr(name)}: must be a name, one of {there}; a list of indices or a mask picks "
+                raise KeyError(f"no field {shown(name)}: must be a name, one of {there}; a list of indices or a mask picks "
                                "samples of a field's array: [name][mask]") from None
             raise KeyError(f"no field {name!r}; the fields are {there}; `fields={[name]!r}` asks for it if the system has it") from None
 

@@ -63,6 +63,11 @@ def is_body(scene: Mapping[str, Any], trajectory: Trajectory) -> bool:
     return "angular_velocity" in there or ("M" in there and there["M"].shape[-2:] == (3, 3))
 
 
+def is_attitude(scene: Mapping[str, Any]) -> bool:
+    """Returns whether a 3 x 3 matrix Q of the system is the attitude of a body."""
+    return not str(scene["system"]).startswith(("parametric", "stiefel", "discrete_stiefel", "double_bracket"))
+
+
 def momenta(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Array:
     """Returns the momenta in the body axes of the scene, (samples, 3)."""
     fields = trajectory.fields

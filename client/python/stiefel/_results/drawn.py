@@ -79,7 +79,8 @@ class Drawn(Logged):
 
     def plot3d(self, axes: Any = None, *, coordinates: Sequence[int] = (0, 1, 2), member: int = 0) -> Any:
         """Returns a figure of matplotlib with the paths of the vectors of the frame, projected on three coordinates, and
-        the vectors at the last sample. The vectors are the rows of Q for n < N, else its columns, at most six.
+        the vectors at the last sample. The vectors are the rows of Q for n < N, else its columns, at most six: of a body its
+        axes x, y, z in space.
 
         `axes`: the 3-D axes of matplotlib to draw in; new ones by default. `member`: the member of an ensemble to draw.
         Needs matplotlib: stiefel[plot].

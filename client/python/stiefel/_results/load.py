@@ -74,13 +74,15 @@ def _npz(path: str) -> Read:
 
 def _csv(path: str) -> Read:
     described: dict[str, Any] = {}
-    rows = []
+    rows, utc = [], False
     with open(path, encoding="utf-8-sig") as lines:
         for line in lines:
             if line.startswith("# {"):
                 described.update(json.loads(line[2:]))
-            elif line[0] not in "#s":  # the line of names begins with "step"
-                rows.append(line)
+            elif line[0] == "s":  # the names, which begin with "step"
+                utc = line.rstrip().endswith(",utc")
+            elif line[0] != "#":
+                rows.append(line.rpartition(",")[0] if utc else line)
     table = np.loadtxt(rows, delimiter=",", ndmin=2) if rows else np.empty((0, 2))
     return table[:, 0], table[:, 1], about.from_table(table[:, 2:], described), described
 
@@ -133,7 +135,7 @@ def _zarr(path: str) -> Read:
 def _parquet(path: str) -> Read:
     table = imported("pyarrow.parquet", "parquet").read_table(path)
     described = json.loads(table.schema.metadata[about.KEY.encode()])
-    columns = [table.column(name).to_numpy() for name in table.column_names]
+    columns = [table.column(name).to_numpy() for name in table.column_names if name != "utc"]
     numbers = np.stack(columns[2:], axis=1) if len(columns) > 2 else np.empty((len(columns[0]), 0))
     return columns[0], columns[1], about.from_table(numbers, described), described
 

@@ -196,13 +196,13 @@ def plot3d(trajectory: Trajectory, axes: Any, coordinates: Sequence[int], member
     """Does what `Trajectory.plot3d` says."""
     plt = imported("matplotlib.pyplot", "plot")
 
-    of = member_of(trajectory, member)
+    of, scene = member_of(trajectory, member), scene_of(trajectory)
     name = next((name for name in ("Q", "q") if name in trajectory.fields), None)
-    if name is None:
-        frames = body.attitudes(scene_of(trajectory), trajectory, of)
-        if frames is None:
-            raise ValueError("the trajectory has no frame; ask for the field Q or quaternion")
-    else:
+    frames = body.attitudes(scene, trajectory, of) if body.is_attitude(scene) else None
+    turns = frames is not None
+    if frames is None and name is None:
+        raise ValueError("the trajectory has no frame; ask for the field Q or quaternion")
+    if frames is None:
         frames = body.matrices(trajectory.fields[name], of)
     if np.iscomplexobj(frames):
         raise ValueError(f"{name} is complex: plot3d shows real frames")
@@ -214,5 +214,5 @@ def plot3d(trajectory: Trajectory, axes: Any, coordinates: Sequence[int], member
     if made:
         figure = plt.figure(figsize=(6.6, 5.4))
         axes = figure.add_axes((0.02, 0.04, 0.74, 0.92), projection="3d")
-    sphere.frames(axes, frames, three)
+    sphere.frames(axes, frames, three, body=turns)
     return _shown_once(axes.figure) if made else axes.figure

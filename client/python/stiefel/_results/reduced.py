@@ -92,7 +92,8 @@ class StateTransition(Ended, ByValue):
     and `basis`.
 
     Coordinates of a body (Q, M): eta, then dM, with dQ = Q eta, for a right-invariant one dQ = eta Q; for N = 3 as axial
-    vectors (x, y, z), otherwise the elements i < j row by row. Of other states: those of the orthonormal `basis`.
+    vectors (x, y, z), otherwise the elements i < j row by row. Of other states: those of the orthonormal `basis`, which with
+    "inertia" among the `parameters` has n (n + 1) / 2 elements behind the tangent space of a (Q, S).
     """
 
     step: Any  #: the step, or (results,) the steps

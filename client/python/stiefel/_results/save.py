@@ -65,12 +65,14 @@ def _csv(run: Trajectory, part: str) -> None:
     """Writes CSV: lines that begin with # tell scene, units and, at the end, how the run ended."""
     columns = about.table(run)
     units = [about.unit_of(run, field) for field, values in run.fields.items() for _ in about.columns(field, values)]
+    if "utc" in columns:
+        columns["utc"], units = np.datetime_as_string(columns["utc"], timezone="UTC"), [*units, "UTC"]
     with open(part, "w", encoding="utf-8", newline="\n") as out:
         out.write(f"# {about.compact(about.beginning(run))}\n")
         out.write(f"# units: {','.join(['1', about.unit_of(run, 'time'), *units])}\n")
         out.write(",".join(f'"{name}"' if "," in name else name for name in columns) + "\n")
-        for row in zip(*(values.tolist() for values in columns.values())):
-            out.write(",".join([str(row[0]), *map(number, row[1:])]) + "\n")
+        for row in zip(*(map(str if name in ("step", "utc") else number, values.tolist()) for name, values in columns.items())):
+            out.write(",".join(row) + "\n")
         out.write(f"# {about.compact(about.ending(run))}\n")
 
 

@@ -46,6 +46,9 @@ def polhode(axes: Any, scene: Mapping[str, Any], trajectory: Trajectory, member:
     axes.set_title("polhode on the momentum sphere")
     moments = f"{' : '.join(inertia.names)} = {' : '.join(f'{moment:.5g}' for moment in inertia.moments / inertia.moments[0])}"
     key = "dot: start; dashed: separatrix" if inertia.distinct else "dot: start"
+    if inertia.names == ("a", "b", "c"):
+        key += "".join(f"\n{name} = ({', '.join(f'{one:.3g}' for one in axis + 0)}) in body axes x, y, z"
+                       for name, axis in zip(inertia.names, inertia.axes.round(9)))
     axes.text(0, -1.24, f"moments {moments}\n{key}", ha="center", va="top", fontsize="small", color="0.25")
 
 
@@ -91,10 +94,11 @@ def _separatrix(moments: Array) -> Iterator[Array]:
         yield np.outer(np.cos(phi), side) + np.outer(np.sin(phi), [0, 1, 0])
 
 
-def frames(axes: Any, values: Array, coordinates: tuple[int, int, int], vectors: Optional[int] = None) -> None:
+def frames(axes: Any, values: Array, coordinates: tuple[int, int, int], vectors: Optional[int] = None, body: bool = False) -> None:
     """Draws the paths of the vectors of frames, (samples, rows, cols), on three coordinates, and the vectors at the end.
 
-    The vectors are the rows for rows < cols, else the columns. At most six, or as many as `vectors` says.
+    The vectors are the rows for rows < cols, else the columns. At most six, or as many as `vectors` says. `body`: whether the
+    frames are attitudes of a body, whose columns are its axes in space.
     """
     by_rows = values.shape[1] < values.shape[2]
     moved = values if by_rows else values.transpose(0, 2, 1)
@@ -103,13 +107,13 @@ def frames(axes: Any, values: Array, coordinates: tuple[int, int, int], vectors:
     for k in range(min(moved.shape[1], vectors or 6)):
         look = diagram.line(k)
         axes.plot(*shown[:, k].T, lw=1, alpha=0.75, **look)
-        name = "q" if values.shape[1] == 1 else f"{'row' if by_rows else 'column'} {k}"
+        name = f"body {'xyz'[k]}" if body else "q" if values.shape[1] == 1 else f"{'row' if by_rows else 'column'} {k}"
         axes.plot(*zip((0, 0, 0), shown[-1, k]), lw=2.2, ls="-", color=look["color"])
         axes.plot(*([one] for one in shown[-1, k]), ls="", marker=diagram.MARKS[k], color=look["color"], ms=6)
         axes.plot([], [], [], marker=diagram.MARKS[k], ms=5, label=name, **look)
     for pane in (axes.xaxis, axes.yaxis, axes.zaxis):
         pane.set_pane_color((1, 1, 1, 0))
     axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1), xticks=(-1, 0, 1), yticks=(-1, 0, 1), zticks=(-1, 0, 1),
-             **{f"{axis}label": f"coordinate {k}" for axis, k in zip("xyz", coordinates)})
+             **{f"{axis}label": f"space {'XYZ'[k]}" if body else f"coordinate {k}" for axis, k in zip("xyz", coordinates)})
     axes.set_box_aspect((1, 1, 1))
     axes.legend(loc="upper left", bbox_to_anchor=(1.03, 0.9), frameon=False)

@@ -46,7 +46,10 @@ def _own_dims(name: str, axes: int) -> list[str]:
 def to_dataframe(run: Trajectory) -> Any:
     pandas = imported("pandas", "pandas")
     columns = {name: np.ascontiguousarray(values) for name, values in about.table(run).items()}
-    frame = pandas.DataFrame(columns).set_index("time")
+    try:
+        frame = pandas.DataFrame(columns).set_index("time")
+    except pandas.errors.OutOfBoundsDatetime:  # before version 2 pandas counts nanoseconds, up to the year 2262
+        frame = pandas.DataFrame({**columns, "utc": np.datetime_as_string(run.utc)}).set_index("time")
     units = {name: about.unit_of(run, field) for field, values in run.fields.items()
              for name in about.columns(field, values)}
     frame.attrs.update({"units": {"time": "s", **{name: unit for name, unit in units.items() if unit}},

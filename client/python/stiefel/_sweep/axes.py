@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import json
 import re
-import reprlib
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional
 
@@ -13,6 +12,7 @@ from google.protobuf.descriptor import FieldDescriptor
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
+from stiefel._given.shown import shown
 from stiefel.errors import InvalidArgument, Violation
 from stiefel._given.numbers import numbers
 from stiefel._given.shapes import FIELDS, LISTS, NUMBERS, TENSOR, count_of, of_symmetric, owner_of, unit_of
@@ -73,7 +73,7 @@ class Axes:
 def read_axes(axes: Mapping[str, Any], zipped: bool) -> Axes:
     """Checks paths and shapes and returns the axes. Raises InvalidArgument that names every wrong axis."""
     if not isinstance(axes, Mapping) or not axes:
-        raise _wrong([Violation("axes", f"{reprlib.repr(axes)}: must be a mapping from paths into the scene to values")])
+        raise _wrong([Violation("axes", f"{shown(axes)}: must be a mapping from paths into the scene to values")])
     read: list[Axis] = []
     wrong: list[Violation] = []
     for path, values in axes.items():
@@ -115,20 +115,20 @@ def _values(field: str, values: Any, place: str) -> NDArray[Any]:
     if _kind(field) == FieldDescriptor.CPPTYPE_STRING:
         array = np.asarray(values) if np.ndim(values) == 1 else np.empty(0)
         if array.dtype.kind != "U":
-            raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be names")])
+            raise _wrong([Violation(place, f"{shown(values)}: must be names")])
         return array
     array = numbers(place, values, unit_of(field), field.startswith("initial."))
     if _kind(field) != FieldDescriptor.CPPTYPE_UINT32:
         return np.ascontiguousarray(array, "<c16" if array.dtype.kind == "c" else "<f8")
     if not ((array >= 0) & (array == np.floor(array)) & (array < 2.0**32)).all():
-        raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be whole numbers of at least 0")])
+        raise _wrong([Violation(place, f"{shown(values)}: must be whole numbers of at least 0")])
     return array.astype("<i8")
 
 
 def _methods(values: Any, place: str) -> NDArray[Any]:
-    """Returns methods, given as mappings, as texts of JSON with sorted keys."""
+    """Returns methods, given as mappings or names, as texts of JSON with sorted keys."""
     if isinstance(values, (str, Mapping)) or not hasattr(values, "__iter__"):
-        raise _wrong([Violation(place, f"{reprlib.repr(values)}: must be mappings such as {{'name': 'rk4'}}")])
+        raise _wrong([Violation(place, f"{shown(values)}: must be names or mappings such as {{'name': 'rk4'}}")])
     texts = []
     for k, value in enumerate(values):
         try:

@@ -110,6 +110,8 @@ class Servers(Workers):
             rule = f"{servers!r}: must be a list of addresses or clients"
             raise InvalidArgument(f"servers: {rule}", (Violation("servers", rule),))
         self._own = [Client(one, timeout=TIMEOUT) for one in servers if isinstance(one, str)]
+        for client in self._own:
+            client._connection.waits = False  # another server takes what one that went has left
         self._free: "queue.SimpleQueue[Client]" = queue.SimpleQueue()
         for client in (self._own + [one for one in servers if isinstance(one, Client)]) * CALLS:
             self._free.put(client)

@@ -75,9 +75,7 @@ class OwnServer:
             if self._held is None:
                 server = Server.start(arguments=["--threads", str(share.threads)], environment=_memory(share))
                 client = Client(server.address, timeout=TIMEOUT)
-                # When the process exits this comes before the end of the server, which waits half a second for open
-                # connections: finalizers run in the reverse order of their making.
-                weakref.finalize(client, client._connection.close)
+                client._connection.waits = False  # a server that ends is replaced by another one
                 self._held = _Held(server, client)
             return self._held
 

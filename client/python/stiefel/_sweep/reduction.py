@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import os
-import reprlib
 import socket
 import uuid
 from contextlib import contextmanager, suppress
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 from typing import Iterator, Optional
 
 from stiefel import v1 as pb
+from stiefel._given.shown import shown
 from stiefel._results.base import Array
 from stiefel.client import Client
 from stiefel.errors import StiefelError
@@ -38,7 +38,7 @@ def request_of(to: int, start: int, every: int, summarize: Quantities) -> pb.Sum
     """Returns the request without a session. Raises InvalidArgument if `summarize` is malformed, for example with an
     unknown statistic."""
     if not hasattr(summarize, "items") or not summarize:
-        raise refused("summarize", f"{reprlib.repr(summarize)}: must be a mapping from fields and invariants to statistics")
+        raise refused("summarize", f"{shown(summarize)}: must be a mapping from fields and invariants to statistics")
     request = pb.SummarizeRequest(to=to, every=every, quantities=to_quantities(summarize))
     setattr(request, "from", start)
     for quantity in request.quantities:
@@ -85,4 +85,4 @@ def temporary_session(client: Client, scene: pb.Scene, numerics_id: str) -> Iter
         yield session
     finally:
         with suppress(StiefelError):  # the server drops idle sessions
-            client.delete(session.session_id)
+            client._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=session.session_id), waits=False)

@@ -1,6 +1,7 @@
 """Reads the messages of whole answers."""
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Iterator, Mapping, Optional, Sequence, TypeVar
 
 import numpy as np
@@ -8,14 +9,15 @@ from google.protobuf import json_format
 
 from stiefel import v1 as pb
 from stiefel._given.mappings import is_repeated
+from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
-from stiefel._wire.arrays import Assembly, named, to_array
+from stiefel._wire.arrays import Assembly, named, put_block, to_array
 from stiefel._wire.replies import complete, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put, resolve
 from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Geodesic, InjectivityRadius,
                              Invariant,
                              Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
-from stiefel.scene import to_dict
+from stiefel.scene import blocks_of, to_dict
 
 T = TypeVar("T")
 
@@ -54,17 +56,25 @@ def conversion(messages: Sequence[pb.ConvertResponse], request: pb.ConvertReques
         arrays.take(message.scene_arrays)
     first, found, scene = complete(messages[0], "price"), arrays.finish(), None
     if first.HasField("scene"):
-        resolved = resolve(request.scene, first.scene, first.cleared, found)
-        put(found, resolved)
-        scene = to_dict(resolved)
+        scene = partial(_scene, resolve(request.scene, first.scene, first.cleared, found), found)
     others = blocks.finish()
     require(bool(others) == (scene is None), "a conversion has a scene or blocks")
     require(all(array.dtype.kind in "fc" for array in others.values()), "a block has counts")
     return Conversion(scene, named(others), {margin.domain: margin.margin for margin in first.margins}, choice(first))
 
 
-def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest) -> Geodesic:
-    """Reads all messages of one pair."""
+def _scene(scene: pb.Scene, arrays: Mapping[str, Array], span: Optional[Span] = None, pair: int = 0) -> dict[str, Any]:
+    """Returns a scene with its arrays. `span`: that in whose basis of a pair its frames are."""
+    put(arrays, scene)
+    if span is not None:
+        scene.inertia[:] = [scene.inertia[0]] * span.Q.shape[-1]
+        for name, block in blocks_of(scene).items():
+            put_block(scene, name, span.lifted(pair, block))
+    return to_dict(scene)
+
+
+def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest, span: Optional[Span]) -> Geodesic:
+    """Reads all messages of one pair. `span`: that in whose bases the frames of the request are."""
     assembly = Assembly()
     for message in messages:
         for name in ("velocity", "trajectory"):
@@ -86,8 +96,9 @@ def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest)
         bent = 1 < n < N and (request.metric == pb.METRIC_CANONICAL or request.metric == pb.METRIC_BETA and request.beta != 1)
         require(first.HasField("scene") == (request.view == pb.GEODESIC_VIEW_SCENE and not bent), "a geodesic has a scene")
         if first.HasField("scene"):
-            put(arrays, first.scene)
-            scene = to_dict(first.scene)
+            scene = partial(_scene, first.scene, arrays, span, first.pair)
+    if span is not None:
+        velocity, trajectory = (array if array is None else span.lifted(first.pair, array) for array in (velocity, trajectory))
     return read(Geodesic, first, scene=scene, velocity=velocity, shortest=shortest, trajectory=trajectory, run_status=status)
 
 

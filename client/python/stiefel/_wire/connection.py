@@ -10,8 +10,10 @@ with an open channel `os.fork` of gRPC 1.51 may never return, and a channel of t
 from __future__ import annotations
 
 import atexit
+import math
 import os
 import re
+import sys
 import threading
 import time
 import weakref
@@ -27,6 +29,7 @@ from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 from stiefel.version import __version__
 
 WORK_PER_SECOND = 5e9  #: units of work (instructions) that a core does in a second
+TOLD_AFTER = 3.0  #: seconds for which a server is away, after which stderr is told
 PATIENCE = 5.0  #: seconds that `close` waits for pauses and for gRPC's threads, which end within 0.4 s
 Metadata = tuple[tuple[str, str], ...]
 
@@ -38,6 +41,8 @@ _forking = threading.RLock()  #: held while the process forks, and while a chann
 class Connection:
     """The connection of a channel. It is closed at the latest when the process exits. Thread-safe."""
 
+    waits = True  #: whether a server that was reached and went is waited for, until the deadline or for `timeout`
+
     def __init__(self, open: Callable[[], grpc.Channel], address: str = "", timeout: Optional[float] = None,
                  any_build: bool = False, tls: Optional[bool] = None, reopens: bool = True):
         """`open` returns the channel. `timeout`: seconds of calls that do not get their own. `any_build`: whether sessions
@@ -47,6 +52,8 @@ class Connection:
         self._tls, self._open_channel = tls, open
         self._opened: Optional[_Opened] = None
         self.closed = False
+        self._reached = False
+        self._told = -math.inf  # when stderr was told that the server is away
         # A channel of `stiefel.aio` has a pause of its own, in which the event loop goes on.
         self._rest = getattr(self.channel, "rest", None)
         self._reopens = reopens and self._rest is None
@@ -76,10 +83,11 @@ class Connection:
     def deadline(self, timeout: Optional[float]) -> Deadline:
         return Deadline(self.timeout if timeout is None else timeout)
 
-    def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = ()) -> Any:
+    def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = (),
+             waits: bool = True) -> Any:
         """Makes a unary call by name."""
         return self.repeat(lambda left: getattr(self.stub, method)(request, timeout=left, metadata=metadata),
-                           self.deadline(timeout))
+                           self.deadline(timeout), waits)
 
     def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
         """Makes a call with a stream of replies and returns all of them."""
@@ -88,9 +96,10 @@ class Connection:
         require(len(replies) > 0, f"{method} has no reply")
         return replies
 
-    def repeat(self, attempt: Callable[[Optional[float]], Any], deadline: Deadline) -> Any:
-        """Makes attempts of one call until one succeeds. `attempt` gets the seconds that are left."""
-        waits = Pauses()
+    def repeat(self, attempt: Callable[[Optional[float]], Any], deadline: Deadline, waits: bool = True) -> Any:
+        """Makes attempts of one call until one succeeds. `attempt` gets the seconds that are left. `waits`: whether a
+        server that went is waited for."""
+        pauses = Pauses()
         while True:
             try:
                 reply = attempt(deadline.left())
@@ -99,19 +108,26 @@ class Connection:
             else:
                 if reply is None:
                     raise CorruptReply("the server ended the call without a reply")
+                self._reached = True
                 return reply
-            self.pause(error, waits, deadline)
+            self.pause(error, pauses, deadline, waits=waits)
 
-    def pause(self, error: StiefelError, waits: Pauses, deadline: Deadline, late: bool = False) -> None:
+    def pause(self, error: StiefelError, pauses: Pauses, deadline: Deadline, late: bool = False, waits: bool = True) -> None:
         """Waits before the next attempt, or raises `error` if there is no further attempt. If that is because the
-        deadline comes first and `late` is set, raises DeadlineExceeded instead."""
-        wait = waits.after(error)
+        deadline comes first and `late` is set, raises DeadlineExceeded instead. `waits`: as of `repeat`."""
+        patience = (deadline.timeout or self.timeout or math.inf) if waits and self.waits and self._reached else 0.0
+        wait = pauses.after(error, patience)
         if wait is None:
             raise deadline.explain(error) from None
         if deadline.comes_within(wait):
             if late:
                 raise DeadlineExceeded(f"no time is left of {deadline.timeout:g} s: {error.message}") from error
             raise error from None
+        if pauses.away > TOLD_AFTER and pauses.missed > self._told:
+            self._told = pauses.missed + pauses.away
+            left = deadline.left()
+            left = patience - pauses.away if left is None else left
+            print(f"stiefel: {error.message}; waits for up to {left:.3g} s more", file=sys.stderr)
         self.rest(wait)
 
     def error(self, failure: Exception) -> StiefelError:
@@ -231,7 +247,8 @@ def _wait_until(condition: Callable[[], bool]) -> None:
         pause.wait(0.005)
 
 
-def _exit() -> None:
+def close_all() -> None:
+    """Closes every connection of this process."""
     for connection in list(_open):
         connection.close()
     _wait_until(lambda: not any(map(_is_watched, list(_watched))))
@@ -251,6 +268,6 @@ def _forked() -> None:
     _forking.release()
 
 
-atexit.register(_exit)
+atexit.register(close_all)
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(before=_before_fork, after_in_parent=_forking.release, after_in_child=_forked)

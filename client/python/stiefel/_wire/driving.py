@@ -79,7 +79,9 @@ class Drive:
         if begins:
             self._handle.check_build(self._replies)
         if reply.HasField("error"):
-            raise from_status(reply.error)
+            error = from_status(reply.error)
+            self._handle.keep_of(error)
+            raise error
         answer: pb.StepResponse = complete(reply, "step").step
         return answer
 

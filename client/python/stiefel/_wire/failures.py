@@ -31,9 +31,9 @@ def from_status(status: pb.Status) -> StiefelError:
     """Returns the exception for a status with its details. Ignores a detail that cannot be read."""
     violations: list[Violation] = []
     quota: list[Violation] = []
-    info, retry = pb.ErrorInfo(), pb.RetryInfo()
+    info, retry, saved = pb.ErrorInfo(), pb.RetryInfo(), pb.CheckpointPart()
     for detail in status.details:
-        kind = detail.type_url.rpartition("/google.rpc.")[2]
+        kind = detail.type_url.rpartition("/")[2].rpartition(".")[2]
         with suppress(DecodeError):
             if kind == "BadRequest":
                 request = pb.BadRequest.FromString(detail.value)
@@ -44,10 +44,13 @@ def from_status(status: pb.Status) -> StiefelError:
                 retry = pb.RetryInfo.FromString(detail.value)
             elif kind == "ErrorInfo":
                 info = pb.ErrorInfo.FromString(detail.value)
+            elif kind == "CheckpointPart":
+                saved = pb.CheckpointPart.FromString(detail.value)
     error_type = _BY_CODE.get(status.code, StiefelError)
     remedy = "; here: give `token`" if info.reason == "TOKEN_MISSING" else ""
     error = error_type(status.message + remedy, tuple(violations), info.reason, dict(info.metadata))
     error.quota = tuple(quota)
+    error._checkpoint = saved.step, saved.data
     if retry.HasField("retry_delay"):
         error.retry_delay = retry.retry_delay.seconds + 1e-9 * retry.retry_delay.nanos
     if error_type is StiefelError:
@@ -92,12 +95,12 @@ _REASONS = {  # the first key that occurs in gRPC's message counts
 # that reached a server while it shut down. Their codes are CANCELLED, INTERNAL, UNKNOWN and UNAVAILABLE; errors of the
 # server itself have details.
 _BROKEN = re.compile(r"Received RST_STREAM|Stream removed\b|Socket closed$|CANCELLED$|No status received|"
-                     r"recvmsg:|sendmsg:|Broken pipe$|Connection reset by peer$")
+                     r"recvmsg:|sendmsg:|Broken pipe$|Connection reset by peer$|GOAWAY received$")
 _BROKE = "the connection to the server broke"
 _ENHANCE_YOUR_CALM = "Received RST_STREAM with error code 11"  # HTTP/2's error for too much at once
 _PLAIN = {  # gRPC's messages for calls that reached a server, by how they begin
     _ENHANCE_YOUR_CALM: "the server or a proxy before it refuses the call as too much: the call's metadata, such as its "
-                        "token, is too large, or too many calls come at once",
+                        "token, is too large, or too many calls or bytes come at once",
     "received initial metadata size exceeds": "the call's metadata, such as its token, is larger than the server takes",
     "Received http2 header with status:": "a web server answers there, not a stiefel server",
     "Deadline Exceeded": "the call took longer than its timeout",
@@ -119,7 +122,20 @@ def in_plain_words(message: str, tls: Optional[bool] = None, asked: str = "") ->
     if reason == _CLOSES and tls is not None:
         reason += (", as a server does that asks clients for a certificate: give one in `tls`" if tls else
                    ", as a server with TLS does to a client without: give `tls`")
-    return f"cannot reach {address}: {reason}"
+    return f"cannot reach {address}: {reason}{_gone.get(asked, '')}"
+
+
+_gone: dict[str, str] = {}  #: why a server that this process started is gone, by its address
+
+
+def server_ended(address: str, why: str) -> None:
+    """Has errors say of the address why nothing answers there."""
+    _gone[address] = f"; {why}"
+
+
+def server_started(address: str) -> None:
+    """Ends what `server_ended` began."""
+    _gone.pop(address, None)
 
 
 def _accepts(address: str) -> bool:

@@ -7,7 +7,6 @@ from typing import Any, Optional
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel._given.numbers import refused
 from stiefel._results.base import Array, Outcome, Price
 from stiefel._wire import replies
 from stiefel._wire.recreating import Attempts, Recreation, refuses_checkpoint
@@ -16,16 +15,6 @@ from stiefel._wire.retries import Deadline
 from stiefel._wire.streams import CheckpointParts
 from stiefel.errors import CorruptReply, StiefelError
 from stiefel.results import LyapunovSpectrum, Verdict
-
-
-_ORTHONORMALIZATIONS = {"discrete_qr": pb.ORTHONORMALIZATION_DISCRETE_QR, "continuous": pb.ORTHONORMALIZATION_CONTINUOUS}
-
-
-def orthonormalization(method: str) -> Any:
-    """Returns the value of a method's name."""
-    if method not in _ORTHONORMALIZATIONS:
-        raise refused("method", f"{method!r}: must be {' or '.join(map(repr, _ORTHONORMALIZATIONS))}")
-    return _ORTHONORMALIZATIONS[method]
 
 
 def grown(handle: Recreation, request: pb.LyapunovSpectrumRequest, timeout: Optional[float]) -> LyapunovSpectrum:

@@ -107,6 +107,12 @@ class Held:
         assert scene is not None
         return scene
 
+    def _blocks(self) -> int:
+        """Returns the number of fields that a reply has where none are named: those of `body`, or the blocks."""
+        scene = self._known_scene()
+        left_out = [path.partition(".")[2] for path in self.message.left_out if path.startswith("initial.")]
+        return 2 if scene.HasField("body") else len({*scene.initial, *scene.initial_tensors, *left_out})
+
     def _is_step(self, time: Any) -> bool:
         steps = time_of(time, self._known_scene().step, self.epoch)[1]
         return steps >= 0 and steps == round(steps)
@@ -116,9 +122,9 @@ class Held:
         return step_of(name, given, time, self._known_scene().step, self.epoch)
 
     def _range(self, to: Any, start: Any, every: Any, time: Any) -> tuple[int, int, int]:
-        """Returns the steps of a run as whole numbers. `every` 0 means 1."""
+        """Returns the steps of a run as whole numbers."""
         to, start = self._step_of("to", to, time), step_index("start", start)
-        return to, start, step_index("every", every) or 1
+        return to, start, step_index("every", every, 1)
 
     def _ask(self, rpc: str, request: Any, timeout: Optional[float]) -> Any:
         """Returns the reply of a unary call up to the step `request.to`."""
@@ -131,14 +137,14 @@ class Held:
         return message
 
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
-        return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout)
+        return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout, self._blocks())
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
         request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
                                    checkpoint_every=self._recreation.checkpoint_every())
         setattr(request, "from", start)
-        return Samples(self._recreation, request, self._known_scene().step, timeout)
+        return Samples(self._recreation, request, self._known_scene().step, timeout, self._blocks())
 
     def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
                checkpoint: bool) -> State:
@@ -153,7 +159,7 @@ class Held:
         if not checkpoint:
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
-        Layout(fields, axes=(2, 3)).check(arrays)
+        Layout(fields, axes=(2, 3), blocks=self._blocks()).check(arrays)
         return answers.state(reply, named(arrays))._of(self.message.system)
 
     def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,

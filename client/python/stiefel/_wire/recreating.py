@@ -10,6 +10,7 @@ import grpc
 
 from stiefel import v1 as pb
 from stiefel._wire.connection import WORK_PER_SECOND, Connection, Metadata
+from stiefel._wire.failures import from_rpc_error
 from stiefel._wire.retries import Deadline, Pauses
 from stiefel.errors import BuildChanged, CorruptReply, DeadlineExceeded, NotFound, StiefelError, Unavailable
 
@@ -77,7 +78,7 @@ class Recreation:
         while True:
             try:
                 return self._send(method, request, deadline)
-            except (NotFound, Unavailable) as error:
+            except NotFound as error:
                 self.recover(error, waits, deadline)
 
     def recover(self, error: StiefelError, waits: Iterator[float], deadline: Deadline) -> None:
@@ -125,9 +126,17 @@ class Recreation:
                 raise BuildChanged(self._id, self._numerics, value)
 
     def check_failure(self, call: Any) -> None:
-        """Does `check_build` for a failed call, but only if this handle could create the session at that server."""
+        """Does `check_build` for a failed call, but only if this handle could create the session at that server, and
+        `keep_of`."""
         if self._scene is not None:
             self.check_build(call)
+            self.keep_of(from_rpc_error(call))
+
+    def keep_of(self, error: StiefelError) -> None:
+        """Keeps the checkpoint that a server that ends sends with its error."""
+        step, checkpoint = error._checkpoint
+        if checkpoint:
+            self.keep(step, checkpoint)
 
     def keep(self, step: int, checkpoint: bytes) -> None:
         """Keeps the checkpoint of the state at `step`, with which the session is created again if necessary."""
@@ -226,7 +235,7 @@ class Attempts:
         """Waits for the next attempt, and creates the session again if need be. Raises an exception if there is none."""
         try:
             self._handle.connection.pause(error, self._waits, self.deadline, self._late)
-        except (NotFound, Unavailable) as lost:
+        except NotFound as lost:
             self.recover(lost)
 
     def recover(self, lost: StiefelError) -> None:

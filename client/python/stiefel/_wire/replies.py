@@ -77,10 +77,11 @@ def ends_at(status: pb.RunStatus, step: int, to: int) -> None:
 class Layout:
     """The names, types and shapes of the fields that arrive batch by batch: every batch has those of the first."""
 
-    def __init__(self, wanted: Iterable[str], axes: Sequence[int]):
-        """`wanted`: the names that were asked for; if empty, those of the system's blocks. `axes`: how many axes the
-        array of a batch may have; the first one counts its elements."""
-        self._wanted = set(wanted)
+    def __init__(self, wanted: Iterable[str], axes: Sequence[int], blocks: int = 0):
+        """`wanted`: the names that were asked for; if empty, those of the variables in which the scene is given, of which
+        there are `blocks`, or any number where that is 0. `axes`: how many axes the array of a batch may have; the first
+        one counts its elements."""
+        self._wanted, self._blocks = set(wanted), blocks
         self._axes = axes
         self._first: Optional[dict[str, Any]] = None
 
@@ -88,7 +89,8 @@ class Layout:
         """`count`: the elements of the batch; None where the arrays are a single element."""
         found = {name: (array.dtype, array.shape[count is not None:]) for name, array in fields.items()}
         if self._first is None:
-            require(set(found) == (self._wanted or set(found)) and bool(found), f"it has the fields {', '.join(found)}")
+            most = len(self._wanted) or self._blocks or len(found)
+            require(self._wanted <= set(found) and len(found) == most > 0, f"it has the fields {', '.join(found)}")
             for name, array in fields.items():
                 require(array.ndim in self._axes and array.dtype.kind in "fc",
                         f"{name} is an array of {array.dtype} with the shape {array.shape}")

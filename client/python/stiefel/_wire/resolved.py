@@ -7,7 +7,7 @@ from typing import Iterable, Mapping
 from stiefel import v1 as pb
 from stiefel._given.shapes import LISTS, owner_of
 from stiefel._results.base import Array
-from stiefel._wire.arrays import Assembly, decode, matrix
+from stiefel._wire.arrays import Assembly, decode, matrix, put_block
 from stiefel._wire.recreating import Attempts, Recreation
 from stiefel.errors import CorruptReply, StiefelError
 
@@ -56,9 +56,7 @@ def put(arrays: Mapping[str, Array], scene: pb.Scene) -> None:
     """Sets arrays of a scene. Their names are paths in the scene: "initial.Q", "inertia", "body.attitude"."""
     for path, array in arrays.items():
         if path.startswith(_INITIAL):
-            block = path[len(_INITIAL):]
-            scene.initial_tensors.pop(block, None)
-            scene.initial[block].CopyFrom(matrix(array))
+            put_block(scene, path[len(_INITIAL):], array)
             continue
         if path not in LISTS:
             raise CorruptReply(f"a scene has no array {path}")

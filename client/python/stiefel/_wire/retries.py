@@ -2,6 +2,7 @@
 reached or refuses it because it is full. The attempts for these two reasons are counted separately."""
 from __future__ import annotations
 
+import math
 import random
 import time
 from typing import Any, Optional
@@ -9,26 +10,37 @@ from typing import Any, Optional
 from stiefel._given.numbers import timeout as checked
 from stiefel.errors import DeadlineExceeded, ResourceExhausted, StiefelError, Unavailable
 
-ATTEMPTS = 6  # at a server that cannot be reached, or has too much at once
+ATTEMPTS = 6  # at a server that was never reached, or has too much at once
 REFUSALS = 64  # by a server that says when to come back
 LONGEST = 300.0  # seconds; a refusal for longer is raised at once
 
 
 class Pauses:
     """The pauses before the next attempts of one call, in seconds. For a server that cannot be reached, or where gRPC
-    or a proxy ends calls because of too much at once: 0.05, 0.1, 0.2 ..., 1.55 s in all. For a refusal with a delay:
-    that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s, so that callers refused together do not come back
-    together. A refusal for more than 300 s ends the call."""
+    or a proxy ends calls because of too much at once: 0.05, 0.1, 0.2, 0.4, 0.8 s, and 0.8 s again for as long as the
+    caller is patient with a server that went. For a refusal with a delay: that delay and a random time of up to 0.01,
+    0.02, 0.04 ... 1 s, so that callers refused together do not come back together. A refusal for more than 300 s ends
+    the call."""
 
     def __init__(self) -> None:
         self._unavailable = 0
         self._refusals = 0
+        self.missed = math.inf  #: when the server was first away
 
-    def after(self, error: StiefelError) -> Optional[float]:
-        """Returns the pause before the next attempt in seconds; None if there is no further attempt."""
-        if (isinstance(error, Unavailable) or error._may_pass) and self._unavailable < ATTEMPTS - 1:
+    @property
+    def away(self) -> float:
+        """The seconds since the server was first away."""
+        return time.monotonic() - self.missed
+
+    def after(self, error: StiefelError, patience: float = 0.0) -> Optional[float]:
+        """Returns the pause before the next attempt in seconds; None if there is no further attempt. `patience`: the
+        seconds for which a server that is away is waited for, beyond the first attempts."""
+        is_away = isinstance(error, Unavailable)
+        if is_away:
+            self.missed = min(self.missed, time.monotonic())
+        if (is_away or error._may_pass) and self._unavailable < ATTEMPTS - 1 or is_away and self.away < patience:
             self._unavailable += 1
-            return float(0.05 * 2 ** (self._unavailable - 1))
+            return float(0.05 * 2 ** min(self._unavailable - 1, ATTEMPTS - 2))
         delay = error.retry_delay if isinstance(error, ResourceExhausted) else None
         if delay is not None and delay <= LONGEST and self._refusals < REFUSALS:
             self._refusals += 1

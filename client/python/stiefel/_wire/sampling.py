@@ -22,9 +22,9 @@ from stiefel.results import Batch, Trajectory
 class Samples:
     """Iterates over batches of whole samples. The attributes describe what has arrived so far."""
 
-    def __init__(self, handle: Recreation, request: pb.StreamRequest, step: float, timeout: Optional[float]):
+    def __init__(self, handle: Recreation, request: pb.StreamRequest, step: float, timeout: Optional[float], blocks: int = 0):
         """`step`: the scene's time between two states. `timeout`: the time for all streams together. If it is None, the
-        client's timeout applies, and begins anew when a stream that brought samples is resumed."""
+        client's timeout applies, and begins anew when a stream that brought samples is resumed. `blocks`: as of Layout."""
         self._handle = handle
         self._request = request
         self._every = request.every
@@ -35,7 +35,7 @@ class Samples:
         self.price: Optional[Price] = None  #: the price of the first stream
         self.checkpoint = b""  #: the last complete checkpoint, if the request asks for any
         self._parts = CheckpointParts()
-        self._layout = Layout(request.fields, axes=(3, 4))  # samples, in an ensemble members, rows, cols
+        self._layout = Layout(request.fields, axes=(3, 4), blocks=blocks)  # samples, in an ensemble members, rows, cols
 
     def __iter__(self) -> Iterator[Batch]:
         with self._handle.explains(self._request.to):

@@ -30,13 +30,15 @@ class Summarizing:
     the error. Events and states are never yielded twice.
     """
 
-    def __init__(self, handle: Recreation, request: pb.SummarizeRequest, ensemble: bool, timeout: Optional[float]):
+    def __init__(self, handle: Recreation, request: pb.SummarizeRequest, ensemble: bool, timeout: Optional[float],
+                 blocks: int = 0):
+        """`blocks`: as of Layout."""
         self._handle = handle
         self._request = request
         self._ensemble = ensemble
         self._timeout = timeout
         self._given = request.checkpoint  # the caller's checkpoint
-        self._layouts = {Events: Layout(request.fields, axes=(3,)), Batch: Layout(request.fields, axes=(3, 4))}
+        self._layouts = {kind: Layout(request.fields, axes, blocks) for kind, axes in ((Events, (3,)), (Batch, (3, 4)))}
         self.run_status: Optional[RunStatus] = None  #: set at the end
         self.arrays: dict[str, Array] = {}  #: statistics by name, set at the end
         self.computed_steps = 0

@@ -64,7 +64,7 @@ function paintFrame(frame) {
   Object.assign(g, { strokeStyle: "#c3ccd5", lineWidth: 1 });
   g.stroke();
   chosen.forEach((name, i) => {
-    const end = [0, 0, 0]; end[i] = 1.16;  // past the names of the frame's vectors
+    const end = [0, 0, 0]; end[i] = 1.22;  // past the names of the frame's vectors
     arrow(frame, [0, 0, 0], end, "#a3adb8", 1, `x[${name}]`);
   });
   const all = [...Array(vectors).keys()];

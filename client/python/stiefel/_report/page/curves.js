@@ -71,7 +71,7 @@ function curves(id, series, { x, y, logX = false, log = false, domain, range, cu
     const left = px(X) + (toLeft ? -9 - wide : 9), height = py(Y);
     if (taken.some(([a, b, c]) => left < b && left + wide > a && Math.abs(height - c) < 14)) continue;
     taken.push([left, left + wide, height]);
-    label(g, text, px(X) + (toLeft ? -9 : 9), py(Y) - 9, "#16202c", toLeft ? "right" : "left");
+    label(g, text, px(X) + (toLeft ? -9 : 9), Math.max(py(Y) - 9, box.top + 6), "#16202c", toLeft ? "right" : "left");
   }
   return { time: pixel => x0 + (pixel - box.left) / (box.right - box.left) * (x1 - x0) };
 }
@@ -92,6 +92,7 @@ function rateCurves() {
   }
   return found.sort((a, b) => b.varies - a.varies).slice(0, 6);
 }
+const rateName = Object.keys(fields).find(key => fields[key] === (rate || Q));
 const rated = rateCurves(), rateRange = (([low, high]) => {
   const pad = .06 * (high - low) || Math.abs(high) * .1 || 1;
   return [low - pad, high + pad];
@@ -102,7 +103,7 @@ function drawRates() {
   for (let k = from; k <= to; k += step) index.push(k);
   const x = index.map(k => at[k] / clock[0]);
   ratesAxis = curves("rates", rated.map((s, k) => ({ name: s.name, k, x, y: index.map(n => s.y[n]) })),
-    { x: `time${clock[1]}`, y: rigid ? (seconds ? "rad/s" : "rate") : "", domain: [at[from] / clock[0], at[to] / clock[0]], range: rateRange, cursor: time() / clock[0] });
+    { x: `time${clock[1]}`, y: `${rigid ? "\u03c9" : rateName}${rigid && seconds ? " (rad/s)" : " (1)"}`, domain: [at[from] / clock[0], at[to] / clock[0]], range: rateRange, cursor: time() / clock[0] });
 }
 
 // Drift and error have one scale, so that the two panels can be compared.
@@ -118,8 +119,8 @@ const accuracy = (() => {
 })();
 function drawAccuracy() {
   const frame = y => ({ x: `time${clock[1]}`, y, log: true, domain: [0, (whole || 1) / clock[0]], range: accuracy, cursor: time() / clock[0] });
-  curves("drift", families, frame("relative drift"));
-  if (errors.length) curves("error", errors, frame("estimated error"));
+  curves("drift", families, frame("relative drift (1)"));
+  if (errors.length) curves("error", errors, frame("estimated error (1)"));
 }
 function drawFront() {
   const { points, reference_error: known } = D.tradeoff, ok = points.filter(p => p.error !== null);
@@ -129,7 +130,7 @@ function drawFront() {
     { name: "all methods", colour: "#9aa6b2", x: works, y: errors, marks: 2.2, bare: true },
     { name: "Pareto front", colour: "#16202c", x: front.map(p => p.work), y: front.map(value), marks: 4.5, hollow: true, width: 2, dash: [] },
     { name: `error of the reference`, colour: "#5a6673", dash: [2, 3], x: [Math.min(...works) / pad, Math.max(...works) * pad], y: [known, known], width: 1 },
-  ], { x: "work (instructions)", y: "error at the horizon", logX: true, log: true,
+  ], { x: "work (instructions)", y: "error at the end of the run (1)", logX: true, log: true,
        domain: [Math.min(...works) / pad, Math.max(...works) * pad * 2], range: [Math.min(known, ...errors) / 3, Math.max(...errors) * 3],
        labels: front.filter((p, k) => k === 0 || p.method !== front[k - 1].method).map(p => ({ text: p.method, x: p.work, y: value(p) })) });
 }

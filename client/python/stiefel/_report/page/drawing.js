@@ -7,9 +7,14 @@ function prepare(canvas) {
   g.setTransform(scale, 0, 0, scale, 0, 0);
   g.font = '12.5px system-ui, "DejaVu Sans", Arial, sans-serif';
   g.lineJoin = g.lineCap = "round";
+  Object.assign(canvas, { shownWidth: width, shownHeight: height });
   return { g, width, height };
 }
+/** Writes a text, as near to (x, y) as it is inside the canvas. */
 function label(g, text, x, y, colour, align = "center") {
+  const wide = g.measureText(text).width + 3, left = { left: 2, center: wide / 2, right: wide }[align];
+  x = Math.max(left, Math.min(x, g.canvas.shownWidth - wide + left));
+  y = Math.max(8, Math.min(y, g.canvas.shownHeight - 8));
   Object.assign(g, { textAlign: align, textBaseline: "middle", lineWidth: 3.5, strokeStyle: "rgba(255,255,255,.9)", fillStyle: colour });
   g.setLineDash([]);
   g.strokeText(text, x, y);

@@ -15,6 +15,13 @@ function errorText() {
   const known = ["attitude", "momentum"].map(name => `${name} ${typeof e[name] === "number" ? short(e[name], 2) : `below ${short(2 * e.reference_error, 2)}`}`);
   return `At the last step: ${known.join(", ")}, beside ${e.reference}.`;
 }
+/** Returns a unit of the scenes that have units, those with `body`. */
+const unitOf = name => D.scene.body ? ` ${name}` : "";
+/** Returns what the principal axes are in the body axes in which the rates are drawn. */
+function axesText() {
+  const vector = axis => `(${axis.map(x => short(Math.abs(x) < 1e-9 ? 0 : x, 3)).join(", ")})`;
+  return inertia.names[0] === "a" ? ` In the body axes x, y, z of \u03c9: ${inertia.names.map((name, i) => `${name} = ${vector(inertia.axes[i])}`).join(", ")}.` : "";
+}
 function describe() {
   const s = D.scene, method = s.method ? s.method.name + (s.method.order ? ` of order ${s.method.order}` : "") : "a discrete system";
   document.title = `${D.name} \u2013 stiefel`;
@@ -28,7 +35,7 @@ function describe() {
       : Math.abs(shift) < 1e-9 ? "The motion is on the separatrix or a spin about the middle axis."
       : shift < 0 ? `Short-axis mode: the momentum circles axis ${inertia.names[2]}, that of the largest moment.`
       : `Long-axis mode: the momentum circles axis ${inertia.names[0]}, that of the smallest moment.`;
-    $("character").textContent = `${kind} |L| = ${short(L, 5)}, energy ${short(E, 5)}` +
+    $("character").textContent = `${kind} |L| = ${short(L, 5)}${unitOf("kg m\u00b2/s")}, energy ${short(E, 5)}${unitOf("J")}` +
       (D.turn ? `, about ${short(Math.abs(whole) / D.turn, 3)} turns.` : ".");
   }
   $("shown").textContent = Math.abs(span) < Math.abs(whole) * (1 - 1e-9)
@@ -51,22 +58,22 @@ function describe() {
     link.click();
   });
   const row = (cells, kind) => { const tr = $("invariants").insertRow(); for (const c of cells) { const cell = document.createElement(kind); cell.textContent = c; tr.append(cell); } };
-  row(["family", "invariants", "largest drift over the run", "the method keeps it"], "th");
+  row(["family", "invariants", "largest relative drift over the run (1)", "the method keeps it"], "th");
   for (const f of D.drift.families) row([f.name, f.count || "", short(Math.max(...f.drift), 2), f.conservation], "td");
   const caption = (id, text) => { document.querySelector(`#${id} figcaption`).textContent = text; document.querySelector(`#${id} canvas`).setAttribute("aria-label", text); };
   document.querySelector("#body h2").textContent = bodies ? "The body in space" : "The frame, projected on three coordinates";
-  caption("body", bodies ? `A box with the body's moments of inertia, its principal axes ${inertia.names.join(", ")} (moments ${inertia.moments.map(I => short(I)).join(", ")}), ` +
-    "the constant angular momentum L and the spin axis \u03c9 (dashed) with its path. Drag or use the arrow keys to turn the view."
+  caption("body", bodies ? `A box with the body's moments of inertia, its principal axes ${inertia.names.join(", ")} (moments ${inertia.moments.map(I => short(I)).join(", ")}${unitOf("kg m\u00b2")}), ` +
+    "the constant angular momentum L and the spin axis \u03c9 (dashed) with its path. Drag or use the arrow keys to turn the view." + axesText()
     : (vectors === 1 ? "The vector q, with the path of its end over about a turn." : `${byRows ? "Rows" : "Columns"} 0 to ${vectors - 1} of Q, with the paths of their ends over about a turn.`)
       + (coordinates > 3 ? " An end inside the circle has components along other coordinates too." : ""));
   caption("polhode", rigid ? `The momentum in the body, divided by its norm, on axes ${inertia.names.join(", ")} (smallest to largest moment). ` +
     (threeMoments ? "Dashed: the separatrix; grey: other energies. " : "") + "The dot is the present." : "");
   document.querySelector("#rates h2").textContent = rigid ? "Angular velocity in body axes" : `${rate ? "Rates" : "Frame"}: the entries that vary most`;
-  caption("rates", "Click, drag or use the arrow keys to move the time.");
+  caption("rates", "Click, drag or use the arrow keys to move the time." + (rigid ? axesText() : ""));
   caption("drift", "The largest relative drift in each family of invariants, not below the rounding unit 1.1e-16. A small drift does not mean a small error.");
   caption("error", (errors.length ? "On the scale of the drifts. An error too small to tell is drawn as its bound. " : "") + errorText());
   document.querySelector("#error canvas").hidden = !errors.length;
-  if (D.tradeoff) caption("front", `Horizon ${short(D.tradeoff.horizon)}${seconds}. No point beats those of the Pareto front in both work and error.`);
+  if (D.tradeoff) caption("front", `Errors at time ${short(D.tradeoff.horizon)}${seconds}, ${Math.abs(D.tradeoff.horizon - Math.abs(whole)) <= Math.abs(D.scene.step) ? "the end of this run" : "not the end of this run"}. No point beats those of the Pareto front in both work and error.`);
   $("front").hidden = !D.tradeoff;
   $("polhode").hidden = !rigid;
   $("body").hidden = !Q || complex;
