@@ -10,7 +10,6 @@
 #include "server/sessions/cursor.h"
 #include "stiefel/crew.h"
 #include "tests/server/scene_cases.h"
-#include "tests/support/scenes/ensemble_of.h"
 
 namespace stiefel::server {
 namespace {
@@ -141,10 +140,10 @@ struct CountingCrew : Crew {
 };
 
 std::shared_ptr<Session> session_of_many(int members) {
-  std::vector<SceneDescription> scenes(static_cast<std::size_t>(members), test::description());
-  for (std::size_t b = 0; b < scenes.size(); ++b)
-    scenes[b].inertia[0] += static_cast<double>(b) / members;
-  return std::make_shared<Session>("s", Scene::resolve(testing::ensemble_of(scenes)).value(),
+  SceneDescription scene = test::description();
+  scene.members = members;
+  for (auto& [name, block] : scene.initial) block = RowMatrix(block.values.replicate(members, 1));
+  return std::make_shared<Session>("s", Scene::resolve(scene).value(),
                                    std::make_shared<const Clock>(&std::chrono::steady_clock::now));
 }
 
