@@ -142,6 +142,7 @@ struct CountingCrew : Crew {
 std::shared_ptr<Session> session_of_many(int members) {
   SceneDescription scene = test::description();
   scene.members = members;
+  for (auto& [name, block] : scene.initial) block = RowMatrix(block.values.replicate(members, 1));
   return std::make_shared<Session>("s", Scene::resolve(scene).value(),
                                    std::make_shared<const Clock>(&std::chrono::steady_clock::now));
 }
