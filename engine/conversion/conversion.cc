@@ -180,6 +180,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
 
 std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now,
                                           const Place& place) {
+  if (now.step() == 0) return scene;
   SceneDescription out = scene.description();
   const auto numbers = [&](const char* field) {
     const RowMatrix v = now.get(field);

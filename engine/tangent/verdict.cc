@@ -1,7 +1,9 @@
 #include "engine/tangent/verdict.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "engine/methods/exact.h"
 #include "engine/numbers/to_text.h"
@@ -114,10 +116,14 @@ std::optional<Scene> scene_beside(const Scene& scene, const Simulation& now,
     for (std::size_t i = 0; i < 3; ++i) omega[i] += size * aside(static_cast<Eigen::Index>(i));
   } else {
     Eigen::Index row = 0;
-    for (std::size_t i = 0; i < now.block_count() && row < direction.rows(); ++i) {
-      const auto found = moved.initial.find(now.fields()[i].name);
-      if (found == moved.initial.end()) return std::nullopt;
-      RowMatrix& block = found->second.values;
+    const auto fields = std::span(now.fields()).first(now.block_count());
+    std::erase_if(moved.initial, [&](const auto& given) {  // M of a scene whose states have P
+      return std::ranges::find(fields, given.first, &Field::name) == fields.end();
+    });
+    for (const Field& field : fields) {
+      if (row >= direction.rows()) break;
+      RowMatrix& block = moved.initial[field.name].values;
+      if (block.size() == 0) block = now.get(field.name);
       if (block.cols() != direction.cols() || row + block.rows() > direction.rows())
         return std::nullopt;
       block += beside_distance * direction.middleRows(row, block.rows());

@@ -88,7 +88,7 @@ OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
     SceneDescription description = scene->description();
     const auto place = change(request, description);
     if (!place) return std::unexpected(place.error());
-    scene = Scene::resolve(std::move(description), Scene::frame_tolerance, *place);
+    scene = Scene::resolve(std::move(description), Scene::drift_tolerance, *place);
     if (!scene) return std::unexpected(errors::invalid(scene.error()));
   }
   Difference changes = difference(from.scene().description(), scene->description());

@@ -22,6 +22,80 @@ def test_a_body_stays_a_body(client):
                                    old.step(70, ["quaternion"])["quaternion"], atol=1e-15)
 
 
+HALVES, RATES = [0.5, -0.5, 0.5, 0.5], [0.3, -0.2, 0.7]
+TENSOR = [2.5, 1.9, 3.1, 0.2, -0.1, 0.3]
+TURNED = {"Q": [[0.36, 0.48, -0.8], [-0.8, 0.6, 0], [0.48, 0.64, 0.6]], "M": [[0, -0.3, 0.7], [0.3, 0, -0.1], [-0.7, 0.1, 0]]}
+FREE = scenes.free(4)
+
+#: Every way in which a scene gives a motion.
+GIVEN = {
+    "moments": {"body": {"moments": [1.7, 2.9, 3.1], "angular_velocity": RATES}},
+    "attitude": {"body": {"moments": [1.7, 2.9, 3.1], "angular_velocity": RATES, "attitude": [0.6, 0, 0.8, 0]}},
+    "tensor": {"body": {"inertia_tensor": TENSOR, "angular_velocity": RATES}},
+    "tensor and attitude": {"body": {"inertia_tensor": TENSOR, "angular_velocity": RATES, "attitude": HALVES}},
+    "spin": {"body": {"moments": [1.7, 2.9, 3.1], "angular_velocity": [0, 0, 0.3]}},
+    "members": {"members": 2, "body": {"moments": [1.7, 2.9, 3.1], "angular_velocity": [*RATES, 0.1, 0.2, -0.3],
+                                       "attitude": [*HALVES, 0.6, 0, 0.8, 0]}},
+    "blocks": {"inertia": [2.5, 1.5, 0.5], "initial": TURNED},
+    "momentum": {"inertia": [2.5, 1.5, 0.5], "initial": {"M": TURNED["M"]}},
+    "four axes": {"inertia": FREE["inertia"], "initial": FREE["initial"]},
+    "symmetric": {"system": "symmetric_rigid_body", "inertia": [2.5, 1.5, 0.5], "initial": TURNED},
+}
+
+
+def of(name, **changes):
+    return {"system": "rigid_body", "step": 0.1, **GIVEN[name], **changes}
+
+
+def bits(session, steps):
+    """Returns the fields of states as bytes, and the scene's numbers."""
+    fields = ["quaternion", "angular_velocity", "Q", "M"] if "body" in session.scene else []
+    return [{name: value.tobytes() for name, value in session.step(k, fields).fields.items()} for k in steps]
+
+
+@pytest.mark.parametrize("name", GIVEN)
+def test_a_fork_of_step_0_is_the_scene_with_the_changes(client, name):
+    with client.create(of(name)) as old:
+        old.step(7)
+        for changes in ({}, {"step": -0.1}, {"step": 0.05}, {"method": {"name": "munthe_kaas4", "substeps": 3}}):
+            method = changes.get("method", old.scene["method"])
+            with old.fork(at=0, **changes) as fork, client.create(of(name, **{**changes, "method": method})) as new:
+                assert fork.resolved() == new.resolved()
+                assert bits(fork, (0, 1, 40, 10_000)) == bits(new, (0, 1, 40, 10_000))
+
+
+@pytest.mark.parametrize("name", GIVEN)
+def test_negative_times_have_the_bits_of_a_negative_step(client, name):
+    steps = (1, 40, 10_000)
+    with client.create(of(name)) as old, client.create(of(name, step=-0.1, method=old.scene["method"])) as back:
+        found = old.trajectory(times=[-0.1 * k for k in steps])
+        for i, k in enumerate(steps):
+            state = back.step(k)
+            for field in state.fields:
+                assert found[field][i].tobytes() == state[field].tobytes()
+
+
+@pytest.mark.parametrize("name", GIVEN)
+def test_a_fork_holds_the_numbers_of_the_state(client, name):
+    with client.create(of(name)) as old, old.fork(at=50, step=-0.1) as new:
+        resolved, state = new.resolved(), old.step(50, ["quaternion", "angular_velocity"] if "body" in old.scene else [])
+        if "body" in old.scene:
+            given = {"quaternion": resolved.body.attitude, "angular_velocity": resolved.body.angular_velocity}
+        else:
+            given = {block: matrix.values for block, matrix in resolved.initial.items()}
+        assert given and {block: list(values) for block, values in given.items()} \
+            == {block: state[block].ravel().tolist() for block in given}
+
+
+def test_a_fork_of_a_drifted_state_may_have_another_step(client):
+    scene = of("four axes", step=0.2, method={"name": "rk4"})
+    with client.create(scene) as old, old.fork(at=100, step=-0.1) as new, new.fork(at=0, step=0.05) as again:
+        Q = old.step(100)["Q"]
+        assert 1e-6 < abs(Q @ Q.T - np.eye(4)).max() < 1e-2
+        assert again.step(0)["Q"].tobytes() == new.step(0)["Q"].tobytes()
+        np.testing.assert_allclose(again.step(0)["Q"], Q, atol=1e-2)
+
+
 def test_method_and_step_change(client):
     with client.create(scenes.free(4)) as old:
         with old.fork(at=10, method={"name": "rk4"}, step=0.001) as new:

@@ -76,7 +76,9 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target);
 
 /// Returns the scene that starts from the current state of `now`, a simulation of `scene`, without
-/// the history of its solver. Repairs a drift off the manifold of up to Scene::drift_tolerance.
+/// the history of its solver: with the numbers that `now` reports, of a body its quaternion and
+/// angular velocity. At step 0 it is `scene` itself, whose numbers no state has rounded. Repairs a
+/// drift off the manifold of up to Scene::drift_tolerance.
 std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now,
                                           const Place& place = {});
 

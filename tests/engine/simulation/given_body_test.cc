@@ -8,6 +8,7 @@
 
 #include "engine/rigid_body/exact/euler_top.h"
 #include "engine/scene/given_body.h"
+#include "stiefel/conversion.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
 
@@ -117,6 +118,21 @@ TEST(GivenBody, ExactFollowsItsTensor) {
     expect_follows(of_tensor({1, 1.7, 2.3}, {0.7, 1.1, -0.3}, seed), "tensor");
   expect_follows(of_tensor({1, 1, 1.6}, {0.7, 1.1, -0.3}, 7), "nearly symmetric tensor");
   expect_follows(of_tensor({1, 1 + 1e-9, 1.6}, {0.7, 1.1, -0.3}, 8), "nearly symmetric tensor");
+}
+
+/// The motion before time 0 is that of the scene's numbers too, to 10⁵ years.
+TEST(GivenBody, IsItsOwnSceneAtStep0) {
+  for (const BodyDescription& body : {of_moments({1.7, 2.9, 3.1}, {0.3, -0.2, 0.7}),
+                                      of_tensor({1, 1.7, 2.3}, {0.3, -0.2, 0.7}, 3)}) {
+    const Scene given = scene(body, 3.15e9);
+    SceneDescription back = scene_at(given, *make_simulation(given)).value().description();
+    back.step = -*back.step;
+    const auto simulation = make_simulation(Scene::resolve(back).value());
+    ASSERT_TRUE(simulation->advance(1000).reached());
+    const auto [Q, w] = Oracle(body).at(Quad(-3.15e12));
+    const double off = static_cast<double>((simulation->get("Q").cast<Quad>() - Q).norm());
+    EXPECT_LT(off, bound(0.8, 3.15e12));
+  }
 }
 
 /// `momentum_tail` holds the rounding error of M.
