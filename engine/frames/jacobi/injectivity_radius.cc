@@ -151,11 +151,10 @@ std::expected<InjectivityRadius, ConnectRefusal> injectivity_radius(const Radius
     search.out.status.outcome = stopped ? Outcome::cancelled : Outcome::solver_stalled;
   }
   InjectivityRadius out = std::move(search.out);
-  out.upper *= unit;
-  out.least_conjugate *= unit;
-  out.least_loop *= unit;
-  out.Qdot /= unit;
   out.lower = injectivity_bound(problem.inertia, n);
+  for (double* found : {&out.upper, &out.least_conjugate, &out.least_loop})
+    if (*found > 0) *found = std::max(out.lower, *found * unit);
+  out.Qdot /= unit;
   return out;
 }
 

@@ -32,6 +32,19 @@ TEST(InjectivityRadius, IsPiInTheEuclideanMetric) {
   EXPECT_NEAR(body->lower, std::numbers::sqrt2 * pi, 1e-14);
 }
 
+/// Where the bound is attained, the radius that is found lies on either side of it by its error.
+TEST(InjectivityRadius, IsNotBelowItsProvenBound) {
+  for (const double scale : {0.1, 1.0, 3.7, 1e4})
+    for (const Index n : {1, 2, 3}) {
+      const auto found = injectivity_radius({scale * VectorXd::Ones(3), n, 1, 2});
+      ASSERT_TRUE(found && found->status.reached());
+      EXPECT_GE(found->upper, found->lower) << n << " " << scale;
+      EXPECT_GE(found->least_conjugate, found->lower) << n << " " << scale;
+      EXPECT_GE(found->least_loop, found->lower) << n << " " << scale;
+      EXPECT_NEAR(found->upper, found->lower, 1e-9 * found->lower) << n << " " << scale;
+    }
+}
+
 TEST(InjectivityRadius, HasAWitness) {
   for (const auto& [n, N] : {std::pair<Index, Index>(1, 3), {2, 4}, {3, 3}}) {
     for (const double ratio : {2.0, 10.0}) {
