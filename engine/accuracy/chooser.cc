@@ -305,24 +305,22 @@ std::string Chooser::why_not() const {
   if (!reaches_horizon()) {
     const double part = static_cast<double>(samples().last()) / static_cast<double>(steps_);
     return "cannot be verified" + to + ": the reference, " + samples().reference +
-           ", takes about " + short_text(samples().work / part) + " instructions, and may take " +
-           short_text(reference_share * budget_) + or_accept;
+           ", takes about " + to_text(samples().work / part, 3) + " instructions, and may take " +
+           to_text(reference_share * budget_, 3) + or_accept;
   }
   if (!every_step() && !accepts_estimate()) {
-    constexpr double MiB = 1 << 20;
-    const double bytes = static_cast<double>(steps_) * static_cast<double>(motions_.count()) *
-                         sample_bytes(motions_.front());
+    const auto in_MiB = [](double bytes) { return to_text(std::ceil(bytes / (1 << 20))) + " MiB"; };
     return "cannot be verified" + to + ": the reference, " + samples().reference + ", at each of " +
-           std::to_string(steps_) + " steps takes about " + short_text(samples().all_work) +
-           " instructions and " + short_text(bytes / MiB) + " MiB, and may take " +
-           short_text(reference_share * budget_) + " and " + short_text(most_sample_bytes / MiB) +
+           std::to_string(steps_) + " steps takes about " + to_text(samples().all_work, 3) +
+           " instructions and " + in_MiB(bytes_of_samples()) + ", and may take " +
+           to_text(reference_share * budget_, 3) + " and " + in_MiB(Choice::most_sample_bytes) +
            or_accept;
   }
   if (const auto estimate = cheapest_estimate())
     return "cannot be verified" + to + ": the whole run of " + to_text(estimate->method) +
-           ", compared at every step, takes about " + short_text(work_of_whole_run(*estimate)) +
-           " instructions, and " + short_text(left_) + " are left of the " + short_text(budget_) +
-           " that a choice may take" + or_accept;
+           ", compared at every step, takes about " + to_text(work_of_whole_run(*estimate), 3) +
+           " instructions, and " + to_text(std::max(left_, 0.0), 3) + " are left of the " +
+           short_text(budget_) + " that a choice may take" + or_accept;
   if (std::isfinite(nearest_.error))
     return "cannot be met" + to + ": the smallest error found is " +
            short_text(nearest_.error * tolerance_) + ", of " + to_text(nearest_.method);

@@ -88,6 +88,10 @@ class Chooser {
   double work_of_whole_run(const Trial& trial) const {
     return trial.cost + static_cast<double>(samples().steps.size()) * comparison_work();
   }
+  double bytes_of_samples() const {
+    return static_cast<double>(steps_) * static_cast<double>(motions_.count()) *
+           sample_bytes(motions_.front());
+  }
   bool accepts_estimate() const { return description_.verification == "optional"; }
   double whole_cost(const Candidate& candidate, double substeps) const {
     return candidate.weight * substeps * static_cast<double>(steps_);

@@ -47,7 +47,7 @@ void MeasuredMotions::solve_references(std::int64_t steps, Density density,
   for (std::size_t b = 0; b < count(); ++b) {
     const double share = (need.budget - work) / static_cast<double>(count() - b);
     Samples one = take_samples(scenes_[b], steps, density, {need.time, share, need.quadruple}, stop,
-                               most_sample_bytes / static_cast<double>(count()));
+                               Choice::most_sample_bytes / static_cast<double>(count()));
     work += one.work;
     if (one.steps.empty()) {
       // The other references are not needed, because nothing can be measured on all motions.

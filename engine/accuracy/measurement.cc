@@ -117,8 +117,9 @@ std::size_t affordable_samples(const Scene& scene, const Reference& reference, s
 }  // namespace
 
 double sample_bytes(const Scene& scene) {
-  const auto numbers = 2.0 * static_cast<double>(scene.Q().size() + scene.inertia().size());
-  return sizeof(long double) * numbers;
+  constexpr double of_blocks = 128;
+  const auto numbers = std::max({scene.Q().size(), scene.block("q").size(), scene.M().size()});
+  return of_blocks + 2 * sizeof(long double) * static_cast<double>(numbers);
 }
 
 double comparison_work(const Scene& scene) {
@@ -141,6 +142,8 @@ Samples take_samples(const Scene& scene, std::int64_t steps, Density density,
     dense = affordable_samples(scene, *reference, steps, samples.all_work, need.budget, most_bytes);
   }
   const auto wanted = dense_steps(steps, dense);
+  samples.steps.reserve(wanted.size());
+  samples.answers.reserve(wanted.size());
   for (const std::int64_t step : wanted) {
     auto answer = unless_stopped(stop, [&] {
                     return reference->at(scene.time(step), stop);

@@ -19,8 +19,6 @@ std::vector<std::int64_t> coarse_steps(std::int64_t horizon_steps);
 /// Steps at which a run over the whole horizon is compared, beside the coarse ones, where the
 /// reference at every step takes too much work or memory.
 constexpr std::size_t most_dense_steps = 512;
-/// Most bytes of the samples of all motions.
-constexpr double most_sample_bytes = 64 << 20;
 
 /// Returns the coarse steps and up to `count` more, one at a pseudo-random place in each of as many
 /// equal parts of the horizon; all steps of a short horizon. No period of the motion hides an error
@@ -50,7 +48,7 @@ double sample_bytes(const Scene& scene);
 /// quarter of the budget. Without a reference there are no samples, and `reference` is empty.
 Samples take_samples(const Scene& scene, std::int64_t steps, Density density,
                      const ReferenceNeed& need, const std::stop_token& stop,
-                     double most_bytes = most_sample_bytes);
+                     double most_bytes = Choice::most_sample_bytes);
 
 /// Returns the units of work of comparing one state with that of the reference.
 double comparison_work(const Scene& scene);

@@ -38,6 +38,8 @@ struct Choice {
 
   /// Most units of work that a choice may take (instructions; about a second).
   static constexpr double most_work = 4e9;
+  /// Most bytes of the reference's states, of all members together.
+  static constexpr double most_sample_bytes = 64 << 20;
   /// Most members of an ensemble whose references are held at a time.
   static constexpr int most_pilots = 33;
 };
@@ -45,16 +47,16 @@ struct Choice {
 /// Chooses the cheapest method, order, arithmetic and number of substeps whose error stays within
 /// `tolerance`; cost is counted work, never the clock. The error is the largest of attitude and
 /// momentum up to `horizon`, measured against a reference by a run of this scene over the whole
-/// horizon, at every step. Before, runs are compared at up to 550 steps spread over the horizon, and
-/// short runs order the candidates: their errors are extrapolated by the declared growth, or
-/// exponentially if they grow so.
+/// horizon, at every step. Short runs only order the candidates: their errors are extrapolated by
+/// the declared growth, or exponentially if they grow so.
 ///
 /// Takes at most Choice::most_work. Does not start a run that is predicted to take more than is
 /// left of it, and ends a run that takes more than predicted. Refuses a choice that it cannot
-/// verify within this work, with the work that verifying takes: a body with N = 3 beyond some
-/// 150 000 steps, with N = 4 beyond some 50 000. Where `verification` is "optional" it returns the
-/// cheapest method by the errors at some of the steps, not verified. Refuses at once where not even
-/// the first state of the reference can be computed, from about N = 50 on.
+/// verify within this work and Choice::most_sample_bytes, with what verifying takes: a body with
+/// N = 3 beyond some 150 000 steps, with N = 4 beyond 7000 long or 50 000 short ones. Where
+/// `verification` is "optional" it returns the cheapest method by its errors at up to 550 steps
+/// spread over the horizon, or by those of a part of it, not verified. Refuses at once where not
+/// even the first state of the reference can be computed, from about N = 50 on.
 ///
 /// An ensemble gets one method, and the tolerance holds for each member: every member is verified
 /// with that method. The work is that of all members together; where it does not suffice for all
