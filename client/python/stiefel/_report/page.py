@@ -12,6 +12,7 @@ from typing import Any, Optional
 import numpy as np
 
 from stiefel import v1 as pb
+from stiefel._given.numbers import refused
 from stiefel._report import run_data
 from stiefel._results.base import Array
 from stiefel._results.body import matrices
@@ -57,6 +58,8 @@ def template() -> str:
 def data(session: Session, to: int, name: Optional[str] = None, member: int = 0, estimate_error: bool = True,
          tradeoff: Optional[bool] = None) -> dict[str, Any]:
     """Returns what the page shows, as its script reads it."""
+    if not 0 <= member < (session.resolved().members or 1):
+        raise refused("member", f"{member}: is not a member of the scene")
     run = run_data.accuracy(session, to, estimate_error)
     drawn = run_data.samples(session, run)
     scene = session.scene
