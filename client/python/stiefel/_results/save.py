@@ -6,7 +6,6 @@ import json
 import os
 import shutil
 from contextlib import contextmanager
-from decimal import Decimal
 from typing import Any, Callable, Iterator, TextIO
 
 import numpy as np
@@ -54,24 +53,6 @@ def remove(path: str) -> None:
         os.remove(path)
 
 
-def number(value: float) -> str:
-    """Returns the shortest decimal that reads back to the same bits, as std::to_chars and the command `stiefel` write
-    it: fixed where that is not longer than scientific, and always with a point or an exponent."""
-    text = repr(value)
-    if 1e-3 <= abs(value) < 1e5 or value == 0 or not np.isfinite(value):
-        return text
-    sign, digits, exponent = Decimal(text).normalize().as_tuple()
-    assert isinstance(exponent, int)
-    mantissa = "".join(map(str, digits))
-    power = exponent + len(mantissa) - 1
-    minus = "-" if sign else ""
-    scientific = f"{minus}{mantissa[0]}{'.' if mantissa[1:] else ''}{mantissa[1:]}e{power:+03d}"
-    fixed = f"{value:.0f}" if exponent >= 0 else f"{value:.{-exponent}f}"
-    if len(fixed) > len(scientific):
-        return scientific
-    return fixed if exponent < 0 else fixed + ".0"
-
-
 def _npz(run: Trajectory, part: str) -> None:
     described = about.compact({**about.beginning(run), **about.ending(run)})
     arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields, about.KEY: np.array(described.encode())}
@@ -90,7 +71,7 @@ def _csv(run: Trajectory, part: str) -> None:
         out.write(f"# units: {','.join(['1', about.unit_of(run, 'time'), *units])}\n")
         out.write(",".join(f'"{name}"' if "," in name else name for name in columns) + "\n")
         for row in zip(*(values.tolist() for values in columns.values())):
-            out.write(",".join([str(row[0]), *map(number, row[1:])]) + "\n")
+            out.write(",".join([str(row[0]), *map(repr, row[1:])]) + "\n")
         out.write(f"# {about.compact(about.ending(run))}\n")
 
 
@@ -153,7 +134,7 @@ def _lists(values: Any) -> str:
 
 
 def _in_json(value: float) -> str:
-    return number(value) if np.isfinite(value) else "null"
+    return repr(value) if np.isfinite(value) else "null"
 
 
 def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:
