@@ -65,7 +65,7 @@ def command(server, tmp_path, monkeypatch):
         words, _, stdin = line.partition(" < ")
         arguments = shlex.split(words)
         given = (tmp_path / stdin).read_bytes() if stdin else b""
-        if arguments and arguments[0] in stiefel.cli.options._COMMANDS and "--server" not in arguments:
+        if arguments and arguments[0] in stiefel.cli.options.COMMANDS and "--server" not in arguments:
             arguments += ["--server", server.address]
         streams = {"stdin": Stream(given), "stdout": Stream(terminal=terminal), "stderr": Stream()}
         with monkeypatch.context() as patched:

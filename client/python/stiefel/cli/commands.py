@@ -86,7 +86,7 @@ def _read(given: Given) -> None:
         given.saved = load(given.file)
     if given.command == "lyapunov" and given.checkpoint is not None:
         given.resumed = Path(given.checkpoint).read_bytes() if os.path.exists(given.checkpoint) else b""
-    given.token = None if given.token_file is None else Path(given.token_file).read_text(encoding="utf-8").strip()
+    given.token = None if given.token_file is None else Path(given.token_file).read_text(encoding="utf-8").partition("\n")[0].strip()
 
 
 @contextmanager

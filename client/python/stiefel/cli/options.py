@@ -49,7 +49,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         "result is."))
     parser.add_argument("--version", action="version", version=__version__)
     several = parser.add_subparsers(dest="command", metavar="COMMAND", prog="stiefel")
-    commands = {name: _added(several, name) for name in sorted(_COMMANDS)}
+    commands = {name: _added(several, name) for name in sorted(COMMANDS)}
     first = next((word for word in arguments if not word.startswith("-")), None)
     if first is None and not {"-h", "--help", "--version"} & {*arguments}:
         faults = [parser.near(word) for word in arguments] or [f"a command is required: {', '.join(commands)}"]
@@ -67,7 +67,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def _added(several: Any, name: str) -> _Parser:
-    summary, options = _COMMANDS[name]
+    summary, options = COMMANDS[name]
     parser: _Parser = several.add_parser(name, help=summary, description=f"{summary}.")
     ends = parser.add_mutually_exclusive_group()
     for option in [*options.split(), "server", "tls", "token-file", "json"]:
@@ -194,7 +194,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "file of the token that identifies the caller; by default the token is the variable STIEFEL_TOKEN")),
     "json": dict(action="store_true", help="print JSON on a terminal too"),
 }
-_COMMANDS = {  # what each does, and its options; "!" marks those that are required
+COMMANDS = {  # what each does, and its options; "!" marks those that are required
     "run": ("Runs a scene and writes samples", "scene set to time times start every fields estimate-error output"),
     "rerun": ("Runs the scene of a file of samples again and compares the samples, bit by bit", "file output"),
     "diagnose": ("Prints invariants, drift, estimated error and domain at a step",
