@@ -38,7 +38,7 @@ def perform(given: Given) -> int:
     """Runs a command and returns its exit status. Prints to stderr why it failed, a line for each fault."""
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = lambda text, *_, **__: print(f"warning: {text}", file=sys.stderr)  # type: ignore[assignment]
+        warnings.showwarning = lambda text, *_, **__: print(f"warning: {text}", file=sys.stderr)
         status, faults = _performed(given)
     sys.stderr.write(told_as_errors(faults))
     return status
@@ -100,7 +100,7 @@ def _client(given: Given) -> Iterator[Client]:
 
 @contextmanager
 def _session(given: Given, client: Client) -> Iterator[Session]:
-    with client.create(given.description) as session:  # type: ignore[arg-type]
+    with client.create(given.description) as session:
         if session.choice is not None and sys.stderr.isatty():
             print(f"stiefel: chose {session.choice.method['name']}: {session.choice.reason}", file=sys.stderr)
         yield session
@@ -213,7 +213,7 @@ def tradeoff(given: Given, client: Client) -> int:
 
 
 def convert(given: Given, client: Client) -> int:
-    found = client.convert(given.description, given.system, given.epsilon, given.parameter)  # type: ignore[arg-type]
+    found = client.convert(given.description, given.system, given.epsilon, given.parameter)
     if given.output is None:
         print(shown.in_json(shown.plain(found)))
         return REACHED

@@ -34,9 +34,9 @@ class Progress:
             exception.how_far = f"at step {self._step()} of {self._to}"
 
     def _step(self) -> int:
-        told = self._session._recreation.reached
+        told: int = self._session._recreation.reached
         try:
-            held = self._client.get(self._session.id).message.cached_steps
+            held: list[int] = [*self._client.get(self._session.id).message.cached_steps]
         except StiefelError:
             return told  # the call that is watched fails with a better message
         return max([told, *(step for step in held if step <= self._to)])
