@@ -149,5 +149,8 @@ def test_what_cannot_be_an_address_is_refused(address, fault):
     with pytest.raises(stiefel.InvalidArgument) as caught:
         stiefel.Client(address)
     assert caught.value.message.startswith(f"cannot reach {address}: ") and fault in caught.value.message
+
+
+def test_other_addresses_are_taken():
     for right in ("[::1]:50551", "localhost:1", "unix:/run/stiefel.sock", "dns:///localhost:1"):
         stiefel.Client(right).close()
