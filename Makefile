@@ -55,13 +55,13 @@ build/release/build.ninja: options = -DSTIEFEL_TESTS=OFF -DSTIEFEL_FAILPOINTS=ON
 build: build/release/build.ninja ## compile library, server and clients into build/release
 	@$(call cmake_build,release,all)
 
-# The engine with its server, and the Python client: neither the command nor the C++ client.
+# The engine with its server, and the Python client with the command: not the C++ client.
 build-run: packages-run build/release/build.ninja
 	@$(call cmake_build,release,stiefel-server stiefel_python)
 
 # What a container holds, and what tests it.
 build-programs: build/release/build.ninja
-	@$(call cmake_build,release,stiefel-server stiefel stiefel_python)
+	@$(call cmake_build,release,stiefel)
 
 build-python: packages-run build/release/build.ninja
 	@$(call cmake_build,release,stiefel_python)

@@ -33,7 +33,7 @@ ORDER = [
     ("engine", ["tangent", "accuracy", "conversion", "diagnosis", "summary"], ENGINE),
     ("server", ["scheduling", "sessions", "sessions/store", "convert"], SERVER),
     ("server", ["connections", "observability", "calls", "program"], SERVER),
-    ("client", ["cpp", "python", "cli", "examples"], CLIENT),
+    ("client", ["cpp", "python", "examples"], CLIENT),
 ]
 def text(x, y, words, size=13, colour=INK, weight="normal", anchor="middle"):
     return (f'<text x="{x:g}" y="{y:g}" font-size="{size}" fill="{colour}" font-weight="{weight}" '

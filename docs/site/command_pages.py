@@ -13,8 +13,9 @@ def _help(program: Path, *command: str) -> str:
 
 
 def commands(text: str) -> list[str]:
-    """The commands that a help lists."""
-    return re.findall(r"^  ([a-z][\w-]*) ", text.partition("Subcommands:")[2], re.MULTILINE)
+    """The commands that a help lists, that of CLI11 or of argparse."""
+    listed = re.split(r"^(?:Subcommands:|  COMMAND)$", text, maxsplit=1, flags=re.MULTILINE)[1:]
+    return re.findall(r"^ {2}(?: {2})?([a-z][\w-]*)(?: |$)", "".join(listed), re.MULTILINE)
 
 
 def page(program: Path) -> str:

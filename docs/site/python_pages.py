@@ -20,7 +20,7 @@ _HEAD = """# Python
 
 def modules() -> list[ModuleType]:
     folder = Path(stiefel.__file__).parent
-    names = sorted(path.stem for path in folder.glob("*.py") if path.stem not in ("__init__", "version"))
+    names = sorted(path.stem for path in folder.glob("*.py") if path.stem not in ("__init__", "_public", "version"))
     return [importlib.import_module(f"stiefel.{name}") for name in names]
 
 

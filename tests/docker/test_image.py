@@ -71,11 +71,6 @@ def test_serves_as_any_other_server(container: Container) -> None:
     assert done.returncode == 0
 
 
-def test_holds_the_command_too() -> None:
-    said = engine("run", "--rm", *hardening(), "--network", "none", "--entrypoint", "stiefel", IMAGE, "describe")
-    assert "rigid_body" in said
-
-
 def test_ends_well_on_sigterm() -> None:
     running = Container()
     try:

@@ -2,10 +2,7 @@
 from __future__ import annotations
 
 import contextlib
-import json
-import os
 import random
-import subprocess
 import sys
 import threading
 from collections.abc import Iterator
@@ -20,7 +17,7 @@ import tools
 from toxiproxy import Toxiproxy
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "calls"))
-from client_calls import CALLS, SCENE, WIDE  # noqa: E402
+from client_calls import CALLS  # noqa: E402
 
 TYPED = (stiefel.Unavailable, stiefel.DeadlineExceeded, stiefel.Cancelled)
 DELAYS = {
@@ -124,51 +121,3 @@ def test_toxics_that_come_and_go_while_calls_run(toxiproxy: Toxiproxy, answers: 
         thread.join()
     print(f"{right} calls answered, {failed} failed")
     assert right > 10 * len(CALLS)
-
-
-@pytest.fixture(scope="session")
-def commands(tmp_path_factory: Any) -> dict[str, list[str]]:
-    """Of the command `stiefel`, whose client is that in C++; each writes the same bytes every time."""
-    folder: Path = tmp_path_factory.mktemp("scenes")
-    files = {"scene": SCENE, "wide": {**WIDE, "initial": {
-        name: {"rows": 20, "cols": 40, "values": np.asarray(block).ravel().tolist()} for name, block in WIDE["initial"].items()}},
-        "frames": {"inertia": [1, 2, 3], "time": 1, "pairs": [{"Q_0": {"rows": 1, "cols": 3, "values": [1, 0, 0]},
-                                                              "Q_T": {"rows": 1, "cols": 3, "values": [0, 1, 0]}}]}}
-    for name, content in files.items():
-        (folder / f"{name}.json").write_text(json.dumps(content))
-    return {
-        "describe": ["describe", "--json"],
-        "run": ["run", f"{folder}/scene.json", "--to", "2000", "--every", "1", "--no-error"],
-        "run a wide scene": ["run", f"{folder}/wide.json", "--to", "40", "--every", "2", "--no-error"],
-        "diagnose": ["diagnose", f"{folder}/scene.json", "--to", "50", "--no-error"],
-        "summarize": ["summarize", f"{folder}/scene.json", "--to", "20000", "--quantity", "energy=last,drift"],
-        "convert": ["convert", f"{folder}/scene.json", "--to", "symmetric_rigid_body"],
-        "connect": ["connect", f"{folder}/frames.json"],
-    }
-
-
-def run(command: list[str], address: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run([os.environ["STIEFEL_CLI"], *command, "--server", address], capture_output=True, text=True, timeout=240)
-
-
-@pytest.fixture(scope="module")
-def outputs(commands: dict[str, list[str]], server: stiefel.Server) -> dict[str, str]:
-    done = {name: run(command, server.address) for name, command in commands.items()}
-    assert {one.returncode for one in done.values()} == {0}, done
-    return {name: one.stdout for name, one in done.items()}
-
-
-@pytest.mark.parametrize("toxic", [*DELAYS, *ENDS])
-def test_the_command_prints_the_answer_or_an_error(toxiproxy: Toxiproxy, commands: dict[str, list[str]],
-                                                   outputs: dict[str, str], toxic: str) -> None:
-    """Exit status 4 is a server that cannot be reached, 1 another failure."""
-    proxy, failed = toxiproxy.proxy(**ENDS.get(toxic, {"type": toxic, **DELAYS.get(toxic, {})})), []
-    for name, command in commands.items():
-        done = run(command, proxy.address)
-        if done.returncode == 0:
-            assert done.stdout == outputs[name], name
-        else:
-            failed.append(name)
-            assert done.returncode in (1, 4) and done.stderr.strip(), (name, done)
-    print(f"{toxic}: {len(failed)} of {len(commands)} commands failed")
-    assert not failed or toxic in ENDS

@@ -3,6 +3,7 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/text_format.h>
+#include <google/protobuf/util/json_util.h>
 
 #include <cmath>
 #include <cstdint>
@@ -10,8 +11,6 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "client/cli/exit_status.h"
-#include "client/cli/input/message_file.h"
 #include "stiefel/v1/tensor.pb.h"
 
 /// What the address sanitizer does not take for a leak. OpenSSL keeps data for each thread until
@@ -45,16 +44,17 @@ bool read(std::string_view bytes, Message* message) {
     return google::protobuf::TextFormat::ParseFromString(std::string(bytes), message);
   if (bytes.empty() || bytes[0] != '{')
     return message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
-  try {
-    cli::parse_message("input", std::string(bytes), message);
-    return true;
-  } catch (const cli::BadInput&) {
-    return false;
-  }
+  return google::protobuf::util::JsonStringToMessage(std::string(bytes), message).ok();
 }
 
 std::string to_json_text(const Message& message) {
-  return cli::to_text(cli::to_json(message)) + "\n";
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = true;
+  options.preserve_proto_field_names = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  require(status.ok(), "a message has a JSON form");
+  return text + "\n";
 }
 
 std::string to_bytes(const Message& message) {

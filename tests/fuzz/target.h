@@ -14,8 +14,8 @@ std::unique_ptr<google::protobuf::Message> input();
 /// Runs the target on a message.
 void run(const google::protobuf::Message& message);
 
-/// Reads the text form if the first byte is #, the JSON form, as the command reads files, if it is
-/// {, or else the wire format. False when it is none of them.
+/// Reads the text form if the first byte is #, the JSON form if it is {, or else the wire format.
+/// False when it is none of them.
 bool read(std::string_view bytes, google::protobuf::Message* message);
 std::string to_json_text(const google::protobuf::Message& message);
 

@@ -70,7 +70,6 @@ OTHERS = {
     "server": [PROTO, r"server/(calls|connections|observability|scheduling|sessions)/.*"],
     "server/program": [r"server/(connections|observability|scheduling|sessions)/.*", r"server/server\.h", r"grpc/health/.*"],
     "client/cpp": [CLIENT, PROTO],
-    "client/cli": [CLIENT, PROTO, r"client/cpp/.*", r"server/server\.h", r"server/program/command_line\.h"],
 }
 # The headers of gRPC and protobuf, and the folders that must not include them.
 WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")

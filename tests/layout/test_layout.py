@@ -46,7 +46,7 @@ def test_an_entry_includes_neither_methods_nor_maps():
 @pytest.mark.parametrize("file, line", [
     ("engine/linalg/a.h", '#include "engine/methods/rk4.h"'),
     ("engine/run/a.h", "#include <google/protobuf/message.h>"),
-    ("client/cli/a.cc", '#include "server/calls/service.h"'),
+    ("client/cpp/a.cc", '#include "server/calls/service.h"'),
 ])
 def test_a_wrong_arrow_is_found(tmp_path: Path, file: str, line: str):
     (tmp_path / file).parent.mkdir(parents=True)

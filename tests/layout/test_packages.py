@@ -61,9 +61,9 @@ def test_nothing_is_asked_for_what_is_there(packages):
     assert packages("build", "run", "test", "daemon", "runtime", installed=names) == []  # the daemons are unpacked
 
 
-RELEASES = {"Debian 12": ["libgrpc++1.51", "libprotobuf32", "libspdlog1.10", "libminizip1", "libssl3"],
-            "Debian 13": ["libgrpc++1.51t64", "libprotobuf32t64", "libspdlog1.15", "libminizip1t64", "libssl3t64"],
-            "Ubuntu 24.04": ["libgrpc++1.51t64", "libprotobuf32t64", "libspdlog1.12", "libminizip1t64", "libssl3t64"]}
+RELEASES = {"Debian 12": ["libgrpc++1.51", "libprotobuf32", "libspdlog1.10", "libssl3"],
+            "Debian 13": ["libgrpc++1.51t64", "libprotobuf32t64", "libspdlog1.15", "libssl3t64"],
+            "Ubuntu 24.04": ["libgrpc++1.51t64", "libprotobuf32t64", "libspdlog1.12", "libssl3t64"]}
 
 
 @pytest.mark.parametrize("release", RELEASES)

@@ -1,11 +1,10 @@
 """A scene that is printed and read again is the same scene."""
 import json
-import os
-import subprocess
 
 from hypothesis import given, settings, strategies as st
 
 import scenes
+from stiefel.cli import main
 from stiefel.scene import to_dict, to_message
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -28,12 +27,12 @@ def test_every_double_survives(numbers, step):
 
 @settings(max_examples=max(5, settings.default.max_examples // 2))
 @given(scene=scenes.any_scenes())
-def test_printed_and_read_by_the_command(tmp_path_factory, scene):
+def test_printed_and_read_by_the_command(client, tmp_path_factory, scene):
     """`convert` to the scene's own system prints the resolved scene, which stays the same when it is converted
     again."""
     folder = tmp_path_factory.mktemp("scenes")
     (folder / "0.json").write_text(json.dumps(to_dict(scene)))
     for k in range(2):
-        subprocess.run([os.environ["STIEFEL_CLI"], "convert", f"{k}.json", "--to", scene["system"], "--output",
-                        f"{k + 1}.json"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        assert main(["convert", f"{folder}/{k}.json", "--system", scene["system"], "--output", f"{folder}/{k + 1}.json",
+                     "--server", client.address]) == 0
     assert (folder / "1.json").read_text() == (folder / "2.json").read_text()

@@ -138,3 +138,19 @@ def test_the_printed_diagnosis_of_an_ensemble_names_the_member_of_each_line(clie
     assert found.invariants[0].member == found.estimated_error.member == 1
     assert lines[-2].endswith("the largest of all members") and lines[-1].endswith("of member 1")
     assert "of member 1 " in repr(found)
+
+
+@pytest.mark.parametrize("address, fault", [
+    ("localhost:99999", "the port 99999 is not between 1 and 65535"), ("localhost:0", "the port 0 is not between"),
+    ("localhost", "the port is missing"), (":1", "the host is missing"), ("localhost:http", "the port 'http' is not a number"),
+    ("::1:50551", "in brackets, [IPv6]:PORT"), ("http://localhost:50551", "without 'http://'"), ("not a host:1", "HOST:PORT or unix:PATH"),
+    ("unix:", "the socket's path is missing"), ("unix:" + 108 * "x", "longer than 107 bytes")])
+def test_what_cannot_be_an_address_is_refused(address, fault):
+    with pytest.raises(stiefel.InvalidArgument) as caught:
+        stiefel.Client(address)
+    assert caught.value.message.startswith(f"cannot reach {address}: ") and fault in caught.value.message
+
+
+def test_other_addresses_are_taken():
+    for right in ("[::1]:50551", "localhost:1", "unix:/run/stiefel.sock", "dns:///localhost:1"):
+        stiefel.Client(right).close()

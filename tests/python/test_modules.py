@@ -5,6 +5,8 @@ import enum
 import importlib
 import inspect
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ import pytest
 import stiefel
 
 FOLDER = Path(stiefel.__file__).parent
-PUBLIC = {"aio", "client", "errors", "manifold", "results", "scene", "server", "session", "simulation", "solids", "sweep"}
+PUBLIC = {"aio", "client", "errors", "manifold", "results", "scene", "server", "session", "simulation", "solids"}
 
 
 def sources(folder):
@@ -57,12 +59,25 @@ def test_a_circle_is_found(tmp_path):
 
 
 def test_the_public_modules():
-    there = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "version"}
+    there = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "_public", "version"}
     folders = {path.name for path in FOLDER.iterdir() if path.is_dir() and path.name != "__pycache__"}
-    assert there == PUBLIC and {name for name in folders if not name.startswith("_")} == {"v1"}
+    assert there == PUBLIC and {name for name in folders if not name.startswith("_")} == {"cli", "v1"}
     assert set(stiefel.__all__) < set(dir(stiefel)) and all(hasattr(stiefel, name) for name in dir(stiefel))
     public = {name for name, value in vars(stiefel).items() if not name.startswith("_") and not inspect.ismodule(value)}
     assert public - {"Any", "annotations"} == set(dir(stiefel)) - {"__version__", "solids"}
+
+
+def test_nothing_is_imported_before_it_is_used():
+    """The command needs neither numpy nor gRPC to say what is wrong with its arguments."""
+    for program in ("import stiefel", "from stiefel.cli import main; main(['run', '--too'])", "from stiefel.cli import main; main(['--help'])"):
+        program += "; import sys; sys.exit(bool({'numpy', 'grpc', 'google', 'matplotlib', 'xarray'} & {*sys.modules}))"
+        assert subprocess.run([sys.executable, "-c", program], capture_output=True).returncode == 0
+
+
+@pytest.mark.parametrize("first", ["stiefel._sweep.worker", "stiefel._report.rerun", "stiefel.results", "stiefel.errors"])
+def test_a_name_is_the_same_whatever_was_imported_first(first):
+    program = f"import {first}, stiefel; assert callable(stiefel.sweep) and callable(stiefel.rerun) and 'toutatis' in stiefel.examples"
+    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 @pytest.mark.parametrize("name", sorted(PUBLIC))

@@ -1,6 +1,9 @@
 """What the README says is what happens."""
+import json
 import math
+import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +13,7 @@ import pytest
 import catalogue_page
 import scene_types
 import stiefel
+from stiefel.cli.options import COMMANDS, parse
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -112,3 +116,33 @@ def test_the_lines_that_start_a_container_agree():
     flags = (ROOT / "docs/operations.md").read_text(encoding="utf-8")
     assert "-p 127.0.0.1:50551:50551" in line
     assert all(f"`{variable}`" in flags for variable in re.findall(r"-e (\w+)=", line))
+
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docker/compose.yaml"]
+LINES = [(page.name, line) for page in PAGES
+         for line in re.findall(rf"^(?:#   )?(stiefel (?:{'|'.join(COMMANDS)})\b.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)]
+
+
+@pytest.mark.parametrize("page, line", LINES)
+def test_a_command_line_of_a_page_is_right(page, line):
+    assert parse(shlex.split(line, comments=True)[1:]).command in line
+
+
+def test_the_commands_of_the_page_of_operations(tmp_path):
+    """A server with TLS and a token, and its client, as printed."""
+    page = (ROOT / "docs/operations.md").read_text(encoding="utf-8")
+    started, asked = re.search(r"^### Certificates\n.*?```sh\n(.*?)```.*?```sh\n(.*?)```", page, re.DOTALL | re.MULTILINE).groups()
+    programs = Path(stiefel.server.find_server()).parent
+    if not (programs / "stiefel").exists():
+        pytest.skip("the command is not built")
+    environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}
+    *made, start = started.strip().rsplit("\n", 1)
+    assert subprocess.run(["sh", "-ec", *made], cwd=tmp_path, env=environment, capture_output=True, timeout=120).returncode == 0
+    start = start.replace("127.0.0.1:50551", "127.0.0.1:0") + " --exit-with-parent"
+    with subprocess.Popen(["sh", "-ec", f"exec {start}"], cwd=tmp_path, env=environment, stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
+        port = server.stdout.readline().strip().rpartition(":")[2]
+        done = subprocess.run(["sh", "-ec", asked.replace("50551", port)], cwd=tmp_path, env=environment, capture_output=True,
+                              text=True, timeout=120)
+        server.stdin.close()
+    assert done.returncode == 0 and json.loads(done.stdout)["systems"], done.stderr

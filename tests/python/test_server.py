@@ -240,8 +240,8 @@ def test_the_programs_of_the_wheel_come_before_those_of_the_build_tree(tmp_path,
 
 def test_a_script_without_its_program_says_so(monkeypatch):
     monkeypatch.setattr("stiefel._programs._FOLDER", Path("/nonexistent"))
-    with pytest.raises(SystemExit, match="stiefel: this installation of the package holds no programs"):
-        stiefel._programs.command()
+    with pytest.raises(SystemExit, match="stiefel-server: this installation of the package holds no programs"):
+        stiefel._programs.server()
 
 
 def test_the_package_of_the_build_tree_holds_no_program():

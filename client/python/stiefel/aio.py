@@ -34,7 +34,7 @@ from stiefel._wire.waiting import Channel, Lock, run
 from stiefel.errors import TASK, Cancelled, InvalidArgument, calling_frame
 from stiefel.results import Choice, Price, Trajectory
 from stiefel.scene import SceneLike
-from stiefel.sweep import sweep as blocking_sweep
+from stiefel._sweep.sweep import sweep as blocking_sweep
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 if sys.version_info >= (3, 10):

@@ -14,11 +14,13 @@ from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, 
 from stiefel._manifold.beta import SMALL, span_of
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
+from stiefel._wire.address import check
 from stiefel._wire.arrays import set_tensor, to_array
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import route
 from stiefel._wire.replies import complete, described, require
 from stiefel._wire.retries import Pauses
+from stiefel._wire.streams import progress_bar
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, Unavailable, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
@@ -55,7 +57,7 @@ class Client:
     `tls`: the path of a file of authorities in PEM, True for the authorities that gRPC comes with, or a `Tls`; by
     default the file that the environment variable STIEFEL_TLS_CA names, or no TLS. `token` tells the server who calls;
     by default the environment variable STIEFEL_TOKEN. Raises InvalidArgument for a token that would travel in plaintext
-    beyond this machine. `channel`: a gRPC channel to use instead; address, tls and token must then be absent.
+    beyond this machine, and for what cannot be an address. `channel`: a gRPC channel to use instead; address, tls and token must then be absent.
     """
 
     _open_channel = staticmethod(open_channel)
@@ -69,6 +71,7 @@ class Client:
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         seconds, knows_tls = checked(timeout), None
         if channel is None:
+            check(self.address)
             secret = token_from_environment() if token is None else token
             opened: Callable[[], Any] = functools.partial(self._open_channel, self.address, tls, secret, _OPTIONS)
             knows_tls = has_tls(tls, self.address)
@@ -139,16 +142,16 @@ class Client:
         """Deletes a session. Deleting an unknown id succeeds."""
         self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=id), metadata=route(id))
 
-    def convert(self, scene: SceneLike, to: str, epsilon: Optional[float] = None,
+    def convert(self, scene: SceneLike, system: str, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:
-        """Converts a motion to a scene of the system `to`, or to the blocks of "velocity", "angular_velocity" or
+        """Converts a motion to a scene of another `system`, or to the blocks of "velocity", "angular_velocity" or
         "interpolation".
 
         `epsilon`: the scale of a symmetric or parametric system, chosen by the server when absent. `parameter`: mu of a
         parametric system, the scene's when absent. Raises InvalidArgument if the motion has no such form.
         """
         request = pb.ConvertRequest(
-            scene=to_message(scene), to=to, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter))
+            scene=to_message(scene), to=system, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter))
         return answers.conversion(self._connection.call_all("Convert", request), request)
 
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
@@ -236,17 +239,22 @@ class Client:
         return answers.injectivity_radius(self._connection.call_all("ConjugatePoints", request, timeout), request)
 
     def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
-                 repeats: Optional[int] = None, timeout: Optional[float] = None) -> Tradeoff:
+                 repeats: Optional[int] = None, timeout: Optional[float] = None, progress: bool = False) -> Tradeoff:
         """Measures error against cost of every method on `scene`, whose own method is ignored.
 
         `horizon`: the time at which errors are measured; by default the scene's horizon, or else 100 steps. `budget`:
         instructions that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
-        runs of each point; by default 3. The server's warnings are issued as `SceneWarning`.
+        runs of each point; by default 3. `progress`: shows a count of tqdm. The server's warnings are issued as `SceneWarning`.
         """
         deadline, pauses = self._connection.deadline(timeout), Pauses()
         while True:
             try:
-                tradeoff = answers.tradeoff(self.tradeoff_parts(scene, horizon, budget, repeats, deadline.left()))
+                with progress_bar(None, progress, " points") as bar:
+                    def counted() -> Iterator[pb.MeasureTradeoffResponse]:
+                        for part in self.tradeoff_parts(scene, horizon, budget, repeats, deadline.left()):
+                            bar.update(part.HasField("point"))
+                            yield part
+                    tradeoff = answers.tradeoff(counted())
                 break
             except Unavailable as error:  # another server measures everything again
                 self._connection.pause(error, pauses, deadline)

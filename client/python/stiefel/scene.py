@@ -56,7 +56,7 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     "1992-11-09T17:49:47 UTC"; None if it has none."""
     if isinstance(scene, pb.Scene):
         return scene, None
-    description = _by_name(scene if isinstance(scene, Mapping) else _read(scene), pb.Scene)
+    description = _by_name(scene if isinstance(scene, Mapping) else _read_scene(scene), pb.Scene)
     epoch, normalize = description.pop("epoch", None), description.pop("normalize", None)
     if not isinstance(normalize, (bool, type(None))):
         raise refused("scene.normalize", f"{shown(normalize)}: must be true or false")
@@ -66,7 +66,7 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
 
 def with_given_names(error: InvalidArgument, scene: SceneLike) -> InvalidArgument:
     """Returns the error of a scene, which names Omega or Qdot where the scene has it instead of the block of the system."""
-    description = scene if isinstance(scene, Mapping) else {} if isinstance(scene, pb.Scene) else _read(scene)
+    description = scene if isinstance(scene, Mapping) else {} if isinstance(scene, pb.Scene) else _read_scene(scene)
     initial: Any = description.get("initial")
     given = next((name for name in ("Omega", "Qdot") if isinstance(initial, Mapping) and name in initial), None)
     if given is None or error.violations is None:
@@ -225,30 +225,50 @@ def to_method(method: Union[Mapping[str, Any], str]) -> pb.Method:
     return message
 
 
-def _read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
-    """Reads the example of this name or a scene file. Raises OSError if that fails, and InvalidArgument if the file holds
+def _read_scene(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
+    if isinstance(file, str) and file in examples and "system" not in (example := examples[file]):
+        raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesic: {', '.join(example)}")
+    return read(file)
+
+
+def read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
+    """Reads the example of this name or a file in JSON. Raises OSError if that fails, and InvalidArgument if the file holds
     no JSON object."""
     if not isinstance(file, (str, os.PathLike)):
         raise refused("scene", f"{shown(file)}: must be a dict, the name of an example, the path of a scene file or a "
                                "Scene message")
     if isinstance(file, str) and file in examples:
-        if "system" not in (example := examples[file]):
-            raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesic: {', '.join(example)}")
-        return dict(example)
-    saved = "; stiefel.load and stiefel.rerun read a file of samples" * (Path(file).suffix in (".csv", ".h5", ".npz", ".parquet"))
+        return dict(examples[file])
     try:
-        scene = json.loads(Path(file).read_text(encoding="utf-8-sig"))  # with or without a byte order mark
+        text = Path(file).read_bytes()
     except FileNotFoundError as error:
         if isinstance(file, str) and file.isidentifier():
             error.strerror = f"{error.strerror}, and no example has this name{near(file)}"
         raise
+    return parse_json(os.fspath(file), text)
+
+
+def parse_json(file: str, text: bytes) -> dict[str, Any]:
+    """Reads the text of a file, with or without a byte order mark. Raises InvalidArgument as `read` does."""
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        names = [name for name, _ in pairs]
+        twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+        if twice is not None:
+            raise refused("scene", f"{file}: {twice}: given twice")
+        return dict(pairs)
+
+    saved = "; stiefel.load and stiefel.rerun read a file of samples" * (Path(file).suffix in (".csv", ".h5", ".npz", ".parquet"))
+    try:
+        found = json.loads(text.decode("utf-8-sig"), object_pairs_hook=once)
+    except InvalidArgument:
+        raise
     except UnicodeDecodeError as error:
         raise refused("scene", f"{file}: byte {error.start}: must be UTF-8{saved}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise refused("scene", f"{file}: not JSON: {error}{saved}") from None
-    if not isinstance(scene, dict):
-        raise refused("scene", f"{file}: {shown(scene)}: must be an object: {{...}}")
-    return scene
+    if not isinstance(found, dict):
+        raise refused("scene", f"{file}: {shown(found)}: must be an object: {{...}}")
+    return found
 
 
 def to_dict(scene: SceneLike) -> dict[str, Any]:

@@ -72,7 +72,8 @@ class Server:
         try:
             # The server stops when its stdin ends, which happens however this process ends.
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                       bufsize=0, env={"STIEFEL_LOG_LEVEL": "warn", **(environment or {}), **os.environ})
+                                       bufsize=0, start_new_session=True,  # Ctrl-C is for this process alone
+                                        env={"STIEFEL_LOG_LEVEL": "warn", **(environment or {}), **os.environ})
         except OSError as error:
             raise _not_started(command, f"cannot be run: {error.strerror}", None, "") from error
         assert process.stdout is not None and process.stderr is not None

@@ -36,6 +36,9 @@ from stiefel.scene import to_method, with_changes, with_given_names
 __all__ = ["Drive", "Session"]
 
 
+_ESTIMATION = {True: pb.ERROR_ESTIMATION_ALWAYS, False: pb.ERROR_ESTIMATION_UNSPECIFIED, None: pb.ERROR_ESTIMATION_IF_CHEAPER}
+
+
 class Session(Held):
     """A simulation held by a server, made by `Client.create` or `Client.get`.
 
@@ -75,18 +78,19 @@ class Session(Held):
 
     def diagnose(self, to: Optional[int] = None, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
-                 timeout: Optional[float] = None, estimate_error: bool = False, time: Any = None) -> Diagnosis:
+                 timeout: Optional[float] = None, estimate_error: Optional[bool] = False, time: Any = None) -> Diagnosis:
         """Returns the invariants at step `to`, or at a `time` that is a step's, with their values at step 0.
 
         `invariants`: names of families or of single invariants; by default every family. `forms`: two-forms, each the
         form's name and two tangent vectors, which are mappings from block names to arrays. `dirac_brackets`: each two
         functions, which are products of factors tr A^T Q + tr B^T P, given as a list of pairs (A, B). `symplectic`:
         asks how far a step is from keeping the system's two-form. `estimate_error`: asks for
-        `Diagnosis.estimated_error`, if it can be computed in about ten seconds.
+        `Diagnosis.estimated_error`, if it can be computed in about ten seconds; None asks for it if it takes less work than
+        the run from step 0 or less than 10 ms.
         """
         request = pb.DiagnoseRequest(session_id=self.id, to=self._step_of("to", to, time), invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
-                                     estimate_error=pb.ERROR_ESTIMATION_ALWAYS if estimate_error else None)
+                                     estimate_error=_ESTIMATION[estimate_error])
         put_structure(request, forms, dirac_brackets)
         return answers.diagnosis(self._ask("Diagnose", request, timeout), request)
 

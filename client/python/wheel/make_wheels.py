@@ -2,8 +2,8 @@
 
     make_wheels.py BUILD_FOLDER OUTPUT_FOLDER
 
-`stiefel`, for Linux on this machine's processor and its glibc or a later one, holds `stiefel-server`, `stiefel` and the
-libraries they need; `stiefel_client`, for every platform, holds neither, and its extra [server] is the first wheel.
+`stiefel`, for Linux on this machine's processor and its glibc or a later one, holds `stiefel-server` and the libraries it
+needs; `stiefel_client`, for every platform, holds neither, and its extra [server] is the first wheel. Both have the command.
 Needs setuptools, wheel, patchelf and strip; takes licenses from /usr/share/doc, so that it runs on Debian only.
 """
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 
 from bundle import bundle, write_licenses
 
-PROGRAMS = ("stiefel-server", "stiefel")
+PROGRAMS = ("stiefel-server",)
 SOURCES = Path(__file__).resolve().parents[3]
 # The wheel holds programs and no Python extension: it is for any Python 3 on this platform.
 SETUP = """\
@@ -34,13 +34,7 @@ class ForAnyPython(bdist_wheel):
 
 setup(distclass=WithPrograms, cmdclass={{"bdist_wheel": ForAnyPython}})
 """
-SCRIPTS = """\
-[project.scripts]
-stiefel-server = "stiefel._programs:server"
-stiefel = "stiefel._programs:command"
-
-[tool.setuptools]
-"""
+SCRIPT = 'stiefel-server = "stiefel._programs:server"\n'
 
 
 def stage(build: Path, folder: Path) -> str:
@@ -66,7 +60,7 @@ def for_this_platform(build: Path, folder: Path) -> None:
     compiled_in = [Path("/usr/include/eigen3/Eigen/Core"), Path("/usr/include/boost/version.hpp"),
                    Path("/usr/include/CLI/CLI.hpp"), Path("/usr/include/nlohmann/json.hpp")]
     write_licenses([*needed.values(), *compiled_in], folder / "licenses")
-    project = project.replace("[tool.setuptools]\n", SCRIPTS)
+    project = project.replace("[project.scripts]\n", "[project.scripts]\n" + SCRIPT)
     project = project.replace('stiefel = ["py.typed", ', 'stiefel = ["py.typed", "_programs/*", ')
     (folder / "pyproject.toml").write_text(project)
     (folder / "setup.py").write_text(SETUP.format(platform=platform_tag()))

@@ -1,4 +1,4 @@
-"""Pages that the command and the Python client write."""
+"""Pages that the command writes."""
 from __future__ import annotations
 
 import os

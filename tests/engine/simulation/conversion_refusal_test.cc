@@ -17,7 +17,7 @@ Scene body(double step = 0.1) {
   return Scene::resolve(testing::description(RandomBody(4, 1), step, "rk4")).value();
 }
 
-Scene geodesic(int n, int N) {
+Scene geodesic_on(int n, int N) {
   SceneDescription d;
   const testing::RandomFrame<double> frame(n, N, 1, 3);
   d.system = "stiefel";
@@ -50,8 +50,8 @@ TEST(ConversionRefusal, NamesTheArgumentOutsideTheDomain) {
     EXPECT_EQ(outside(body(), {system, 10 * norm}), "epsilon") << system;
   for (const char* system : {"moser_veselov_pair", "discrete_stiefel", "interpolation"})
     EXPECT_EQ(outside(body(1e3), {system}), "scene.step") << system;
-  EXPECT_EQ(outside(geodesic(2, 5), {"ellipsoid"}), "to");
-  EXPECT_EQ(outside(geodesic(2, 5), {"discrete_stiefel"}), "to");
+  EXPECT_EQ(outside(geodesic_on(2, 5), {"ellipsoid"}), "to");
+  EXPECT_EQ(outside(geodesic_on(2, 5), {"discrete_stiefel"}), "to");
   const Scene two_frames =
       Scene::resolve(testing::any_scene("discrete_stiefel", "", 1, 0.1)).value();
   ASSERT_LT(two_frames.Q().rows(), two_frames.Q().cols());
@@ -62,7 +62,7 @@ TEST(ConversionRefusal, NamesTheArgumentOutsideTheDomain) {
 TEST(ConversionRefusal, NamesThePlacesOfTheRequest) {
   ConversionTarget target{"ellipsoid"};
   target.to = "system";
-  EXPECT_EQ(outside(geodesic(2, 5), target), "system");
+  EXPECT_EQ(outside(geodesic_on(2, 5), target), "system");
   target.name = "moser_veselov_pair";
   target.scene = Place::made_of("from_session_id");
   EXPECT_EQ(outside(body(1e3), target), "from_session_id");

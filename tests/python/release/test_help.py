@@ -12,7 +12,7 @@ import pytest
 import stiefel
 
 MODULES = [importlib.import_module(f"stiefel.{path.stem}") for path in sorted(Path(stiefel.__file__).parent.glob("*.py"))
-           if path.stem not in ("__init__", "version")]
+           if path.stem not in ("__init__", "_public", "version")]
 
 
 def defined(module):

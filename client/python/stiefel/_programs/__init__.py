@@ -1,6 +1,6 @@
-"""The programs inside the wheel for this platform, which the console scripts `stiefel-server` and `stiefel` run.
+"""The program inside the wheel for this platform, which the console script `stiefel-server` runs.
 
-This folder of the wheel holds the programs and the shared libraries that they need. In the build tree and in the wheel
+This folder of the wheel holds the program and the shared libraries that it needs. In the build tree and in the wheel
 for every platform it holds none.
 """
 from __future__ import annotations
@@ -21,10 +21,6 @@ def bundled(name: str) -> Optional[Path]:
 
 def server() -> NoReturn:
     _run("stiefel-server")
-
-
-def command() -> NoReturn:
-    _run("stiefel")
 
 
 def _run(name: str) -> NoReturn:

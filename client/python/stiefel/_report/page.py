@@ -12,9 +12,11 @@ from typing import Any, Optional
 import numpy as np
 
 from stiefel import v1 as pb
+from stiefel._given.numbers import refused
 from stiefel._report import run_data
 from stiefel._results.base import Array
 from stiefel._results.body import matrices
+from stiefel._results.save import complete
 from stiefel.errors import StiefelError
 
 Session = Any  # a `stiefel.Session`
@@ -36,9 +38,8 @@ def write(path: "str | os.PathLike[str]", session: Session, to: int, name: Optio
           estimate_error: bool = True, tradeoff: Optional[bool] = None) -> None:
     """Writes the page of the run of a session up to step `to`. The file appears under its name when it is complete."""
     text = html(data(session, to, name, member, estimate_error, tradeoff))
-    part = Path(os.fspath(path) + ".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
+    with complete(path) as part:
+        Path(part).write_text(text, encoding="utf-8")
 
 
 def html(content: dict[str, Any]) -> str:
@@ -57,6 +58,8 @@ def template() -> str:
 def data(session: Session, to: int, name: Optional[str] = None, member: int = 0, estimate_error: bool = True,
          tradeoff: Optional[bool] = None) -> dict[str, Any]:
     """Returns what the page shows, as its script reads it."""
+    if not 0 <= member < (session.resolved().members or 1):
+        raise refused("member", f"{member}: is not a member of the scene")
     run = run_data.accuracy(session, to, estimate_error)
     drawn = run_data.samples(session, run)
     scene = session.scene

@@ -1,4 +1,4 @@
-"""Results as tables of HTML, for the last value of a notebook's cell."""
+"""Results as tables: of HTML for the last value of a notebook's cell, of text for a terminal."""
 from __future__ import annotations
 
 import dataclasses
@@ -31,6 +31,19 @@ def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[Any]]) -> s
         lines.append(f"<tr><td colspan='{len(rows[0])}'>and {len(rows) - ROWS} more</td></tr>")
     first = f"<thead><tr>{''.join(f'<th>{html.escape(name)}</th>' for name in head)}</tr></thead>" if head else ""
     return f"<table><caption>{html.escape(caption)}</caption>{first}<tbody>{''.join(lines)}</tbody></table>"
+
+
+def text_table(caption: str, head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """Returns all rows in columns."""
+    cells = [list(map(_in_line, row)) for row in ([head] if head else []) + list(rows)]
+    widths = [max(map(len, column)) for column in zip(*cells)]
+    return "\n".join([caption, *("  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in cells)])
+
+
+def _in_line(value: Any) -> str:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fc" and value.size <= 24:
+        return " ".join(np.array2string(value, precision=6, max_line_width=1000).split())
+    return value if isinstance(value, str) else brief(value)
 
 
 def of_fields(caption: str, fields: Mapping[str, Any],

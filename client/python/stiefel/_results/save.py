@@ -1,11 +1,12 @@
 """Writes a trajectory to a file, in the formats of `stiefel run --output` and in those of other tools."""
 from __future__ import annotations
 
+import io
 import json
 import os
 import shutil
-from decimal import Decimal
-from typing import Any, Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Callable, Iterator, TextIO
 
 import numpy as np
 
@@ -18,47 +19,47 @@ Trajectory = Any  # a `stiefel.Trajectory`
 
 def save(run: Trajectory, file: "str | os.PathLike[str]") -> None:
     """Writes the format of the file's extension. Raises ValueError if that is none of `WRITERS`."""
-    path = os.path.realpath(os.fspath(file))
-    write = WRITERS.get(os.path.splitext(path)[1].lower())
+    write = WRITERS.get(os.path.splitext(os.fspath(file))[1].lower())
     if write is None:
         raise ValueError(f"{os.fspath(file)}: must end in {', '.join(list(WRITERS)[:-1])} or {list(WRITERS)[-1]}")
+    with complete(file) as part:
+        write(run, part)
+
+
+@contextmanager
+def complete(file: "str | os.PathLike[str]") -> Iterator[str]:
+    """Gives the name under which to write a file, which appears under its own when the block ends well. A pipe or a device
+    is written itself."""
+    path = os.path.realpath(os.fspath(file))
+    if os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path)):
+        yield path
+        return
     part = path + ".part"
     try:
-        write(run, part)
+        yield part
         if os.path.isdir(path) and os.path.isdir(part):  # a folder cannot replace another one
             shutil.rmtree(path)
         os.replace(part, path)
     except BaseException:
-        if os.path.isdir(part):
-            shutil.rmtree(part)
-        elif os.path.exists(part):
-            os.remove(part)
+        remove(part)
         raise
 
 
-def number(value: float) -> str:
-    """Returns the shortest decimal that reads back to the same bits, as std::to_chars and the command `stiefel` write
-    it: fixed where that is not longer than scientific, and always with a point or an exponent."""
-    text = repr(value)
-    if 1e-3 <= abs(value) < 1e5 or value == 0 or not np.isfinite(value):
-        return text
-    sign, digits, exponent = Decimal(text).normalize().as_tuple()
-    assert isinstance(exponent, int)
-    mantissa = "".join(map(str, digits))
-    power = exponent + len(mantissa) - 1
-    minus = "-" if sign else ""
-    scientific = f"{minus}{mantissa[0]}{'.' if mantissa[1:] else ''}{mantissa[1:]}e{power:+03d}"
-    fixed = f"{value:.0f}" if exponent >= 0 else f"{value:.{-exponent}f}"
-    if len(fixed) > len(scientific):
-        return scientific
-    return fixed if exponent < 0 else fixed + ".0"
+def remove(path: str) -> None:
+    """Removes a file or a folder if it is there."""
+    if os.path.isdir(path):
+        shutil.rmtree(path)
+    elif os.path.exists(path):
+        os.remove(path)
 
 
 def _npz(run: Trajectory, part: str) -> None:
     described = about.compact({**about.beginning(run), **about.ending(run)})
     arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields, about.KEY: np.array(described.encode())}
+    packed = io.BytesIO()  # numpy closes a file badly that could not be written
+    np.savez_compressed(packed, **arrays)
     with open(part, "wb") as out:
-        np.savez_compressed(out, **arrays)
+        out.write(packed.getbuffer())
 
 
 def _csv(run: Trajectory, part: str) -> None:
@@ -71,24 +72,28 @@ def _csv(run: Trajectory, part: str) -> None:
         out.write(f"# {about.compact(about.beginning(run))}\n")
         out.write(f"# units: {','.join(['1', about.unit_of(run, 'time'), *units])}\n")
         out.write(",".join(f'"{name}"' if "," in name else name for name in columns) + "\n")
-        for row in zip(*(map(str if name in ("step", "utc") else number, values.tolist()) for name, values in columns.items())):
+        for row in zip(*(map(str if name in ("step", "utc") else repr, values.tolist()) for name, values in columns.items())):
             out.write(",".join(row) + "\n")
         out.write(f"# {about.compact(about.ending(run))}\n")
 
 
 def _json(run: Trajectory, part: str) -> None:
+    with open(part, "w", encoding="utf-8", newline="\n") as out:
+        write_json(run, out)
+
+
+def write_json(run: Trajectory, out: TextIO) -> None:
     """Writes {"samples": [...], "outcome": ..., "scene": ...}. NaN and the infinities, which JSON does not have, become
     null."""
-    with open(part, "w", encoding="utf-8", newline="\n") as out:
-        out.write('{"samples": [')
-        separator = "\n"
-        for step, time, fields in _samples(run):
-            blocks = ", ".join(f"{json.dumps(name)}: {_block(values)}" for name, values in fields.items())
-            out.write(f'{separator}{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}')
-            separator = ",\n"
-        rest = {**about.ending(run), **about.beginning(run)}
-        parts = (f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in rest.items())
-        out.write("],\n" + ",\n".join(parts) + "\n}\n")
+    out.write('{"samples": [')
+    separator = "\n"
+    for step, time, fields in _samples(run):
+        blocks = ", ".join(f"{json.dumps(name)}: {_block(values)}" for name, values in fields.items())
+        out.write(f'{separator}{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}')
+        separator = ",\n"
+    rest = {**about.ending(run), **about.beginning(run)}
+    parts = (f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in rest.items())
+    out.write("],\n" + ",\n".join(parts) + "\n}\n")
 
 
 def _hdf5(run: Trajectory, part: str) -> None:
@@ -131,7 +136,7 @@ def _lists(values: Any) -> str:
 
 
 def _in_json(value: float) -> str:
-    return number(value) if np.isfinite(value) else "null"
+    return repr(value) if np.isfinite(value) else "null"
 
 
 def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:

@@ -107,7 +107,7 @@ class Diagnosis(Ended):
         names = [invariant.name + invariant.of_member for invariant in self.invariants]
         width = max(map(len, names), default=0)
         lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
-        lines += [f"  {name:{width}}  {i.value:< .12g}  drift {i.drift:.1e}  {i.conservation}"
+        lines += [f"  {name:{width}}  {i.value:< 19.12g}  drift {i.drift:.1e}  {i.conservation}"
                   for name, i in zip(names, self.invariants)]
         if self.orthogonality is not None:
             of_all = any(i.member is not None for i in self.invariants)

@@ -63,6 +63,7 @@ class Recreation:
         # The step of the checkpoint with which the session was created is among the cached steps.
         self._earliest = self._last = Checkpoint(max(message.cached_steps, default=0), checkpoint) if checkpoint else START
         self._ended = False
+        self.reached = 0  #: the step that the last message of a stream told
 
     @property
     def metadata(self) -> Metadata:
@@ -172,6 +173,7 @@ class Recreation:
                 if not answered:
                     self.check_build(stream)
                     answered = True
+                self.reached = getattr(message, "step", self.reached)
                 yield message
         except grpc.RpcError as failure:
             self.check_failure(failure)

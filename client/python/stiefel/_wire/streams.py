@@ -1,7 +1,7 @@
 """What the readers of all streams share: checkpoints that come in parts, and a progress bar."""
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Optional
 
 from stiefel import v1 as pb
 from stiefel._results.extras import imported
@@ -39,8 +39,8 @@ class _NoBar:
         pass
 
 
-def progress_bar(count: int, wanted: bool, unit: str) -> Any:
-    """Returns a bar of tqdm for `count` units, as a context manager with `update(number)`; one that shows nothing if none
+def progress_bar(count: Optional[int], wanted: bool, unit: str) -> Any:
+    """Returns a bar of tqdm for `count` units, None for an unknown number, as a context manager with `update(number)`; one that shows nothing if none
     is wanted."""
     if not wanted:
         return _NoBar()
