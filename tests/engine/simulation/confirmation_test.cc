@@ -83,7 +83,7 @@ TEST(Confirmation, BodiesNextToAnUnstableRotationAreNotChaoticByAnyMethod) {
   for (const int N : {3, 4})
     for (const MethodOnSystem& on : catalogue().system("rigid_body")->methods) {
       if (on.method == "adaptive" || (on.takes != nullptr && N > 3)) continue;
-      for (const double aside : {1e-3, 1e-5, 0.0}) {
+      for (const double aside : {1e-3, 0.0}) {
         SceneDescription description =
             body(N == 3 ? std::vector<double>{2, 1, 0.1} : std::vector<double>{1, 2.2, 3.1, 4.5}, 7,
                  0.3);
@@ -93,7 +93,7 @@ TEST(Confirmation, BodiesNextToAnUnstableRotationAreNotChaoticByAnyMethod) {
         M(N == 3 ? 2 : 3, 0) -= N == 3 ? 2 : 4;
         description.initial["M"] = Block(M);
         const LyapunovExponents spectrum =
-            spectrum_of(resolved(description), {.to = 4000, .count = 2});
+            spectrum_of(resolved(description), {.to = 3000, .count = 2});
         EXPECT_NE(spectrum.kind(), MotionKind::chaotic) << on.method << N << said(spectrum);
       }
     }
