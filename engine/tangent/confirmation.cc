@@ -45,9 +45,9 @@ bool move_aside(SceneDescription& moved, const Simulation& now, const Eigen::Mat
     return std::ranges::find(fields, given.first, &Field::name) == fields.end();
   });
   for (const Field& field : fields) {
-    if (row >= direction.rows()) break;
     RowMatrix& block = moved.initial[field.name].values;
     if (block.size() == 0) block = now.get(field.name);
+    if (row == direction.rows()) continue;  // P of the reduced body, whose Q alone moves
     if (block.cols() != direction.cols() || row + block.rows() > direction.rows()) return false;
     block += Confirmation::distance * direction.middleRows(row, block.rows());
     row += block.rows();
@@ -77,11 +77,11 @@ Scene confirming_scene(const Scene& scene) {
 }
 
 std::string Confirmation::begin(const First& first) {
+  constexpr const char* none = "No motion beside this one could be made that would confirm it.";
   const Scene map = confirming_scene(first.scene);
   auto here = scene_at(map, first.start);
   SceneDescription moved = here ? here->description() : SceneDescription{};
-  if (!here || !move_aside(moved, first.start, first.direction))
-    return "No motion beside this one could be made that would confirm it.";
+  if (!here || !move_aside(moved, first.start, first.direction)) return none;
   std::int64_t interval = first.interval;
   if (moved.method) {
     const double most = static_cast<double>(interval) * map.substeps();
@@ -103,15 +103,14 @@ std::string Confirmation::begin(const First& first) {
               to_text(std::abs(*moved.step), 2);
   }
   const auto scene = Scene::resolve(std::move(moved), Scene::drift_tolerance);
-  if (!scene) return "No motion beside this one could be made that would confirm it.";
+  if (!scene) return none;
   LyapunovDescription what = first.what;
   what.from = 0;
   what.to = first.intervals * interval;
   what.interval = interval;
   motion_ = make_simulation(*scene);
   run_ = std::make_unique<LyapunovRun>(*scene, what, false);
-  if (!run_->prepare(*motion_).empty() || !run_->begin(*motion_).empty())
-    return "No motion beside this one could be made that would confirm it.";
+  if (!run_->prepare(*motion_).empty() || !run_->begin(*motion_).empty()) return none;
   state_.resize(motion_->saved_size());
   motion_->save(state_);
   return {};

@@ -35,6 +35,8 @@ constexpr double rounding_fall = 25;
 /// The part of the exponent that the confirmation must have.
 constexpr double confirmed_part = 0.25;
 
+double most_regular(double angle) { return regular_power * std::log1p(angle) + regular_offset; }
+
 }  // namespace
 
 Judgement judge_growth(const Growth& growth, double rate) {
@@ -50,7 +52,7 @@ Judgement judge_growth(const Growth& growth, double rate) {
   const double fall_2 = b.gali_2 - a.gali_2, fall_k = b.gali_k - a.gali_k;
   const Growth::BatchMeans means = growth.batch_means();
   const double lambda = S / time, error = means.errors(0) + std::log1p(angle) / time;
-  const double regular_S = regular_power * std::log1p(angle) + regular_offset;
+  const double regular_S = most_regular(angle);
   const bool many = growth.count() > 1;
 
   const std::string growths = "t·lambda(t) is " + number(S) + " at the end and rose by " +
@@ -110,7 +112,9 @@ Judgement confirmed(const Judgement& found, const Growth& growth, const Growth& 
     return {MotionKind::undecided, neighbour + " ended early, so that it confirms nothing."};
   const double lambda = growth.sums()(0) / growth.time(), other = beside.sums()(0) / beside.time();
   const std::string numbers = neighbour + " has lambda = " + number(other) + " over the same time";
-  if (other >= confirmed_part * lambda && judge_growth(beside, rate).kind == MotionKind::chaotic)
+  const double least = chaotic_excess * most_regular(rate * beside.time());
+  if (other >= confirmed_part * lambda && beside.sums()(0) >= least &&
+      beside.deepest_fall() < rounding_fall)
     return {MotionKind::chaotic, numbers + "."};
   return {MotionKind::undecided,
           numbers + (how.empty() ? ": the growth is of this single motion, such as an unstable "

@@ -20,8 +20,8 @@ struct Judgement {
 Judgement judge_growth(const Growth& growth, double rate);
 
 /// Returns what remains of the judgement `found`, "chaotic", with the growth of a confirmation,
-/// which is incomplete if not `reached`: it must be chaotic too. `how`: its map, empty if it is
-/// that of a discrete system. `attempt`: 0 or 1.
+/// which is incomplete if not `reached`: it must exceed a regular motion's as far. `how`: its map,
+/// empty if it is that of a discrete system. `attempt`: 0 or 1.
 Judgement confirmed(const Judgement& found, const Growth& growth, const Growth& beside, double rate,
                     bool reached, const std::string& how, std::int64_t attempt);
 

@@ -226,7 +226,8 @@ class Session(Held):
                  interval: int = 0, seed: int = 0, checkpoint: bytes = b"", timeout: Optional[float] = None,
                  time: Any = None) -> LyapunovSpectrum:
         """Returns the Lyapunov exponents of the motion from `start` to step `to`, or to a `time` that is a step's, with
-        error bars, and a verdict: regular, chaotic or undecided.
+        error bars, and a verdict: regular, chaotic or undecided. Chaotic is said of the flow: what looks chaotic is
+        followed again, by a method of the highest order, which may take many times the work.
 
         `count`: how many, the largest ones; by default all, for states of up to 1024 numbers. `every`: keeps the numbers
         about every so many steps. `interval`: steps between two orthonormalisations; by default about a radian of the
