@@ -42,6 +42,31 @@ void reduce(stiefel::Matrix<Scalar>& A, Coefficients<Scalar>& h) {
   }
 }
 
+/// The reduction, and the unitary Q of it in its place, with a check for a stop request before each
+/// reflection.
+template <class Scalar, bool is_complex>
+struct tridiagonalization_inplace_selector<stiefel::Matrix<Scalar>, Dynamic, is_complex> {
+  static void run(stiefel::Matrix<Scalar>& A, auto& diagonal, auto& below, Coefficients<Scalar>& h,
+                  bool with_Q) {
+    const Index n = A.rows();
+    reduce<Scalar>(A, h);
+    diagonal = A.diagonal().real();
+    below = A.template diagonal<-1>().real();
+    if (!with_Q) return;
+    stiefel::Vector<Scalar> workspace(n);
+    A.diagonal().setOnes();
+    A.template triangularView<StrictlyUpper>().setZero();
+    for (Index k = n - 2; k >= 0; --k) {
+      stiefel::stop_point();
+      A.bottomRightCorner(n - k - 1, n - k - 1)
+          .applyHouseholderOnTheLeft(A.col(k).tail(n - k - 2), numext::conj(h.coeff(k)),
+                                     workspace.data());
+      A.col(k).tail(n - k - 1).setZero();
+    }
+    A.col(0).tail(n - 1).setZero();
+  }
+};
+
 /// Repeats Eigen's QR iteration on the tridiagonal form, operation by operation, with a check for a
 /// stop request before each step: with complex eigenvectors it takes most of a second at N = 512.
 template <class Scalar>

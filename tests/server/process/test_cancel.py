@@ -95,6 +95,15 @@ def diagnosis_of(scene, **asked):
     return with_session(scene, lambda stub, s: stub.Diagnose.future(pb.DiagnoseRequest(session_id=s, **asked)))
 
 
+def linearized(N, method="variational"):
+    """One vector of a body whose state has too many numbers for coordinates."""
+    M = np.zeros((1, 2 * N, N))
+    M[0, N, 1], M[0, N + 1, 0] = 1, -1
+    vectors = pb.Tensor(data_type=pb.DATA_TYPE_FLOAT64, shape=M.shape, data=M.tobytes())
+    return with_session(body(N, name=method), lambda stub, s: stub.Linearize(pb.LinearizeRequest(
+        session_id=s, to=10**6, vectors=vectors)))
+
+
 def stream_of(method, request):
     return lambda stub: getattr(stub, method)(request)
 
@@ -138,6 +147,10 @@ CALLS = {
         session_id=s, to=10**6, every=10**5, quantities=[pb.Quantity(name="energy", statistics=[pb.STATISTIC_DRIFT])]))),
     "Linearize": with_session(body(24, name="variational"), lambda stub, s: stub.Linearize(pb.LinearizeRequest(
         session_id=s, to=10**6))),
+    "Linearize, N = 300": linearized(300),
+    "Linearize, N = 300, munthe_kaas4": linearized(300, "munthe_kaas4"),
+    "LyapunovSpectrum, N = 300": with_session(body(300, name="variational"), lambda stub, s: stub.LyapunovSpectrum(
+        pb.LyapunovSpectrumRequest(session_id=s, to=10**6, count=4))),
     "LyapunovSpectrum": with_session(body(24, name="variational"), lambda stub, s: stub.LyapunovSpectrum(
         pb.LyapunovSpectrumRequest(session_id=s, to=10**6, count=4))),
     "Diagnose, brackets": diagnosis_of(body(512, system="symmetric_rigid_body", name="variational"),
@@ -155,7 +168,7 @@ CALLS = {
 }
 
 #: Those that `make test` has; each of them computed on for seconds before it looked at its token.
-QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diagnose, a step that takes minutes",
+QUICK = ["Step, variational, Lambda from 1 to 1000", "Linearize, N = 300", "LyapunovSpectrum, N = 300", "Diagnose, brackets", "Diagnose, a step that takes minutes",
          "Diagnose, double_bracket", "CreateSession, double_bracket", "ForkSession, ensemble", "MeasureTradeoff", "Connect",
          "ConjugatePoints, radius", "Convert to interpolation"]
 
