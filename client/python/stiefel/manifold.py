@@ -26,6 +26,7 @@ from stiefel._manifold.inertia import InertiaMetric
 from stiefel._wire.streams import progress_bar
 from stiefel.client import Client
 from stiefel.errors import StiefelError
+from stiefel.results import Geodesic
 from stiefel.simulation import own_client
 
 __all__ = ["Joined", "NotJoined", "SpecialOrthogonal", "Stiefel"]
@@ -164,7 +165,8 @@ class _Manifold:
         frames, others = self._same(self._frame(Q), self._frame(P))
         axes = frames.shape[:-2]
         starts, ends = frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)
-        found, some = [], min(MOST_PAIRS, max(1, len(starts) // 100)) if progress else MOST_PAIRS
+        found: list[Geodesic] = []
+        some = min(MOST_PAIRS, max(1, len(starts) // 100)) if progress else MOST_PAIRS
         with progress_bar(len(starts), progress, "pair") as bar:
             for first in range(0, len(starts), some):
                 pairs = list(zip(starts[first:first + some], ends[first:first + some]))
@@ -173,7 +175,8 @@ class _Manifold:
         missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
         if missed and not partial:
             raise NotJoined(missed, len(found), found[missed[0]].run_status.message)
-        there = np.array([geodesic.velocity is not None for geodesic in found], bool)
+        there = np.ones(len(found), bool)
+        there[missed] = False
         V = np.full(starts.shape, np.nan)
         if there.any():
             V[there] = self._metric.tangent(starts[there], np.array([found[i].velocity for i in np.flatnonzero(there)]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 from dataclasses import dataclass
-from typing import Any, Iterator, Mapping, Optional, TypeVar
+from typing import Any, Callable, Iterator, Mapping, Optional, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from stiefel._given.shown import shown
 from stiefel._results.html import Shown, of_fields
 
 N = TypeVar("N", bound="Named")
+T = TypeVar("T")
 Array = NDArray[Any]  # float64, complex128, or float32 in a scene whose scalar is "float"
 
 
@@ -43,10 +44,10 @@ class ByValue(Shown):
                    for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
 
 
-class Late:
-    """A field of a dataclass that may be given as a function, which is called when somebody asks for the field."""
+class _Late:
+    """A field that may be given as a function, which is called when somebody asks for the field."""
 
-    def __set_name__(self, owner: type, name: str) -> None:
+    def __init__(self, name: str):
         self._name = name
 
     def __set__(self, instance: Any, value: Any) -> None:
@@ -54,11 +55,19 @@ class Late:
 
     def __get__(self, instance: Any, owner: Optional[type] = None) -> Any:
         if instance is None:
-            raise AttributeError(self._name)  # for a dataclass: the field has no default
+            raise AttributeError(self._name)  # as of every field without a default
         value = instance.__dict__[self._name]
         if callable(value):
             value = instance.__dict__[self._name] = value()
         return value
+
+
+def late(name: str) -> Callable[[type[T]], type[T]]:
+    """A decorator of dataclasses: the field may be given as a function, which is called when somebody asks for it."""
+    def made(kind: type[T]) -> type[T]:
+        setattr(kind, name, _Late(name))
+        return kind
+    return made
 
 
 class Outcome(str, enum.Enum):

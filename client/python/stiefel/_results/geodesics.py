@@ -4,17 +4,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Optional, Sequence, overload
 
-from stiefel._results.base import Array, ByValue, Ended, Late, Price, RunStatus
+from stiefel._results.base import Array, ByValue, Ended, Price, RunStatus, late
 from stiefel._results.server_catalogue import Choice
 
 __all__ = ["ConjugatePoint", "ConjugatePoints", "Conversion", "Geodesic", "InjectivityRadius"]
 
 
+@late("scene")
 @dataclass(frozen=True, eq=False, repr=False)
 class Conversion(ByValue):
     """A motion in the variables of another system, as a scene or as blocks."""
 
-    scene: Optional[dict[str, Any]] = Late()  #: the resolved scene; None if the target is not a system
+    scene: Optional[dict[str, Any]]  #: the resolved scene; None if the target is not a system
     blocks: dict[str, Array]  #: the blocks by name if the target is not a system, else empty
     margins: dict[str, float]  #: distance from the edge of each domain, by the domain's name: positive inside
 
@@ -27,13 +28,14 @@ class Conversion(ByValue):
         return f"<stiefel.Conversion to {what}{margins}>"
 
 
+@late("scene")
 @dataclass(frozen=True, eq=False, repr=False)
 class Geodesic(Ended, ByValue):
     """The geodesic that joins two frames. If `outcome` is not REACHED, none was found."""
 
     #: the scene of the motion from Q_0 at time 0 to Q_T at the given time; None where it was not asked for, and in a metric
     #: that no Lambda has
-    scene: Optional[dict[str, Any]] = Late()
+    scene: Optional[dict[str, Any]]
     velocity: Optional[Array]  #: Qdot at Q_0; None for the discrete problem
     energy: float
     residual: float  #: max |Q(time) - Q_T|

@@ -54,7 +54,8 @@ def conversion(messages: Sequence[pb.ConvertResponse], request: pb.ConvertReques
         require(message.continues == (message is not messages[-1]), "a part of the conversion is missing")
         blocks.take(message.blocks)
         arrays.take(message.scene_arrays)
-    first, found, scene = complete(messages[0], "price"), arrays.finish(), None
+    first, found = complete(messages[0], "price"), arrays.finish()
+    scene: Any = None
     if first.HasField("scene"):
         scene = partial(_scene, resolve(request.scene, first.scene, first.cleared, found), found)
     others = blocks.finish()

@@ -45,7 +45,8 @@ def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, ti
 def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int, timeout: Optional[float], time: Any,
                rates: bool, times: Any) -> Array:
     """Does what `Session.covariance` says."""
-    given, scene, which = numbers("P0", P0), session._known_scene(), slice(None)
+    given, scene = numbers("P0", P0), session._known_scene()
+    which: Any = slice(None)
     if times is not None:
         for name, value in (("to", to), ("time", time), ("every", every or None)):
             if value is not None:
