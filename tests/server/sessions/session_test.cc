@@ -148,7 +148,7 @@ std::shared_ptr<Session> session_of_many(int members) {
 }
 
 /// A group of members that was fetched from memory takes many steps, on any thread, before the next
-/// group is fetched.
+/// group is fetched: as many as there are between two checkpoints.
 TEST(Session, AGroupOfMembersTakesManyStepsAtATime) {
   const auto session = session_of_many(20'000);
   CountingCrew crew;
@@ -166,7 +166,7 @@ TEST(Session, AGroupOfMembersTakesManyStepsAtATime) {
   const std::size_t groups = go(1);
   EXPECT_GE(groups, 2'500u);
   const std::size_t times = go(501) / groups;
-  EXPECT_LE(times, 4u) << "the groups were fetched for 500 steps";
+  EXPECT_LE(times, 10u) << "the groups were fetched for 500 steps";
   EXPECT_GE(times, 1u);
 }
 
