@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "engine/catalogue/methods/step_weight.h"
 #include "engine/numbers/to_text.h"
@@ -29,6 +30,12 @@ double between_samples(std::size_t compared, std::int64_t steps) {
   return compared >= 128 ? 1.25 : 1.75;
 }
 
+/// Whether every state comes from the first one, so that between two samples only its rounding
+/// changes: a closed form is verified at samples.
+bool is_closed_form(const Candidate& candidate) {
+  return candidate.order == 0 && !candidate.own_steps;
+}
+
 }  // namespace
 
 Chooser::Chooser(const SceneDescription& description, const Place& place, MeasuredMotions motions,
@@ -46,7 +53,7 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
                                 std::int64_t to) {
   const double step_work = candidate.weight * method.substeps.value_or(1);
   const Scene scene = motions_.front().with(method).value();
-  const bool whole = to == steps_, closed_form = candidate.order == 0 && !candidate.own_steps;
+  const bool whole = to == steps_, closed_form = is_closed_form(candidate);
   const auto& compared = whole ? samples().steps : coarse_;
   const auto states = static_cast<double>(closed_form ? std::ssize(compared) : to);
   Trial trial{*scene.description().method};
@@ -71,7 +78,7 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   error *= whole ? between_samples(compared.size(), steps_)
                  : safety_factor * growth_.beyond(candidate, result, compared, steps_);
   trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
-  if (trial.good() && !every_step()) trial.verified = false;
+  if (trial.good() && !every_step() && !closed_form) trial.verified = false;
   trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
   // An estimate within the tolerance does not count: a whole run decides.
   if ((trial.verified || !trial.good()) && trial.error < nearest_.error) nearest_ = trial;
@@ -167,14 +174,15 @@ bool Chooser::solve_references(double share) {
 }
 
 std::optional<Chooser::Trial> Chooser::measure(const MethodDescription& method) {
-  if (!solve_references(largest_reference_share) || !every_step()) return std::nullopt;
+  if (!solve_references(largest_reference_share) || !reaches_horizon()) return std::nullopt;
+  if (!every_step() && !is_closed_form(all_.front())) return std::nullopt;
   Trial trial = attempt(all_.front(), method, steps_);
   return trial.verified ? std::optional(std::move(trial)) : std::nullopt;
 }
 
 void Chooser::estimate() {
   // Closed forms first, then the high orders: what they cost bounds what the others need to try.
-  const auto rank = [](const Candidate& c) { return c.order == 0 && !c.own_steps ? 100 : c.order; };
+  const auto rank = [](const Candidate& c) { return is_closed_form(c) ? 100 : c.order; };
   std::ranges::stable_sort(all_, [&](const Candidate& a, const Candidate& b) {
     if (rank(a) != rank(b)) return rank(a) > rank(b);
     return a.weight < b.weight;
@@ -191,8 +199,7 @@ void Chooser::estimate() {
     if (sibling) continue;
     growth_ = {};
     allowance_ = (most - (before - left_)) / static_cast<double>(all_.size() - i);
-    const bool closed_form = rank(candidate) == 100;
-    const auto trial = closed_form && reaches_horizon()
+    const auto trial = is_closed_form(candidate) && reaches_horizon()
                            ? std::optional(attempt(candidate, candidate.method, steps_))
                        : candidate.own_steps ? loosest_tolerance(candidate)
                                              : fewest_substeps(candidate);
@@ -278,7 +285,8 @@ std::optional<Chooser::Trial> Chooser::cheapest_estimate() const {
 
 std::expected<Chooser::Trial, Violations> Chooser::choose() {
   if (!solve_references(reference_share)) return std::unexpected(refusal());
-  if (reaches_horizon() && !every_step() && !accepts_estimate()) return std::unexpected(refusal());
+  if (reaches_horizon() && !every_step() && !accepts_estimate())
+    std::erase_if(all_, std::not_fn(is_closed_form));
   estimate();
   if (reaches_horizon())
     if (auto verified = cheapest_verified()) return *std::move(verified);
@@ -308,7 +316,7 @@ std::string Chooser::why_not() const {
            ", takes about " + to_text(samples().work / part, 3) + " instructions, and may take " +
            to_text(reference_share * budget_, 3) + or_accept;
   }
-  if (!every_step() && !accepts_estimate()) {
+  if (!every_step() && !accepts_estimate() && std::isinf(nearest_.error)) {
     const auto in_MiB = [](double bytes) { return to_text(std::ceil(bytes / (1 << 20))) + " MiB"; };
     return "cannot be verified" + to + ": the reference, " + samples().reference + ", at each of " +
            std::to_string(steps_) + " steps takes about " + to_text(samples().all_work, 3) +
@@ -349,17 +357,21 @@ std::string Chooser::reason(const Trial& trial) const {
   const double measured = static_cast<double>(trial.steps) * std::abs(*description_.step);
   std::string text = to_text(trial.method) + ": error " + short_text(trial.error * tolerance_) +
                      " up to t = " + to_text(*description_.horizon) + " at " +
-                     short_text(trial.cost) + " instructions: the cheapest of " +
-                     std::to_string(all_.size()) + " candidates within " + to_text(tolerance_) +
+                     short_text(trial.cost) + " instructions: " +
+                     (all_.size() == 1 ? "the only candidate"
+                                       : "the cheapest of " + std::to_string(all_.size()) +
+                                             " candidates") +
+                     " within " + to_text(tolerance_) +
                      "; compared with " + samples().reference + " (error " +
                      short_text(samples().answers.back().error) + ")";
   if (!is_weighed(motions_.front().with(trial.method).value()))
     text += "; the work of its steps is estimated, not counted";
   if (!trial.verified && trial.steps < steps_)
     text += "; not verified: measured to t = " + to_text(measured) + " and extrapolated";
-  else if (!trial.verified && !every_step())
-    text += "; not verified: compared at " + std::to_string(samples().steps.size()) + " of " +
-            std::to_string(steps_) + " steps";
+  else if (!every_step())
+    text += (trial.verified ? "; compared at " : "; not verified: compared at ") +
+            std::to_string(samples().steps.size()) + " of " + std::to_string(steps_) + " steps" +
+            (trial.verified ? ", between which the error of a closed form is rounding" : "");
   return text;
 }
 

@@ -30,7 +30,9 @@ struct Choice {
   double horizon;
   /// The largest error up to the horizon: measured if `verified`, else estimated from some steps.
   double error = 0;
-  bool verified = false;  ///< whether every step up to the horizon was compared with a reference
+  /// Whether every step up to the horizon was compared with a reference, or the method is a closed
+  /// form, which was compared at up to 550.
+  bool verified = false;
   /// The chosen method and why: its error, up to which time, against which reference, at which
   /// work.
   std::string reason;
@@ -53,10 +55,12 @@ struct Choice {
 /// Takes at most Choice::most_work. Does not start a run that is predicted to take more than is
 /// left of it, and ends a run that takes more than predicted. Refuses a choice that it cannot
 /// verify within this work and Choice::most_sample_bytes, with what verifying takes: a body with
-/// N = 3 beyond some 150 000 steps, with N = 4 beyond 7000 long or 50 000 short ones. Where
-/// `verification` is "optional" it returns the cheapest method by its errors at up to 550 steps
-/// spread over the horizon, or by those of a part of it, not verified. Refuses at once where not
-/// even the first state of the reference can be computed, from about N = 50 on.
+/// N = 4 beyond 7000 long or 50 000 short steps. Between steps the error of a closed form is
+/// rounding: where not every step can be compared (N = 3, some 150 000 steps), `exact` is verified
+/// at up to 550 steps and is the only candidate. Where `verification` is "optional" it returns the
+/// cheapest method by its errors at up to 550 steps spread over the horizon, or by those of a part
+/// of it, not verified. Refuses at once where not even the first state of the reference can be
+/// computed, from about N = 50 on.
 ///
 /// An ensemble gets one method, and the tolerance holds for each member: every member is verified
 /// with that method. The work is that of all members together; where it does not suffice for all

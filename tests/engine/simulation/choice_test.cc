@@ -243,9 +243,22 @@ std::pair<double, double> works(const std::string& rule) {
   return found.size() == 2 ? std::pair(found[0], found[1]) : std::pair(0.0, 0.0);
 }
 
+/// 10⁸ states of the reference are too many to compare: the closed form needs no comparison between
+/// samples.
+TEST(Choice, OfManyStepsIsTheClosedForm) {
+  const auto [scene, choice] = resolve_choosing(asked(1e-6, 5e6, 3, 0.05)).value();
+  EXPECT_EQ(choice->method.name, "exact");
+  EXPECT_TRUE(choice->verified);
+  EXPECT_LE(choice->error, 1e-6);
+  EXPECT_NE(choice->reason.find("of 100000000 steps"), std::string::npos) << choice->reason;
+  const auto refused = resolve_choosing(asked(1e-17, 5e6, 3, 0.05));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().front().reason, "TOLERANCE_NOT_MET");
+}
+
 /// 300 000 states of the reference are too many.
 TEST(Choice, ThatIsRefusedTakesMoreThanItMay) {
-  SceneDescription d = asked(1e-6, 15000, 3, 0.05);
+  SceneDescription d = asked(1e-6, 300, 4, 0.001);
   const auto refused = resolve_choosing(d);
   ASSERT_FALSE(refused);
   const Violation& violation = refused.error().front();
