@@ -184,7 +184,7 @@ bool DriveCall::run_slice() noexcept {
       log_.worked();
       return true;
     }
-    const bool stopped = cursor_->cancelled();
+    const bool stopped = cursor_->stopped();
     if (!stopped) answer_step(**session_, *cursor_, task_, response_.mutable_step());
     log_.worked();
     reply(stopped ? errors::shutting_down(**session_, cursor_->simulation()) : grpc::Status::OK);

@@ -88,7 +88,7 @@ bool UnaryCall::run_slice() noexcept {
         return true;
       }
       steps_done_ = true;
-      if (!cancelled() && cursor_->cancelled()) {
+      if (!cancelled() && cursor_->stopped()) {
         end(errors::shutting_down(**session_, cursor_->simulation()));
         return false;
       }

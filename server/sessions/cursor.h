@@ -57,7 +57,8 @@ class Cursor {
   void rest();
 
   const RunStatus& run_status() const { return run_status_; }
-  bool cancelled() const { return run_status_.outcome == Outcome::cancelled; }
+  /// Whether a stop request or `cancel` ended the run.
+  bool stopped() const { return run_status_.outcome == Outcome::cancelled; }
   /// The step of the state from which the cursor started.
   std::int64_t start() const { return start_; }
   const Simulation& simulation() const { return *simulation_; }

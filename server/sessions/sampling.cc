@@ -51,7 +51,7 @@ void Sampling::take(Batch& batch, const std::stop_token& stop) {
   std::int64_t budget =
       slice_steps(session_.step_cost() + sample_cost / static_cast<double>(range_.every));
   while (!done_ && !full(batch) && cursor_.advance(target(), budget, stop)) {
-    if (cursor_.cancelled()) return;
+    if (cursor_.stopped()) return;
     if (cursor_.run_status().reached() && cursor_.step() < next_) {
       checkpoint();
       continue;
