@@ -168,9 +168,9 @@ CALLS = {
 }
 
 #: Those that `make test` has; each of them computed on for seconds before it looked at its token.
-QUICK = ["Step, variational, Lambda from 1 to 1000", "Linearize, N = 300", "LyapunovSpectrum, N = 300", "Diagnose, brackets", "Diagnose, a step that takes minutes",
+QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diagnose, a step that takes minutes",
          "Diagnose, double_bracket", "CreateSession, double_bracket", "ForkSession, ensemble", "MeasureTradeoff", "Connect",
-         "ConjugatePoints, radius", "Convert to interpolation"]
+         "ConjugatePoints, radius", "Convert to interpolation", "Linearize, N = 300", "LyapunovSpectrum, N = 300"]
 
 
 def rpc_of(name):
