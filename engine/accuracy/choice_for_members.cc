@@ -148,7 +148,8 @@ std::expected<Choice, Violations> MembersChooser::choose() {
                     chosen->verified,
                     chooser.reason(*chosen) + "; the largest error of " +
                         std::to_string(members_.size()) + " members" +
-                        (worst_ ? ", in member " + std::to_string(*worst_) : ""),
+                        (worst_ ? ", in member " + std::to_string(*worst_) : "") +
+                        (chosen->verified ? "" : "; not verified in every member"),
                     Choice::most_work - left_};
     pilots_.insert(pilots_.end(), missed_.begin(), missed_.end());
   }

@@ -23,7 +23,7 @@ constexpr double safety_factor = 2;
 /// A candidate that costs more than this multiple of the cheapest estimate is not estimated.
 constexpr double most_over_cheapest = 4;
 
-/// Factor by which the largest error between the compared steps may exceed that at them.
+/// Factor by which the largest error between the compared steps is taken to exceed that at them.
 double between_samples(std::size_t compared, std::int64_t steps) {
   if (static_cast<std::int64_t>(compared) == steps) return 1;
   return compared >= 128 ? 1.25 : 1.75;
@@ -51,7 +51,8 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   const auto states = static_cast<double>(closed_form ? std::ssize(compared) : to);
   Trial trial{*scene.description().method};
   trial.cost = step_work * static_cast<double>(steps_);
-  trial.too_expensive = states * step_work > left_;
+  trial.too_expensive =
+      states * step_work + static_cast<double>(compared.size()) * comparison_work() > left_;
   if (trial.too_expensive) return trial;
   const Run result = motions_.run(method, candidate.weight, compared, to, Watch::errors, {}, left_);
   left_ -= result.spent;
@@ -70,6 +71,7 @@ Chooser::Trial Chooser::attempt(const Candidate& candidate, const MethodDescript
   error *= whole ? between_samples(compared.size(), steps_)
                  : safety_factor * growth_.beyond(candidate, result, compared, steps_);
   trial.error = std::isfinite(error) ? error / tolerance_ : infinity;
+  if (trial.good() && !every_step()) trial.verified = false;
   trial.cost = result.work * static_cast<double>(steps_) / static_cast<double>(result.steps);
   // An estimate within the tolerance does not count: a whole run decides.
   if ((trial.verified || !trial.good()) && trial.error < nearest_.error) nearest_ = trial;
@@ -165,7 +167,7 @@ bool Chooser::solve_references(double share) {
 }
 
 std::optional<Chooser::Trial> Chooser::measure(const MethodDescription& method) {
-  if (!solve_references(largest_reference_share) || !reaches_horizon()) return std::nullopt;
+  if (!solve_references(largest_reference_share) || !every_step()) return std::nullopt;
   Trial trial = attempt(all_.front(), method, steps_);
   return trial.verified ? std::optional(std::move(trial)) : std::nullopt;
 }
@@ -195,7 +197,7 @@ void Chooser::estimate() {
                        : candidate.own_steps ? loosest_tolerance(candidate)
                                              : fewest_substeps(candidate);
     if (!trial || !trial->good()) continue;
-    bound_ = std::min(bound_, (trial->verified ? 1 : most_over_cheapest) * trial->cost);
+    bound_ = std::min(bound_, (trial->steps == steps_ ? 1 : most_over_cheapest) * trial->cost);
     plans_.push_back({&candidate, *trial});
   }
 }
@@ -214,9 +216,9 @@ void Chooser::refine(const Plan& run) {
     constexpr double finest = 1e-15;
     const double epsilon = *trial.method.tolerance;
     if (trial.good() || epsilon <= finest) return;
-    const double next = std::max(finest, epsilon * std::min(0.1, 0.5 / trial.error));
-    const double cost = trial.cost * std::pow(epsilon / next, 1.0 / candidate.order);
-    return add(candidate, candidate.with_tolerance(next), cost);
+    // A large error is not in proportion to the tolerance. The cost is at least that of this run.
+    const double next = std::max(finest, epsilon * std::clamp(0.5 / trial.error, 1e-4, 0.1));
+    return add(candidate, candidate.with_tolerance(next), trial.cost);
   }
   if (candidate.order == 0) return;
   const double m = trial.method.substeps.value_or(1);
@@ -251,7 +253,9 @@ std::optional<Chooser::Trial> Chooser::cheapest_verified() {
         std::ranges::min_element(plans_, {}, [](const Plan& plan) { return plan.trial.cost; });
     Plan plan = std::move(*cheapest);
     plans_.erase(cheapest);
-    if (plan.trial.verified) return plan.trial;
+    // A run over the whole horizon that is good is verified, or compared at all there is.
+    if (plan.trial.steps == steps_) return plan.trial;
+    if (!tried_.insert(to_text(plan.trial.method)).second) continue;
     const Trial estimate =
         std::exchange(plan.trial, attempt(*plan.candidate, plan.trial.method, steps_));
     if (plan.trial.too_expensive) {
@@ -274,10 +278,11 @@ std::optional<Chooser::Trial> Chooser::cheapest_estimate() const {
 
 std::expected<Chooser::Trial, Violations> Chooser::choose() {
   if (!solve_references(reference_share)) return std::unexpected(refusal());
+  if (reaches_horizon() && !every_step() && !accepts_estimate()) return std::unexpected(refusal());
   estimate();
   if (reaches_horizon())
     if (auto verified = cheapest_verified()) return *std::move(verified);
-  if (description_.verification == "optional")
+  if (accepts_estimate())
     if (auto estimate = cheapest_estimate()) return *std::move(estimate);
   return std::unexpected(refusal());
 }
@@ -300,13 +305,22 @@ std::string Chooser::why_not() const {
   if (!reaches_horizon()) {
     const double part = static_cast<double>(samples().last()) / static_cast<double>(steps_);
     return "cannot be verified" + to + ": the reference, " + samples().reference +
-           ", takes about " + short_text(samples().work / part) + " instructions, and may take " +
-           short_text(reference_share * budget_) + or_accept;
+           ", takes about " + to_text(samples().work / part, 3) + " instructions, and may take " +
+           to_text(reference_share * budget_, 3) + or_accept;
+  }
+  if (!every_step() && !accepts_estimate()) {
+    const auto in_MiB = [](double bytes) { return to_text(std::ceil(bytes / (1 << 20))) + " MiB"; };
+    return "cannot be verified" + to + ": the reference, " + samples().reference + ", at each of " +
+           std::to_string(steps_) + " steps takes about " + to_text(samples().all_work, 3) +
+           " instructions and " + in_MiB(bytes_of_samples()) + ", and may take " +
+           to_text(reference_share * budget_, 3) + " and " + in_MiB(Choice::most_sample_bytes) +
+           or_accept;
   }
   if (const auto estimate = cheapest_estimate())
     return "cannot be verified" + to + ": the whole run of " + to_text(estimate->method) +
-           " takes about " + short_text(estimate->cost) + " instructions, and " + may_take +
-           or_accept;
+           ", compared at every step, takes about " + to_text(work_of_whole_run(*estimate), 3) +
+           " instructions, and " + to_text(std::max(left_, 0.0), 3) + " are left of the " +
+           short_text(budget_) + " that a choice may take" + or_accept;
   if (std::isfinite(nearest_.error))
     return "cannot be met" + to + ": the smallest error found is " +
            short_text(nearest_.error * tolerance_) + ", of " + to_text(nearest_.method);
@@ -324,8 +338,10 @@ Violations Chooser::refusal() const {
     violation.metadata["best_error"] = to_text(nearest_.error * tolerance_);
     violation.metadata["best_method"] = to_text(nearest_.method);
   }
-  if (const auto estimate = cheapest_estimate())
-    violation.metadata["verification_work"] = to_text(estimate->cost);
+  const auto estimate = cheapest_estimate();
+  if (estimate || (reaches_horizon() && !every_step()))
+    violation.metadata["verification_work"] =
+        to_text(estimate ? work_of_whole_run(*estimate) : samples().all_work);
   return {violation};
 }
 
@@ -339,8 +355,11 @@ std::string Chooser::reason(const Trial& trial) const {
                      short_text(samples().answers.back().error) + ")";
   if (!is_weighed(motions_.front().with(trial.method).value()))
     text += "; the work of its steps is estimated, not counted";
-  if (!trial.verified)
+  if (!trial.verified && trial.steps < steps_)
     text += "; not verified: measured to t = " + to_text(measured) + " and extrapolated";
+  else if (!trial.verified && !every_step())
+    text += "; not verified: compared at " + std::to_string(samples().steps.size()) + " of " +
+            std::to_string(steps_) + " steps";
   return text;
 }
 

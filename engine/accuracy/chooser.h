@@ -3,6 +3,7 @@
 #include <expected>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,13 +37,15 @@ class Chooser {
     double cost = infinity;
     std::int64_t steps = 0;
     bool too_expensive = false;  ///< not run, or ended, because it takes too much work
-    bool verified = false;       ///< run over the whole horizon, whatever the error
+    /// Whether the error is known: no step of the horizon has a larger one, or one misses the
+    /// tolerance.
+    bool verified = false;
     bool good() const { return error <= 1; }
   };
 
   /// Returns the cheapest method that keeps the tolerance, or the refusal with reason
   /// TOLERANCE_NOT_MET. The trial is verified unless the description accepts an unverified choice
-  /// and verifying takes more than the budget.
+  /// and comparing every step takes more than the budget or than the memory of the samples.
   std::expected<Trial, Violations> choose();
 
   /// Runs one method, an entry of the first candidate, over the whole horizon with all of the
@@ -77,6 +80,19 @@ class Chooser {
   void refine(const Plan& run);
   std::optional<Trial> cheapest_estimate() const;
   bool reaches_horizon() const { return samples().last() == steps_; }
+  /// Whether every step up to the horizon is a sample.
+  bool every_step() const { return std::ssize(samples().steps) == steps_; }
+  double comparison_work() const {
+    return static_cast<double>(motions_.count()) * stiefel::comparison_work(motions_.front());
+  }
+  double work_of_whole_run(const Trial& trial) const {
+    return trial.cost + static_cast<double>(samples().steps.size()) * comparison_work();
+  }
+  double bytes_of_samples() const {
+    return static_cast<double>(steps_) * static_cast<double>(motions_.count()) *
+           sample_bytes(motions_.front());
+  }
+  bool accepts_estimate() const { return description_.verification == "optional"; }
   double whole_cost(const Candidate& candidate, double substeps) const {
     return candidate.weight * substeps * static_cast<double>(steps_);
   }
@@ -96,6 +112,7 @@ class Chooser {
   double allowance_ = 0;     ///< what the estimate of the current candidate may still take
   double bound_ = infinity;  ///< cost from which on a candidate is not estimated
   std::vector<Plan> plans_;
+  std::set<std::string> tried_;  ///< methods of which a whole run was made
   std::vector<Trial> too_dear_;  ///< estimates whose whole run takes more than the budget
   Trial nearest_;                ///< the trial with the least error
 };

@@ -46,8 +46,8 @@ void MeasuredMotions::solve_references(std::int64_t steps, Density density,
   double work = 0;
   for (std::size_t b = 0; b < count(); ++b) {
     const double share = (need.budget - work) / static_cast<double>(count() - b);
-    Samples one =
-        take_samples(scenes_[b], steps, density, {need.time, share, need.quadruple}, stop);
+    Samples one = take_samples(scenes_[b], steps, density, {need.time, share, need.quadruple}, stop,
+                               Choice::most_sample_bytes / static_cast<double>(count()));
     work += one.work;
     if (one.steps.empty()) {
       // The other references are not needed, because nothing can be measured on all motions.
@@ -68,6 +68,7 @@ void MeasuredMotions::take_in(const Samples& one) {
     for (const auto& answer : one.answers) common_.answers.push_back({{}, answer.error});
     common_.reference = one.reference;
     common_.work = one.work;
+    common_.all_work = one.all_work;
     return;
   }
   // References that differ in the work of an answer have samples at different steps.
@@ -83,6 +84,7 @@ void MeasuredMotions::take_in(const Samples& one) {
   if (common_.reference.find(one.reference) == std::string::npos)
     common_.reference += " or " + one.reference;
   common_.work += one.work;
+  common_.all_work += one.all_work;
 }
 
 Run MeasuredMotions::run(const MethodDescription& method, double weight,

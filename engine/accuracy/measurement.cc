@@ -101,28 +101,49 @@ std::vector<std::int64_t> dense_steps(std::int64_t horizon_steps, std::size_t co
 
 namespace {
 
-/// Returns how many dense samples a quarter of the budget and 64 MiB allow.
-std::size_t affordable_samples(const Scene& scene, const Reference& reference, double budget) {
-  constexpr double most_bytes = 64 << 20;
-  const auto numbers = 2.0 * static_cast<double>(scene.Q().size() + scene.inertia().size());
+/// Returns how many dense samples the budget and `most_bytes` allow: `steps`, or fewer for which a
+/// quarter of the budget suffices.
+std::size_t affordable_samples(const Scene& scene, const Reference& reference, std::int64_t steps,
+                               double all_work, double budget, double most_bytes) {
+  if (all_work <= budget && static_cast<double>(steps) * sample_bytes(scene) <= most_bytes)
+    return static_cast<std::size_t>(steps);
   const double count =
       std::min({static_cast<double>(most_dense_steps), budget / 4 / reference.answer_work(),
-                most_bytes / (sizeof(long double) * numbers)});
+                most_bytes / sample_bytes(scene)});
   // A power of two: references of several motions then have the same samples.
   return std::bit_floor(static_cast<std::size_t>(std::max(0.0, count)));
 }
 
 }  // namespace
 
+double sample_bytes(const Scene& scene) {
+  constexpr double of_blocks = 128;
+  const auto numbers = std::max({scene.Q().size(), scene.block("q").size(), scene.M().size()});
+  return of_blocks + 2 * sizeof(long double) * static_cast<double>(numbers);
+}
+
+double comparison_work(const Scene& scene) {
+  constexpr double of_state = 3e3, of_number = 50;
+  return of_state + of_number * static_cast<double>(scene.Q().size() + scene.inertia().size());
+}
+
 Samples take_samples(const Scene& scene, std::int64_t steps, Density density,
-                     const ReferenceNeed& need, const std::stop_token& stop) {
+                     const ReferenceNeed& need, const std::stop_token& stop, double most_bytes) {
   Samples samples;
   const auto reference =
       unless_stopped(stop, [&] { return make_reference(scene, need); }).value_or(nullptr);
   if (!reference) return samples;
   samples.reference = reference->description();
-  const auto wanted = dense_steps(
-      steps, density == Density::coarse ? 0 : affordable_samples(scene, *reference, need.budget));
+  std::size_t dense = 0;
+  if (density == Density::dense) {
+    samples.all_work =
+        reference->predicted_work(scene.time(steps), stop).value_or(reference->work()) +
+        static_cast<double>(steps) * reference->answer_work();
+    dense = affordable_samples(scene, *reference, steps, samples.all_work, need.budget, most_bytes);
+  }
+  const auto wanted = dense_steps(steps, dense);
+  samples.steps.reserve(wanted.size());
+  samples.answers.reserve(wanted.size());
   for (const std::int64_t step : wanted) {
     auto answer = unless_stopped(stop, [&] {
                     return reference->at(scene.time(step), stop);
@@ -152,11 +173,13 @@ void run_within(const StopScope& cap, double most_work, const Scene& scene, doub
                 Watch watch, Run& out) {
   const auto now = make_simulation(scene);
   const bool jumps = now->direct() && watch == Watch::errors;
+  const double comparison = comparison_work(scene);
   const auto count = [&] {
     out.steps = now->step();
     const double computed = weight * static_cast<double>(now->map_steps());
     out.work = jumps ? weight * static_cast<double>(out.steps) : computed;
-    out.spent = std::max(computed, cap.operations());
+    out.spent =
+        std::max(computed, cap.operations()) + comparison * static_cast<double>(out.errors.size());
   };
   std::optional<InvariantWatch> invariants;
   if (watch == Watch::errors_and_invariants) invariants.emplace(scene, *now);

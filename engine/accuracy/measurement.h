@@ -16,7 +16,8 @@ std::int64_t steps_to(double horizon, double step);
 /// distances, and the half, the quarter, ... of the horizon; ascending.
 std::vector<std::int64_t> coarse_steps(std::int64_t horizon_steps);
 
-/// Most steps at which a run over the whole horizon is compared, beside the coarse ones.
+/// Steps at which a run over the whole horizon is compared, beside the coarse ones, where the
+/// reference at every step takes too much work or memory.
 constexpr std::size_t most_dense_steps = 512;
 
 /// Returns the coarse steps and up to `count` more, one at a pseudo-random place in each of as many
@@ -30,6 +31,7 @@ struct Samples {
   std::vector<Reference::Answer> answers;
   std::string reference;
   double work = 0;
+  double all_work = 0;  ///< work of the reference at every step, as far as is known
   /// Without samples: the work that the first one would take, as far as is known.
   double first_price = 0;
 
@@ -38,11 +40,18 @@ struct Samples {
 
 enum class Density { coarse, dense };
 
+/// Returns the bytes of one sample of a scene.
+double sample_bytes(const Scene& scene);
+
 /// Computes samples as far towards `steps` as the reference gets within its budget. Dense samples
-/// take at most a quarter of the budget and 64 MiB. Without a reference there are no samples, and
-/// `reference` is empty.
+/// are all steps, where these take at most the budget and `most_bytes`; else they take at most a
+/// quarter of the budget. Without a reference there are no samples, and `reference` is empty.
 Samples take_samples(const Scene& scene, std::int64_t steps, Density density,
-                     const ReferenceNeed& need, const std::stop_token& stop);
+                     const ReferenceNeed& need, const std::stop_token& stop,
+                     double most_bytes = Choice::most_sample_bytes);
+
+/// Returns the units of work of comparing one state with that of the reference.
+double comparison_work(const Scene& scene);
 
 /// Errors of at least this size are as large as the quantity itself: they do not grow any more, and
 /// do not yet fall with the step.
@@ -54,7 +63,9 @@ struct Run {
   std::vector<MotionError> errors;  ///< at the steps to compare that the run reached
   std::int64_t steps = 0;
   double work = 0;
-  double spent = 0;  ///< part of the budget that was used: `work`, or more where steps failed
+  /// Part of the budget that was used: that of the comparisons, and `work`, or more where steps
+  /// failed.
+  double spent = 0;
   double cpu_seconds = 0;
   double drift = 0;
   std::string drift_of;

@@ -84,8 +84,15 @@ auto rounded(const Eigen::MatrixBase<Derived>& A) {
 
 using Start = SeriesStart<Quad>;
 
-MotionState presented(const Start& start, const Matrix<Quad>& x, Eigen::Index momentum_rows) {
-  return present(start.presentation, x, momentum_rows);
+/// The precision in which the states of a closed form in Scalar are put into the scene's variables.
+template <class Scalar>
+using Shown = std::conditional_t<std::is_same_v<Scalar, Quad>, Quad, long double>;
+
+template <class Scalar>
+Presentation<Shown<Scalar>> presentation(const Start& start) {
+  const Presentation<Quad>& as = start.presentation;
+  return {as.right, as.complex, rounded<Shown<Scalar>>(as.diagonal),
+          rounded<Shown<Scalar>>(as.axes)};
 }
 
 /// Returns the motion of Euler's top that starts at Q = I, multiplied by Q_0 from the left.
@@ -99,15 +106,17 @@ Solution top(const Start& start) {
   const PrincipalMoments3<Quad> I(start.lambda);
   const PrincipalMoments3<Scalar> moments(rounded<Scalar>(I.moments),
                                           rounded<Scalar>(I.differences));
-  return [start, motion = EulerTop<Scalar, frame>(moments, x)](double t) {
-    const auto at = motion.at(Scalar(t));
-    Matrix<Quad> now(frame ? 6 : 3, 3);
-    if constexpr (frame)
-      now.topRows(3) =
-          start.x.topRows(3) * rounded<Quad>(rotation_matrix<Scalar>(at.template head<4>()));
-    now.bottomRows(3) = rounded<Quad>(hat(Vector3<Scalar>(at.template tail<3>())));
-    return presented(start, now, 3);
-  };
+  using Wide = Shown<Scalar>;
+  return
+      [as = presentation<Scalar>(start), Q_0 = rounded<Wide>(start.x.topRows(start.x.rows() - 3)),
+       motion = EulerTop<Scalar, frame>(moments, x)](double t) {
+        const auto at = motion.at(Scalar(t));
+        Matrix<Wide> now(frame ? 6 : 3, 3);
+        if constexpr (frame)
+          now.topRows(3) = Q_0 * rounded<Wide>(rotation_matrix<Scalar>(at.template head<4>()));
+        now.bottomRows(3) = rounded<Wide>(hat(Vector3<Scalar>(at.template tail<3>())));
+        return present(as, now, 3);
+      };
 }
 template <class Scalar>
 Solution top(const Start& start) {
@@ -116,23 +125,25 @@ Solution top(const Start& start) {
 
 template <class Scalar>
 Solution two_valued(const Start& start) {
-  return [start, motion = TwoValuedBody<Scalar>(rounded<Scalar>(start.lambda),
-                                                rounded<Scalar>(start.x))](double t) mutable {
-    return presented(start, rounded<Quad>(motion.at(Scalar(t))), start.x.cols());
+  return [as = presentation<Scalar>(start), N = start.x.cols(),
+          motion = TwoValuedBody<Scalar>(rounded<Scalar>(start.lambda), rounded<Scalar>(start.x))](
+             double t) mutable {
+    return present<Shown<Scalar>>(as, rounded<Shown<Scalar>>(motion.at(Scalar(t))), N);
   };
 }
 
 template <class Scalar>
 Solution isotropic_geodesic(const Start& start) {
-  return [start, motion = IsotropicGeodesic<Scalar>(rounded<Scalar>(start.lambda),
-                                                    rounded<Scalar>(start.x))](double t) mutable {
-    return presented(start, rounded<Quad>(motion.at(Scalar(t))), start.x.rows() / 2);
+  return [as = presentation<Scalar>(start), n = start.x.rows() / 2,
+          motion = IsotropicGeodesic<Scalar>(rounded<Scalar>(start.lambda),
+                                             rounded<Scalar>(start.x))](double t) mutable {
+    return present<Shown<Scalar>>(as, rounded<Shown<Scalar>>(motion.at(Scalar(t))), n);
   };
 }
 
 /// Units of work of a state in both precisions, as callgrind counts them: for Euler's top, and for
 /// the eigenvectors of a complex n × n matrix with the products of `rows` × n matrices with them.
-constexpr double top_in_quadruple = 1.4e6, top_in_extended = 8e4;
+constexpr double top_in_quadruple = 1.4e6, top_in_extended = 1.6e4;
 double eigenvectors_work(Eigen::Index n, Eigen::Index rows) {
   const auto d = static_cast<double>(n), r = static_cast<double>(rows);
   return 5e4 + 600 * d * d * d + 50 * r * d * d;

@@ -4,6 +4,7 @@
 #include <google/protobuf/message.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "server/convert/resolve.h"
 #include "stiefel/connect.h"
@@ -41,14 +42,29 @@ struct Shape {
   }
 };
 
-/// Returns the bytes of the references of that many members, each with attitude and momentum in
-/// extended precision at up to 58 coarse samples, and in a choice at up to 512 dense ones.
-std::uint64_t references(const v1::Scene& scene, int members, bool dense) {
+/// Returns the bytes of a state of the reference, attitude and momentum in extended precision.
+double sample(const v1::Scene& scene) {
   const Shape shape(scene);
-  const double held = std::min<double>(scene.has_members() ? scene.members() : 1, members);
-  const double sample = 2 * 16 * shape.rows * shape.cols + 128;
-  const double more = dense ? std::min(512 * sample, 64.0 * (1 << 20)) : 0;
-  return static_cast<std::uint64_t>(held * (58 * sample + more));
+  return 2 * 16 * shape.rows * shape.cols + 128;
+}
+
+/// Returns how many members of a scene are held of at most so many; 1 for a single motion.
+double held(const v1::Scene& scene, int most) {
+  return std::min<double>(scene.has_members() ? scene.members() : 1, most);
+}
+
+/// Returns the bytes of the references of that many members, each at up to 58 coarse samples.
+std::uint64_t references(const v1::Scene& scene, int members) {
+  return static_cast<std::uint64_t>(held(scene, members) * 58 * sample(scene));
+}
+
+/// Returns the bytes of the references of a choice at every step: those of the pilots together and
+/// that of one more member.
+std::uint64_t at_every_step(const v1::Scene& scene) {
+  const double one = std::abs(scene.horizon() / scene.step()) * sample(scene);
+  const double most = Choice::most_sample_bytes, pilots = held(scene, Choice::most_pilots);
+  const auto at_most = [&](double bytes) { return bytes <= most ? bytes : most; };
+  return static_cast<std::uint64_t>(at_most(pilots * one) + (pilots > 1 ? at_most(one) : 0));
 }
 
 /// Returns the bytes of the search for a geodesic between two frames of shape n x N.
@@ -87,18 +103,27 @@ std::uint64_t scene_workspace(const v1::Scene& scene) {
   return (scene.has_members() ? 1 : 3) * held_by(scene) + 2 * scene_bytes({});
 }
 
+namespace {
+
+/// Returns the bytes of the scenes and simulations that are measured against references.
+std::uint64_t measured_simulations(const v1::Scene& scene) {
+  const Shape shape(scene);
+  return largest_simulation_bytes(shape.rows, shape.cols) * 3 / 2 + 2 * scene_workspace(scene);
+}
+
+}  // namespace
+
 std::uint64_t first_step_workspace(const Scene& resolved) {
   return resolved.members().empty() ? 0 : simulation_bytes(resolved);
 }
 
 std::uint64_t choice_workspace(const v1::Scene& scene) {
-  const Shape shape(scene);
-  return largest_simulation_bytes(shape.rows, shape.cols) * 3 / 2 + 2 * scene_workspace(scene) +
-         references(scene, Choice::most_pilots, true);
+  return measured_simulations(scene) + references(scene, Choice::most_pilots) +
+         at_every_step(scene);
 }
 
 std::uint64_t tradeoff_workspace(const v1::Scene& scene) {
-  return choice_workspace(scene) + references(scene, TradeoffRequest::most_members, false);
+  return measured_simulations(scene) + references(scene, TradeoffRequest::most_members);
 }
 
 std::uint64_t conversion_workspace(const v1::Scene& scene) {

@@ -48,7 +48,7 @@ def of(name, **changes):
 
 
 def bits(session, steps):
-    """Returns the fields of states as bytes, and the scene's numbers."""
+    """Returns the fields of states at steps as bytes."""
     fields = ["quaternion", "angular_velocity", "Q", "M"] if "body" in session.scene else []
     return [{name: value.tobytes() for name, value in session.step(k, fields).fields.items()} for k in steps]
 

@@ -82,8 +82,8 @@ enum class RadiusWitness { conjugate_point, closed_geodesic };
 
 /// What a search for the injectivity radius found. The radius is the least of all distances to a
 /// first conjugate point and of half the lengths of all closed geodesics (Klingenberg), so that
-/// every one of them that is found is an upper bound. None is below `lower`: one whose error of some
-/// 1e-12 takes it there is reported as `lower`.
+/// every one of them that is found is an upper bound. None is below `lower`: one whose error of
+/// some 1e-12 takes it there is reported as `lower`.
 struct InjectivityRadius {
   double upper = 0;  ///< of the injectivity radius: the least that was found
   double lower = 0;  ///< proven: `injectivity_bound`

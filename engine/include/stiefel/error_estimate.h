@@ -15,7 +15,7 @@ struct ErrorEstimate {
   /// max |Q − Q̂| + δ in the caller's axes; absent without a frame. Both are absent where the
   /// difference is below δ: the error is then below 2δ.
   std::optional<double> attitude;
-  /// max |M − M̂| / max |M̂| + δ. Q̇Λ takes the place of M on V(n, N), P where the state has no M.
+  /// max |M − M̂| / max |M̂| + δ. Q̇Λ takes the place of M on V(n, N), P where there is neither.
   std::optional<double> momentum;
   /// n = N = 3: the angle of the rotation from Q̂ to Q, in radians; present when `attitude` is.
   std::optional<double> angle;

@@ -15,7 +15,8 @@
 namespace stiefel {
 
 /// The error of a motion: attitude is max |Q − Q̂|; momentum is max |M − M̂| / max |M̂|, or max |M|
-/// where M̂ = 0. The maxima are over the elements, of complex matrices over their moduli.
+/// where M̂ = 0. The maxima are over the elements, of complex matrices over their moduli. On V(n, N)
+/// Q̇Λ takes the place of M, also in scenes of P or p, of which Q̇Λ is the part that moves Q.
 struct MotionError {
   std::optional<double> attitude;
   double momentum = 0;
@@ -27,9 +28,9 @@ struct Choice {
   MethodDescription method;
   double tolerance;  ///< the tolerance and the horizon for which the method was chosen
   double horizon;
-  /// The largest error up to the horizon: measured if `verified`, else estimated from a part.
+  /// The largest error up to the horizon: measured if `verified`, else estimated from some steps.
   double error = 0;
-  bool verified = false;  ///< whether the method was run over the whole horizon
+  bool verified = false;  ///< whether every step up to the horizon was compared with a reference
   /// The chosen method and why: its error, up to which time, against which reference, at which
   /// work.
   std::string reason;
@@ -37,6 +38,8 @@ struct Choice {
 
   /// Most units of work that a choice may take (instructions; about a second).
   static constexpr double most_work = 4e9;
+  /// Most bytes of the reference's states, of all members together.
+  static constexpr double most_sample_bytes = 64 << 20;
   /// Most members of an ensemble whose references are held at a time.
   static constexpr int most_pilots = 33;
 };
@@ -44,14 +47,16 @@ struct Choice {
 /// Chooses the cheapest method, order, arithmetic and number of substeps whose error stays within
 /// `tolerance`; cost is counted work, never the clock. The error is the largest of attitude and
 /// momentum up to `horizon`, measured against a reference by a run of this scene over the whole
-/// horizon, at up to 550 steps spread over it. Short runs only order the candidates: their errors
-/// are extrapolated by the declared growth, or exponentially if they grow so.
+/// horizon, at every step. Short runs only order the candidates: their errors are extrapolated by
+/// the declared growth, or exponentially if they grow so.
 ///
 /// Takes at most Choice::most_work. Does not start a run that is predicted to take more than is
 /// left of it, and ends a run that takes more than predicted. Refuses a choice that it cannot
-/// verify within this work, with the work that verifying takes; where `verification` is "optional"
-/// it returns the cheapest estimate, not verified. Refuses at once where not even the first state
-/// of the reference can be computed, from about N = 50 on.
+/// verify within this work and Choice::most_sample_bytes, with what verifying takes: a body with
+/// N = 3 beyond some 150 000 steps, with N = 4 beyond 7000 long or 50 000 short ones. Where
+/// `verification` is "optional" it returns the cheapest method by its errors at up to 550 steps
+/// spread over the horizon, or by those of a part of it, not verified. Refuses at once where not
+/// even the first state of the reference can be computed, from about N = 50 on.
 ///
 /// An ensemble gets one method, and the tolerance holds for each member: every member is verified
 /// with that method. The work is that of all members together; where it does not suffice for all
@@ -111,7 +116,7 @@ struct TradeoffPoint {
   /// Empty where the run stopped. An error below `reference_error` is reported as
   /// `reference_error`.
   std::optional<MotionError> error;
-  double drift = 0;  ///< largest drift of any invariant over the run
+  double drift = 0;  ///< largest drift of any invariant at up to 58 steps of the run
   std::string drift_of;
   double work = 0;
   std::vector<double> cpu_seconds_per_second;  ///< one for each timed run

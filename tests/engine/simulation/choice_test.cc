@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "engine/accuracy/reference.h"
 #include "stiefel/catalogue.h"
@@ -12,6 +13,7 @@
 #include "tests/support/exact_motion.h"
 #include "tests/support/extrapolation.h"
 #include "tests/support/scenes/any_scene.h"
+#include "tests/support/scenes/on_an_ellipse.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
@@ -20,6 +22,8 @@
 namespace stiefel {
 namespace {
 
+using testing::on_an_ellipse;
+using testing::OnAnEllipse;
 using testing::Quad;
 using testing::RandomBody;
 
@@ -198,6 +202,61 @@ TEST(Choice, OfAChaoticGeodesicStaysWithinTheTolerance) {
     made += largest_error_over_tolerance(d) > 0;
   }
   EXPECT_GE(made, 1);
+}
+
+TEST(Choice, IsKeptAtEveryStep) {
+  std::vector<SceneDescription> scenes = {on_an_ellipse(101.8, 0.857, -1.18, 0.138, 2.9e-4, 3819),
+                                          on_an_ellipse(1210, 5.74, 0.9, 0.059, 3.3e-5, 3727)};
+  SceneDescription& flat = scenes.emplace_back(scenes.front());
+  flat.inertia = {1, 3467.038735465146};
+  flat.initial["Q"] = RowMatrix(Eigen::RowVector2d(0.6765693056502934, 0.7363789613044903));
+  flat.initial["S"] = RowMatrix(Eigen::RowVector2d(-0.018481429158329375, 58.87150858044873));
+  flat.step = 0.12805466387052025;
+  flat.tolerance = 3.505945670270743e-06;
+  flat.horizon = 640.2733193526012;
+  for (const SceneDescription& d : scenes) {
+    SCOPED_TRACE(d.inertia.back());
+    const auto chosen = resolve_choosing(d);
+    ASSERT_TRUE(chosen) << chosen.error().front().rule;
+    const auto& [scene, choice] = *chosen;
+    EXPECT_TRUE(choice->verified);
+    const OnAnEllipse exact(scene);
+    const auto now = make_simulation(scene);
+    double largest = 0;
+    for (std::int64_t k = 1; k <= std::llround(*d.horizon / *d.step); ++k) {
+      ASSERT_TRUE(now->advance(1).reached());
+      const double error = error_of(read_motion(scene, *now), exact.at(scene.time(k))).largest();
+      ASSERT_LE(error, *d.tolerance) << "step " << k << ": " << choice->reason;
+      largest = std::max(largest, error);
+    }
+    EXPECT_LE(largest, choice->error) << choice->reason;
+  }
+}
+
+/// Returns the instructions that a refusal names: what verifying takes, and what it may take.
+std::pair<double, double> works(const std::string& rule) {
+  std::istringstream words(rule);
+  std::vector<double> found;
+  for (std::string word, before; words >> word; before = word)
+    if (before == "about" || before == "take" || before == "and")
+      if (double x = 0; std::istringstream(word) >> x && x > 1e6) found.push_back(x);
+  return found.size() == 2 ? std::pair(found[0], found[1]) : std::pair(0.0, 0.0);
+}
+
+/// 300 000 states of the reference are too many.
+TEST(Choice, ThatIsRefusedTakesMoreThanItMay) {
+  SceneDescription d = asked(1e-6, 15000, 3, 0.05);
+  const auto refused = resolve_choosing(d);
+  ASSERT_FALSE(refused);
+  const Violation& violation = refused.error().front();
+  const auto [takes, may] = works(violation.rule);
+  EXPECT_GT(takes, may) << violation.rule;
+  EXPECT_GT(may, 0) << violation.rule;
+  EXPECT_NEAR(std::stod(violation.metadata.at("verification_work")), takes, 0.05 * takes);
+  d.verification = "optional";
+  const auto [scene, choice] = resolve_choosing(d).value();
+  EXPECT_FALSE(choice->verified);
+  EXPECT_NE(choice->reason.find("of 300000 steps"), std::string::npos) << choice->reason;
 }
 
 /// Verifying takes 10⁸ steps: the choice is refused with this work, or marked on request.

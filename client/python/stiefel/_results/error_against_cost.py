@@ -28,7 +28,7 @@ class Point(Ended):
     attitude_error: Optional[float]
     #: max |M - M_exact| / max |M_exact| at the horizon, at least `setup.reference_error`. None where the run stopped.
     momentum_error: Optional[float]
-    drift: float  #: the worst drift of an invariant over the run
+    drift: float  #: the worst drift of an invariant at up to 58 steps of the run
     drift_of: str  #: the invariant with the worst drift
     work: float  #: instructions to the horizon: steps of the method times the work of one step
     cpu_seconds_per_second: tuple[float, ...]  #: CPU seconds per simulated second, one number for each timed run

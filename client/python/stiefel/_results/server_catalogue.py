@@ -45,7 +45,7 @@ class Choice(Shown):
     horizon: float
     reason: str  #: one sentence with error, work, what was measured and which reference it was compared with
     error: float  #: largest error of attitude and momentum up to the horizon; an estimate unless `verified`
-    #: Whether the method ran over the whole horizon. False only with "verification": "optional" in the scene.
+    #: Whether every step up to the horizon was compared. False only with "verification": "optional" in the scene.
     verified: bool
 
     def __repr__(self) -> str:
