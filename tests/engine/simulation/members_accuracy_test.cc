@@ -150,7 +150,7 @@ TEST(ChoiceForMembers, ThatCannotBeMadeNamesTheMembers) {
 }
 
 TEST(ChoiceForMembers, ThatTheWorkDoesNotPayForIsRefused) {
-  SceneDescription d = asked(scenes_of(bodies(1, 3), 0.25), 1e-9, 10'000);
+  SceneDescription d = asked(scenes_of(bodies(1, 3), 0.25), 1e-9, 2'500);
   d.members = 20'000;
   for (auto& [name, block] : d.initial) block.values = RowMatrix(block.values.replicate(20'000, 1));
   const auto refused = resolve_choosing(d);
