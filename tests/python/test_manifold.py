@@ -195,7 +195,8 @@ def test_what_is_tangent_is_so_beside_its_own_length(client):
             assert np.max(np.abs(product + product.T)) <= 1e-9 * np.max(np.abs(Z))
             manifold.exp(Q, Z)
         with pytest.raises(ValueError, match="must be tangent"):
-            manifold.exp(Q, [1e-9 * V + 1e-13 * Q, V])
+            manifold.exp(Q, [1e-5 * V + 1e-10 * Q, V])
+        manifold.exp(Q, sum([V, 0.3 * V, -1.3 * V]))
 
 
 @pytest.mark.parametrize("name", ["pymanopt", "geomstats"])
@@ -216,13 +217,13 @@ def test_an_adapter_projects_what_an_optimiser_gives(name, client, monkeypatch):
     S = Stiefel(5, 50, layout="columns", client=client)
     Q = S.random(seed=1)
     V, W = S.random_tangent(Q, seed=2), S.random_tangent(Q, seed=3)
-    short = (1e4 * V + 1e-9 * W) - 1e4 * V
+    short = (1e6 * V + 1e-7 * W) - 1e6 * V
     with pytest.raises(ValueError, match="must be tangent"):
         S.exp(Q, short)
     exp, transport = ((lambda space: (space.exp, lambda a, b, v: space.transport(a, b, v)))(S.to_pymanopt()) if name == "pymanopt" else
                       (lambda m: (lambda q, v: m.exp(v, q), lambda a, b, v: m.parallel_transport(v, a, end_point=b)))(S.to_geomstats().metric))
-    np.testing.assert_allclose(exp(Q, short), S.exp(Q, 1e-9 * W), atol=2e-11)
-    np.testing.assert_allclose(transport(Q, exp(Q, W), short), S.transport(Q, W, 1e-9 * W), atol=2e-11)
+    np.testing.assert_allclose(exp(Q, short), S.exp(Q, 1e-7 * W), atol=2e-9)
+    np.testing.assert_allclose(transport(Q, exp(Q, W), short), S.transport(Q, W, 1e-7 * W), atol=2e-9)
 
 
 def test_frames_without_a_path_are_refused_by_their_index():

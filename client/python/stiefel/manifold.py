@@ -33,6 +33,7 @@ __all__ = ["Joined", "NotJoined", "SpecialOrthogonal", "Stiefel"]
 
 Array = NDArray[np.float64]
 MOST_PAIRS = 1024  #: pairs of one call of Connect
+SUMS = 1e-12  #: the rounding of a sum of vectors of length 1, such as the mean of logarithms, which may cancel
 
 
 class NotJoined(StiefelError):
@@ -243,11 +244,11 @@ class _Manifold:
         return self._metric.tangent(Q, self._metric.tangent(Q, Z))
 
     def _vector(self, Q: Array, V: ArrayLike) -> Array:
-        """Returns V, each tangent at Q to the tolerance of frames, relative to its largest number."""
+        """Returns V, each tangent at Q to the tolerance of frames, relative to its largest number, or to SUMS."""
         frames, vectors = self._same(Q, self._in(V))
         product = vectors @ np.swapaxes(frames, -1, -2)
         defects = np.max(np.abs(product + np.swapaxes(product, -1, -2)), axis=(-2, -1), initial=0.0)
-        if not np.all(defects <= FRAME_TOLERANCE * np.max(np.abs(vectors), axis=(-2, -1), initial=0.0)):
+        if not np.all(defects <= np.maximum(SUMS, FRAME_TOLERANCE * np.max(np.abs(vectors), axis=(-2, -1), initial=0.0))):
             raise ValueError(f"max |VQ^T + QV^T| = {np.max(defects):.1e}: must be tangent at Q; `tangent` makes it so")
         return vectors
 
