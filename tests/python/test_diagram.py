@@ -80,7 +80,8 @@ def test_a_spectrum_is_drawn_over_time(client):
         spectrum = session.lyapunov(to=4000, every=500, count=2)
     axes = spectrum.plot()
     curves = [line for line in axes.lines if str(line.get_label()).startswith("$")]
-    assert [line.get_label() for line in curves] == [r"$\lambda_{1}$", r"$\lambda_{2}$"] and axes.get_title() == str(spectrum.verdict)
+    assert [line.get_label() for line in curves] == [r"$\lambda_{1}$", r"$\lambda_{2}$"]
+    assert axes.get_title(loc="left") == str(spectrum.verdict)
     for k, line in enumerate(curves):
         np.testing.assert_array_equal(line.get_xydata(), np.stack([spectrum.times, spectrum.history[:, k]], axis=1))
     bars = axes.collections[0].get_segments()[0]

@@ -188,7 +188,8 @@ class LyapunovSpectrum(Ended, ByValue):
             axes.errorbar(self.times[-1:], values[-1:], self.errors[k:k + 1], color=diagram.COLOURS[k % len(diagram.COLOURS)], capsize=3)
             axes.plot(self.times, values, label=f"$\\lambda_{{{k + 1}}}$", **diagram.line(k))
         axes.axhline(0, color="0.6", lw=0.8, zorder=0)
-        axes.set(xscale="log", xlabel="time", ylabel="exponent, 1/time", title=str(self.verdict))
+        axes.set(xscale="log", xlabel="time", ylabel="exponent, 1/time")
+        axes.set_title(str(self.verdict), loc="left")
         if 0 < len(self.exponents) <= 12:
             axes.legend(fontsize="small")
         return axes
