@@ -93,7 +93,7 @@ def test_a_text_is_the_name_of_a_method(client, tmp_path):
         assert (session.scene["method"]["name"], fork.scene["method"]["name"]) == ("rk4", "gauss4")
     with pytest.raises(stiefel.InvalidArgument, match='^scene.method.name: "varational": must be .*; did you mean variational[?]$'):
         client.create({**SCENE, "method": "varational"})
-    asked = {"servers": [client], "to": 1, "summarize": {"energy": "last"}}
+    asked = {"to": 1, "summarize": {"energy": "last"}}
     both = stiefel.sweep(SCENE, {"method": ["rk4", {"name": "gauss4"}]}, **asked)
     assert both == stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "gauss4"}]}, **asked)
 

@@ -164,7 +164,7 @@ def test_a_program_that_ends_at_once(program):
 
 def test_a_program_that_a_signal_ends_is_started_once_more(program, tmp_path):
     real = stiefel.server.find_server()
-    program(f"[ -e {tmp_path}/again ] && exec {real} \"$@\"; touch {tmp_path}/again; kill -ABRT $$")
+    program(f"[ -e {tmp_path}/again ] && exec '{real}' \"$@\"; touch {tmp_path}/again; kill -ABRT $$")
     with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         assert client.describe().version
 

@@ -251,7 +251,7 @@ TEST(Choice, OfManyStepsIsTheClosedForm) {
   EXPECT_TRUE(choice->verified);
   EXPECT_LE(choice->error, 1e-6);
   EXPECT_NE(choice->reason.find("of 100000000 steps"), std::string::npos) << choice->reason;
-  const auto refused = resolve_choosing(asked(1e-17, 5e6, 3, 0.05));
+  const auto refused = resolve_choosing(asked(1e-14, 5e6, 3, 0.05));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().front().reason, "TOLERANCE_NOT_MET");
 }
