@@ -81,7 +81,7 @@ def whole(text: str) -> int:
     """Reads a whole number in any form, such as 30, 3e1 and 30.0."""
     try:
         number = int(text) if re.fullmatch(r"[-+]?\d+", text) else float(text)
-        if number == int(number) and (isinstance(number, int) or abs(number) <= 2**53):
+        if number == int(number):
             return int(number)
     except (ValueError, OverflowError):
         pass
