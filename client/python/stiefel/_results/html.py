@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import html
 import reprlib
 from typing import Any, Iterable, Mapping, Sequence
@@ -70,5 +71,6 @@ def brief(value: Any) -> str:
         return f"{value:.6g}"
     if isinstance(value, str):
         return value if len(value) <= _LONGEST else value[:_LONGEST - 1] + "…"
-    text = str(value) if type(value).__module__.startswith("stiefel") else reprlib.repr(value)
+    as_text = isinstance(value, datetime.datetime) or type(value).__module__.startswith("stiefel")
+    text = str(value) if as_text else reprlib.repr(value)
     return text if len(text) <= _LONGEST else text[:_LONGEST - 1] + "…"
