@@ -42,7 +42,7 @@ def text_table(caption: str, head: Sequence[str], rows: Sequence[Sequence[Any]])
 
 
 def _in_line(value: Any) -> str:
-    if isinstance(value, np.ndarray) and value.dtype.kind in "fc" and value.size <= 24:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fciu" and value.size <= 24:
         return " ".join(np.array2string(value, precision=6, max_line_width=1000).split())
     return value if isinstance(value, str) else brief(value)
 
