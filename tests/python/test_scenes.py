@@ -55,6 +55,8 @@ BODY = {"moments": [1, 2, 3]}
     ({**SCENE, "inertia": "heavy"}, "scene.inertia", "'heavy': must be numbers"),
     ({**SCENE, "inertia": [[1, 2], [3]]}, "scene.inertia", "[[1, 2], [3]]: must be numbers"),
     ({**SCENE, "members": -1}, "scene.members", "-1: must be a whole number of at least 0"),
+    ({**SCENE, "members": 2**32}, "scene.members", "4294967296: must be a whole number of at least 0 and below 2^32"),
+    ({**SCENE, 3: 4}, "scene.3", "unknown field; the fields are system, method, "),
     ({**SCENE, "method": 3}, "scene.method", "3: must be a name, or a mapping with the fields name, order, substeps, arithmetic, tolerance, scalar"),
     ({**SCENE, "torque": [0, 0, 1]}, "scene.torque", "unknown field; there are no torques and no forces: the motion is free (docs/conventions.md). It is [0, 0, 1]"),
     ({"body": {**BODY, "force": 1}}, "scene.body.force", "unknown field; there are no torques and no forces: the motion is free"),

@@ -11,6 +11,7 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel._given.normalized import normalized, orthonormal, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
+from stiefel._given.shown import shown
 from stiefel._manifold.beta import SMALL, span_of
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
@@ -180,6 +181,8 @@ class Client:
         (Hüper, Markina and Silva Leite 2021); the last three without `inertia`. `scenes`: whether each answer has its
         scene beside its velocity, where the metric has one. The other arguments are those of `geodesic`.
         """
+        if not isinstance(pairs, Iterable):
+            raise refused("pairs", f"{shown(pairs)}: must be several pairs of frames (Q_0, Q_T)")
         given = list(pairs)
         for i, pair in enumerate(given):
             if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or np.ndim(pair[0]) < 2 and not isinstance(pair[0], Mapping):
@@ -201,10 +204,10 @@ class Client:
             pairs, lambdas = list(zip(span.start, span.end)), lambdas[:span.end.shape[-1]]
         request = pb.ConnectRequest(
             pairs=messages(normalize), metric=metric, inertia=lambdas, time=number("time", time, SECONDS),
-            restarts=None if restarts is None else whole("restarts", restarts),
+            restarts=None if restarts is None else whole("restarts", restarts, bits=32),
             beta=None if beta is None else number("beta", beta),
             view=pb.GEODESIC_VIEW_SCENE if scenes else pb.GEODESIC_VIEW_VELOCITY,
-            **{name: whole(name, count) for name, count in counts.items()})
+            **{name: whole(name, count, bits=63 if name == "seed" else 32) for name, count in counts.items()})
         replies: dict[int, Any] = {}
         try:
             for reply in self._connection.call_all("Connect", request, timeout):
@@ -233,10 +236,14 @@ class Client:
         `starts`: from how many geodesics the search for near conjugate points descends, 16 when absent, and how many
         closed geodesics it looks for. The upper bound is the least that was found, the lower one is proven.
         """
-        radius = pb.RadiusSearch(n=whole("n", n), seed=whole("seed", seed),
-                                 starts=None if starts is None else whole("starts", starts))
+        radius = pb.RadiusSearch(n=whole("n", n, bits=32), seed=whole("seed", seed),
+                                 starts=None if starts is None else whole("starts", starts, bits=32))
         request = pb.ConjugatePointsRequest(inertia=_lambdas(inertia), radius=radius)
-        return answers.injectivity_radius(self._connection.call_all("ConjugatePoints", request, timeout), request)
+        try:
+            return answers.injectivity_radius(self._connection.call_all("ConjugatePoints", request, timeout), request)
+        except StiefelError as error:
+            error._relative_to("radius")
+            raise
 
     def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None, progress: bool = False) -> Tradeoff:
@@ -269,7 +276,7 @@ class Client:
         the measurement."""
         request = pb.MeasureTradeoffRequest(
             scene=to_message(scene), horizon=optional("horizon", horizon, SECONDS), budget=optional("budget", budget),
-            repeats=None if repeats is None else whole("repeats", repeats))
+            repeats=None if repeats is None else whole("repeats", repeats, bits=32))
         deadline, waits = self._connection.deadline(timeout), Pauses()
         parts = answers.TradeoffParts()
         while True:

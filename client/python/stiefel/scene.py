@@ -203,7 +203,7 @@ def _without_lists(owner: str, part: dict[str, Any], ensemble: Ensemble, message
     numbers have no units. `owner`: the part's path."""
     rest = {}
     for name, value in part.items():
-        path = owner + name
+        path = f"{owner}{name}"
         if path in LISTS and value is not None:
             getattr(message, name).extend(list_of(path, value, ensemble))
         elif path in NUMBERS and not isinstance(value, (str, type(None))):  # a text may be "NaN" in JSON

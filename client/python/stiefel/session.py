@@ -13,9 +13,10 @@ from stiefel._given.instants import instant
 from stiefel._given.mappings import Names, names
 from stiefel._given.normalized import normalized, with_hint
 from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, whole
+from stiefel._given.shown import shown
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
-from stiefel._given.sections import Coordinate, column, columns, to_section
+from stiefel._given.sections import Coordinate, column, columns, of_section, to_section
 from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
@@ -88,6 +89,8 @@ class Session(Held):
         `Diagnosis.estimated_error`, if it can be computed in about ten seconds; None asks for it if it takes less work than
         the run from step 0 or less than 10 ms.
         """
+        if not isinstance(estimate_error, (bool, np.bool_, type(None))):
+            raise refused("estimate_error", f"{shown(estimate_error)}: must be True, False or None")
         request = pb.DiagnoseRequest(session_id=self.id, to=self._step_of("to", to, time), invariants=names("invariants", invariants),
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=_ESTIMATION[estimate_error])
@@ -302,12 +305,16 @@ class Session(Held):
         those that `section` and the mappings name. A crossing is located, and two of them between two steps are missed, as
         `events` says; `Section.residual` is g at the states that are returned. `time`: instead of `to`, the time of a step.
         """
-        event = to_section(section, level, direction)
+        event = to_section(section, level, direction, coordinates)
         wanted: Any = names("fields", fields)
+        asked = len(wanted)
         for one in (field for of in (section, *coordinates) if isinstance(of, Mapping) for field in of):
             if one not in wanted:
                 wanted.append(one)
-        found = self.events(to, event, start, wanted, timeout, time)
+        try:
+            found = self.events(to, event, start, wanted, timeout, time)
+        except InvalidArgument as error:
+            raise of_section(error, asked) from None
         residual = column("section", found, section) - event["level"]
         return Section(found.event, found.step, found.fraction, found.time, found.member, found.fields, found.run_status,
                        columns(found, coordinates), residual)

@@ -96,3 +96,9 @@ def test_it_prints(command, line, printed):
         with open(os.environ["GOLDEN"], "a", encoding="utf-8") as new:
             new.write(f"{line}\n{found}\n")
     assert matches(printed, found.rstrip("\n")), found
+
+
+@pytest.mark.parametrize("name", stiefel.cli.options.COMMANDS)
+def test_each_command_has_a_help(command, name):
+    status, out, err = command(f"{name} --help")
+    assert (status, err) == (0, "") and out.startswith(f"usage: stiefel {name} ") and "--json" in out

@@ -23,6 +23,7 @@ def start(tmp_path):
     running = []
 
     def start(line, stdout=subprocess.PIPE, **more):
+        more.setdefault("preexec_fn", lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # a shell ignores it for jobs behind `&`
         running.append(subprocess.Popen([os.environ["STIEFEL_CLI"], *line.split()], cwd=tmp_path, stdout=stdout,
                                         stderr=subprocess.PIPE, text=True, **more))
         return running[-1]

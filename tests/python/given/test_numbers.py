@@ -188,3 +188,19 @@ def test_the_bounds_of_single_numbers():
     for wrong, call in ((2**63, lambda x: whole("x", x)), (1e300, lambda x: whole("x", x)), (-1, timeout), (np.nan, timeout)):
         with pytest.raises(stiefel.InvalidArgument, match="must be"):
             call(wrong)
+
+
+@pytest.mark.parametrize("call, told", [
+    (lambda client, session: session.step(to=3, fields=3), "fields: 3: must be a name or several"),
+    (lambda client, session: session.diagnose(to=3, invariants=3), "invariants: 3: must be a name or several"),
+    (lambda client, session: session.diagnose(to=3, estimate_error="yes"), "estimate_error: 'yes': must be True, False or None"),
+    (lambda client, session: session.diagnose(to=3, forms=3), "forms: 3: must be a list, each of a name and two tangent vectors"),
+    (lambda client, session: session.diagnose(to=3, forms=[["omega"]]), r"forms\[0\]: \['omega'\]: must be a name and two"),
+    (lambda client, session: session.diagnose(to=3, forms=[["omega", 1, 2]]), r"forms\[0\].first: 1: must be a mapping"),
+    (lambda client, session: session.diagnose(to=3, dirac_brackets=[[1, 2]]), r"dirac_brackets\[0\].first: 1: must be a list"),
+    (lambda client, session: client.connect(3, [1, 1]), "pairs: 3: must be several pairs of frames"),
+    (lambda client, session: client.geodesic([1, 1], [[1, 0]], [[0, 1]], restarts=2**32), "restarts: 4294967296: .* below 2.32$"),
+    (lambda client, session: client.injectivity_radius([1, 1, 4], 9), "n: 9: must be 1 to 3")])
+def test_an_argument_of_a_wrong_kind_is_named(client, session, call, told):
+    with pytest.raises(stiefel.InvalidArgument, match=f"^{told}"):
+        call(client, session)

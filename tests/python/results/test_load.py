@@ -107,8 +107,10 @@ def test_another_file_is_refused(tmp_path):
     (tmp_path / "other.json").write_text('{"samples": []}')
     (tmp_path / "broken.json").write_text('{"samples": [')
     (tmp_path / "other.csv").write_text("step,time\n0,1.0\n")
-    for name in ("other.npz", "other.json", "broken.json", "other.csv"):
-        with pytest.raises(ValueError, match="is not a file of a trajectory"):
+    (tmp_path / "broken.npz").write_bytes(b"PK\x03\x04")
+    (tmp_path / "broken.csv").write_text("a,b\n1,2\n")
+    for name in ("other.npz", "other.json", "broken.json", "other.csv", "broken.npz", "broken.csv"):
+        with pytest.raises(ValueError, match=f"{name}: is not a file of a trajectory"):
             stiefel.load(tmp_path / name)
     with pytest.raises(ValueError, match="must end in"):
         stiefel.load(tmp_path / "run.txt")

@@ -82,10 +82,11 @@ def test_the_members_of_an_ensemble_are_on_one_section(client):
 
 
 @pytest.mark.parametrize("wrong, field", [
-    ({"section": {}}, "section"), ({"section": [1, 0, 0]}, "section"), ({"section": {"q": [0, 1]}}, r"events\[0\].coefficients"),
-    ({"section": {"q": [0, 0, 1], "qdot": [1, 0]}}, r"events\[0\].plus\[0\].coefficients"),
-    ({"section": {"q": [0, 0, 1], "z": [1, 0, 0]}}, r"events\[0\].plus\[0\].field"), ({"section": {"p": "up"}}, "section.p"),
-    ({"direction": "up"}, r"events\[0\]"), ({"level": "high"}, "level"), ({"coordinates": [{"q": [1, 2]}]}, r"coordinates\[0\].q"),
+    ({"section": {}}, "section"), ({"section": [1, 0, 0]}, "section"), ({"section": {"q": [0, 1]}}, "section: 2 numbers"),
+    ({"section": {"q": [0, 0, 1], "qdot": [1, 0]}}, "section: 2 numbers"),
+    ({"section": {"q": [0, 0, 1], "z": [1, 0, 0]}}, "section: z: [^;]*$"), ({"section": {"p": "up"}}, "section.p"),
+    ({"direction": "up"}, "direction"), ({"level": "high"}, "level"), ({"coordinates": [{"q": [1, 2]}]}, r"coordinates\[0\].q"),
+    ({"coordinates": 3}, "coordinates: 3"), ({"coordinates": [{"z": [1]}]}, "coordinates: z: "), ({"fields": ["z"]}, r"fields\[0\]"),
     ({"coordinates": [3]}, r"coordinates\[0\]"), ({"coordinates": [lambda s: 1.0]}, r"coordinates\[0\]")])
 def test_what_is_no_section_is_refused(client, wrong, field):
     with client.create(ELLIPSOID) as session, pytest.raises(stiefel.InvalidArgument, match=f"^{field}"):

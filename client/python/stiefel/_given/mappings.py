@@ -24,7 +24,7 @@ _LOADS = ("torque", "torques", "external_torque", "force", "forces", "gravity", 
 _KINDS = {
     FieldDescriptor.CPPTYPE_DOUBLE: ("a number", "numbers"),
     FieldDescriptor.CPPTYPE_STRING: ("a text", "texts"),
-    FieldDescriptor.CPPTYPE_UINT32: ("a whole number of at least 0", "whole numbers of at least 0"),
+    FieldDescriptor.CPPTYPE_UINT32: ("a whole number of at least 0 and below 2^32", "whole numbers of at least 0 and below 2^32"),
     FieldDescriptor.CPPTYPE_UINT64: ("a whole number of at least 0", "whole numbers of at least 0"),
 }
 
@@ -101,6 +101,8 @@ def names(argument: str, given: Optional[Names]) -> list[str]:
         return []
     if isinstance(given, str):
         return [given]
+    if not isinstance(given, Iterable):
+        raise InvalidArgument(f"{argument}: {shown(given)}: must be a name or several")
     result = list(given)
     wrong = [Violation(argument, f"{name!r}: must be a name") for name in result if not isinstance(name, str)]
     if wrong:

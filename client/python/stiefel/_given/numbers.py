@@ -15,7 +15,6 @@ from stiefel._given.shown import shown
 from stiefel.errors import InvalidArgument, Violation
 
 SECONDS = "s"
-_MOST = 2**63 - 1  #: the largest whole number that travels
 _REAL = {int, float, np.float64, np.float32, np.int64, np.int32}
 _NO_NUMBERS = (bool, np.bool_, str, bytes, datetime.date, datetime.time, type(None))
 
@@ -58,8 +57,9 @@ def optional(path: str, given: Any, unit: str = "") -> Optional[float]:
     return None if given is None else number(path, given, unit)
 
 
-def whole(path: str, given: Any, least: int = 0, hint: str = "") -> int:
-    """Returns a whole number of any type, 30.0 too. `hint`: what to say besides of a number that is not whole."""
+def whole(path: str, given: Any, least: int = 0, hint: str = "", bits: int = 63) -> int:
+    """Returns a whole number of any type, 30.0 too, that travels in `bits` bits. `hint`: what to say besides of a number that is
+    not whole."""
     array = isinstance(given, (np.ndarray, np.generic)) and given.ndim == 0
     value = given.item() if array and not _has_unit(given) else given
     if isinstance(value, (float, Decimal, Fraction)):
@@ -69,8 +69,8 @@ def whole(path: str, given: Any, least: int = 0, hint: str = "") -> int:
     rule = f"{shown(given)}: must be a whole number of at least {least}"
     if not is_whole:
         raise refused(path, rule + hint)
-    if not least <= int(value) <= _MOST:
-        raise refused(path, rule + (" and below 2^63" if int(value) > least else ""))
+    if not least <= int(value) < 2**bits:
+        raise refused(path, rule + (f" and below 2^{bits}" if int(value) > least else ""))
     return int(value)
 
 

@@ -84,7 +84,7 @@ def _event(description: EventDescription, path: str) -> pb.Event:
         if key == "coefficients":
             event.coefficients.extend(numbers(place, value).ravel().tolist())
         elif key == "direction":
-            event.direction = _number(_DIRECTIONS, value, path)
+            event.direction = _number(_DIRECTIONS, value, place)
         elif key == "level":
             event.level = number(place, value)
         elif key == "limit":
@@ -124,17 +124,29 @@ def _truth(path: str, value: Any) -> bool:
 
 def put_structure(request: pb.DiagnoseRequest, forms: Sequence[Form], brackets: Sequence[Bracket]) -> None:
     """Adds two-forms, each a name and two tangent vectors, and Dirac brackets, each two functions."""
-    for i, (name, first, second) in enumerate(forms):
+    for i, (name, first, second) in enumerate(_parts("forms", forms, "a name and two tangent vectors", 3)):
         request.forms.add(form=name, first=_blocks(first, f"forms[{i}].first"), second=_blocks(second, f"forms[{i}].second"))
-    for i, (one, other) in enumerate(brackets):
+    for i, (one, other) in enumerate(_parts("dirac_brackets", brackets, "two functions", 2)):
         request.dirac_brackets.add(first=_factors(one, f"dirac_brackets[{i}].first"),
                                    second=_factors(other, f"dirac_brackets[{i}].second"))
 
 
+def _parts(path: str, given: Any, rule: str, count: int) -> Any:
+    """Returns a list whose elements have `count` parts each."""
+    if not isinstance(given, (list, tuple)):
+        raise refused(path, f"{shown(given)}: must be a list, each of {rule}")
+    for i, one in enumerate(given):
+        if not isinstance(one, (list, tuple)) or len(one) != count:
+            raise refused(f"{path}[{i}]", f"{shown(one)}: must be {rule}")
+    return given
+
+
 def _blocks(vector: TangentVector, path: str) -> dict[str, pb.Matrix]:
+    if not isinstance(vector, Mapping):
+        raise refused(path, f"{shown(vector)}: must be a mapping from blocks to matrices")
     return {name: to_matrix(block, f"{path}.{name}") for name, block in vector.items()}
 
 
 def _factors(factors: Sequence[tuple[Any, Any]], path: str) -> list[pb.LinearFunction]:
     return [pb.LinearFunction(a=to_matrix(A, f"{path}[{i}].A"), b=to_matrix(B, f"{path}[{i}].B"))
-            for i, (A, B) in enumerate(factors)]
+            for i, (A, B) in enumerate(_parts(path, factors, "two matrices A and B", 2))]

@@ -88,6 +88,10 @@ class ConjugatePoints(Ended, ByValue, Sequence[ConjugatePoint]):
     def __repr__(self) -> str:
         return f"<stiefel.ConjugatePoints {self.outcome}: {len(self)} up to {self.until!r}>"
 
+    def _as_table(self) -> Any:
+        return (f"{self.outcome}: conjugate points up to {self.until:g}", ("time", "multiplicity", "gap"),
+                [(point.time, point.multiplicity, point.gap) for point in self.points])
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InjectivityRadius(Ended, ByValue):

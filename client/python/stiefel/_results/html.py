@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import html
 import reprlib
 from typing import Any, Iterable, Mapping, Sequence
@@ -41,7 +42,7 @@ def text_table(caption: str, head: Sequence[str], rows: Sequence[Sequence[Any]])
 
 
 def _in_line(value: Any) -> str:
-    if isinstance(value, np.ndarray) and value.dtype.kind in "fc" and value.size <= 24:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fciu" and value.size <= 24:
         return " ".join(np.array2string(value, precision=6, max_line_width=1000).split())
     return value if isinstance(value, str) else brief(value)
 
@@ -70,5 +71,6 @@ def brief(value: Any) -> str:
         return f"{value:.6g}"
     if isinstance(value, str):
         return value if len(value) <= _LONGEST else value[:_LONGEST - 1] + "…"
-    text = str(value) if type(value).__module__.startswith("stiefel") else reprlib.repr(value)
+    as_text = isinstance(value, datetime.datetime) or type(value).__module__.startswith("stiefel")
+    text = str(value) if as_text else reprlib.repr(value)
     return text if len(text) <= _LONGEST else text[:_LONGEST - 1] + "…"

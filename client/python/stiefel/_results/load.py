@@ -37,7 +37,11 @@ def load(file: "str | os.PathLike[str]") -> Trajectory:
             raise KeyError(f"its format is {described.get('format')!r}")
         status, error = about.run_status(described), about.estimated_error(described)
         return Trajectory(np.asarray(step, np.int64), np.asarray(time, float), fields, status, 0, _origin(described), error)
-    except (KeyError, TypeError, json.JSONDecodeError, UnicodeDecodeError) as fault:
+    except (ImportError, MemoryError):
+        raise
+    except Exception as fault:  # of the libraries that read such files, each with its own kinds
+        if isinstance(fault, OSError) and fault.filename is not None:
+            raise
         raise ValueError(f"{path}: is not a file of a trajectory, or of an earlier version: {fault}") from fault
 
 

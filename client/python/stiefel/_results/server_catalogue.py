@@ -45,7 +45,8 @@ class Choice(Shown):
     horizon: float
     reason: str  #: one sentence with error, work, what was measured and which reference it was compared with
     error: float  #: largest error of attitude and momentum up to the horizon; an estimate unless `verified`
-    #: Whether every step up to the horizon was compared. False only with "verification": "optional" in the scene.
+    #: Whether every step up to the horizon was compared, of `exact` some of very many. False only with "verification":
+    #: "optional" in the scene.
     verified: bool
 
     def __repr__(self) -> str:

@@ -121,7 +121,7 @@ def _values(field: str, values: Any, place: str) -> NDArray[Any]:
     if _kind(field) != FieldDescriptor.CPPTYPE_UINT32:
         return np.ascontiguousarray(array, "<c16" if array.dtype.kind == "c" else "<f8")
     if not ((array >= 0) & (array == np.floor(array)) & (array < 2.0**32)).all():
-        raise _wrong([Violation(place, f"{shown(values)}: must be whole numbers of at least 0")])
+        raise _wrong([Violation(place, f"{shown(values)}: must be whole numbers of at least 0 and below 2^32")])
     return array.astype("<i8")
 
 

@@ -53,6 +53,8 @@ def _performed(given: Given) -> tuple[int, list[str]]:
         return BAD_INPUT, [f"{error.filename}: {error.strerror}"]
     except (BadInput, ValueError) as error:
         return BAD_INPUT, [str(error)]
+    except ImportError as error:
+        return FAILED, [str(error)]
     try:
         with _client(given) as client:
             status = _COMMANDS[given.command](given, client)
@@ -186,9 +188,9 @@ def of_session(given: Given, client: Client) -> int:
 
 def summarize(given: Given, client: Client) -> int:
     events, fields = given.more.get("events"), given.more.get("fields")
-    quantities = dict(given.more.get("quantities", {}))
+    quantities = given.more.get("quantities", {})
     for of in given.quantities or ():
-        quantities.update(of)
+        quantities = {**quantities, **of} if isinstance(quantities, dict) else quantities
     if not quantities and not events:
         raise BadInput("give --quantities, or --arguments with quantities or events")
     with _session(given, client) as session:
@@ -238,7 +240,8 @@ def connect(given: Given, client: Client) -> int:
         found = [_called(given, client.geodesic)]
         shown.tell(given, shown.as_table(found[0]), found[0])
     else:
-        given.more["pairs"] = [tuple(one.values()) if isinstance(one, dict) else one for one in given.more["pairs"]]
+        if isinstance(given.more["pairs"], list):
+            given.more["pairs"] = [tuple(one.values()) if isinstance(one, dict) else one for one in given.more["pairs"]]
         found = list(_called(given, client.connect))
         columns = ("outcome", "energy", "residual", "shortest")
         shown.tell(given, lambda: text_table(f"{len(found)} geodesics", ("pair", *columns), [

@@ -16,7 +16,8 @@ from stiefel.scene import parse_json, read
 
 _OPTIONS = {"to": "system", "address": "server"}  #: the options of arguments of another name, where there is none of the same
 _HINTS = {"`times` of Session.trajectory": "--times of stiefel run", "Session.step and Session.trajectory take any time":
-          "stiefel run takes any time", "`tls`": "--tls", "`token`": "--token-file"}
+          "stiefel run takes any time", "`tls`": "--tls", "`token`": "--token-file",
+          "normalize=True": "--set normalize=true", "tls: ca: ": "--tls: "}
 
 
 class BadInput(Exception):

@@ -69,7 +69,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 def _added(several: Any, name: str) -> _Parser:
     summary, options = COMMANDS[name]
     parser: _Parser = several.add_parser(name, help=summary, description=f"{summary}.")
-    ends = parser.add_mutually_exclusive_group()
+    ends = parser.add_mutually_exclusive_group() if "to" in options.split() else parser  # no empty group: Python 3.11 refuses its help
     for option in [*options.split(), "server", "tls", "token-file", "json"]:
         more = {**_OPTIONS[option.rstrip("!")], **({"required": True} if option.endswith("!") else {})}
         names = [option] if option in _POSITIONAL else [f"--{option.rstrip('!')}"]
@@ -81,7 +81,7 @@ def whole(text: str) -> int:
     """Reads a whole number in any form, such as 30, 3e1 and 30.0."""
     try:
         number = int(text) if re.fullmatch(r"[-+]?\d+", text) else float(text)
-        if number == int(number) and (isinstance(number, int) or abs(number) <= 2**53):
+        if number == int(number):
             return int(number)
     except (ValueError, OverflowError):
         pass
