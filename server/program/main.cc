@@ -1,6 +1,7 @@
 // The command stiefel-server: signals, and the checks that operators and containers call.
 #include <grpc/grpc.h>
 #include <grpcpp/grpcpp.h>
+#include <pthread.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -120,6 +121,8 @@ int serve(Options options, bool exit_with_parent) try {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A process that was started through a loader, as from the wheel, has the loader's name.
+  pthread_setname_np(pthread_self(), "stiefel-server");
   CLI::App app(
       "Serves simulations over gRPC. Prints 'listening on ADDRESS' for each address when it is "
       "ready.",

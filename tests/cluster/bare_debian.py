@@ -1,6 +1,7 @@
 """In a bare Debian with Python, `pip install` of the one wheel is all that the README's first program needs.
 
-    bare_debian.py SUITE FOLDER_OF_WHEELS          (bookworm has Python 3.11, trixie 3.13)
+    bare_debian.py SUITE FOLDER_OF_WHEELS          (bullseye has glibc 2.31 and Python 3.9, bookworm 2.36 and
+                                                    3.11, trixie 2.41 and 3.13)
 
 Needs root, mmdebstrap and PyPI; the packages that the wheel needs are downloaded here, so that the bare system needs no
 network.
@@ -18,7 +19,7 @@ from pathlib import Path
 from environment import PIP, environment, skip, wheel_in
 
 README = Path(__file__).parents[2] / "README.md"
-VERSIONS = {"bookworm": "3.11", "trixie": "3.13"}
+VERSIONS = {"bullseye": "3.9", "bookworm": "3.11", "trixie": "3.13"}
 TRY = """\
 set -eu
 cd /try
@@ -36,7 +37,7 @@ def first_program() -> tuple[str, str]:
     """The README's first program in Python, and what it prints."""
     page = README.read_text(encoding="utf-8")
     program = re.search(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
-    prints = re.search(r"^prints\n\n```text\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    prints = re.search(r"^prints\n+```text\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     assert program and prints
     return program[1], prints[1]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import IO, Any, Mapping, Optional, Sequence
 
 from stiefel._given.numbers import SECONDS, number
-from stiefel._programs import bundled
+from stiefel._programs import bundled, invocation
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire.connection import close_all
 from stiefel._wire.failures import server_ended, server_started
@@ -66,14 +66,14 @@ class Server:
     @classmethod
     def _start(cls, listen: Optional[str], arguments: Sequence[str], timeout: float,
                environment: Optional[Mapping[str, str]]) -> Server:
-        program = find_server()
+        program, environment = invocation(find_server(),
+                                          {"STIEFEL_LOG_LEVEL": "warn", **(environment or {}), **os.environ})
         socket = _socket_folder() / f"{os.getpid()}-{secrets.token_hex(4)}"
-        command = [program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]
+        command = [*program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]
         try:
             # The server stops when its stdin ends, which happens however this process ends.
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                       bufsize=0, start_new_session=True,  # Ctrl-C is for this process alone
-                                        env={"STIEFEL_LOG_LEVEL": "warn", **(environment or {}), **os.environ})
+                                       bufsize=0, env=environment, start_new_session=True)  # Ctrl-C is for this process alone
         except OSError as error:
             raise _not_started(command, f"cannot be run: {error.strerror}", None, "") from error
         assert process.stdout is not None and process.stderr is not None

@@ -1,4 +1,4 @@
-"""Copies the programs of the platform wheel, the shared libraries that no platform guarantees, and their licenses."""
+"""Copies the programs of the platform wheel, all shared libraries that they need with their loader, and their licenses."""
 from __future__ import annotations
 
 import re
@@ -7,23 +7,20 @@ import subprocess
 from pathlib import Path
 
 COMMON_LICENSES = Path("/usr/share/common-licenses")  # where Debian keeps the texts that many packages need
-# The libraries that PEP 600 lets a wheel take from the system, as far as these programs need them.
-SYSTEM = {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libdl.so.2", "libgcc_s.so.1", "libm.so.6",
-          "libpthread.so.0", "libresolv.so.2", "librt.so.1", "libstdc++.so.6", "libz.so.1", "linux-vdso.so.1"}
 
 
 def libraries(program: Path) -> dict[str, Path]:
-    """Returns the files of the shared libraries that `program` needs, by soname, without those of `SYSTEM`."""
+    """Returns the files of the shared libraries that `program` needs, and of their loader, by file name."""
     lines = subprocess.run(["ldd", program], check=True, capture_output=True, text=True).stdout
     missing = re.findall(r"(\S+) => not found", lines)
     if missing:
         raise FileNotFoundError(f"{program}: {', '.join(missing)}: not found")
-    found = re.findall(r"^\s*(\S+) => (/\S+) ", lines, re.MULTILINE)
-    return {name: Path(file) for name, file in found if name not in SYSTEM}
+    found = re.findall(r"^\s*(?:\S+ => )?(/\S+) ", lines, re.MULTILINE)  # the loader has no "=>"
+    return {Path(file).name: Path(file) for file in found}
 
 
 def bundle(programs: list[Path], folder: Path) -> dict[str, Path]:
-    """Copies the programs and their libraries into one folder and strips them. Each looks for its libraries there."""
+    """Copies the programs, stripped, and their libraries into one folder."""
     needed: dict[str, Path] = {}
     for program in programs:
         needed.update(libraries(program))
@@ -31,8 +28,8 @@ def bundle(programs: list[Path], folder: Path) -> dict[str, Path]:
         copy = folder / name
         shutil.copyfile(file, copy)
         copy.chmod(0o755)
-        subprocess.run(["strip", "--strip-unneeded", copy], check=True)
-        subprocess.run(["patchelf", "--set-rpath", "$ORIGIN", copy], check=True)
+    for program in programs:
+        subprocess.run(["strip", "--strip-unneeded", folder / program.name], check=True)
     return needed
 
 

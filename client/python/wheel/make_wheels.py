@@ -2,9 +2,9 @@
 
     make_wheels.py BUILD_FOLDER OUTPUT_FOLDER
 
-`stiefel`, for Linux on this machine's processor and its glibc or a later one, holds `stiefel-server` and the libraries it
-needs; `stiefel_client`, for every platform, holds neither, and its extra [server] is the first wheel. Both have the command.
-Needs setuptools, wheel, patchelf and strip; takes licenses from /usr/share/doc, so that it runs on Debian only.
+`stiefel`, for Linux on this machine's processor with any C library, holds `stiefel-server` and all libraries it needs, with
+their loader; `stiefel_client`, for every platform, holds none, and its extra [server] is the first wheel. Both have the
+command. Needs setuptools, wheel and strip; takes licenses from /usr/share/doc, so that it runs on Debian only.
 """
 from __future__ import annotations
 
@@ -48,8 +48,9 @@ def stage(build: Path, folder: Path) -> str:
 
 
 def platform_tag() -> str:
-    """Returns, for example, "manylinux_2_36_x86_64": the programs need the glibc with which they were linked."""
-    return f"manylinux_{platform.libc_ver()[1].replace('.', '_')}_{platform.machine()}"
+    """Returns the tags of the oldest systems that the wheel's dependencies know: its programs bring their C library, so they
+    need none of the system. A pip before 20.3 knows the second name alone."""
+    return ".".join(f"{system}_{platform.machine()}" for system in ("manylinux_2_17", "manylinux2014", "musllinux_1_1"))
 
 
 def for_this_platform(build: Path, folder: Path) -> None:
