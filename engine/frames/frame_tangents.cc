@@ -66,7 +66,7 @@ Tangents stiefel_tangents() {
           [](const Scene& scene, const TangentParameters& at) {
             return make_tangent(scene, Stiefel<Tangent>(at.lambda, scene.Q().rows()), at.h);
           },
-          rattle_tangent};
+          has_rattle_tangent, rattle_tangent};
 }
 
 Tangents stiefel_costate_tangents() { return {costates, costate_map}; }

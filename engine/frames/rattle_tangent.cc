@@ -237,9 +237,11 @@ class RattlePairs {
 
 }  // namespace
 
+bool has_rattle_tangent(const Scene& scene) {
+  return scene.method() == Variational::traits.name && scene.Q().rows() <= Index(std::size(moves));
+}
+
 std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const ColumnParameters& at) {
-  if (scene.method() != Variational::traits.name || scene.Q().rows() > Index(std::size(moves)))
-    return nullptr;
   constexpr Index wide = 64;
   return scene.dimension() < wide ? std::make_unique<RattleTangentOf<RattlePairs>>(scene, at)
                                   : wide_rattle_tangent(scene, at);

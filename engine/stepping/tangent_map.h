@@ -75,9 +75,10 @@ struct Tangents {
   TangentSpace (*space)(const Scene&) = nullptr;
   /// Returns null where the scene's method has no tangent.
   std::unique_ptr<TangentMap> (*make)(const Scene&, const TangentParameters&) = nullptr;
-  /// Returns the map that moves all vectors by the linearised formula of the method, which solves
-  /// for the values of a step once; null where there is none for the scene. Every vector has the
-  /// bits that it has alone.
+  /// Returns whether there is a map that moves all vectors by the linearised formula of the method,
+  /// which solves for the values of a step once, and that map. Every vector has the bits that it
+  /// has alone. The map of a large body takes long to make.
+  bool (*has_columns)(const Scene&) = nullptr;
   std::unique_ptr<TangentMap> (*make_columns)(const Scene&, const ColumnParameters&) = nullptr;
 };
 

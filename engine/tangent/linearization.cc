@@ -46,10 +46,8 @@ bool is_bound_to_inertia(const Scene& scene) {
 
 bool moves_by_columns(const Scene& scene) {
   const std::optional<Tangents> tangents = tangents_of(scene.system());
-  if (!tangents || !tangents->make_columns || !scene.members().empty()) return false;
-  const Eigen::VectorXd lambda = all_inertia(scene);
-  const double h = scene.description().step.value_or(0) / scene.substeps();
-  return tangents->make_columns(scene, {lambda, h, Dense(lambda.size(), 0), {}}) != nullptr;
+  return tangents && tangents->has_columns && tangents->has_columns(scene) &&
+         scene.members().empty();
 }
 
 /// Returns the tangent vectors as blocks, numbers column by column, from numbers row by row.
@@ -100,8 +98,10 @@ class Linearization::Vectors {
     const Eigen::Index inertia = what.by_inertia ? lambda.size() : 0;
     count_ = V.cols() + inertia + (what.by_step ? 1 : 0);
     const Dense& point = observed(start);
-    if (tangents.make_columns && begin_columns(scene, tangents, lambda, inertia, V, point))
+    if (tangents.has_columns && tangents.has_columns(scene)) {
+      begin_columns(scene, tangents, lambda, inertia, V, point);
       return true;
+    }
     for (Eigen::Index first = 0; first < count_; first += lanes) {
       stop_point();
       TangentParameters at{lambda.cast<Tangent>(), 0.0};
@@ -188,21 +188,19 @@ class Linearization::Vectors {
   }
 
  private:
-  bool begin_columns(const Scene& scene, const Tangents& tangents, const Eigen::VectorXd& lambda,
+  void begin_columns(const Scene& scene, const Tangents& tangents, const Eigen::VectorXd& lambda,
                      Eigen::Index inertia, const Dense& V, const Dense& point) {
     ColumnParameters at{lambda, scene.description().step.value_or(0) / scene.substeps(),
                         Dense::Zero(lambda.size(), count_), Eigen::VectorXd::Zero(count_)};
     at.by_lambda.middleCols(V.cols(), inertia).setIdentity();
     at.by_h.tail(count_ - V.cols() - inertia).setConstant(1.0 / scene.substeps());
     auto map = tangents.make_columns(scene, at);
-    if (!map) return false;
     Dense all = Dense::Zero(rows_ * cols_, count_);
     all.leftCols(V.cols()) = V;
     if (inertia > 0) all.middleCols(V.cols(), inertia) = start_by_inertia_;
     map->start(point, all);
     maps_.push_back(std::move(map));
     of_map_ = count_;
-    return true;
   }
 
   /// Returns the point, in principal axes. A scene without members has no other simulation.

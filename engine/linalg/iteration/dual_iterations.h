@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <algorithm>
 
 #include "engine/linalg/iteration/fixed_point.h"
@@ -55,9 +54,8 @@ class FixedPoint<Dual<Real, lanes>> {
   Matrix<Scalar> g_;
 };
 
-/// z = g(z) in dual numbers by Newton's method with the dense matrix I − g_z, whose columns are the
-/// derivatives of sweeps along the unit vectors: δ for the values until they no longer change, then
-/// (I − g_z) z′ = g′ once.
+/// z = g(z) in dual numbers by Newton's method for the values, then for each derivative, which
+/// solves the linear equation z′ = g_z z′ + g′.
 template <class Real, int lanes>
 class NewtonKrylov<Dual<Real, lanes>> {
  public:
@@ -65,43 +63,31 @@ class NewtonKrylov<Dual<Real, lanes>> {
 
   template <class Sweep>
   bool solve(Matrix<Scalar>& z, Sweep&& sweep) {
-    const Real unit = two_to<Real>(1 - bits<Real>);
-    constexpr int most = 30;
-    const Eigen::Index size = z.size();
-    Real last = std::numeric_limits<Real>::infinity();
     Matrix<Scalar> g = z;
-    for (int k = 0; k < most; ++k) {
-      z = values_of(z).template cast<Scalar>();
-      sweep(z, g);
-      if (!g.allFinite()) return false;
-      const Matrix<Scalar> base = g;
-      Matrix<Real> I_minus_J = Matrix<Real>::Identity(size, size);
-      for (Eigen::Index first = 0; first < size; first += lanes) {
-        Matrix<Scalar> moved = z;
-        const Eigen::Index count = std::min<Eigen::Index>(lanes, size - first);
-        for (Eigen::Index c = 0; c < count; ++c) moved(first + c).d[c] = 1;
-        sweep(moved, g);
-        for (Eigen::Index c = 0; c < count; ++c)
-          for (Eigen::Index i = 0; i < size; ++i)
-            I_minus_J(i, first + c) -= g(i).d[c] - base(i).d[c];
-      }
-      stop_point(static_cast<double>(size * size * size) / 3);
-      const Eigen::PartialPivLU<Matrix<Real>> lu(I_minus_J);
-      const Vector<Real> delta = lu.solve((values_of(base) - values_of(z)).reshaped());
-      const Real change = delta.norm(), scale = values_of(z).norm();
-      if (!(change < last / 2) && !(last <= 64 * unit * scale)) return false;
-      for (Eigen::Index i = 0; i < size; ++i) z(i).value += delta(i);
-      if (change <= unit * scale || last <= 64 * unit * scale) {
-        for (int lane = 0; lane < lanes; ++lane) {
-          const Vector<Real> part = lu.solve(lane_of(base, lane).reshaped());
-          for (Eigen::Index i = 0; i < size; ++i) z(i).d[lane] = part(i);
-        }
-        return true;
-      }
-      last = change;
+    const Matrix<Scalar> start = z;
+    z = values_of(z).template cast<Scalar>();
+    for (int part = 0; part <= lanes; ++part) {
+      Matrix<Real> x = get(start, part);
+      const auto sweep_part = [&](const Matrix<Real>& y, Matrix<Real>& out) {
+        set(z, part, y);
+        sweep(z, g);
+        out = get(g, part);
+      };
+      if (!newton_.solve(x, sweep_part)) return false;
+      set(z, part, x);
     }
-    return false;
+    return true;
   }
+
+ private:
+  static void set(Matrix<Scalar>& z, int part, const Matrix<Real>& x) {
+    part == 0 ? set_values(z, x) : set_lane(z, part - 1, x);
+  }
+  static Matrix<Real> get(const Matrix<Scalar>& z, int part) {
+    return part == 0 ? values_of(z) : lane_of(z, part - 1);
+  }
+
+  NewtonKrylov<Real> newton_;
 };
 
 }  // namespace stiefel

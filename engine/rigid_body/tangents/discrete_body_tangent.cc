@@ -284,8 +284,6 @@ std::unique_ptr<TangentMap> discrete_body_tangent(const Scene& scene, const Colu
   constexpr Index largest_by_elements = 10;
   if (scene.method() == PreprocessedVariational::traits.name)
     return std::make_unique<DiscreteBodyTangent<So3<double, true>, ModifiedStage>>(scene, at);
-  const bool discrete = scene.method().empty() || scene.method() == Variational::traits.name;
-  if (!discrete) return nullptr;
   if (scene.dimension() > largest_by_elements) return large_body_tangent(scene, at);
   if (scene.dimension() == 3) return made<So3<double, true>, Stages>(scene, at);
   if (scene.dimension() == 4) return made<So4<double, true>, Stages>(scene, at);

@@ -130,7 +130,11 @@ class LargeBodyTangent final : public TangentMap {
         S_(M_),
         v_(N_),
         Av_(N_) {
-    for (const double gamma : gamma_) branches_.emplace_back(at.lambda, gamma * at.h);
+    branches_.reserve(gamma_.size());
+    for (const double gamma : gamma_) {
+      stop_point();
+      branches_.emplace_back(at.lambda, gamma * at.h);
+    }
   }
 
   void start(const Dense& point, const Dense& V) override {

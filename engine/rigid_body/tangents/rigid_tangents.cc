@@ -1,7 +1,9 @@
 #include "engine/linalg/iteration/dual_iterations.h"
 #include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/munthe_kaas4.h"
+#include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/rk4.h"
+#include "engine/methods/variational.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "engine/rigid_body/symmetric/dual_psi.h"
 #include "engine/rigid_body/tangents/column_tangents.h"
@@ -19,6 +21,13 @@ std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at
       scene, at);
 }
 
+bool has_columns(const Scene& scene) {
+  constexpr Eigen::Index largest_of_rk4 = 10;
+  if (scene.method() == Rk4::traits.name) return scene.dimension() <= largest_of_rk4;
+  return scene.method().empty() || scene.method() == Variational::traits.name ||
+         scene.method() == PreprocessedVariational::traits.name;
+}
+
 std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParameters& at) {
   if (scene.method() != Rk4::traits.name) return discrete_body_tangent(scene, at);
   return scene.dimension() == 3 ? rk4_body_tangent_3(scene, at) : rk4_body_tangent(scene, at);
@@ -26,7 +35,7 @@ std::unique_ptr<TangentMap> make_columns(const Scene& scene, const ColumnParamet
 
 }  // namespace
 
-Tangents rigid_body_tangents() { return {body_space, make, make_columns}; }
-Tangents moser_veselov_tangents() { return {body_space, make, make_columns}; }
+Tangents rigid_body_tangents() { return {body_space, make, has_columns, make_columns}; }
+Tangents moser_veselov_tangents() { return {body_space, make, has_columns, make_columns}; }
 
 }  // namespace stiefel

@@ -281,8 +281,6 @@ class Rk4BodyTangent final : public TangentMap {
 }  // namespace
 
 std::unique_ptr<TangentMap> rk4_body_tangent(const Scene& scene, const ColumnParameters& at) {
-  constexpr Index largest = 10;
-  if (scene.dimension() > largest) return nullptr;
   return std::make_unique<Rk4BodyTangent>(scene, at);
 }
 
