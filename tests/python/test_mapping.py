@@ -306,7 +306,7 @@ def test_a_malformed_summary_is_named(session, asked, path):
 @pytest.mark.parametrize("change, path", [
     ({"limit": -1}, "events[0].limit"), ({"limit": 1.5}, "events[0].limit"), ({"level": "x"}, "events[0].level"),
     ({"field": 3}, "events[0].field"), ({"coefficients": ["a", 1, 0]}, "events[0].coefficients"),
-    ({"direction": 1}, "events[0]"), ({"direction": ["rising"]}, "events[0]"), ({"terminal": "yes"}, "events[0].terminal"),
+    ({"direction": 1}, "events[0].direction"), ({"direction": ["rising"]}, "events[0].direction"), ({"terminal": "yes"}, "events[0].terminal"),
     ({"levl": 1}, "events[0]"), ({"plus": [1, 0, 0]}, "events[0].plus"), ({"plus": {3: [1, 0, 0]}}, "events[0].plus"),
     ({"plus": {"Q": ["a"]}}, "events[0].plus.Q"), ({"plus": {"Q": [1]}}, "events[0].plus[0].coefficients"),
 ])
