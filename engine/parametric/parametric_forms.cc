@@ -10,6 +10,7 @@
 #include "engine/rigid_body/rigid_forms.h"
 #include "engine/scene/scene_draft.h"
 #include "stiefel/invariant_names.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -28,8 +29,10 @@ Eigen::MatrixXd unprojected_momentum(const Eigen::VectorXd& lambda, double mu_ov
 double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
                         const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
   const auto solved = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+    stop_point(static_cast<double>(A.rows() * A.size()));
     const auto lu = A.partialPivLu();
-    return lu.solve(B).stableNorm() / lu.rcond();
+    // stableNorm would solve once a column.
+    return Eigen::MatrixXd(lu.solve(B)).stableNorm() / lu.rcond();
   };
   return (solved(Q, P) + solved(P, Q)) / std::abs(epsilon) +
          std::abs(mu_over_h) * lambda.cwiseAbs2().stableNorm();
@@ -140,6 +143,7 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
         parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
     rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out, terms);
     if (!out.wants(family::PQ_inverse)) return;
+    stop_point(static_cast<double>(N * x.size()));
     const Eigen::MatrixXd A =
         x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();
     const double scale = A.norm();
