@@ -7,6 +7,7 @@
 
 #include "stiefel/lyapunov.h"
 #include "tests/support/scenes/random_matrices.h"
+#include "tests/support/scenes/spectra.h"
 
 namespace stiefel {
 namespace {
@@ -14,29 +15,9 @@ namespace {
 using Dense = Eigen::MatrixXd;
 using Inertia = std::vector<double>;
 
-Scene resolved(SceneDescription description) {
-  auto scene = Scene::resolve(std::move(description));
-  if (!scene) throw std::runtime_error(scene.error().front().rule);
-  return *std::move(scene);
-}
-
 /// Returns a geodesic of unit speed on V(n, N) from a random frame, by steps of 0.1 or `step`.
 Scene geodesic(Eigen::Index n, const Inertia& inertia, unsigned seed, double step = 0.1) {
-  const auto N = static_cast<Eigen::Index>(inertia.size());
-  const Eigen::Map<const Eigen::VectorXd> lambda(inertia.data(), N);
-  testing::RandomMatrices<double> random(seed);
-  const Dense Q = random.frame(n, N);
-  Dense V = random.matrix(n, N);
-  const Dense R = V * Q.transpose();
-  V -= (R + R.transpose()) * Q / 2;
-  V /= std::sqrt((V.cwiseAbs2() * lambda).sum());
-  SceneDescription out;
-  out.system = "stiefel";
-  out.method = MethodDescription{"variational", 4, {}, ""};
-  out.inertia = inertia;
-  out.initial = {{"Q", Block(Q)}, {"S", Block((V * lambda.asDiagonal()).eval())}};
-  out.step = step;
-  return resolved(std::move(out));
+  return testing::resolved(testing::geodesic(n, inertia, seed, step));
 }
 
 Scene body(Eigen::Index N, unsigned seed, const std::string& system = "rigid_body") {
@@ -50,7 +31,7 @@ Scene body(Eigen::Index N, unsigned seed, const std::string& system = "rigid_bod
   out.initial = {{"Q", Block(random.frame(N, N))},
                  {"M", Block((std::sqrt(2.0) * lambda.mean() / M.norm() * M).eval())}};
   out.step = 0.1;
-  return resolved(std::move(out));
+  return testing::resolved(std::move(out));
 }
 
 /// `motion` is at `what.from` and moves to `what.to`.
