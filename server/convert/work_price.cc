@@ -44,8 +44,8 @@ double dimension(const v1::Scene& scene) {
 double of_creation(double N, double members) {
   return members * (40 * N * N * N + 4000 * N * N + 1e4);
 }
-double of_conversion(const std::string& to, double N, double members) {
-  return members * (conversion_products(to) * N * N * N + 1e5);
+double of_conversion(const std::string& to, double N) {
+  return conversion_products(to) * N * N * N + 1e5;
 }
 
 /// Returns the predicted instructions of reading a field, or the invariants of that name, from one
@@ -83,13 +83,13 @@ bool converts(const Session& from, const v1::ForkSessionRequest& request) {
 }
 
 double conversion_work(const v1::ConvertRequest& request) {
-  return of_conversion(request.to(), dimension(request.scene()), members_of(request.scene()));
+  return of_conversion(request.to(), dimension(request.scene()));
 }
 
 double fork_work(const Session& from, const v1::ForkSessionRequest& request) {
   const double N = whole_dimension(from.scene()), members = members_of(from);
   return of_creation(N, members) +
-         (converts(from, request) ? of_conversion(request.system(), N, members) : 0);
+         (converts(from, request) ? of_conversion(request.system(), N) : 0);
 }
 
 double tradeoff_work(const v1::MeasureTradeoffRequest& request) {

@@ -12,7 +12,7 @@ SystemName = Literal[
     "double_bracket", "moser_veselov", "moser_veselov_pair", "symmetric_moser_veselov", "parametric_moser_veselov",
     "discrete_stiefel"]
 MethodName = Literal[
-    "variational", "preprocessed_variational", "exact", "splitting", "munthe_kaas4", "crouch_grossman3",
+    "variational", "preprocessed_variational", "exact", "splitting", "munthe_kaas4",
     "implicit_midpoint", "gauss4", "rk4", "adaptive"]
 FieldName = Literal[
     "B", "M", "Omega", "P", "Q", "Q_prev", "Qdot", "S", "angular_velocity", "angular_velocity_space", "epsilon",
