@@ -13,7 +13,7 @@ from stiefel.scene import to_matrix
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
 Quantities = Mapping[str, Statistics]
-#: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal, plus.
+#: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal, plus, extremum.
 EventDescription = Mapping[str, Any]
 TangentVector = Mapping[str, Any]  #: blocks by name
 Form = tuple[str, TangentVector, TangentVector]
@@ -89,8 +89,8 @@ def _event(description: EventDescription, path: str) -> pb.Event:
             event.level = number(place, value)
         elif key == "limit":
             event.limit = whole(place, value)
-        elif key == "terminal":
-            event.terminal = _truth(place, value)
+        elif key in ("terminal", "extremum"):
+            setattr(event, key, _truth(place, value))
         elif key == "plus":
             if not isinstance(value, Mapping):
                 raise refused(place, f"{shown(value)}: must be a mapping from fields to coefficients")
