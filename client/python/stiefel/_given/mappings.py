@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.numbers import number, numbers, refused, whole
-from stiefel._given.shapes import described, is_repeated, of_solids
+from stiefel._given.shapes import described, is_repeated
 from stiefel._given.shown import shown
 from stiefel._wire.arrays import put_block
 from stiefel.errors import InvalidArgument, Violation
@@ -48,7 +48,7 @@ class Field(NamedTuple):
 
 
 #: What a scene and its body may have beside the fields of the messages, which the client writes in other fields.
-_BESIDE = {"Scene": (Field("normalize", "beside"), Field("epoch", "beside")),
+_BESIDE = {"Scene": (Field("normalize", "true or false"), Field("epoch", "beside")),
            "Body": (Field("order", "beside"), Field("mrp", "list", "", "3"), Field("euler_angles", "list", "rad", "3"),
                     Field("sequence", "beside"), Field("angular_momentum", "list", "kg*m**2/s", "3"), Field("frame", "beside"),
                     Field("euler_rates", "list", "rad/s", "3"))}
@@ -110,10 +110,12 @@ class Walk:
         #: What is read beside the messages, by name: all of a body, whose lists depend on each other.
         self.beside: dict[str, Any] = {}
 
-    def end(self) -> None:
-        """Raises InvalidArgument with every unknown key and every wrong value."""
+    def read(self, given: Any, message: M, path: str) -> M:
+        """Fills a message and returns it. Raises InvalidArgument with every unknown key and every wrong value."""
+        self.fill(given, message, path)
         if self.faults:
             raise InvalidArgument(f"{self.faults[0].field}: {self.faults[0].description}", tuple(self.faults))
+        return message
 
     def fill(self, given: Any, message: Any, path: str) -> None:
         """Sets the fields of a message. What is None is absent, as null in JSON."""
@@ -138,7 +140,9 @@ class Walk:
                     raise refused(place, _unknown(str(key), value, type(message)))
                 if value is None:
                     continue
-                if field.kind == "beside":
+                if field.kind in ("beside", "true or false"):
+                    if field.kind != "beside" and not isinstance(value, bool):
+                        raise refused(place, f"{shown(value)}: must be {field.kind}")
                     self.beside[field.name] = value
                 elif of_body:
                     self.beside[field.name] = self._list(place, value, field, strict)
@@ -184,7 +188,7 @@ class Walk:
 
     def _list(self, place: str, given: Any, field: Field, strict: bool = False) -> NDArray[Any]:
         if field.name == "inertia_tensor":
-            given = of_solids(place, given, self.ensemble.members)
+            given = _of_solids(place, given, self.ensemble.members)
         elif field.name == "attitude" and hasattr(given, "as_matrix"):  # a Rotation of scipy
             given = given.as_matrix()
         return list_of(place, given, field.unit, self.ensemble.each(field.count), self.ensemble, strict,
@@ -255,12 +259,24 @@ def as_block(path: str, block: Any, ensemble: Ensemble = Ensemble()) -> Any:
     return parts[0] if len(parts) == 1 else parts[0] + 1j * parts[1]
 
 
-def parse(given: Any, message: M, path: str) -> M:
-    """Fills a message and returns it. Raises InvalidArgument with every unknown key and every wrong value."""
-    walk = Walk()
-    walk.fill(given, message, path)
-    walk.end()
-    return message
+def _of_solids(place: str, given: Any, members: Optional[int]) -> Any:
+    """Returns the tensor of a Solid, or of a list of solids, which are one body; of a list of these one tensor for each member
+    of an ensemble; what is given if it is none of these."""
+    def is_solid(one: Any) -> bool:
+        return hasattr(one, "inertia_tensor") and hasattr(one, "about")
+
+    if is_solid(given):
+        return given.inertia_tensor
+    if not isinstance(given, (list, tuple)) or not given:
+        return given
+    if all(map(is_solid, given)):
+        if members == len(given) > 1:
+            raise refused(place, f"{members} solids for {members} members: must be [[solid], ...] for a body of each member, or "
+                                 "sum(solids) for one that all share")
+        whole_body: Any = sum(given)
+        return whole_body.inertia_tensor
+    some = any(is_solid(one) or isinstance(one, (list, tuple)) and len(one) and is_solid(one[0]) for one in given)
+    return [_of_solids(f"{place}[{k}]", one, None) for k, one in enumerate(given)] if some else given
 
 
 def _unknown(key: str, value: Any, message: type[Message]) -> str:
