@@ -32,16 +32,16 @@ SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 def to_message(scene: SceneLike) -> pb.Scene:
     """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
-    In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
-    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix, a Solid or a list of
-    solids. In an ensemble, blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`,
-    Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. In `body`, `attitude`
-    may be a rotation matrix, a Rotation of scipy or a quaternion in the `order` "xyzw", or `mrp` may stand instead, and
-    `angular_velocity` or `angular_momentum` may be in the axes `frame`, as in `stiefel.body`. `normalize`: True makes an
-    initial state that was rounded to a few digits fit, and a quaternion of any norm. `method` may be a name alone. Raises InvalidArgument that names the first wrong number, unit or
-    shape, or the paths of all unknown keys and values of a wrong type.
+    In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; numbers with a unit may be
+    quantities. `method` may be a name alone. In an ensemble, blocks may be (members, n, N), and lists of which each member has its
+    own (members, numbers). In `initial`, Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of
+    S, P or M; the client replaces them when it knows the server. `body` takes what `stiefel.body` takes: an inertia tensor as a
+    symmetric 3 x 3 matrix, a Solid or a list of solids; `attitude` as a rotation matrix, a Rotation of scipy or a quaternion in
+    the `order` "xyzw", or `mrp` or `euler_angles` instead; `angular_velocity` or `angular_momentum` in the axes `frame`, or
+    `euler_rates`. `normalize`: True makes an initial state that was rounded to a few digits fit, and a quaternion of any norm.
+    `epoch`: the instant of time 0, which no message has.
 
-    A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
+    Raises InvalidArgument that names every unknown key and every wrong number, unit, shape and type.
     """
     return with_epoch(scene)[0]
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 
 import difflib
 import functools
-from dataclasses import dataclass
-from typing import Any, Iterable, Mapping, NamedTuple, Optional, TypeVar, Union
+from dataclasses import dataclass, field
+from typing import Any, Iterable, Mapping, Optional, TypeVar, Union
 
 import numpy as np
 from google.protobuf import json_format
@@ -36,7 +36,8 @@ _KINDS = {FieldDescriptor.CPPTYPE_DOUBLE: "number", FieldDescriptor.CPPTYPE_UINT
 _RULES = {"number": "a number", "whole": "a whole number of at least 0", "long": "a whole number of at least 0"}
 
 
-class Field(NamedTuple):
+@dataclass(frozen=True)
+class Field:
     """An entry of the table of what a message takes."""
 
     name: str
@@ -44,7 +45,7 @@ class Field(NamedTuple):
     kind: str
     unit: str = ""
     count: str = ""  #: of a list, how many numbers are one motion's: a number, or the "rows" or "cols" of the blocks
-    choices: Mapping[str, int] = {}
+    choices: Mapping[str, int] = field(default_factory=dict)
 
 
 #: What a scene and its body may have beside the fields of the messages, which the client writes in other fields.
@@ -55,7 +56,7 @@ _BESIDE = {"Scene": (Field("normalize", "true or false"), Field("epoch", "beside
 
 
 @functools.lru_cache(maxsize=None)
-def _table(message: type[Message]) -> dict[str, Field]:
+def _table(message: Any) -> dict[str, Field]:
     """Returns the entries of all fields by their names; protobuf's lowerCamelCase names are read too."""
     entries, descriptor = {}, message.DESCRIPTOR
     for field in descriptor.fields:
@@ -119,25 +120,26 @@ class Walk:
 
     def fill(self, given: Any, message: Any, path: str) -> None:
         """Sets the fields of a message. What is None is absent, as null in JSON."""
-        table, of_body = _table(type(message)), isinstance(message, pb.Body)
-        if isinstance(given, str) and isinstance(message, pb.Method):
+        kind: Any = type(message)
+        table, of_body = _table(kind), kind is pb.Body
+        if isinstance(given, str) and kind is pb.Method:
             given = {"name": given}
         if not isinstance(given, Mapping):
-            may_be_name = "a name, or " * isinstance(message, pb.Method)
+            may_be_name = "a name, or " * (kind is pb.Method)
             self.faults.append(Violation(path, f"{shown(given)}: must be {may_be_name}a mapping with the fields {_listed(table)}"))
             return
         if of_body and isinstance(given.get("body"), Mapping):
             self.faults.append(Violation(path, "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
                                                "{**stiefel.body(...), ...}"))
             return
-        # The blocks tell the lengths of lists. A form of a body needs lists of the right length, which else the server checks.
+        # A form of a body needs lists of the right length, which else the server checks.
         strict = of_body and not {*given} <= {field.name for field in message.DESCRIPTOR.fields}
-        for key in sorted(given, key=lambda key: key != "initial"):
+        for key in sorted(given, key=lambda key: key != "initial"):  # whose blocks tell the lengths of lists
             field, value = table.get(key), given[key]
             place = f"{path}.{field.name if field else key}".lstrip(".")
             try:
                 if field is None:
-                    raise refused(place, _unknown(str(key), value, type(message)))
+                    raise refused(place, _unknown(str(key), value, kind))
                 if value is None:
                     continue
                 if field.kind in ("beside", "true or false"):
@@ -229,7 +231,7 @@ def list_of(place: str, given: Any, unit: str, each: Optional[int], ensemble: En
         own = [] if members is None else [f"({members}, {shape[1:]}" for shape in one]
         what = shown(given) if isinstance(given, (int, float)) else f"the shape {array.shape}"
         raise refused(place, f"{what}: must be {' or '.join(one + own)}")
-    return array.reshape(members, each) if is_flat else array
+    return array.reshape(members or 1, -1) if is_flat else array
 
 
 def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[Any]:
@@ -279,7 +281,7 @@ def _of_solids(place: str, given: Any, members: Optional[int]) -> Any:
     return [_of_solids(f"{place}[{k}]", one, None) for k, one in enumerate(given)] if some else given
 
 
-def _unknown(key: str, value: Any, message: type[Message]) -> str:
+def _unknown(key: str, value: Any, message: Any) -> str:
     """Returns a description that suggests the nearest name of a field, or of a field of a message inside, and lists all names."""
     table = _table(message)
     if key in _LOADS and message.DESCRIPTOR.name in _BESIDE:
