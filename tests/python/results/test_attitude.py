@@ -107,8 +107,7 @@ def test_the_attitude_takes_body_axes_to_space_axes_in_every_system(client, syst
     assert np.allclose(run.euler_angles("ZXZ"), R.as_euler("ZXZ"), rtol=0, atol=1e-13)
     run.save(tmp_path / "run.npz")
     assert (stiefel.load(tmp_path / "run.npz").as_rotation() * R.inv()).magnitude().max() < 1e-15
-    written = run.to_aem(tmp_path / "run.aem")
-    assert written.interpolation_error < 0.02  # which compares with the motion, or with the neighbours and velocities
+    run.to_aem(tmp_path / "run.aem")
     lines = [line.split() for line in (tmp_path / "run.aem").read_text().splitlines() if line.startswith("2026-")]
     found = transform.Rotation.from_quat(np.array([line[1:5] for line in lines], float))  # x, y, z, w: of space into body
     assert (found * R.inv()).magnitude().max() < 1e-9
