@@ -83,10 +83,3 @@ def test_utc_of_far_times():
     run = stiefel.simulate({**BODY, "step": 3e9, "method": {"name": "exact"}, "epoch": datetime.datetime(2026, 3, 1)}, to=4)
     assert run.utc[4] == np.datetime64("2026-03-01") + np.timedelta64(12 * 10**15, "us")
     assert str(run.to_dataframe()["utc"].iloc[4])[:4] == "2406"
-
-
-def test_utc_in_a_parquet_file(tmp_path):
-    pytest.importorskip("pyarrow")
-    run = stiefel.simulate({**BODY, "epoch": "2026-03-01"}, to=2)
-    run.save(tmp_path / "run.parquet")
-    assert stiefel.load(tmp_path / "run.parquet") == run

@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._results import about
-from stiefel._results.extras import imported
-from stiefel._results.kinds import as_named
 from stiefel._results.origin import Origin
 from stiefel.client import Client
 from stiefel.results import Trajectory
@@ -22,7 +20,7 @@ Read = tuple[NDArray[Any], NDArray[Any], dict[str, NDArray[Any]], Mapping[str, A
 
 
 def load(file: "str | os.PathLike[str]") -> Trajectory:
-    """Reads a file that `Trajectory.save` or `stiefel run --output` wrote: .npz, .csv, .json, .h5, .zarr or .parquet.
+    """Reads a file that `Trajectory.save` or `stiefel run --output` wrote: .npz, .csv or .json.
 
     The arrays have the bits that were written; in .json NaN stands for the infinities too. Scene, build, outcome and
     estimated error are those of the run. Raises ValueError for a file of something else.
@@ -37,12 +35,12 @@ def load(file: "str | os.PathLike[str]") -> Trajectory:
             raise KeyError(f"its format is {described.get('format')!r}")
         status, error = about.run_status(described), about.estimated_error(described)
         return Trajectory(np.asarray(step, np.int64), np.asarray(time, float), fields, status, 0, _origin(described), error)
-    except (ImportError, MemoryError):
+    except MemoryError:
         raise
     except Exception as fault:  # of the libraries that read such files, each with its own kinds
         if isinstance(fault, OSError) and fault.filename is not None:
             raise
-        raise ValueError(f"{path}: is not a file of a trajectory, or of an earlier version: {fault}") from fault
+        raise ValueError(f"{path}: is not a file of a trajectory: {fault}") from fault
 
 
 def rerun(file: "str | os.PathLike[str]", client: Optional[Client] = None) -> Trajectory:
@@ -96,53 +94,19 @@ def _json(path: str) -> Read:
     samples = described.pop("samples")
     fields = {}
     for name in samples[0]["fields"] if samples else ():
-        values = _field(name, [sample["fields"][name] for sample in samples])
+        values = _field([sample["fields"][name] for sample in samples])
         fields[name] = values.astype(described.get("fields", {}).get(name, {}).get("dtype", values.dtype))
     step, time = ([sample[name] for sample in samples] for name in ("step", "time"))
     return np.array(step, np.int64), np.array(time, float), fields, described
 
 
-def _field(name: str, samples: list[Any]) -> NDArray[Any]:
-    """Returns the field of samples given as nested lists; a complex one, and every one in files of earlier versions, is an
-    object, there with `rows` and `cols` around flat lists."""
-    first = samples[0]
-    if not isinstance(first, Mapping):
-        return _numbers(samples)
-    values = _numbers([sample["values"] for sample in samples])
-    if "imaginary" in first:
-        values = values + 1j * _numbers([sample["imaginary"] for sample in samples])
-    if "rows" not in first:
-        return values
-    members = (first["members"],) if "members" in first else ()
-    return as_named(name, values.reshape(len(samples), *members, first["rows"], first["cols"]))
+def _field(samples: list[Any]) -> NDArray[Any]:
+    """Returns the field of samples given as nested lists, a complex one as objects of two such lists. null becomes NaN."""
+    if not isinstance(samples[0], Mapping):
+        return np.array(samples, float)
+    values = np.empty(np.shape([one["values"] for one in samples]), complex)
+    values.real, values.imag = (np.array([one[part] for one in samples], float) for part in ("values", "imaginary"))
+    return values
 
 
-def _numbers(samples: list[Any]) -> NDArray[Any]:
-    return np.array(samples, float)  # null becomes NaN
-
-
-def _hdf5(path: str) -> Read:
-    with imported("h5py", "hdf5").File(path, "r") as file:
-        described = json.loads(file[about.KEY][()])
-        # The description has the fields in their order; the file has them by name.
-        fields = {name: file[name][()] for name in described["fields"]}
-        return file["step"][()], file["time"][()], fields, described
-
-
-def _zarr(path: str) -> Read:
-    group = imported("zarr", "xarray").open_group(path, mode="r")
-    described = json.loads(group.attrs[about.KEY])
-    fields = {name: np.asarray(group[name][...]) for name in described["fields"]}
-    return np.asarray(group["step"][...]), np.asarray(group["time"][...]), fields, described
-
-
-def _parquet(path: str) -> Read:
-    table = imported("pyarrow.parquet", "parquet").read_table(path)
-    described = json.loads(table.schema.metadata[about.KEY.encode()])
-    columns = [table.column(name).to_numpy() for name in table.column_names if name != "utc"]
-    numbers = np.stack(columns[2:], axis=1) if len(columns) > 2 else np.empty((len(columns[0]), 0))
-    return columns[0], columns[1], about.from_table(numbers, described), described
-
-
-_READERS: dict[str, Callable[[str], Read]] = {
-    ".npz": _npz, ".csv": _csv, ".json": _json, ".h5": _hdf5, ".hdf5": _hdf5, ".zarr": _zarr, ".parquet": _parquet}
+_READERS: dict[str, Callable[[str], Read]] = {".npz": _npz, ".csv": _csv, ".json": _json}

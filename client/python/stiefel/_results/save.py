@@ -1,10 +1,9 @@
-"""Writes a trajectory to a file, in the formats of `stiefel run --output` and in those of other tools."""
+"""Writes a trajectory to a file: .npz, .csv or .json."""
 from __future__ import annotations
 
 import io
 import json
 import os
-import shutil
 from contextlib import contextmanager
 from typing import Any, Callable, Iterator, TextIO
 
@@ -12,7 +11,6 @@ import numpy as np
 
 from stiefel._results import about
 from stiefel._results.base import Array
-from stiefel._results.extras import imported
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
@@ -21,7 +19,7 @@ def save(run: Trajectory, file: "str | os.PathLike[str]") -> None:
     """Writes the format of the file's extension. Raises ValueError if that is none of `WRITERS`."""
     write = WRITERS.get(os.path.splitext(os.fspath(file))[1].lower())
     if write is None:
-        raise ValueError(f"{os.fspath(file)}: must end in {', '.join(list(WRITERS)[:-1])} or {list(WRITERS)[-1]}")
+        raise ValueError(f"{os.fspath(file)}: must end in .npz, .csv or .json; `to_xarray` and `to_dataframe` lead to other formats")
     with complete(file) as part:
         write(run, part)
 
@@ -37,20 +35,11 @@ def complete(file: "str | os.PathLike[str]") -> Iterator[str]:
     part = path + ".part"
     try:
         yield part
-        if os.path.isdir(path) and os.path.isdir(part):  # a folder cannot replace another one
-            shutil.rmtree(path)
         os.replace(part, path)
     except BaseException:
-        remove(part)
+        if os.path.exists(part):
+            os.remove(part)
         raise
-
-
-def remove(path: str) -> None:
-    """Removes a file or a folder if it is there."""
-    if os.path.isdir(path):
-        shutil.rmtree(path)
-    elif os.path.exists(path):
-        os.remove(path)
 
 
 def _npz(run: Trajectory, part: str) -> None:
@@ -87,41 +76,13 @@ def write_json(run: Trajectory, out: TextIO) -> None:
     null."""
     out.write('{"samples": [')
     separator = "\n"
-    for step, time, fields in _samples(run):
-        blocks = ", ".join(f"{json.dumps(name)}: {_block(values)}" for name, values in fields.items())
+    for k, (step, time) in enumerate(zip(run.step.tolist(), run.time.tolist())):
+        blocks = ", ".join(f"{json.dumps(name)}: {_block(values[k])}" for name, values in run.fields.items())
         out.write(f'{separator}{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}')
         separator = ",\n"
     rest = {**about.ending(run), **about.beginning(run)}
     parts = (f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in rest.items())
     out.write("],\n" + ",\n".join(parts) + "\n}\n")
-
-
-def _hdf5(run: Trajectory, part: str) -> None:
-    """Writes a dataset for step, time and every field, with its unit, and the description as a dataset of one text."""
-    with imported("h5py", "hdf5").File(part, "w") as out:
-        for name, values in (("step", run.step), ("time", run.time), *run.fields.items()):
-            out[name] = values
-            out[name].attrs["units"] = about.unit_of(run, name)
-        out[about.KEY] = about.compact({**about.beginning(run), **about.ending(run)})
-
-
-def _zarr(run: Trajectory, part: str) -> None:
-    """Writes a group with an array for step, time and every field; the description is an attribute of the group."""
-    group = imported("zarr", "xarray").open_group(part, mode="w")
-    make = getattr(group, "create_array", None) or group.create_dataset  # zarr 3, else zarr 2
-    for name, values in (("step", run.step), ("time", run.time), *run.fields.items()):
-        array = make(name, shape=values.shape, dtype=values.dtype, chunks=(max(1, len(values)), *values.shape[1:]))
-        array[...] = values
-        array.attrs["units"] = about.unit_of(run, name)
-    group.attrs[about.KEY] = about.compact({**about.beginning(run), **about.ending(run)})  # zarr sorts a mapping
-
-
-def _parquet(run: Trajectory, part: str) -> None:
-    """Writes the columns of the CSV file; the description is in the schema's metadata."""
-    pyarrow, parquet = imported("pyarrow", "parquet"), imported("pyarrow.parquet", "parquet")
-    described = about.compact({**about.beginning(run), **about.ending(run)})
-    columns = {name: np.ascontiguousarray(values) for name, values in about.table(run).items()}
-    parquet.write_table(pyarrow.table(columns).replace_schema_metadata({about.KEY: described}), part)
 
 
 def _block(values: Array) -> str:
@@ -139,10 +100,4 @@ def _in_json(value: float) -> str:
     return repr(value) if np.isfinite(value) else "null"
 
 
-def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:
-    for k, (step, time) in enumerate(zip(run.step.tolist(), run.time.tolist())):
-        yield step, time, {name: values[k] for name, values in run.fields.items()}
-
-
-WRITERS: dict[str, Callable[[Trajectory, str], None]] = {
-    ".npz": _npz, ".csv": _csv, ".json": _json, ".h5": _hdf5, ".hdf5": _hdf5, ".zarr": _zarr, ".parquet": _parquet}
+WRITERS: dict[str, Callable[[Trajectory, str], None]] = {".npz": _npz, ".csv": _csv, ".json": _json}

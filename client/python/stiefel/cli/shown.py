@@ -101,7 +101,7 @@ def check_output(file: Any, extensions: Sequence[str]) -> None:
     path = os.path.realpath(file)
     if os.path.splitext(file)[1].lower() not in extensions:
         raise BadInput(f"--output: {file}: must end in {', '.join(extensions[:-1])}{' or ' * (len(extensions) > 1)}{extensions[-1]}")
-    if os.path.isdir(path) and not path.endswith(".zarr"):
+    if os.path.isdir(path):
         raise BadInput(f"--output: {file}: is a folder")
     folder = os.path.dirname(path)
     if not os.path.isdir(folder) or not os.access(folder, os.W_OK):
