@@ -29,16 +29,16 @@ def test_the_diagram_shows_every_point(tradeoff, cost, error):
     assert axes.get_xscale() == axes.get_yscale() == "log"
     drawn = {tuple(line.get_xydata()[0]) for line in axes.lines if len(line.get_xdata()) == 1}
     assert drawn == {(point.work if cost == "work" else np.median(point.cpu_seconds_per_second),
-                      max(getattr(point, error), tradeoff.setup.reference_error))
+                      max(getattr(point, error), tradeoff.reference_error))
                      for point in tradeoff.points if point.outcome == stiefel.Outcome.REACHED}
     title = axes.get_title(loc="left")
-    assert tradeoff.setup.machine in title and "stiefel" in title and "2 timed runs" in title
+    assert tradeoff.machine in title and "stiefel" in title and "2 timed runs" in title
     plt.close(axes.figure)
 
 
 def test_the_front_is_in_front(tradeoff):
     axes = tradeoff.plot()
-    known = tradeoff.setup.reference_error
+    known = tradeoff.reference_error
     front = max(axes.lines, key=lambda line: line.get_zorder())
     assert [tuple(point) for point in front.get_xydata()] == [(p.work, max(p.error, known)) for p in tradeoff.front]
     plt.close(axes.figure)
@@ -51,7 +51,7 @@ def test_the_front_is_in_front(tradeoff):
 def test_a_data_frame_has_a_row_for_each_point(tradeoff):
     pytest.importorskip("pandas")
     frame = tradeoff.to_dataframe()
-    assert len(frame) == len(tradeoff.points) and frame.attrs["horizon"] == 4.0 and frame.attrs["machine"] == tradeoff.setup.machine
+    assert len(frame) == len(tradeoff.points) and frame.attrs["horizon"] == 4.0 and frame.attrs["machine"] == tradeoff.machine
     for row, point in zip(frame.itertuples(), tradeoff.points):
         assert (row.method, row.order, row.work, row.drift_of, row.outcome) == (point.method, point.order, point.work, point.drift_of, "REACHED")
         assert row.error == max(point.attitude_error, point.momentum_error) and row.front == (point in tradeoff.front)

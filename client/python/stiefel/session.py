@@ -30,7 +30,7 @@ from stiefel._wire.replies import described, run_status
 from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
                             warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, Errors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
+from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
 from stiefel.scene import to_method, with_changes, with_given_names
 
@@ -97,7 +97,7 @@ class Session(Held):
         put_structure(request, forms, dirac_brackets)
         return answers.diagnosis(self._ask("Diagnose", request, timeout), request)
 
-    def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
+    def error_at(self, times: Any, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
         one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
         return errors_at(self, times, timeout)

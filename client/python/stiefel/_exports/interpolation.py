@@ -6,8 +6,9 @@ from typing import Any, Optional
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel._results.attitude import angle_between, between, of_matrices
+from stiefel._results.attitude import angle_between, between
 from stiefel._results.motion import start_of
+from stiefel._rotations import of_matrices
 
 Array = NDArray[np.float64]
 PARTS = 8  #: of an interval, at whose ends the two are compared

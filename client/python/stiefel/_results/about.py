@@ -98,13 +98,18 @@ def columns(field: str, values: Any) -> list[str]:
     return [part + name for name in names for part in parts]
 
 
+def flat(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the samples of fields as columns, one for each number."""
+    found: dict[str, Any] = {}
+    for field, values in fields.items():
+        rows = np.ascontiguousarray(values).reshape(len(values), math.prod(values.shape[1:]))
+        found.update(zip(columns(field, values), rows.view(np.real(rows).dtype).T))
+    return found
+
+
 def table(run: Trajectory) -> dict[str, Any]:
     """Returns the samples as columns: step, time, one for each number of each field, and utc where that is known."""
-    found: dict[str, Any] = {"step": run.step, "time": run.time}
-    for field, values in run.fields.items():
-        flat = np.ascontiguousarray(values).reshape(len(run), math.prod(values.shape[1:]))
-        flat = flat.view(np.real(flat).dtype)
-        found.update(zip(columns(field, values), flat.T))
+    found = {"step": run.step, "time": run.time, **flat(run.fields)}
     return found if run.utc is None else {**found, "utc": run.utc}
 
 

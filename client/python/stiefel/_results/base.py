@@ -105,6 +105,21 @@ class Ended(Shown):
         """How the run ended; `run_status` has the reason."""
         return self.run_status.outcome
 
+    @property
+    def status(self) -> int:
+        """0 if the run reached its end, -1 if it stopped before, as in the results of SciPy."""
+        return 0 if self.success else -1
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end."""
+        return self.outcome is Outcome.REACHED
+
+    @property
+    def message(self) -> str:
+        """How the run ended, in one sentence."""
+        return self.run_status.message or ("The run reached its end." if self.success else f"The run ended: {self.outcome}.")
+
 
 @dataclass(frozen=True)
 class Price(Shown):

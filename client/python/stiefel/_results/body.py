@@ -7,6 +7,7 @@ from typing import Any, Mapping, Optional
 import numpy as np
 
 from stiefel._results.base import Array
+from stiefel._rotations import to_matrices
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
@@ -78,14 +79,19 @@ def momenta(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[i
     return sign * M[:, [2, 0, 1], [1, 2, 0]]  # M = hat(m)
 
 
+def velocities(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Array:
+    """Returns the angular velocities in the body axes of the scene, (samples, 3)."""
+    there = trajectory.fields.get("angular_velocity")
+    if there is not None:
+        return vectors(there, member)
+    return principal(scene, member).velocity(momenta(scene, trajectory, member))
+
+
 def attitudes(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Optional[Array]:
     """Returns the rotations from body to space, (samples, 3, 3); None where the trajectory has none."""
     fields = trajectory.fields
     if "quaternion" in fields:
-        w, x, y, z = vectors(fields["quaternion"], member).T
-        return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]).transpose(2, 0, 1)
+        return to_matrices(vectors(fields["quaternion"], member))
     if "Q" not in fields or fields["Q"].shape[-2:] != (3, 3):
         return None
     Q = matrices(fields["Q"], member)

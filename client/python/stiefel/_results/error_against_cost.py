@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields
 from statistics import median
 from typing import Any, Optional
 
-from stiefel import v1 as pb
 from stiefel._results import diagram
 from stiefel._results.base import Ended, RunStatus
 from stiefel._results.extras import imported
@@ -25,10 +24,10 @@ class Point(Ended):
     tolerance: Optional[float]
     arithmetic: str
     scalar: str
-    #: max |Q - Q_exact| at the horizon, with moduli for complex Q, at least `setup.reference_error`. None without a
+    #: max |Q - Q_exact| at the horizon, with moduli for complex Q, at least `Tradeoff.reference_error`. None without a
     #: frame and where the run stopped.
     attitude_error: Optional[float]
-    #: max |M - M_exact| / max |M_exact| at the horizon, at least `setup.reference_error`. None where the run stopped.
+    #: max |M - M_exact| / max |M_exact| at the horizon, at least `Tradeoff.reference_error`. None where the run stopped.
     momentum_error: Optional[float]
     drift: float  #: the worst drift of an invariant at up to 58 steps of the run
     drift_of: str  #: the invariant with the worst drift
@@ -37,7 +36,7 @@ class Point(Ended):
     steps_per_second: float  #: in the median of the timed runs
     measured_steps: int  #: fewer than the steps to the horizon if `extrapolated`
     extrapolated: bool
-    below_reference: bool  #: no error was measured above `setup.reference_error`, so that both are reported as that
+    below_reference: bool  #: no error was measured above `Tradeoff.reference_error`, so that both are reported as that
     run_status: RunStatus
 
     @property
@@ -60,9 +59,18 @@ class Point(Ended):
 class Tradeoff(Shown):
     """Error against cost on one scene."""
 
-    setup: pb.TradeoffSetup  #: machine, numerics id, reference and its error, horizon, budget, repeats, warnings
     points: tuple[Point, ...]
     front: tuple[Point, ...]  #: the points that no other one beats in both work and error, the cheapest first
+    horizon: float
+    steps: int  #: to the horizon
+    reference: str  #: what the points were compared with
+    reference_steps: int  #: that the reference took
+    reference_error: float
+    machine: str
+    numerics_id: str  #: of the build
+    budget: float  #: instructions that the measurement may take
+    repeats: int  #: timed runs of a point
+    warnings: tuple[str, ...]
 
     def _as_table(self) -> Any:
         return ("Pareto front, the cheapest first", ("method", "arithmetic", "substeps", "error", "work", "drift"),
@@ -71,7 +79,7 @@ class Tradeoff(Shown):
     def __repr__(self) -> str:
         """Returns three lines, with the ends of the Pareto front."""
         lines = [f"<stiefel.Tradeoff of {len(self.points)} points, {len(self.front)} of them on the Pareto front, horizon "
-                 f"{self.setup.horizon:g}, reference error {self.setup.reference_error:.0e}"]
+                 f"{self.horizon:g}, reference error {self.reference_error:.0e}"]
         for what, ends in (("cheapest", self.front[:1]), ("most accurate", self.front[-1:])):
             lines += [f"  {what}: {p.family}, {p.substeps} substeps: error {p.error:.1e}, work {p.work:.1e}"
                       for p in ends if p.error is not None]
@@ -86,7 +94,7 @@ class Tradeoff(Shown):
                  "cpu_seconds_per_second": median(p.cpu_seconds_per_second or (math.nan,)), "front": p in self.front,
                  "outcome": str(p.outcome)} for p in self.points]
         frame = pandas.DataFrame(rows).astype({name: float for name in ("tolerance", "attitude_error", "momentum_error", "error")})
-        frame.attrs.update({name: getattr(self.setup, name) for name in ("horizon", "reference_error", "machine", "numerics_id")})
+        frame.attrs.update({name: getattr(self, name) for name in ("horizon", "reference_error", "machine", "numerics_id")})
         return frame
 
     def plot(self, axes: Any = None, cost: str = "work", error: str = "error") -> Any:
@@ -104,7 +112,7 @@ class Tradeoff(Shown):
             raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
         if axes is None:
             _, axes = plt.subplots(figsize=(11, 6.5), layout="constrained")
-        known = self.setup.reference_error
+        known = self.reference_error
         families: dict[str, _Curve] = {}
         for point in self.points:
             if (value := getattr(point, error)) is not None and point.outcome == "REACHED":
@@ -130,9 +138,9 @@ class Tradeoff(Shown):
             axes.axhline(known, color="0.4", ls=":", lw=1, label="error of the reference")
         axes.set(xscale="log", yscale="log", ylabel=error.replace("_", " ") + " at the horizon",
                  xlabel="work, instructions" if cost == "work" else "CPU seconds a simulated second")
-        axes.set_title(f"horizon {self.setup.horizon:g}, {self.setup.steps} steps; {self.setup.repeats} timed runs "
-                       f"a point; error of the reference {known:.0e}\n{self.setup.machine}\n"
-                       f"stiefel, numerics id {self.setup.numerics_id}", fontsize=8, loc="left")
+        axes.set_title(f"horizon {self.horizon:g}, {self.steps} steps; {self.repeats} timed runs "
+                       f"a point; error of the reference {known:.0e}\n{self.machine}\n"
+                       f"stiefel, numerics id {self.numerics_id}", fontsize=8, loc="left")
         left, right = axes.get_xlim()
         axes.set_xlim(right=right * (right / left) ** 0.25)  # for the names
         axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none").set_zorder(20)
