@@ -171,6 +171,9 @@ SystemEntry rigid_body_family() {
   };
   info.invariants = rigid_body_invariant_infos();
   info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});
+  info.side = Side::left;
+  info.momentum = "M";
+  info.velocity = "Omega";
   return {.info = info,
           .check = check_momentum_or_body,
           .two_forms = {&form},

@@ -9,6 +9,7 @@ import pytest
 import formulas
 import scenes
 import stiefel
+from stiefel import v1 as pb
 
 RK4 = {"name": "rk4"}
 
@@ -272,6 +273,27 @@ def test_blocks_and_fields_are_what_is_said_of_them(case):
 def test_states_move_by_the_equations(case):
     found, system = case
     assert off(formulas.EQUATIONS[system.equations](found.x)) < 1e-8, system.equations
+
+
+def test_side_momentum_and_velocity_are_what_is_said(case):
+    """Q' = Q Omega on the left, Omega Q on the right; the momentum of the velocity, given in its place, is the same state."""
+    found, system = case
+    x = found.x
+    there = lambda *names: all(name in found.fields[AT] for name in names)
+    assert bool(system.side) == there("Q", "Omega")
+    assert system.momentum in {"", *(block.name for block in system.blocks)}
+    assert bool(system.velocity) == bool(system.momentum and not system.discrete)
+    if not system.velocity or not there(system.velocity, system.momentum):
+        return
+    V = getattr(x, system.velocity)
+    S = V * x.lam
+    if system.side:
+        assert off([(x.dot("Q"), V @ x.Q if system.side == pb.SIDE_RIGHT else x.Q @ V)]) < 1e-8
+        assert off([(x.M, S + x.lam[:, None] * V)]) < 1e-9
+    elif system.momentum == "P":  # any with the M of S
+        assert off([(x.Q.T @ x.P - x.P.T @ x.Q, x.Q.T @ S - S.T @ x.Q)]) < 1e-9
+    else:
+        assert off([(getattr(x, system.momentum), x.Q.T @ S - S.T @ x.Q if system.momentum == "M" else S)]) < 1e-9
 
 
 def test_forms_are_their_formulas(case):

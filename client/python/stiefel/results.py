@@ -10,7 +10,7 @@ from typing import Any, Iterator, Optional, TypeVar, cast, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel._exports import ccsds, mcap, spice
+from stiefel._exports import ccsds, spice
 from stiefel._exports.nodes import Export
 from stiefel._given.instants import seconds_of, utc_of
 from stiefel._given.numbers import refused
@@ -168,7 +168,7 @@ class Trajectory(Drawn, Ended, Batch):
     @property
     def utc(self) -> Optional[NDArray[np.datetime64]]:
         """`time` as instants of UTC to microseconds, in which a leap second reads as the second after it. None without an
-        epoch, and for one in TDB, TCB, TCG or UT1."""
+        epoch, and for one before 1972 or in another scale of time."""
         return utc_of(self.epoch, self.time)
 
     @property
@@ -271,23 +271,13 @@ class Trajectory(Drawn, Ended, Batch):
 
     def to_aem(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
         """Writes an Attitude Ephemeris Message of CCSDS. Options: `epoch`, the instant of time 0 if the scene has
-        none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded and what interpolation loses."""
+        none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded."""
         return ccsds.to_aem(self, file, **options)
-
-    def to_apm(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
-        """Writes an Attitude Parameter Message of CCSDS with the state of one sample: attitude, angular velocity
-        and inertia. Options: `at`, the index of the sample, by default the last, and those of `to_aem`."""
-        return ccsds.to_apm(self, file, **options)
 
     def to_ck(self, file: "str | os.PathLike[str]", instrument: int, **options: Any) -> Export:
         """Writes a C-kernel of SPICE and the kernel of its clock, with spiceypy. `instrument`: the code of the body's frame,
         such as -999000. Options: `epoch`, `frame`, `segment`."""
         return spice.to_ck(self, file, instrument=instrument, **options)
-
-    def to_mcap(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
-        """Writes an MCAP file with attitude and angular velocity for Foxglove, with the package mcap. Options: `epoch`,
-        `frame`, `body_frame`."""
-        return mcap.to_mcap(self, file, **options)
 
     def to_xarray(self) -> Any:
         """Returns an `xarray.Dataset` with the coordinates `time` and `step` and a variable for each field, which has its

@@ -1,4 +1,4 @@
-"""Attitudes in other forms: rotations of scipy, the rates of Euler angles, and the quaternion between two samples."""
+"""Attitudes in other forms: rotations of scipy, and the rates of Euler angles."""
 from __future__ import annotations
 
 import re
@@ -63,21 +63,3 @@ def rates_of_angles(sequence: str, angles: NDArray[Any], omega: NDArray[Any]) ->
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = c1 @ axes[2]
         return np.stack([(first - cosine * third) / (1 - cosine**2), middle, (third - cosine * first) / (1 - cosine**2)], axis=1)[:, order]
-
-
-def between(first: NDArray[Any], second: NDArray[Any], fraction: NDArray[Any]) -> NDArray[np.float64]:
-    """Returns the quaternions on the shortest turn from the first to the second attitude, after that fraction of it."""
-    dot = (first * second).sum(-1, keepdims=True)
-    second, dot = np.where(dot < 0, -second, second), abs(dot)
-    angle = np.arctan2(np.linalg.norm(second - dot * first, axis=-1, keepdims=True), dot)
-    s = np.asarray(fraction)[..., None]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        q = np.where(angle > 1e-12, (np.sin((1 - s) * angle) * first + np.sin(s * angle) * second) / np.sin(angle),
-                     (1 - s) * first + s * second)
-    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
-
-
-def angle_between(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.float64]:
-    """Returns the angles in radians between attitudes given as unit quaternions."""
-    apart = np.minimum(np.linalg.norm(first - second, axis=-1), np.linalg.norm(first + second, axis=-1))
-    return np.asarray(4 * np.arcsin(np.minimum(apart / 2, 1)))
