@@ -1,10 +1,11 @@
-"""The methods by which samples are drawn. Each imports what it needs when it is called."""
+"""The methods by which samples are drawn."""
 from __future__ import annotations
 
 import os
 from typing import Any, Mapping, Optional, Sequence
 
 from stiefel._given.typed import Scene
+from stiefel._results import plots
 
 
 class Logged:
@@ -23,10 +24,10 @@ class Logged:
         its own entity. `scene`: the session's scene; a trajectory knows it. `recording`: a recording of Rerun; by default
         the one of `rerun.init`. Needs rerun-sdk: stiefel[rerun].
         """
-        from stiefel._report import rerun  # imported here because only the viewer needs it
-
         if scene is None:
             raise ValueError("scene: must be given for a batch, which does not know it: session.scene")
+        from stiefel._report import rerun
+
         rerun.log(self, scene, entity, recording)
 
 
@@ -46,8 +47,6 @@ class Drawn(Logged):
     @property
     def panels(self) -> tuple[str, ...]:
         """The panels that `plot` can draw of these fields."""
-        from stiefel._results import plots  # imported here because only pictures need it
-
         return plots.panels_of(self)
 
     def plot(self, panels: Optional[Sequence[str]] = None, *, member: int = 0, to: Optional[int] = None,
@@ -62,8 +61,6 @@ class Drawn(Logged):
         client of the run is closed, up to the last sample or up to step `to`. `member`: the member of an ensemble to draw.
         `figure`: the figure or subfigure to draw in; a new one by default. Needs matplotlib: stiefel[plot].
         """
-        from stiefel._results import plots  # imported here because only pictures need it
-
         return plots.plot(self, panels, member, to, figure)
 
     def polhode(self, axes: Any = None, *, member: int = 0) -> Any:
@@ -73,8 +70,6 @@ class Drawn(Logged):
         `axes`: the matplotlib axes to draw in; new ones by default. `member`: the member of an ensemble to draw. Needs
         matplotlib: stiefel[plot].
         """
-        from stiefel._results import plots  # imported here because only pictures need it
-
         return plots.polhode(self, axes, member)
 
     def plot3d(self, axes: Any = None, *, coordinates: Sequence[int] = (0, 1, 2), member: int = 0) -> Any:
@@ -85,8 +80,6 @@ class Drawn(Logged):
         `axes`: the 3-D axes of matplotlib to draw in; new ones by default. `member`: the member of an ensemble to draw.
         Needs matplotlib: stiefel[plot].
         """
-        from stiefel._results import plots  # imported here because only pictures need it
-
         return plots.plot3d(self, axes, coordinates, member)
 
     def report(self, path: "str | os.PathLike[str]", *, name: Optional[str] = None, member: int = 0,
@@ -102,6 +95,6 @@ class Drawn(Logged):
         the error is estimated, which takes at most about ten seconds. `tradeoff`: whether error against cost is measured,
         for about ten seconds; by default for about a second, and not for ensembles.
         """
-        from stiefel._report import page  # imported here because only pages need it
+        from stiefel._report import page
 
         page.report(self, path, name, member, estimate_error, tradeoff)
