@@ -71,9 +71,9 @@ def test_other_programs_read_the_numbers(client, tmp_path, name):
         run.save(str(tmp_path / f"run{suffix}"))
     with np.load(tmp_path / "run.npz") as saved:
         assert list(saved) == ["step", "time", *run.fields, "stiefel"] and all((saved[name] == values).all() for name, values in run.fields.items())
-    first, units, names, *rows, last = (tmp_path / "run.csv").read_text().splitlines()
+    first, units, names, *rows = (tmp_path / "run.csv").read_text().splitlines()
     described = json.loads(first[2:])
-    assert described["scene"] == run.scene and json.loads(last[2:])["outcome"] == run.outcome and names.startswith("step,time,")
+    assert described["scene"] == run.scene and described["outcome"] == run.outcome and names.startswith("step,time,")
     assert units.startswith("# units: 1,s") and len(units.split(",")) == len(rows[0].split(","))
     table = np.array([row.split(",")[:-1] if run.utc is not None else row.split(",") for row in rows], float)
     assert (table == np.column_stack([run.step, run.time, *map(numbers, run.fields.values())])).all()

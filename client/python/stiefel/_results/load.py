@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from pathlib import Path
 from typing import Any, Callable, Mapping, Optional, cast
@@ -75,37 +76,35 @@ def _npz(path: str) -> Read:
 
 
 def _csv(path: str) -> Read:
-    described: dict[str, Any] = {}
-    rows, utc = [], False
     with open(path, encoding="utf-8-sig") as lines:
-        for line in lines:
-            if line.startswith("# {"):
-                described.update(json.loads(line[2:]))
-            elif line[0] == "s":  # the names, which begin with "step"
-                utc = line.rstrip().endswith(",utc")
-            elif line[0] != "#":
-                rows.append(line.rpartition(",")[0] if utc else line)
-    table = np.loadtxt(rows, delimiter=",", ndmin=2) if rows else np.empty((0, 2))
-    return table[:, 0], table[:, 1], about.from_table(table[:, 2:], described), described
+        first, _, _, *rows = lines
+    described = json.loads(first[1:])
+    dtypes = {name: np.dtype(field["dtype"]) for name, field in described["fields"].items()}
+    counts = [math.prod(described["fields"][name]["shape"]) * (1 + (dtype.kind == "c")) for name, dtype in dtypes.items()]
+    table = np.loadtxt(rows, delimiter=",", usecols=range(2 + sum(counts)), ndmin=2) if rows else np.empty((0, 2 + sum(counts)))
+    parts = np.split(table[:, 2:], np.cumsum(counts[:-1], dtype=int), axis=1)
+    fields = {}
+    for (name, dtype), part in zip(dtypes.items(), parts):
+        numbers = np.ascontiguousarray(part, np.zeros((), dtype).real.dtype)
+        fields[name] = numbers.view(dtype).reshape(len(table), *described["fields"][name]["shape"])
+    return table[:, 0], table[:, 1], fields, described
 
 
 def _json(path: str) -> Read:
     described = json.loads(Path(path).read_text(encoding="utf-8-sig"))
     samples = described.pop("samples")
-    fields = {}
-    for name in samples[0]["fields"] if samples else ():
-        values = _field([sample["fields"][name] for sample in samples])
-        fields[name] = values.astype(described.get("fields", {}).get(name, {}).get("dtype", values.dtype))
-    step, time = ([sample[name] for sample in samples] for name in ("step", "time"))
+    fields = {name: _field([one["fields"][name] for one in samples]).astype(field["dtype"]).reshape(-1, *field["shape"])
+              for name, field in described["fields"].items()}
+    step, time = ([one[name] for one in samples] for name in ("step", "time"))
     return np.array(step, np.int64), np.array(time, float), fields, described
 
 
 def _field(samples: list[Any]) -> NDArray[Any]:
     """Returns the field of samples given as nested lists, a complex one as objects of two such lists. null becomes NaN."""
-    if not isinstance(samples[0], Mapping):
+    if not samples or not isinstance(samples[0], Mapping):
         return np.array(samples, float)
-    values = np.empty(np.shape([one["values"] for one in samples]), complex)
-    values.real, values.imag = (np.array([one[part] for one in samples], float) for part in ("values", "imaginary"))
+    values = np.array([one["values"] for one in samples], complex)
+    values.imag = np.array([one["imaginary"] for one in samples], float)
     return values
 
 

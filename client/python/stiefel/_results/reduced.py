@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from stiefel._given.numbers import numbers
 from stiefel._results import diagram
-from stiefel._results.about import flat
 from stiefel._results.base import Array, ByValue, Ended, Named, Price, RunStatus
 from stiefel._results.extras import imported
+from stiefel._results.tables import flat
 
 __all__ = ["Events", "LyapunovSpectrum", "Section", "StateTransition", "Summary", "Verdict"]
 

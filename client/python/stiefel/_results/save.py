@@ -9,7 +9,7 @@ from typing import Any, Callable, Iterator, TextIO
 
 import numpy as np
 
-from stiefel._results import about
+from stiefel._results import about, tables
 from stiefel._results.base import Array
 
 Trajectory = Any  # a `stiefel.Trajectory`
@@ -43,8 +43,7 @@ def complete(file: "str | os.PathLike[str]") -> Iterator[str]:
 
 
 def _npz(run: Trajectory, part: str) -> None:
-    described = about.compact({**about.beginning(run), **about.ending(run)})
-    arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields, about.KEY: np.array(described.encode())}
+    arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields, about.KEY: np.array(about.compact(run).encode())}
     packed = io.BytesIO()  # numpy closes a file badly that could not be written
     np.savez_compressed(packed, **arrays)
     with open(part, "wb") as out:
@@ -52,18 +51,16 @@ def _npz(run: Trajectory, part: str) -> None:
 
 
 def _csv(run: Trajectory, part: str) -> None:
-    """Writes CSV: lines that begin with # tell scene, units and, at the end, how the run ended."""
-    columns = about.table(run)
-    units = [about.unit_of(run, field) for field, values in run.fields.items() for _ in about.columns(field, values)]
+    """Writes CSV below two lines with #, which have the description and the units."""
+    columns, units = tables.table(run), {"step": "1", "time": run.units["time"], "utc": "UTC"}
+    units.update({name: run.units.get(field, "") for field, values in run.fields.items() for name in tables.columns(field, values)})
     if "utc" in columns:
-        columns["utc"], units = np.datetime_as_string(columns["utc"], timezone="UTC"), [*units, "UTC"]
+        columns["utc"] = np.datetime_as_string(columns["utc"], timezone="UTC")
     with open(part, "w", encoding="utf-8", newline="\n") as out:
-        out.write(f"# {about.compact(about.beginning(run))}\n")
-        out.write(f"# units: {','.join(['1', about.unit_of(run, 'time'), *units])}\n")
+        out.write(f"# {about.compact(run)}\n# units: {','.join(units[name] for name in columns)}\n")
         out.write(",".join(f'"{name}"' if "," in name else name for name in columns) + "\n")
         for row in zip(*(map(str if name in ("step", "utc") else repr, values.tolist()) for name, values in columns.items())):
             out.write(",".join(row) + "\n")
-        out.write(f"# {about.compact(about.ending(run))}\n")
 
 
 def _json(run: Trajectory, part: str) -> None:
@@ -72,32 +69,21 @@ def _json(run: Trajectory, part: str) -> None:
 
 
 def write_json(run: Trajectory, out: TextIO) -> None:
-    """Writes {"samples": [...], "outcome": ..., "scene": ...}. NaN and the infinities, which JSON does not have, become
-    null."""
+    """Writes {"samples": [...], "format": ..., "scene": ...}. NaN and the infinities, which JSON does not have, become null."""
     out.write('{"samples": [')
-    separator = "\n"
-    for k, (step, time) in enumerate(zip(run.step.tolist(), run.time.tolist())):
-        blocks = ", ".join(f"{json.dumps(name)}: {_block(values[k])}" for name, values in run.fields.items())
-        out.write(f'{separator}{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}')
-        separator = ",\n"
-    rest = {**about.ending(run), **about.beginning(run)}
-    parts = (f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in rest.items())
-    out.write("],\n" + ",\n".join(parts) + "\n}\n")
+    for k, (step, time) in enumerate(zip(run.step.tolist(), _lists(run.time))):
+        sample = {"step": step, "time": time, "fields": {name: _block(values[k]) for name, values in run.fields.items()}}
+        out.write(f"{',' * (k > 0)}\n{json.dumps(sample)}")
+    out.write("],\n" + ",\n".join(f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in about.described(run).items()) + "\n}\n")
 
 
-def _block(values: Array) -> str:
+def _block(values: Array) -> Any:
     """Returns one field of one sample as nested lists; a complex one as an object of two such lists."""
-    if np.iscomplexobj(values):
-        return f'{{"values": {_lists(np.real(values).tolist())}, "imaginary": {_lists(np.imag(values).tolist())}}}'
-    return _lists(values.tolist())
+    return {"values": _lists(np.real(values)), "imaginary": _lists(np.imag(values))} if np.iscomplexobj(values) else _lists(values)
 
 
-def _lists(values: Any) -> str:
-    return f"[{', '.join(map(_lists, values))}]" if isinstance(values, list) else _in_json(values)
-
-
-def _in_json(value: float) -> str:
-    return repr(value) if np.isfinite(value) else "null"
+def _lists(values: Array) -> Any:
+    return np.where(np.isfinite(values), values, np.array(None)).tolist()
 
 
 WRITERS: dict[str, Callable[[Trajectory, str], None]] = {".npz": _npz, ".csv": _csv, ".json": _json}

@@ -17,9 +17,9 @@ import numpy as np
 from google.protobuf import json_format
 from google.protobuf.message import Message
 
-from stiefel._results.about import table
 from stiefel._results.html import text_table
 from stiefel._results.save import complete
+from stiefel._results.tables import table
 from stiefel.cli.given import BadInput
 from stiefel.results import Conservation, Section
 
