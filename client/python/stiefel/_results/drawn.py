@@ -4,7 +4,6 @@ from __future__ import annotations
 import os
 from typing import Any, Mapping, Optional, Sequence
 
-from stiefel._given.typed import Scene
 from stiefel._results import plots
 
 
@@ -24,25 +23,16 @@ class Logged:
         its own entity. `scene`: the session's scene; a trajectory knows it. `recording`: a recording of Rerun; by default
         the one of `rerun.init`. Needs rerun-sdk: stiefel[rerun].
         """
-        if scene is None:
-            raise ValueError("scene: must be given for a batch, which does not know it: session.scene")
         from stiefel._report import rerun
 
+        scene = getattr(self, "scene", None) if scene is None else scene
+        if scene is None:
+            raise ValueError("scene: must be given for a batch, which does not know it: session.scene")
         rerun.log(self, scene, entity, recording)
 
 
 class Drawn(Logged):
     """A trajectory, which knows its scene."""
-
-    @property
-    def scene(self) -> Scene:
-        """The resolved scene."""
-        raise NotImplementedError
-
-    def log_to_rerun(self, scene: Optional[Mapping[str, Any]] = None, *, entity: str = "stiefel",
-                     recording: Any = None) -> None:
-        """Does what `Batch.log_to_rerun` does, by default with the trajectory's own scene."""
-        super().log_to_rerun(self.scene if scene is None else scene, entity=entity, recording=recording)
 
     @property
     def panels(self) -> tuple[str, ...]:

@@ -117,7 +117,9 @@ def _rates(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Curve
 
 
 def _spin_axis(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Curves:
-    axis = np.einsum("sij,sj->si", body.attitudes(scene, trajectory, member), body.velocities(scene, trajectory, member))
+    rotations = body.attitudes(scene, trajectory, member)
+    assert rotations is not None  # or there is no such panel
+    axis = np.einsum("sij,sj->si", rotations, body.velocities(scene, trajectory, member))
     axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), np.finfo(float).tiny)
     return "spin axis in space, a unit vector", dict(zip("XYZ", axis.T))
 
