@@ -25,7 +25,8 @@ FIELDS = "Fields = Union[FieldName, Iterable[FieldName]]  #: one field of a stat
 #: Blocks that the client makes another block of.
 CLIENT_BLOCKS = {"Omega": "M", "Qdot": "S, P or M"}
 #: What the client writes in other fields of a body.
-BODY_FORMS = {"order": 'Literal["wxyz", "xyzw"]', "mrp": "Any", "angular_momentum": "Any", "frame": 'Literal["body", "space"]'}
+BODY_FORMS = {"order": 'Literal["wxyz", "xyzw"]', "mrp": "Any", "euler_angles": "Any", "sequence": "str", "angular_momentum": "Any",
+              "frame": 'Literal["body", "space"]', "euler_rates": "Any"}
 TYPES = {"system": "SystemName", "method": "Union[Method, MethodName]", "body": "Body", "initial": "Blocks", "name": "MethodName"}
 
 

@@ -292,10 +292,10 @@ def test_summaries_are_compared_by_value(session):
 
 @pytest.mark.parametrize("asked, path", [
     (["energy"], "quantities"), (3, "quantities"), ({"energy": 3}, "quantities.energy"), ({3: "last"}, "quantities.3"),
-    ({"energy": [3]}, "quantities.energy"), ({"energy": {"statistics": 3}}, "quantities.energy"),
+    ({"energy": [3]}, "quantities.energy"), ({"energy": {"statistics": 3}}, "quantities.energy.statistics"), ({"energy": {"name": "M"}}, "quantities.energy.name"),
     ({"energy": {"quantiles": ["a"]}}, "quantities.energy.quantiles"), ({"energy": {"edges": [[1], [2, 3]]}}, "quantities.energy.edges"),
     ({"energy": {"statistics": "mean", "over_members": "no"}}, "quantities.energy.over_members"),
-    ({"energy": {"statistics": [["mean"]]}}, "quantities.energy"),
+    ({"energy": {"statistics": [["mean"]]}}, "quantities.energy.statistics"),
 ])
 def test_a_malformed_summary_is_named(session, asked, path):
     with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
@@ -307,13 +307,15 @@ def test_a_malformed_summary_is_named(session, asked, path):
     ({"limit": -1}, "events[0].limit"), ({"limit": 1.5}, "events[0].limit"), ({"level": "x"}, "events[0].level"),
     ({"field": 3}, "events[0].field"), ({"coefficients": ["a", 1, 0]}, "events[0].coefficients"),
     ({"direction": 1}, "events[0].direction"), ({"direction": ["rising"]}, "events[0].direction"), ({"terminal": "yes"}, "events[0].terminal"),
-    ({"levl": 1}, "events[0]"), ({"plus": [1, 0, 0]}, "events[0].plus"), ({"plus": {3: [1, 0, 0]}}, "events[0].plus"),
+    ({"plus": [1, 0, 0]}, "events[0].plus"), ({"plus": {3: [1, 0, 0]}}, "events[0].plus"),
     ({"plus": {"Q": ["a"]}}, "events[0].plus.Q"), ({"plus": {"Q": [1]}}, "events[0].plus[0].coefficients"),
 ])
 def test_a_malformed_event_is_named(session, change, path):
     with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
         session.events(10, {**FLIP, **change})
     assert caught.value.violations[0].field == path
+    with pytest.raises(stiefel.InvalidArgument, match=r"^events\[0\].levl: unknown field; did you mean level[?] The fields are field, coeff"):
+        session.events(10, {**FLIP, "levl": 1})
     for wrong, place in ((3, "events"), ("FLIP", "events"), ([3], "events[0]")):
         with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
             session.events(10, wrong)

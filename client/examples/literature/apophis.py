@@ -28,6 +28,29 @@ P_PHI, P_PSI, MOMENTS = 27.38 * HOUR, 263 * HOUR, [0.61, 0.965, 1.0]
 TURNS = 4  # of psi
 
 
+def spin(P_phi: float, P_psi: float, moments: list[float]) -> tuple[float, NDArray[Any]]:
+    """Returns theta and the angular velocity at psi = 0 of the motion with these periods in short axis mode.
+
+    With g = sin^2(psi) / I_1 + cos^2(psi) / I_2 and D = 2 E / L^2: phi' = L g and |psi'| = L ((g - D) (g - 1 / I_3))^1/2, so that
+    P_phi / P_psi depends on D alone. It falls from D = 1 / I_3 to 0 at the separatrix D = 1 / I_2.
+    """
+    w = 1 / np.array(moments)
+    psi = 2 * np.pi * np.arange(4096) / 4096
+    g = np.sin(psi) ** 2 * w[0] + np.cos(psi) ** 2 * w[1]
+
+    def turn(D: float) -> tuple[float, float]:
+        """The time of a turn of psi where L = 1, and by how much phi advances in it."""
+        slow = 2 * np.pi / np.sqrt((g - D) * (g - w[2]))
+        return float(slow.mean()), float((g * slow).mean())
+
+    low, high = w[2], w[1]
+    for _ in range(60):
+        D = (low + high) / 2
+        low, high = (D, high) if 2 * np.pi / turn(D)[1] > P_phi / P_psi else (low, D)
+    theta = np.arccos(np.sqrt((w[1] - D) / (w[1] - w[2])))
+    return float(theta), turn(D)[0] / P_psi * np.array([0.0, np.sin(theta), np.cos(theta)]) * w
+
+
 def angles(Q: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Returns phi, theta and psi of Q = Rz(phi) Rx(theta) Rz(psi), where space z is the momentum and body z the short axis."""
     phi, psi = np.arctan2(Q[:, 0, 2], -Q[:, 1, 2]), np.arctan2(Q[:, 2, 0], Q[:, 2, 1])
@@ -36,7 +59,8 @@ def angles(Q: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
 
 def main() -> None:
     picture = sys.argv[1] if len(sys.argv) > 1 else Path(__file__).with_suffix(".png")
-    scene = stiefel.tumbling(P_PHI, P_PSI, "SAM", moments=MOMENTS, step=HOUR / 4)
+    theta, velocity = spin(P_PHI, P_PSI, MOMENTS)
+    scene = stiefel.body(moments=MOMENTS, euler_angles=[0, theta, 0], sequence="ZXZ", angular_velocity=velocity, step=HOUR / 4)
     run = stiefel.simulate(scene, time=TURNS * P_PSI, every=1, fields=["Q"])
     motion = run.motion
     phi, theta, psi = angles(run["Q"])

@@ -18,6 +18,7 @@ from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantitie
                                       to_quantities)
 from stiefel._given.sections import Coordinate, column, columns, of_section, to_section
 from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
+from stiefel._given.velocities import with_given_names, with_momenta
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection
@@ -32,7 +33,7 @@ from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgumen
                             warn_of_scene)
 from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
-from stiefel.scene import to_method, with_changes, with_given_names
+from stiefel.scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
 
@@ -145,7 +146,7 @@ class Session(Held):
             return forked
         with forked:
             scene = with_changes(forked.resolved(), body, initial, normalize)
-        return created(self._connection, scene, id, b"", forked.epoch, {"initial": initial or {}}, normalize)
+        return created(self._connection, scene, id, b"", forked.epoch, normalize)
 
     def _epoch_after(self, step: int) -> Optional[str]:
         return self.epoch and str(instant("epoch", self.epoch).after(step * self._known_scene().step))
@@ -366,18 +367,18 @@ class Session(Held):
 
 
 def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, checkpoint: bytes = b"",
-            epoch: Optional[str] = None, given: Any = None, normalize: bool = False) -> Session:
-    """Creates a session of a scene, and warns of what the server warns of. `given`: the scene as the caller has it, whose
-    names errors use. `normalize`: whether the scene is normalized."""
-    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=scene, checkpoint=checkpoint)
+            epoch: Optional[str] = None, normalize: bool = False) -> Session:
+    """Creates a session of a scene, and warns of what the server warns of. `normalize`: whether the scene is normalized."""
+    sent = with_momenta(scene, connection.systems)
+    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent, checkpoint=checkpoint)
     try:
         reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     except InvalidArgument as error:
-        raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene if given is None else given) from None
+        raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene) from None
     session = described(reply.session, request.session_id)
     for text in session.warnings:
         warn_of_scene(text)
-    return Session(connection, session, reply.created, scene, owner=True, checkpoint=checkpoint, epoch=epoch)
+    return Session(connection, session, reply.created, sent, owner=True, checkpoint=checkpoint, epoch=epoch)
 
 
 def __dir__() -> list[str]:

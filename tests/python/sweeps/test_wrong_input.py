@@ -45,9 +45,9 @@ def test_all_wrong_axes_are_named():
 
 @pytest.mark.parametrize("options, message", [
     ({"summarize": {}}, "summarize: {}: must be a mapping from fields and invariants"),
-    ({"summarize": {"energy": "mode"}}, "quantities.energy: 'mode': must be one of last, min, max"),
+    ({"summarize": {"energy": "mode"}}, "quantities.energy.statistics: 'mode': must be one of last, min, max"),
     ({"summarize": {"energy": []}}, r"summarize\['energy'\]: nothing is asked for"),
-    ({"summarize": {"energy": {"median": 1}}}, "quantities.energy: 'median': must be one of statistics, quantiles"),
+    ({"summarize": {"energy": {"median": 1}}}, "quantities.energy.median: unknown field; the fields are name, statistics, quantiles"),
     ({"summarize": {"energy": {"statistics": ["mean", "last"], "over_members": True}}}, r"\['energy'\]: over_members: last does not"),
     ({"summarize": {"energy": {"quantiles": [0.5], "over_members": True}}}, "over_members: quantiles does not follow"),
     ({"summarize": {"spin": "last"}}, "spin"),

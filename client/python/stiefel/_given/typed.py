@@ -39,8 +39,11 @@ class Body(TypedDict, total=False):
     angular_velocity: Any
     order: Literal["wxyz", "xyzw"]
     mrp: Any
+    euler_angles: Any
+    sequence: str
     angular_momentum: Any
     frame: Literal["body", "space"]
+    euler_rates: Any
 
 class Blocks(TypedDict, total=False):
     """The blocks of an initial state: matrices, one for each name that the system has."""

@@ -8,16 +8,16 @@ import numpy as np
 from google.protobuf import json_format
 
 from stiefel import v1 as pb
-from stiefel._given.mappings import is_repeated
+from stiefel._given.shapes import is_repeated
 from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
-from stiefel._wire.arrays import Assembly, named, put_block, to_array
+from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
 from stiefel._wire.replies import complete, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put, resolve
 from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, EstimatedError, EstimatedErrors, Events, Geodesic, InjectivityRadius,
                              Invariant,
                              Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
-from stiefel.scene import blocks_of, to_dict
+from stiefel.scene import to_dict
 
 T = TypeVar("T")
 
