@@ -63,7 +63,7 @@ class State(Ended, Fields):
 
     def as_rotation(self) -> Any:
         """Returns the attitude as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
-        return attitude.rotation(self.fields, self._system)
+        return attitude.rotation(self.fields, self._side)
 
     def __repr__(self) -> str:
         return f"<stiefel.State {self.outcome} at step {self.step}, time {self.time!r}: {self._shapes()}>"
@@ -114,12 +114,12 @@ class Batch(Logged, Named):
 
     def _part(self: B, samples: slice) -> B:
         return replace(self, step=self.step[samples], time=self.time[samples],
-                       fields={name: values[samples] for name, values in self.fields.items()})._of(self._system)
+                       fields={name: values[samples] for name, values in self.fields.items()})._of(self._side)
 
     def _state(self, sample: int) -> State:
         return State(int(self.step[sample]), float(self.time[sample]),
                      {name: values[sample] for name, values in self.fields.items()},
-                     self._status_at(sample))._of(self._system)
+                     self._status_at(sample))._of(self._side)
 
     def _status_at(self, sample: int) -> RunStatus:
         return RunStatus(Outcome.REACHED)
@@ -179,11 +179,11 @@ class Trajectory(Drawn, Ended, Batch):
         return {"time": "s", **{name: unit for name, unit in known.items() if unit is not None}}
 
     @property
-    def _system(self) -> str:  # type: ignore[override]
-        return "" if self.origin is None else self.origin.scene.system
+    def _side(self) -> str:  # type: ignore[override]
+        return "" if self.origin is None else self.origin.side
 
-    def _of(self: T, system: str) -> T:
-        return self  # its scene tells it
+    def _of(self: T, side: Any) -> T:
+        return self  # its origin tells it
 
     def _known_origin(self) -> Origin:
         if self.origin is None:
@@ -238,11 +238,11 @@ class Trajectory(Drawn, Ended, Batch):
         if status.member is not None and status.member != member and all(np.isfinite(one[-1:]).all() for one in fields.values()):
             status = RunStatus(Outcome.REACHED)
         return replace(self, fields=fields, run_status=replace(status, member=None), estimated_error=None, origin=Origin(
-            member_of(origin.scene, member), origin.build, origin._create, origin.to, origin.times, origin.epoch))
+            member_of(origin.scene, member), origin.build, origin._create, origin.to, origin.times, origin.epoch, origin.side))
 
     def as_rotation(self) -> Any:
         """Returns the attitudes as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
-        return attitude.rotation(self.fields, self._system)
+        return attitude.rotation(self.fields, self._side)
 
     def euler_angles(self, sequence: str, *, degrees: bool = False, unwrap: bool = True) -> Array:
         """Returns Euler angles (samples, 3) of the attitude, body to space, in radians. Needs `quaternion` or Q, and SciPy.
@@ -265,7 +265,7 @@ class Trajectory(Drawn, Ended, Batch):
 
     def _velocities(self) -> Array:
         """Returns the angular velocities in body axes."""
-        if not body.is_body(self.scene, self):
+        if not body.is_body(self):
             raise ValueError(f"the rates need the field angular_velocity, or M in three dimensions; the fields are {', '.join(self.fields)}")
         return body.velocities(self.scene, self, None)
 

@@ -168,7 +168,7 @@ class Session(Held):
         pauses and the caller's own time, after which DeadlineExceeded is raised.
         """
         for batch in self._samples(*self._range(to, start, every, time), names("fields", fields), timeout):
-            yield batch._of(self.message.system)
+            yield batch._of(self._side)
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
                    fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
@@ -337,7 +337,7 @@ class Session(Held):
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
+        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch, self._side())
 
     def _again(self, scene: pb.Scene) -> Optional[Session]:
         """Creates a session of the same scene; None after the client was closed."""

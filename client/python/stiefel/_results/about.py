@@ -27,7 +27,7 @@ def described(run: Trajectory) -> dict[str, Any]:
         found["estimated_error"] = {name: value for name, value in values if value not in (None, "")}
     found["format"] = FORMAT
     if run.origin is not None:
-        found.update(numerics_id=run.build, scene=run.scene, run=asked(run))
+        found.update(numerics_id=run.build, side=run.origin.side, scene=run.scene, run=asked(run))
     found["fields"] = {name: {"shape": list(values.shape[1:]), "dtype": values.dtype.newbyteorder("<").str}
                        for name, values in run.fields.items()}
     return {**found, "units": run.units}

@@ -12,9 +12,9 @@ from stiefel._results.extras import imported
 from stiefel._rotations import of_matrices
 
 
-def quaternions(fields: Mapping[str, Array], system: str = "") -> NDArray[np.float64]:
+def quaternions(fields: Mapping[str, Array], side: str = "") -> NDArray[np.float64]:
     """Returns the unit quaternions w, x, y, z, body to space, (..., 4), of the field `quaternion` or Q, which takes space to
-    body in the right-invariant systems. Raises ValueError if there is neither, or if Q is no rotation in three dimensions."""
+    body if `side` is "right". Raises ValueError if there is neither, or if Q is no rotation in three dimensions."""
     if "quaternion" in fields:
         return np.asarray(fields["quaternion"], float)
     Q = fields.get("Q")
@@ -25,17 +25,12 @@ def quaternions(fields: Mapping[str, Array], system: str = "") -> NDArray[np.flo
         raise ValueError("Q: its rows are not orthonormal: it is no rotation")
     if (np.linalg.det(Q) < 0).any():
         raise ValueError("Q: its determinant is -1: it is no rotation")
-    return of_matrices(np.asarray(np.swapaxes(Q, -1, -2) if is_right(system) else Q, float))
+    return of_matrices(np.asarray(np.swapaxes(Q, -1, -2) if side == "right" else Q, float))
 
 
-def is_right(system: str) -> bool:
-    """Returns whether the frame of the system takes space to body."""
-    return system.startswith("right_")
-
-
-def rotation(fields: Mapping[str, Array], system: str) -> Any:
+def rotation(fields: Mapping[str, Array], side: str) -> Any:
     """Returns a `scipy.spatial.transform.Rotation` that takes body axes to space."""
-    q = quaternions(fields, system)
+    q = quaternions(fields, side)
     if q.ndim > 2:
         raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: a Rotation takes those of one member, such as run.member(0)")
     return imported("scipy.spatial.transform", "scipy").Rotation.from_quat(np.roll(q, -1, axis=-1))

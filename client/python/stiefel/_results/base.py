@@ -135,11 +135,11 @@ class Named(ByValue):
     """What has fields by their names: `state["Q"]`."""
 
     fields: dict[str, Array]
-    _system = ""  #: the system of the scene, where it is known
+    _side = ""  #: how the frame of the system moves, as `Origin.side`, where it is known
 
-    def _of(self: N, system: str) -> N:
-        """Tells the system of the scene."""
-        object.__setattr__(self, "_system", system)
+    def _of(self: N, side: "str | Callable[[], str]") -> N:
+        """Tells how the frame moves. A function is called if there are fields for which it matters."""
+        object.__setattr__(self, "_side", side if isinstance(side, str) else side() if self.fields.keys() & {"Q", "M"} else "")
         return self
 
     def _field(self, name: object) -> Array:

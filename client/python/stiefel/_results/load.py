@@ -66,7 +66,8 @@ def _origin(described: Mapping[str, Any]) -> Optional[Origin]:
     asked = described.get("run", {})
     epoch = scene.pop("epoch", None)
     times = np.asarray(asked["times"], float) if "times" in asked else None
-    return Origin(to_message(cast(Any, scene)), described["numerics_id"], to=asked.get("to"), times=times, epoch=epoch)
+    return Origin(to_message(cast(Any, scene)), described["numerics_id"], to=asked.get("to"), times=times, epoch=epoch,
+                  side=described.get("side", ""))
 
 
 def _npz(path: str) -> Read:

@@ -21,9 +21,9 @@ STYLE = {"axes.spines.top": False, "axes.spines.right": False, "axes.grid": True
 
 def panels_of(trajectory: Trajectory) -> tuple[str, ...]:
     """Returns the panels that `plot` can draw of the trajectory's fields."""
-    scene, there = trajectory.scene, trajectory.fields
-    in_space = body.is_body(scene, trajectory)
-    turns = in_space and body.attitudes(scene, trajectory, member_of(trajectory, 0)) is not None
+    there = trajectory.fields
+    in_space = body.is_body(trajectory)
+    turns = in_space and body.attitudes(trajectory, member_of(trajectory, 0)) is not None
     known = {"attitude": bool(there.keys() & {"quaternion", "Q", "q"}), "rates": bool(there), "spin_axis": turns,
              "polhode": in_space, "accuracy": True}
     return tuple(name for name, drawn in known.items() if drawn)
@@ -108,7 +108,7 @@ def _attitude(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Cu
 
 
 def _rates(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Curves:
-    if body.is_body(scene, trajectory):
+    if body.is_body(trajectory):
         values = body.velocities(scene, trajectory, member)
         title = "angular velocity in body axes" + ", rad/s" * ("body" in scene)
         return title, {rf"$\omega_{axis}$": values[:, k] for k, axis in enumerate("xyz")}
@@ -117,7 +117,7 @@ def _rates(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Curve
 
 
 def _spin_axis(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Curves:
-    rotations = body.attitudes(scene, trajectory, member)
+    rotations = body.attitudes(trajectory, member)
     assert rotations is not None  # or there is no such panel
     axis = np.einsum("sij,sj->si", rotations, body.velocities(scene, trajectory, member))
     axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -160,7 +160,7 @@ def _accuracy(axes: Any, trajectory: Trajectory, to: Optional[int]) -> float:
 
 def polhode(trajectory: Trajectory, axes: Any, member: int) -> Any:
     """Does what `Trajectory.polhode` says."""
-    if not body.is_body(trajectory.scene, trajectory):
+    if not body.is_body(trajectory):
         raise ValueError("the trajectory has no momentum or angular velocity of a body in three dimensions")
     made = axes is None
     if made:
@@ -171,9 +171,9 @@ def polhode(trajectory: Trajectory, axes: Any, member: int) -> Any:
 
 def plot3d(trajectory: Trajectory, axes: Any, coordinates: Sequence[int], member: int) -> Any:
     """Does what `Trajectory.plot3d` says."""
-    of, scene = member_of(trajectory, member), trajectory.scene
+    of = member_of(trajectory, member)
     name = next((name for name in ("Q", "q") if name in trajectory.fields), None)
-    frames = body.attitudes(scene, trajectory, of) if body.is_attitude(scene) else None
+    frames = body.attitudes(trajectory, of)
     turns = frames is not None
     if frames is None:
         if name is None:

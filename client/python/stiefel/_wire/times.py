@@ -124,4 +124,4 @@ def between_steps(session: Any, time: Any, fields: Sequence[str], timeout: Optio
     if not run.step.size:
         raise FailedPrecondition(f"time {time!r} cannot be reached: {run.run_status.message}")
     return State(int(run.step[0]), float(run.time[0]), {name: values[0] for name, values in run.fields.items()},
-                 run.run_status, run.computed_steps, b"")._of(run._system)
+                 run.run_status, run.computed_steps, b"")._of(run._side)

@@ -3,8 +3,8 @@ const samples = D.samples, at = decode(samples.time), count = at.length, instant
 const fields = Object.fromEntries(Object.entries(samples.fields).map(([name, f]) => [name, { ...f, values: decode(f) }]));
 const pick = (...names) => names.map(name => fields[name]).find(Boolean);
 const Q = pick("Q", "q"), rate = pick("Qdot", "qdot", "M", "P");
-const right = D.scene.system.startsWith("right_"), complex = Boolean(Q && Q.complex);
-const rigid = Boolean(fields.M) && fields.M.rows === 3 && fields.M.cols === 3 && !D.scene.system.startsWith("parametric");
+const right = D.side === "right", complex = Boolean(Q && Q.complex);
+const rigid = Boolean(fields.M) && fields.M.rows === 3 && fields.M.cols === 3 && D.side;
 const bodies = rigid && Q && Q.rows === 3 && Q.cols === 3;
 const whole = D.horizon, clock = !D.scene.body ? [1, " (1)"] : Math.abs(whole) >= 2 * 86400 ? [86400, " (days)"] : Math.abs(whole) >= 7200 ? [3600, " (hours)"] : [1, " (s)"];
 const span = at[count - 1] - at[0], seconds = D.scene.body ? " s" : "";
