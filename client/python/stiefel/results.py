@@ -19,13 +19,13 @@ from stiefel._given.typed import Scene
 from stiefel._results import (attitude, body, error_against_cost, estimate, geodesics, reduced, save, server_catalogue,
                               state_properties, tables)
 from stiefel._results.base import Array, Ended, Fields, Named, Outcome, Price, RunStatus
-from stiefel._results.drawn import Drawn, Logged
 from stiefel._results.error_against_cost import *  # noqa: F403
 from stiefel._results.estimate import *  # noqa: F403
 from stiefel._results.geodesics import *  # noqa: F403
 from stiefel._results.kinds import kind_of
 from stiefel._results.motion import Motion, motion_of
 from stiefel._results.origin import Origin
+from stiefel._results.plots import Drawn, Logged
 from stiefel._results.reduced import *  # noqa: F403
 from stiefel._results.server_catalogue import *  # noqa: F403
 from stiefel._results.state_properties import *  # noqa: F403
