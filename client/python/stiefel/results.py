@@ -179,7 +179,7 @@ class Trajectory(Drawn, Ended, Batch):
         return {"time": "s", **{name: unit for name, unit in known.items() if unit is not None}}
 
     @property
-    def _side(self) -> str:  # type: ignore[override]
+    def _side(self) -> Optional[str]:  # type: ignore[override]
         return "" if self.origin is None else self.origin.side
 
     def _of(self: T, side: Any) -> T:

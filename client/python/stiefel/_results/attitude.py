@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Mapping
+from typing import Any, Mapping, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from stiefel._results.extras import imported
 from stiefel._rotations import of_matrices
 
 
-def quaternions(fields: Mapping[str, Array], side: str = "") -> NDArray[np.float64]:
+def quaternions(fields: Mapping[str, Array], side: Optional[str] = "") -> NDArray[np.float64]:
     """Returns the unit quaternions w, x, y, z, body to space, (..., 4), of the field `quaternion` or Q, which takes space to
     body if `side` is "right". Raises ValueError if there is neither, or if Q is no rotation in three dimensions."""
     if "quaternion" in fields:
@@ -21,6 +21,8 @@ def quaternions(fields: Mapping[str, Array], side: str = "") -> NDArray[np.float
     if Q is None or Q.shape[-2:] != (3, 3) or np.iscomplexobj(Q):
         there = ", ".join(fields)
         raise ValueError(f"an attitude needs the field quaternion, or Q in three dimensions; the fields are {there}")
+    if side is None:
+        raise ValueError("Q: the server did not say whether it takes body to space; ask for the field quaternion")
     if np.abs(Q @ np.swapaxes(Q, -1, -2) - np.eye(3)).max(initial=0) > 0.01:
         raise ValueError("Q: its rows are not orthonormal: it is no rotation")
     if (np.linalg.det(Q) < 0).any():
@@ -28,7 +30,7 @@ def quaternions(fields: Mapping[str, Array], side: str = "") -> NDArray[np.float
     return of_matrices(np.asarray(np.swapaxes(Q, -1, -2) if side == "right" else Q, float))
 
 
-def rotation(fields: Mapping[str, Array], side: str) -> Any:
+def rotation(fields: Mapping[str, Array], side: Optional[str]) -> Any:
     """Returns a `scipy.spatial.transform.Rotation` that takes body axes to space."""
     q = quaternions(fields, side)
     if q.ndim > 2:

@@ -4,7 +4,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 from dataclasses import dataclass
-from typing import Any, Callable, Iterator, Mapping, Optional, TypeVar
+from typing import Any, Callable, ClassVar, Iterator, Mapping, Optional, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,11 +135,11 @@ class Named(ByValue):
     """What has fields by their names: `state["Q"]`."""
 
     fields: dict[str, Array]
-    _side = ""  #: how the frame of the system moves, as `Origin.side`, where it is known
+    _side: ClassVar[Optional[str]] = ""  #: how the frame of the system moves, as `Origin.side`
 
-    def _of(self: N, side: "str | Callable[[], str]") -> N:
+    def _of(self: N, side: "Optional[str] | Callable[[], Optional[str]]") -> N:
         """Tells how the frame moves. A function is called if there are fields for which it matters."""
-        object.__setattr__(self, "_side", side if isinstance(side, str) else side() if self.fields.keys() & {"Q", "M"} else "")
+        object.__setattr__(self, "_side", side if not callable(side) else side() if self.fields.keys() & {"Q", "M"} else "")
         return self
 
     def _field(self, name: object) -> Array:

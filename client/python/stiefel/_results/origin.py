@@ -27,10 +27,11 @@ class Origin:
     elsewhere: ClassVar[Callable[[Mapping[str, Any]], Any]]
 
     def __init__(self, scene: Union[pb.Scene, Callable[[], pb.Scene]], build: str, create: Any = None,
-                 to: Optional[int] = None, times: Optional[NDArray[Any]] = None, epoch: Optional[str] = None, side: str = ""):
+                 to: Optional[int] = None, times: Optional[NDArray[Any]] = None, epoch: Optional[str] = None, side: Optional[str] = ""):
         """`scene`: a message, or a function that fetches it when it is first needed. `create`: creates a session of a scene
         at the server of the run, or returns None if its client is closed. `to`, `times`: what the caller asked for,
-        which a run that stopped did not reach. `side`: how the frame moves."""
+        which a run that stopped did not reach. `side`: how the frame moves, as `side_of` says; None if it is
+        not known."""
         self._scene = scene
         self.build = build  #: the numerics id of the server
         self._create = create

@@ -17,6 +17,7 @@ from stiefel._wire.replies import Layout, answered, complete, described, ends_at
 from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
 from stiefel._wire.sampling import Samples
 from stiefel._wire.summarizing import Summarizing
+from stiefel.errors import StiefelError
 from stiefel.results import Choice, Outcome, Price, RunStatus, State
 from stiefel.scene import to_dict
 
@@ -69,9 +70,12 @@ class Held:
         self._known_scene()
         return price(self.message.step_price)
 
-    def _side(self) -> str:
-        """Returns how the frame of the system moves, as `Origin.side`."""
-        return side_of(self.message.system, self._connection.systems)
+    def _side(self) -> Optional[str]:
+        """Returns how the frame of the system moves, as `Origin.side`; None if the server does not say it at once."""
+        try:
+            return side_of(self.message.system, lambda: self._connection.call("Describe", pb.DescribeRequest(), 5.0, waits=False).systems)
+        except StiefelError:
+            return None
 
     def resolved(self) -> pb.Scene:
         """Returns the resolved scene as a message. Do not change it: the session keeps it."""
