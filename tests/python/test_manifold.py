@@ -55,19 +55,6 @@ def test_geodesics_are_those_of_the_group_that_moves_frames(kind, client):
     np.testing.assert_allclose(manifold.exp(Q, V), expected.T.astype(float), atol=4e-15)
 
 
-def test_a_random_tangent_vector_is_one_also_with_the_seed_of_its_frame(manifold):
-    Q = manifold.random(5, seed=4)
-    V = manifold.random_tangent(Q, seed=4)
-    np.testing.assert_allclose(V, manifold.tangent(Q, V), atol=1e-14)
-    np.testing.assert_allclose(manifold.norm(Q, V), 1, rtol=1e-14)
-
-
-def test_great_circles_have_the_length_of_their_angle():
-    sphere = Stiefel(1, 3)
-    np.testing.assert_allclose(sphere.dist([[1, 0, 0]], [[np.cos(2), np.sin(2), 0]]), 2, atol=1e-15)
-    np.testing.assert_allclose(sphere.exp([[1, 0, 0]], [[0, np.pi / 2, 0]]), [[0, 1, 0]], atol=1e-15)
-
-
 def test_the_logarithm_is_the_inverse_of_exp(manifold):
     Q = manifold.random(3, seed=1)
     lengths = np.array([0.3, 0.6, 0.9]) * (manifold.injectivity_radius or 1)
@@ -143,13 +130,6 @@ def test_a_pair_without_a_geodesic_is_told_in_the_words_of_geometry(client):
         Stiefel(3, 4, 1e4, client=client).log(Q, P)
     missed = client.geodesic(np.geomspace(1, 1e10, 3), np.eye(2, 3), -np.eye(2, 3))
     assert missed.run_status.message == f"no geodesic from Q_0 to Q_T was found; the best one misses Q_T by {missed.residual:.2g}"
-
-
-def test_a_long_dist_shows_a_progress_bar(client, capsys):
-    S = Stiefel(2, 5, client=client)
-    Q, P = S.random((2, 250), seed=1)
-    assert (S.dist(Q, P, progress=True) == S.dist(Q, P)).all()
-    assert "250" in capsys.readouterr().err and capsys.readouterr().err == ""
 
 
 def test_dist_warns_where_a_geodesic_is_not_proved_to_be_the_shortest(client, recwarn):
@@ -326,7 +306,7 @@ def test_leading_axes_and_columns_give_the_same_numbers():
 
 def test_frames_and_tangents_are_what_they_are_called(manifold):
     Q = manifold.random(4, seed=1)
-    V = manifold.random_tangent(Q, seed=2)
+    V = manifold.random_tangent(Q, seed=1)  # the seed of its frame
     np.testing.assert_allclose(Q @ np.swapaxes(Q, -1, -2), np.broadcast_to(np.eye(manifold.n), (4, manifold.n, manifold.n)), atol=1e-14)
     np.testing.assert_allclose(V @ np.swapaxes(Q, -1, -2) + Q @ np.swapaxes(V, -1, -2), 0, atol=1e-14)
     np.testing.assert_allclose(manifold.norm(Q, V), 1, atol=1e-14)
@@ -357,16 +337,6 @@ def test_frames_and_tangents_are_what_they_are_called(manifold):
 def test_what_is_refused(make, said):
     with pytest.raises(ValueError, match=said):
         make()
-
-
-def test_what_is_printed_is_short():
-    S = Stiefel(3, 10, "canonical")
-    assert repr(S) == "<stiefel.manifold.Stiefel of 3 x 10 frames, canonical metric, beta = 0.5>"
-    Q = S.random(seed=1)
-    V = S.random_tangent(np.broadcast_to(Q, (4, 3, 10)), seed=2)
-    shown = repr(S.join(Q, S.exp(Q, 0.5 * V)))
-    assert re.fullmatch(r"<stiefel.manifold.Joined of 4 pairs: distance 0.5 to 0.5, residual at most \S+e-1[5-7]\n  shortest: yes 4>", shown), shown
-    assert "of 0 pairs" in repr(S.join(Q, np.empty((0, 3, 10))))
 
 
 def test_velocities_of_an_energy_and_a_momentum(manifold):

@@ -74,7 +74,7 @@ def test_a_polhode_is_on_its_sphere(run, client):
     assert 0.2 < seen.mean() < 1 and np.allclose(front.get_xdata()[seen], x[seen]) and np.allclose(front.get_ydata()[seen], y[seen])
     assert {text.get_text() for text in axes.texts} == {f"{sign}{name}" for sign in "+−" for name in "xyz"}
     moments = np.array([1.0, 2.0, 5.0])
-    for curve in [*sphere._separatrix(moments), *sphere._other_polhodes(moments)]:
+    for curve in [*sphere.separatrix(moments), *sphere.other_polhodes(moments)]:
         assert np.allclose(np.sum(curve**2, axis=1), 1) and np.ptp(np.sum(curve**2 / moments, axis=1)) < 1e-12
     assert "separatrix" not in legend(stiefel.simulate({**SPACECRAFT, "body": {"moments": [1, 1, 2], "angular_velocity": [1, 2, 3]}}, to=3).polhode().axes[0])
     told = stiefel.simulate(TENSOR, to=9).polhode().axes[0].get_legend().get_title().get_text()

@@ -27,9 +27,9 @@ def polhode(axes: Any, scene: Mapping[str, Any], trajectory: Trajectory, member:
     axes.axis("off")
     axes.fill(np.cos(TURN), np.sin(TURN), fc="#f3f6f9", ec="0.6", lw=0.8, zorder=0)
     if inertia.distinct:
-        for curve in _other_polhodes(inertia.moments):
+        for curve in other_polhodes(inertia.moments):
             _draw(axes, view, curve, color="0.68", lw=0.6)
-        for k, curve in enumerate(_separatrix(inertia.moments)):
+        for k, curve in enumerate(separatrix(inertia.moments)):
             _draw(axes, view, curve, color="black", lw=1, ls=(0, (5, 3)), label="separatrix" if k == 0 else None)
     _draw(axes, view, path, color=diagram.COLOURS[0], lw=1.8, label="polhode")
     start = view @ path[0]
@@ -66,7 +66,7 @@ def _draw(axes: Any, view: Array, points: Array, label: Optional[str] = None, **
                   zorder=3 if front else 1, label=label if front else None, **look)
 
 
-def _other_polhodes(moments: Array) -> Iterator[Array]:
+def other_polhodes(moments: Array) -> Iterator[Array]:
     """Yields the curves of some energies between those of the axes and that of the separatrix."""
     inverse = 1 / moments
     for k in (0, 2):
@@ -81,7 +81,7 @@ def _other_polhodes(moments: Array) -> Iterator[Array]:
                 yield curve
 
 
-def _separatrix(moments: Array) -> Iterator[Array]:
+def separatrix(moments: Array) -> Iterator[Array]:
     """Yields the two great circles on which 2E / |m|^2 is that of the middle axis."""
     a, b, c = 1 / moments
     slope = np.sqrt((a - b) / (b - c))
