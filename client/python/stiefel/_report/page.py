@@ -90,7 +90,7 @@ def _inertia(drawn: Trajectory, of: Optional[int]) -> dict[str, Any]:
     inertia = body.principal(drawn.scene, of)
     curves = {"separatrix": sphere.separatrix, "others": sphere.other_polhodes}
     return {"moments": inertia.moments.tolist(), "axes": inertia.axes.tolist(), "names": inertia.names, **{
-        name: [curve.round(4).tolist() for curve in (made(inertia.moments) if inertia.distinct else ())] for name, made in curves.items()}}
+        name: [curve[::3].round(4).tolist() for curve in (made(inertia.moments) if inertia.distinct else ())] for name, made in curves.items()}}
 
 
 def _character(drawn: Trajectory, of: Optional[int]) -> str:
