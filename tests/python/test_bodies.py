@@ -16,16 +16,9 @@ def turn(axis, angle):
     return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
 
 
-def sampled(mass, inside, box, count=400_000):
-    """Mass, centre and tensor of a solid by points that fill a box evenly (a Halton sequence)."""
-    def halton(base):
-        result, f, i = np.zeros(count), 1.0, np.arange(1, count + 1)
-        while i.any():
-            f /= base
-            result, i = result + f * (i % base), i // base
-        return result
-
-    points = (np.stack([halton(base) for base in (2, 3, 5)], -1) - 0.5) * box
+def sampled(mass, inside, box, count=100):
+    """Centre and tensor of a solid by the points of a grid in a box."""
+    points = (np.stack(np.meshgrid(*[np.arange(count) + 0.5] * 3), -1).reshape(-1, 3) / count - 0.5) * box
     points = points[inside(*points.T)]
     centre = points.mean(0)
     d = points - centre
@@ -190,18 +183,23 @@ def test_what_is_wrong_is_refused_with_its_rule(given, told):
 
 
 def test_a_scene_takes_what_a_body_takes(client):
-    Q, solid = turn([1, 2, 3], 1), solids.box(6, (1, 2, 3), at=(1, 0, 0))
-    q = np.array([np.cos(0.5), *np.sin(0.5) * np.array([1, 2, 3]) / 14**0.5])
-    for attitude in (Q, Q.tolist(), Rotation(Q)):
-        scene = stiefel.to_dict({"system": "rigid_body", "step": 0.1, "body": {"inertia_tensor": solid, "attitude": attitude}})["body"]
-        assert np.allclose(scene["attitude"], q, rtol=0, atol=1e-15)
-        assert np.allclose(scene["inertia_tensor"], [6.5, 5, 2.5, 0, 0, 0], rtol=1e-15)  # m (b^2 + c^2) / 12
-    both = stiefel.to_dict({"members": 2, "body": {"moments": [1, 2, 3], "attitude": [Q, Q.T]}})["body"]["attitude"]
-    assert np.allclose(both, [*q, *q * [1, -1, -1, -1]], rtol=0, atol=1e-15)
-    with pytest.raises(stiefel.InvalidArgument, match=r"attitude: max .* = .*e-06: must be a rotation .*; normalize=True makes it so"):
-        stiefel.to_dict({"body": {"attitude": np.round(Q, 5)}})
-    with pytest.raises(stiefel.InvalidArgument, match="scene.body.attitude: the determinant is -1"):
-        stiefel.to_dict({"body": {"attitude": -Q}})
+    """A dict and a file mean what stiefel.body makes of them; a matrix is the attitude, for each member too."""
+    Q, q = turn([1, 2, 3], 1), [np.cos(0.5), *np.sin(0.5) * np.array([1, 2, 3]) / 14**0.5]
+    for forms in ({"attitude": [0, 0, 0.6, 0.8], "order": "xyzw", "angular_velocity": [1, 2, 3], "frame": "space"}, {"attitude": Q.tolist(), "angular_velocity": [1, 2, 3]},
+                  {"attitude": Rotation(Q), "angular_velocity": [1, 2, 3]}, {"mrp": [0.1, 0.2, 0.3], "angular_momentum": [1, 2, 3]},
+                  {"attitude": Q, "angular_momentum": [1, 2, 3], "frame": "space"}):
+        scene = {"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], **forms}}
+        assert stiefel.to_message(scene) == stiefel.to_message(stiefel.body(moments=[1, 2, 3], step=0.1, **forms))
+    both = stiefel.to_dict({"members": 2, "body": {"inertia_tensor": solids.box(6, (1, 2, 3), at=(1, 0, 0)), "attitude": [Q, Q.T]}})["body"]
+    assert np.allclose(both["attitude"], [*q, *q * np.array([1, -1, -1, -1])], rtol=0, atol=1e-15)
+    assert np.allclose(both["inertia_tensor"], [6.5, 5, 2.5, 0, 0, 0], rtol=1e-15)  # m (b^2 + c^2) / 12
+    for attitude, told in ((np.round(Q, 5), r"max .* = .*e-06: must be a rotation .*; normalize=True makes it so"), (-Q, "the determinant is -1")):
+        with pytest.raises(stiefel.InvalidArgument, match=f"scene.body.attitude: {told}"):
+            stiefel.to_dict({"body": {"attitude": attitude}})
+    rounded = {"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], "attitude": [0.7071, 0, 0, 0.7071], "angular_velocity": [1, 2, 3]}}
+    with pytest.raises(stiefel.InvalidArgument, match="norm"):
+        client.create(rounded)
+    assert client.create({**rounded, "normalize": True}).scene["body"]["attitude"] == pytest.approx([0.5**0.5, 0, 0, 0.5**0.5])
 
 
 def test_five_digits_are_enough_with_normalize(client):
@@ -265,18 +263,3 @@ def test_an_error_names_what_was_given(client):
     frame["initial"] = {"Q": np.eye(3, 2), "Qdot": np.ones((3, 2))}
     with pytest.raises(stiefel.InvalidArgument, match=r"as many columns as inertia has numbers, 3; it looks transposed"):
         client.create(frame)
-
-
-def test_a_scene_has_the_forms_of_body(client):
-    """`order`, `mrp`, matrices, `frame`, `angular_momentum`: a dict and a file mean what stiefel.body makes of them."""
-    Q = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
-    for forms in ({"attitude": [0, 0, 0.6, 0.8], "order": "xyzw", "angular_velocity": [1, 2, 3], "frame": "space"},
-                  {"mrp": [0.1, 0.2, 0.3], "angular_momentum": [1, 2, 3]}, {"attitude": Q, "angular_momentum": [1, 2, 3], "frame": "space"}):
-        scene = {"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], **forms}}
-        assert stiefel.to_message(scene) == stiefel.to_message(stiefel.body(moments=[1, 2, 3], step=0.1, **forms))
-    rounded = {"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], "attitude": [0.7071, 0, 0, 0.7071], "angular_velocity": [1, 2, 3]}}
-    with pytest.raises(stiefel.InvalidArgument, match="norm"):
-        client.create(rounded)
-    assert client.create({**rounded, "normalize": True}).scene["body"]["attitude"] == pytest.approx([0.5**0.5, 0, 0, 0.5**0.5])
-    with pytest.raises(stiefel.InvalidArgument, match=r"scene\.normalize: 1: must be true or false"):
-        client.create({**rounded, "normalize": 1})

@@ -14,7 +14,7 @@ from stiefel import v1 as pb
 from stiefel._given.bodies import fields_of
 from stiefel._given.examples import examples, near
 from stiefel._given.instants import epoch_text
-from stiefel._given.mappings import Ensemble, Walk, as_block, block_of, parse
+from stiefel._given.mappings import Ensemble, Walk, as_block, block_of
 from stiefel._given.normalized import normalized
 from stiefel._given.numbers import refused
 from stiefel._given.shapes import FIELDS, LISTS, count_of, described, owner_of
@@ -22,7 +22,7 @@ from stiefel._given.shown import shown
 from stiefel._given.typed import Scene
 from stiefel._given.velocities import MOMENTA, VELOCITIES
 from stiefel._wire.arrays import blocks_of, matrix, put_block
-from stiefel.errors import InvalidArgument, Violation
+from stiefel.errors import InvalidArgument
 
 __all__ = ["SceneLike", "to_dict", "to_message"]
 
@@ -32,16 +32,16 @@ SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 def to_message(scene: SceneLike) -> pb.Scene:
     """Returns the message of a scene. For a type checker a dict is a `stiefel.Scene`, so that it finds a misspelt key.
 
-    In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; times, moments and
-    angular velocities may be quantities with units. An inertia tensor may be a symmetric 3 x 3 matrix, a Solid or a list of
-    solids. In an ensemble, blocks may be (members, n, N), and lists of which each member has its own (members, numbers). In `initial`,
-    Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of S, P or M. In `body`, `attitude`
-    may be a rotation matrix, a Rotation of scipy or a quaternion in the `order` "xyzw", or `mrp` may stand instead, and
-    `angular_velocity` or `angular_momentum` may be in the axes `frame`, as in `stiefel.body`. `normalize`: True makes an
-    initial state that was rounded to a few digits fit, and a quaternion of any norm. `method` may be a name alone. Raises InvalidArgument that names the first wrong number, unit or
-    shape, or the paths of all unknown keys and values of a wrong type.
+    In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; numbers with a unit may be
+    quantities. `method` may be a name alone. In an ensemble, blocks may be (members, n, N), and lists of which each member has its
+    own (members, numbers). In `initial`, Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of
+    S, P or M; the client replaces them when it knows the server. `body` takes what `stiefel.body` takes: an inertia tensor as a
+    symmetric 3 x 3 matrix, a Solid or a list of solids; `attitude` as a rotation matrix, a Rotation of scipy or a quaternion in
+    the `order` "xyzw", or `mrp` or `euler_angles` instead; `angular_velocity` or `angular_momentum` in the axes `frame`, or
+    `euler_rates`. `normalize`: True makes an initial state that was rounded to a few digits fit, and a quaternion of any norm.
+    `epoch`: the instant of time 0, which no message has.
 
-    A dict or a file may also have an `epoch`, the instant of time 0, which no message has.
+    Raises InvalidArgument that names every unknown key and every wrong number, unit, shape and type.
     """
     return with_epoch(scene)[0]
 
@@ -51,16 +51,15 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     "1992-11-09T17:49:47 UTC"; None if it has none."""
     if isinstance(scene, pb.Scene):
         return scene, None
-    given, message = scene if isinstance(scene, Mapping) else _read_scene(scene), pb.Scene()
+    given = scene if isinstance(scene, Mapping) else _read_scene(scene)
     walk = Walk(Ensemble.of(given.get("members")))
-    walk.fill(given, message, "scene")
+    message = walk.read(given, pb.Scene(), "scene")
     epoch, normalize = walk.beside.pop("epoch", None), walk.beside.pop("normalize", False)
-    if not isinstance(normalize, bool):
-        walk.faults.append(Violation("scene.normalize", f"{shown(normalize)}: must be true or false"))
-    walk.end()
     if walk.beside:
         _put(fields_of(walk.beside, "scene.body.", normalize), message.body)
-    return normalized(message) if normalize else message, None if epoch is None else epoch_text(epoch)
+    elif normalize:
+        message = normalized(message)
+    return message, None if epoch is None else epoch_text(epoch)
 
 
 def _put(fields: Mapping[str, NDArray[Any]], body: pb.Body) -> None:
@@ -93,8 +92,7 @@ def _change_body(body: pb.Body, given: Mapping[str, Any], ensemble: Ensemble, no
     before = {name: values if values.size == count_of(f"body.{name}") else values.reshape(ensemble.members or 1, -1)
               for name, values in before.items()}
     walk = Walk(ensemble)
-    walk.fill(given, pb.Body(), "body")
-    walk.end()
+    walk.read(given, pb.Body(), "body")
     body.Clear()
     _put(fields_of(walk.beside, "body.", normalize, before), body)
 
@@ -134,7 +132,7 @@ def member_of(scene: pb.Scene, member: int) -> pb.Scene:
 
 def to_method(method: Union[Mapping[str, Any], str]) -> pb.Method:
     """Returns the message of a scene's `method`, a mapping or the name alone."""
-    return parse(method, pb.Method(), "method")
+    return Walk().read(method, pb.Method(), "method")
 
 
 def _read_scene(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
@@ -208,7 +206,7 @@ def _lists(block: NDArray[Any]) -> Any:
 def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
     """Returns the message of an array, nested list or mapping. `path` is its name in errors."""
     given = as_block(path, block)
-    return parse(given, pb.Matrix(), path) if isinstance(given, Mapping) else matrix(given)
+    return Walk().read(given, pb.Matrix(), path) if isinstance(given, Mapping) else matrix(given)
 
 
 def __dir__() -> list[str]:

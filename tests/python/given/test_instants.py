@@ -12,7 +12,7 @@ BODY = {"system": "rigid_body", "step": 0.5, "body": {"moments": [1, 2, 3], "ang
 
 
 @pytest.mark.parametrize("text, told", [
-    ("2020-06-30T23:59:60Z", "second must be in 0..59"), ("2016-12-31T23:59:60Z", "second must be in 0..59"),
+    ("2020-06-30T23:59:60Z", "second must be in 0..59; no leap second is taken"), ("2016-12-31T23:59:60Z", "no leap second"),
     ("2026-02-29", "day is out of range for month"), ("0000-01-01", "year 0 is out of range"), ("2026-01-01T24:00Z", "hour must be in 0..23"),
     ("0001-01-01T00:00+02:00", "date value out of range"), ("2024-1-1", "must be an instant of ISO 8601 in UTC such as"),
     ("20240229", "must be an instant"), ("2026-01-01T00:00:00 XYZ", "must be in UTC where astropy is not installed|Scale 'xyz'"),

@@ -33,14 +33,13 @@ def to_aem(run: Trajectory, file: "str | os.PathLike[str]", *, epoch: Any = None
     rounding = max(float(abs(one.seconds - Fraction(round(one.seconds * 10**12), 10**12))) for one in instants)
     export = Export((os.fspath(file),), "CCSDS AEM 2.0", len(stamps), rounding)
     now = (created or datetime.datetime.now(datetime.timezone.utc)).strftime("%Y-%m-%dT%H:%M:%S")
-    has_rate = nodes.rate is not None
-    rates = np.degrees(nodes.rate).tolist() if has_rate else [[]] * len(stamps)
+    rates = [[]] * len(stamps) if nodes.rate is None else np.degrees(nodes.rate).tolist()
     lines = ["CCSDS_AEM_VERS = 2.0", f"COMMENT written by stiefel {__version__}", f"CREATION_DATE = {now}",
              f"ORIGINATOR = {originator}", "", "META_START", f"COMMENT {repr(export).splitlines()[1].strip(' >')}",
              f"OBJECT_NAME = {object_name}", f"OBJECT_ID = {object_id}", *([f"CENTER_NAME = {center}"] if center else []),
              f"REF_FRAME_A = {frame}", f"REF_FRAME_B = {body_frame}", f"TIME_SYSTEM = {nodes.epoch.scale}",
              f"START_TIME = {stamps[0]}", f"STOP_TIME = {stamps[-1]}",
-             *(["ATTITUDE_TYPE = QUATERNION/ANGVEL", f"ANGVEL_FRAME = {body_frame}"] if has_rate else ["ATTITUDE_TYPE = QUATERNION"]),
+             *(["ATTITUDE_TYPE = QUATERNION/ANGVEL", f"ANGVEL_FRAME = {body_frame}"] if rates[0] else ["ATTITUDE_TYPE = QUATERNION"]),
              "INTERPOLATION_METHOD = LINEAR", "INTERPOLATION_DEGREE = 1", "META_STOP", "", "DATA_START"]
     lines += [" ".join([stamp, *map(repr, (x, y, z, w, *rate))])
               for stamp, (w, x, y, z), rate in zip(stamps, nodes.quaternion.tolist(), rates)]

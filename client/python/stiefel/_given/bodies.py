@@ -53,8 +53,7 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
         if sum(given[name] is not None for name in group) != 1:
             raise refused(group[0], f"exactly one of {', '.join(group[:-1])} and {group[-1]} must be given")
     walk = Walk(Ensemble.of(members))
-    walk.fill(given, pb.Body(), "")
-    walk.end()
+    walk.read(given, pb.Body(), "")
     fields = {"attitude": np.array([1.0, 0, 0, 0]), **fields_of(walk.beside, "", normalize)}
     lists: Any = {name: value.tolist() for name, value in fields.items()}
     scene: Scene = {"system": system, "step": _step(fields["angular_velocity"]) if step is None else step, "body": lists}

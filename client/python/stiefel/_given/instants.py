@@ -87,7 +87,7 @@ def instant(path: str, given: Any, or_else: str = "") -> Instant:
     except ImportError:
         raise refused(path, f"{shown(given)}: must be in UTC where astropy is not installed") from None
     except (ValueError, OverflowError) as error:
-        raise refused(path, f"{shown(given)}: {error}") from None
+        raise refused(path, f"{shown(given)}: {error}" + "; no leap second is taken" * (second == "60")) from None
     past = int(np.searchsorted(_LEAPS, begun.toordinal(), side="right"))
     since = begun - datetime.datetime.min + datetime.timedelta(days=1)
     return Instant(int(since.total_seconds()) + Fraction(fraction or 0) + (9 + max(past, 1) if scale == "UTC" else 0), scale)

@@ -3,8 +3,8 @@ from __future__ import annotations
 
 import difflib
 import functools
-from dataclasses import dataclass
-from typing import Any, Iterable, Mapping, NamedTuple, Optional, TypeVar, Union
+from dataclasses import dataclass, field
+from typing import Any, Iterable, Mapping, Optional, TypeVar, Union
 
 import numpy as np
 from google.protobuf import json_format
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.numbers import number, numbers, refused, whole
-from stiefel._given.shapes import described, is_repeated, of_solids
+from stiefel._given.shapes import described, is_repeated
 from stiefel._given.shown import shown
 from stiefel._wire.arrays import put_block
 from stiefel.errors import InvalidArgument, Violation
@@ -36,7 +36,8 @@ _KINDS = {FieldDescriptor.CPPTYPE_DOUBLE: "number", FieldDescriptor.CPPTYPE_UINT
 _RULES = {"number": "a number", "whole": "a whole number of at least 0", "long": "a whole number of at least 0"}
 
 
-class Field(NamedTuple):
+@dataclass(frozen=True)
+class Field:
     """An entry of the table of what a message takes."""
 
     name: str
@@ -44,18 +45,18 @@ class Field(NamedTuple):
     kind: str
     unit: str = ""
     count: str = ""  #: of a list, how many numbers are one motion's: a number, or the "rows" or "cols" of the blocks
-    choices: Mapping[str, int] = {}
+    choices: Mapping[str, int] = field(default_factory=dict)
 
 
 #: What a scene and its body may have beside the fields of the messages, which the client writes in other fields.
-_BESIDE = {"Scene": (Field("normalize", "beside"), Field("epoch", "beside")),
+_BESIDE = {"Scene": (Field("normalize", "true or false"), Field("epoch", "beside")),
            "Body": (Field("order", "beside"), Field("mrp", "list", "", "3"), Field("euler_angles", "list", "rad", "3"),
                     Field("sequence", "beside"), Field("angular_momentum", "list", "kg*m**2/s", "3"), Field("frame", "beside"),
                     Field("euler_rates", "list", "rad/s", "3"))}
 
 
 @functools.lru_cache(maxsize=None)
-def _table(message: type[Message]) -> dict[str, Field]:
+def _table(message: Any) -> dict[str, Field]:
     """Returns the entries of all fields by their names; protobuf's lowerCamelCase names are read too."""
     entries, descriptor = {}, message.DESCRIPTOR
     for field in descriptor.fields:
@@ -110,35 +111,40 @@ class Walk:
         #: What is read beside the messages, by name: all of a body, whose lists depend on each other.
         self.beside: dict[str, Any] = {}
 
-    def end(self) -> None:
-        """Raises InvalidArgument with every unknown key and every wrong value."""
+    def read(self, given: Any, message: M, path: str) -> M:
+        """Fills a message and returns it. Raises InvalidArgument with every unknown key and every wrong value."""
+        self.fill(given, message, path)
         if self.faults:
             raise InvalidArgument(f"{self.faults[0].field}: {self.faults[0].description}", tuple(self.faults))
+        return message
 
     def fill(self, given: Any, message: Any, path: str) -> None:
         """Sets the fields of a message. What is None is absent, as null in JSON."""
-        table, of_body = _table(type(message)), isinstance(message, pb.Body)
-        if isinstance(given, str) and isinstance(message, pb.Method):
+        kind: Any = type(message)
+        table, of_body = _table(kind), kind is pb.Body
+        if isinstance(given, str) and kind is pb.Method:
             given = {"name": given}
         if not isinstance(given, Mapping):
-            may_be_name = "a name, or " * isinstance(message, pb.Method)
+            may_be_name = "a name, or " * (kind is pb.Method)
             self.faults.append(Violation(path, f"{shown(given)}: must be {may_be_name}a mapping with the fields {_listed(table)}"))
             return
         if of_body and isinstance(given.get("body"), Mapping):
             self.faults.append(Violation(path, "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
                                                "{**stiefel.body(...), ...}"))
             return
-        # The blocks tell the lengths of lists. A form of a body needs lists of the right length, which else the server checks.
+        # A form of a body needs lists of the right length, which else the server checks.
         strict = of_body and not {*given} <= {field.name for field in message.DESCRIPTOR.fields}
-        for key in sorted(given, key=lambda key: key != "initial"):
+        for key in sorted(given, key=lambda key: key != "initial"):  # whose blocks tell the lengths of lists
             field, value = table.get(key), given[key]
             place = f"{path}.{field.name if field else key}".lstrip(".")
             try:
                 if field is None:
-                    raise refused(place, _unknown(str(key), value, type(message)))
+                    raise refused(place, _unknown(str(key), value, kind))
                 if value is None:
                     continue
-                if field.kind == "beside":
+                if field.kind in ("beside", "true or false"):
+                    if field.kind != "beside" and not isinstance(value, bool):
+                        raise refused(place, f"{shown(value)}: must be {field.kind}")
                     self.beside[field.name] = value
                 elif of_body:
                     self.beside[field.name] = self._list(place, value, field, strict)
@@ -184,7 +190,7 @@ class Walk:
 
     def _list(self, place: str, given: Any, field: Field, strict: bool = False) -> NDArray[Any]:
         if field.name == "inertia_tensor":
-            given = of_solids(place, given, self.ensemble.members)
+            given = _of_solids(place, given, self.ensemble.members)
         elif field.name == "attitude" and hasattr(given, "as_matrix"):  # a Rotation of scipy
             given = given.as_matrix()
         return list_of(place, given, field.unit, self.ensemble.each(field.count), self.ensemble, strict,
@@ -225,7 +231,7 @@ def list_of(place: str, given: Any, unit: str, each: Optional[int], ensemble: En
         own = [] if members is None else [f"({members}, {shape[1:]}" for shape in one]
         what = shown(given) if isinstance(given, (int, float)) else f"the shape {array.shape}"
         raise refused(place, f"{what}: must be {' or '.join(one + own)}")
-    return array.reshape(members, each) if is_flat else array
+    return array.reshape(members or 1, -1) if is_flat else array
 
 
 def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[Any]:
@@ -255,15 +261,27 @@ def as_block(path: str, block: Any, ensemble: Ensemble = Ensemble()) -> Any:
     return parts[0] if len(parts) == 1 else parts[0] + 1j * parts[1]
 
 
-def parse(given: Any, message: M, path: str) -> M:
-    """Fills a message and returns it. Raises InvalidArgument with every unknown key and every wrong value."""
-    walk = Walk()
-    walk.fill(given, message, path)
-    walk.end()
-    return message
+def _of_solids(place: str, given: Any, members: Optional[int]) -> Any:
+    """Returns the tensor of a Solid, or of a list of solids, which are one body; of a list of these one tensor for each member
+    of an ensemble; what is given if it is none of these."""
+    def is_solid(one: Any) -> bool:
+        return hasattr(one, "inertia_tensor") and hasattr(one, "about")
+
+    if is_solid(given):
+        return given.inertia_tensor
+    if not isinstance(given, (list, tuple)) or not given:
+        return given
+    if all(map(is_solid, given)):
+        if members == len(given) > 1:
+            raise refused(place, f"{members} solids for {members} members: must be [[solid], ...] for a body of each member, or "
+                                 "sum(solids) for one that all share")
+        whole_body: Any = sum(given)
+        return whole_body.inertia_tensor
+    some = any(is_solid(one) or isinstance(one, (list, tuple)) and len(one) and is_solid(one[0]) for one in given)
+    return [_of_solids(f"{place}[{k}]", one, None) for k, one in enumerate(given)] if some else given
 
 
-def _unknown(key: str, value: Any, message: type[Message]) -> str:
+def _unknown(key: str, value: Any, message: Any) -> str:
     """Returns a description that suggests the nearest name of a field, or of a field of a message inside, and lists all names."""
     table = _table(message)
     if key in _LOADS and message.DESCRIPTOR.name in _BESIDE:

@@ -53,26 +53,6 @@ def owner_of(scene: pb.Scene, path: str) -> tuple[Any, str]:
     return (getattr(scene, part) if part else scene), name
 
 
-def of_solids(place: str, given: Any, members: Optional[int]) -> Any:
-    """Returns the tensor of a Solid, or of a list of solids, which are one body; of a list of these one tensor for each member
-    of an ensemble; what is given if it is none of these."""
-    def is_solid(one: Any) -> bool:
-        return hasattr(one, "inertia_tensor") and hasattr(one, "about")
-
-    if is_solid(given):
-        return given.inertia_tensor
-    if not isinstance(given, (list, tuple)) or not given:
-        return given
-    if all(map(is_solid, given)):
-        if members == len(given) > 1:
-            raise refused(place, f"{members} solids for {members} members: must be [[solid], ...] for a body of each member, or "
-                                 "sum(solids) for one that all share")
-        whole_body: Any = sum(given)
-        return whole_body.inertia_tensor
-    some = any(is_solid(one) or isinstance(one, (list, tuple)) and len(one) and is_solid(one[0]) for one in given)
-    return [of_solids(f"{place}[{k}]", one, None) for k, one in enumerate(given)] if some else given
-
-
 def of_symmetric(place: str, tensor: NDArray[Any]) -> NDArray[Any]:
     """Returns Ixx, Iyy, Izz, Ixy, Ixz, Iyz of matrices (..., 3, 3), which must be symmetric."""
     other = np.swapaxes(tensor, -1, -2)

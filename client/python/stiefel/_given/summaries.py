@@ -4,7 +4,7 @@ from __future__ import annotations
 from typing import Any, Iterable, Mapping, Sequence, Union
 
 from stiefel import v1 as pb
-from stiefel._given.mappings import parse, several
+from stiefel._given.mappings import Walk, several
 from stiefel._given.numbers import numbers, refused
 from stiefel._given.shown import shown
 from stiefel.scene import to_matrix
@@ -31,7 +31,7 @@ def to_quantities(quantities: Quantities) -> list[pb.Quantity]:
             raise refused(path, "must be a name")
         quantity = pb.Quantity()
         for item in several(path, statistics):
-            parse({"statistics": item} if isinstance(item, str) else item, quantity, path)
+            Walk().read({"statistics": item} if isinstance(item, str) else item, quantity, path)
         if quantity.name:
             raise refused(f"{path}.name", f"{quantity.name!r}: must be absent: the key is the name")
         quantity.name = name
@@ -49,7 +49,7 @@ def to_events(events: Union[EventDescription, Sequence[EventDescription]]) -> li
         plus, path = given.get("plus", {}) if isinstance(given, Mapping) else {}, f"events[{i}]"
         if not isinstance(plus, Mapping) or not all(isinstance(field, str) for field in plus):
             raise refused(f"{path}.plus", f"{shown(plus)}: must be a mapping from fields to coefficients")
-        event = parse({**given, "plus": None} if plus else given, pb.Event(), path)
+        event = Walk().read({**given, "plus": None} if plus else given, pb.Event(), path)
         for field, coefficients in plus.items():
             event.plus.add(field=field, coefficients=numbers(f"{path}.plus.{field}", coefficients).ravel().tolist())
         found.append(event)
