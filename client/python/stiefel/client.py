@@ -266,7 +266,7 @@ class Client:
                 break
             except Unavailable as error:  # another server measures everything again
                 self._connection.pause(error, pauses, deadline)
-        for text in tradeoff.setup.warnings:
+        for text in tradeoff.warnings:
             warn_of_scene(text)
         return tradeoff
 

@@ -167,7 +167,7 @@ def parse_json(file: str, text: bytes) -> dict[str, Any]:
             raise refused("scene", f"{file}: {twice}: given twice")
         return dict(pairs)
 
-    saved = "; stiefel.load and stiefel.rerun read a file of samples" * (Path(file).suffix in (".csv", ".h5", ".npz", ".parquet"))
+    saved = "; stiefel.load and stiefel.rerun read a file of samples" * (Path(file).suffix in (".csv", ".npz"))
     try:
         found = json.loads(text.decode("utf-8-sig"), object_pairs_hook=once)
     except InvalidArgument:

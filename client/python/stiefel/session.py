@@ -31,7 +31,7 @@ from stiefel._wire.replies import described, run_status
 from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
                             warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, Errors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
+from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
 from stiefel.scene import to_method, with_changes
 
@@ -98,7 +98,7 @@ class Session(Held):
         put_structure(request, forms, dirac_brackets)
         return answers.diagnosis(self._ask("Diagnose", request, timeout), request)
 
-    def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
+    def error_at(self, times: Any, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
         one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
         return errors_at(self, times, timeout)
@@ -168,7 +168,7 @@ class Session(Held):
         pauses and the caller's own time, after which DeadlineExceeded is raised.
         """
         for batch in self._samples(*self._range(to, start, every, time), names("fields", fields), timeout):
-            yield batch._of(self.message.system)
+            yield batch._of(self._side)
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
                    fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
@@ -337,7 +337,7 @@ class Session(Held):
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
+        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch, self._side())
 
     def _again(self, scene: pb.Scene) -> Optional[Session]:
         """Creates a session of the same scene; None after the client was closed."""

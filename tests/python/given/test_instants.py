@@ -55,7 +55,7 @@ def test_utc_comes_out_where_it_went_in(tmp_path):
     assert run.utc.astype(str).tolist() == instants and run[3:].utc.astype(str).tolist() == instants[3:]
     run.save(tmp_path / "run.csv")
     lines = (tmp_path / "run.csv").read_text().splitlines()
-    assert lines[1].endswith(",UTC") and lines[2].endswith(",utc") and [line.rpartition(",")[2] for line in lines[3:-1]] == [f"{one}Z" for one in instants]
+    assert lines[1].endswith(",UTC") and lines[2].endswith(",utc") and [line.rpartition(",")[2] for line in lines[3:]] == [f"{one}Z" for one in instants]
     assert stiefel.load(tmp_path / "run.csv") == run and (stiefel.load(tmp_path / "run.csv").utc == run.utc).all()
     frame = pytest.importorskip("pandas") and run.to_dataframe()
     assert (frame["utc"].to_numpy() == run.utc).all()

@@ -9,13 +9,18 @@ import stiefel
 from stiefel._exports.nodes import nodes_of
 from stiefel._exports.spice import seconds_past_j2000
 from stiefel._given.instants import instant
-from stiefel._results.attitude import angle_between, quaternions
+from stiefel._results.attitude import quaternions
 
 EPOCH = "2026-03-01T23:59:58.25 UTC"
 BODY = {"system": "rigid_body", "step": 0.1, "epoch": EPOCH,
         "body": {"inertia_tensor": [1.0, 2, 3, 0.1, 0.05, -0.2], "angular_velocity": [0.3, 1, 0.2], "attitude": [0.5, -0.5, 0.5, 0.5]}}
 MADE = datetime.datetime(2026, 3, 2)
 FIELDS = ["quaternion", "angular_velocity", "Q", "angular_velocity_space"]
+
+
+def angle_between(first, second):
+    """The angles in radians between attitudes as unit quaternions."""
+    return 4 * np.arcsin(np.minimum(np.linalg.norm(first - second, axis=-1), np.linalg.norm(first + second, axis=-1)) / 2)
 
 
 @pytest.fixture(scope="module")

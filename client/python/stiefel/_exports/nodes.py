@@ -48,7 +48,7 @@ def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
         raise ValueError("epoch: absent: give the instant of time 0, here or as `epoch` of the scene")
     order = np.argsort(run.time, kind="stable")
     order = order[np.r_[True, np.diff(run.time[order]) > 0]] if len(order) else order
-    q = quaternions(run.fields, run._system)
+    q = quaternions(run.fields, run._side)
     if q.ndim != 2:
         raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: an export takes one motion, such as that of run.member(0)")
     q = q[order]

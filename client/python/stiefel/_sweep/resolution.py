@@ -41,7 +41,7 @@ def answer(question: Question) -> list[Resolved]:
 
 def answer_at(client: Client, question: Question) -> list[Resolved]:
     try:
-        catalogue = client.describe().message
+        catalogue = client.describe()._message
         return [_resolve(client, task, catalogue, question.of_points) for task in question.tasks]
     except (Unavailable, NotFound, DeadlineExceeded) as error:
         raise LostServer(f"{client.address}: {error.message}") from None

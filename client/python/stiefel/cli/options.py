@@ -143,7 +143,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "estimate the error of the last state, or do not; by default where that takes less work than the run or less than 10 ms, on "
         "a page at most about ten seconds")),
     "output": dict(metavar="FILE", help=(
-        "a file instead of stdout: .json; for samples also .csv, .npz, .h5, .zarr and .parquet, as Trajectory.save writes them; for "
+        "a file instead of stdout: .json; for samples also .csv and .npz, as Trajectory.save writes them; for "
         "a trade-off also .csv; for a page .html")),
     "file": dict(metavar="FILE", help="a file of samples that `stiefel run` or Trajectory.save wrote; status 1: the samples differ"),
     "invariants": dict(type=names, metavar="A,B,...", help=(
