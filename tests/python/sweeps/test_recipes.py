@@ -27,23 +27,13 @@ def test_programs_call_sweep_with_arguments_that_it_has_and_the_first_one_runs(c
     assert capsys.readouterr().out == "(30, 20)\n"
 
 
-def test_the_jobs_of_mpi_and_slurm():
+def test_the_recipes_of_clusters_are_well_formed():
     script = blocks("sh")[0]
     subprocess.run(["bash", "-n"], input=script, text=True, check=True)
     example, *arguments = script.split("mpi4py.futures ")[1].split()
     assert all(f'"{option}"' in (ROOT / example).read_text(encoding="utf-8") for option in arguments if option.startswith("--"))
-    slurm = next(yaml.safe_load(block) for block in blocks("yaml") if "jobqueue" in block)["jobqueue"]["slurm"]
-    assert slurm["processes"] == 8 and slurm["cores"] == 8 * 4
-    assert "Each of the 8 processes of a job is a worker with 4 threads" in PAGE
-
-
-def test_workers_on_kubernetes_have_as_many_threads_as_cores():
-    dask, ray = (manifest["spec"] for manifest in map(yaml.safe_load, blocks("yaml")) if "kind" in manifest)
-    arguments = dask["worker"]["spec"]["containers"][0]["args"]
-    assert arguments[arguments.index("--nthreads") + 1] == "4" and "stiefel.ray.Executor(num_cpus=4)" in PAGE
-    for pod in (dask["worker"]["spec"], ray["workerGroupSpecs"][0]["template"]["spec"]):
-        resources = pod["containers"][0]["resources"]
-        assert resources["requests"] == resources["limits"] and resources["limits"]["cpu"] == "4"
+    slurm, dask, ray = map(yaml.safe_load, blocks("yaml"))
+    assert slurm["jobqueue"]["slurm"]["cores"] == 8 * 4 and (dask["kind"], ray["kind"]) == ("DaskCluster", "RayCluster")
 
 
 def test_the_table_of_axes_is_complete():

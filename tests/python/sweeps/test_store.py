@@ -5,6 +5,7 @@ import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 from cases import SPINS, small_chunks, sweep  # noqa: F401
 
@@ -63,23 +64,30 @@ def test_what_is_no_store_is_refused_before_work(tmp_path, computed):
     assert computed == [] and (tmp_path / "notes" / "text").read_text() == "mine"
 
 
-KILLED = """
+SWEEP = f"""
 import sys
-sys.path.insert(0, {here!r})
+sys.path.insert(0, {str(Path(__file__).parent)!r})
 import stiefel._sweep.plan
 from cases import sweep
 stiefel._sweep.plan.LARGEST = 4
-sweep(to=20_000, store=sys.argv[1], threads=1)
+try:
+    sweep(to=50_000, store=sys.argv[1], threads=1)
+except KeyboardInterrupt as error:
+    print(error, (error.partial["outcome"].values == 1).sum())
 """
 
 
-def test_a_sweep_whose_client_was_killed_goes_on(tmp_path, computed):
-    program = subprocess.Popen([sys.executable, "-c", KILLED.format(here=str(Path(__file__).parent)), tmp_path])
-    while len(list(tmp_path.glob("*.npz"))) < 3 and program.poll() is None:
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
+def test_a_sweep_that_was_interrupted_goes_on(tmp_path, computed, sent):
+    """Ctrl-C says how far it came."""
+    program = subprocess.Popen([sys.executable, "-c", SWEEP, tmp_path], stdout=subprocess.PIPE, text=True)
+    while len(list(tmp_path.glob("*.npz"))) < 2 and program.poll() is None:
         time.sleep(0.005)
-    program.send_signal(signal.SIGKILL)
-    assert program.wait() == -signal.SIGKILL
-    done = len(list(tmp_path.glob("*.npz")))
-    assert 3 <= done < 15
-    assert sweep(to=20_000, store=tmp_path).attrs["sha256"] == sweep(to=20_000).attrs["sha256"]
+    children = psutil.Process(program.pid).children()
+    program.send_signal(sent)
+    said, done = program.communicate()[0], len(list(tmp_path.glob("*.npz")))
+    assert 2 <= done < 15 and children and psutil.wait_procs(children, timeout=60)[1] == []
+    interrupted = f"{done} of 15 chunks are done; they are in the store, and the same call goes on from there {4 * done}\n"
+    assert said == (interrupted if sent == signal.SIGINT else "")
+    assert sweep(to=50_000, store=tmp_path).attrs["sha256"] == sweep(to=50_000).attrs["sha256"]
     assert len(computed) == 15 - done + 15

@@ -90,15 +90,6 @@ def test_the_recommended_method_is_that_of_the_most_demanding_point(client, monk
     assert sweep(scene=WITHOUT_METHOD, axes={"body.angular_velocity": spins}).attrs["sha256"] == one.attrs["sha256"]
 
 
-def test_each_value_of_a_shared_field_has_its_method(client):
-    """Substeps follow the step: they are of one size at most."""
-    M = np.diag([1.0, 2, 3], 1) - np.diag([1.0, 2, 3], -1)
-    scene = {"system": "rigid_body", "inertia": [1, 2, 3, 4], "initial": {"Q": np.eye(4), "M": M}}
-    steps = [0.1, 1.0, 3.0]
-    found = methods(sweep(scene=scene, axes={"step": steps}, to=3, summarize={"energy": "last"}))
-    assert found == [alone(client, {**scene, "step": step}, "M")[1] for step in steps] and len({one["substeps"] for one in found}) == 3
-
-
 def test_a_tolerance_holds_at_every_point(client):
     """The server chooses one method for all points that share the tolerance."""
     spins = np.geomspace(0.02, 6, 24)[:, np.newaxis] * np.random.default_rng(3).normal(size=(24, 3))
