@@ -31,6 +31,8 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         near.plot(*way[-10:].T, linewidth=0.5, color="tab:blue")
 locus = np.array(ends + ends[:1])
 assert np.allclose(np.sum((locus / semi_axes)**2, axis=1), 1, atol=1e-12)
+along = np.diff(locus, axis=0)  # which turns back at a cusp
+assert (np.sum(along * np.roll(along, 1, axis=0), axis=1) < 0).sum() == 4
 for axes in (whole, near):
     axes.plot(*locus.T, color="tab:red", linewidth=1.5)
     axes.set_axis_off()
@@ -43,4 +45,4 @@ near.set(xlim=centre[0] + width * np.array([-0.6, 0.6]), ylim=centre[1] + width 
 near.set_box_aspect((1, 1, 1), zoom=1.5)
 whole.set_title("geodesics up to their first conjugate point")
 near.set_title("the conjugate locus has four cusps")
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "conjugate_points.png", dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "conjugate_locus.png", dpi=100)

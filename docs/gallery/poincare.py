@@ -39,4 +39,4 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         axes.set(title=f"Λ = {inertia}: M₁₂ varies by {spread:.1g}", xlabel="azimuth of the normal, °", xlim=(-180, 180))
         assert (spread < 1e-9) == (inertia[0] == inertia[1])
 both[0].set(ylabel="its height along the second axis", ylim=(-1, 1))
-figure.savefig(sys.argv[1], dpi=100)
+figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "poincare.png", dpi=100)

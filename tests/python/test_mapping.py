@@ -136,7 +136,6 @@ def every_answer(client, scene, frames):
         yield from (client.convert(scene, "symmetric_rigid_body"), client.convert(scene, "velocity"))
         tradeoff = client.tradeoff(scene, horizon=0.1, budget=2e9, repeats=1)
         yield from (tradeoff, tradeoff.points[0], client.geodesic(np.ones(frames[0].shape[1]), *frames, samples=30))
-        yield stiefel.sweep(scene, {"step": [0.01, 0.02]}, to=2, summarize={"energy": "last"}, servers=[client])
 
 
 def test_no_answer_prints_more_than_three_lines(client):

@@ -96,7 +96,7 @@ def test_a_text_is_the_name_of_a_method(client, tmp_path):
         client.create({**SCENE, "method": "varational"})
     asked = {"to": 1, "summarize": {"energy": "last"}}
     both = stiefel.sweep(SCENE, {"method": ["rk4", {"name": "gauss4"}]}, **asked)
-    assert both == stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "gauss4"}]}, **asked)
+    assert both.equals(stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "gauss4"}]}, **asked))
 
 
 @pytest.mark.parametrize("attributes", [
