@@ -1,15 +1,12 @@
-"""The tumbling asteroid (99942) Apophis.
+"""
+The tumbling asteroid (99942) Apophis
+=====================================
 
 P. Pravec et al. (2014) found two periods in the light of Apophis, precession P_φ = 27.38 h and rotation P_ψ = 263 h in a short
 axis mode, and moments in the ratios I₁/I₃ = 0.61 and I₂/I₃ = 0.965. They fix the motion, from whose attitude both periods are
 read. Predicted are the energy over that of a rotation about the short axis with the same momentum, which the paper has as
 1.024 ± 0.013, and the period of the long axis, 30.56 h.
 """
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
@@ -50,4 +47,4 @@ turning.plot(run.time / hour, psi / (2 * np.pi), "--", label=f"ψ: a turn in {se
 turning.plot(run.time / hour, np.degrees(np.arccos(Q[:, 2, 2])) / 10, ":", label="θ, in tens of degrees")
 turning.set(xlabel="hours", title="turns")
 turning.legend()
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "apophis.png", dpi=100)
+plt.show()

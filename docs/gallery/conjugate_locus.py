@@ -1,13 +1,10 @@
-"""Where geodesics stop being the shortest.
+"""
+Where geodesics stop being the shortest
+=======================================
 
 Geodesics from one point of the ellipsoid with semi-axes 1, 1.2 and 1.6, drawn up to their first conjugate points. These form
 the conjugate locus opposite to the point, a curve with four cusps (Jacobi's last geometric statement).
 """
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
@@ -45,4 +42,4 @@ near.set(xlim=centre[0] + width * np.array([-0.6, 0.6]), ylim=centre[1] + width 
 near.set_box_aspect((1, 1, 1), zoom=1.5)
 whole.set_title("geodesics up to their first conjugate point")
 near.set_title("the conjugate locus has four cusps")
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "conjugate_locus.png", dpi=100)
+plt.show()

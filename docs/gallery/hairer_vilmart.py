@@ -1,15 +1,13 @@
-"""Work and precision of Hairer and Vilmart.
+"""
+Work and precision of Hairer and Vilmart
+========================================
 
 E. Hairer and G. Vilmart (2006) run the discrete rigid body of Moser and Veselov with modified moments of inertia. It is then of
 order 4, 6, 8 or 10, and a step costs the same. The errors of the attitude at t = 1 are those from Jacobi's closed form; the
 errors that the program expects in steps of 1/40 were computed by another program with 60 digits.
 """
-import sys
 import warnings
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
@@ -42,4 +40,4 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
 axes.set(xlabel="instructions of all steps to t = 1", ylabel="error of the quaternion at t = 1",
          title="discrete rigid body with modified moments", ylim=(3e-15, 1e5))
 axes.legend()
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "hairer_vilmart.png", dpi=100)
+plt.show()

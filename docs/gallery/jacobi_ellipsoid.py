@@ -1,15 +1,12 @@
-"""Jacobi's geodesics on an ellipsoid.
+"""
+Jacobi's geodesics on an ellipsoid
+==================================
 
 C. G. J. Jacobi (1839) solved the geodesics on x²/a + y²/b + z²/c = 1 in the coordinates u < v of a point, the roots of
 x²/(a − w) + y²/(b − w) + z²/(c − w) = 1 other than 0: ∫ (u / ((u − a)(b − u)(c − u)(ρ − u)))^½ du and
 ∫ (v / ((v − a)(v − b)(c − v)(v − ρ)))^½ dv along the path stay equal ([ST] section 2.3). The geodesic turns back at the two
 curves u = ρ, which Joachimsthal's integral predicts, and by Chasles' theorem its tangents touch the quadric w = ρ.
 """
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
@@ -57,4 +54,4 @@ for values, dashes, name in zip(integrals, ("-", "--"), "uv"):
     along.plot(run.time, values, dashes, label=f"integral in {name}")
 along.set(xlabel="length of the path", title="Jacobi's integrals along it")
 along.legend()
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "jacobi_ellipsoid.png", dpi=100)
+plt.show()

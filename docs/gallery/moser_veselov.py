@@ -1,14 +1,11 @@
-"""The integrals of Moser and Veselov.
+"""
+The integrals of Moser and Veselov
+==================================
 
 The discrete rigid body UΛ − ΛUᵀ = hM, M′ = UᵀMU of J. Moser and A. P. Veselov (1991) keeps every coefficient of tr(M + μΛ²)ᵏ. In
 four dimensions four of them depend on M, which has six numbers and stays on a torus. Left, the momenta of 20 000 large steps in
 two of these numbers; right, how the four integrals change in them, and in the same steps of the classical Runge-Kutta method.
 """
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
@@ -37,4 +34,4 @@ assert worst["the map"] < 2e-14 and worst["rk4"] > 1e-4
 torus.set(xlabel="M₁₂", ylabel="M₃₄", title="momenta of the map: a torus in the plane")
 drift.set(xlabel="steps", title="relative change: the map black, rk4 red", ylim=(1e-17, None))
 drift.legend(fontsize=8, loc="center left")
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "moser_veselov.png", dpi=100)
+plt.show()

@@ -1,15 +1,13 @@
-"""The flips of a T-handle.
+"""
+The flips of a T-handle
+=======================
 
 A handle that spins about its middle axis flips again and again, although nothing acts on it. By Jacobi's solution of Euler's
 equations the time between two flips is 2 K(k)/λ, where K = π/(2 M) with the arithmetic-geometric mean M of 1 and k′. Each power
 of ten nearer to the axis adds 2 ln 10/s, where s is the rate at which a small tilt grows.
 """
 import math
-import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
@@ -57,4 +55,4 @@ waits.semilogx(tilts, [times.mean() for times in seen], "o", label="simulated")
 waits.semilogx(tilts, predicted, "-", color="0.5", label="2 K(k)/λ")
 waits.set(xlabel="tilt at the start, ω_bar / ω_stem", title="s between two flips")
 waits.legend()
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "t_handle.png", dpi=100)
+plt.show()

@@ -1,6 +1,8 @@
-"""The site is built without a warning, with all names of the Python package, of the protocol, the commands and the headers."""
+"""The site is built without a warning: it has all names of the Python package, of the protocol, the commands and the headers, and
+each tutorial and each script of the gallery, which assert what they say, has run."""
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -38,3 +40,19 @@ def test_every_name_is_there(pages):
     cpp = (pages / "generated/cpp.html").read_text(encoding="utf-8")
     headers = [*(ROOT / "engine/include").rglob("*.h"), *(ROOT / "client/cpp/include").rglob("*.h")]
     assert len(headers) > 20 and [header.name for header in headers if f"<h2>{header.name}<" not in cpp] == []
+
+
+def test_the_gallery_is_drawn(pages):
+    for script in (ROOT / "docs/gallery").glob("*.py"):
+        assert "assert " in script.read_text(encoding="utf-8")
+        page = (pages / f"generated/gallery/{script.stem}.html").read_text(encoding="utf-8")
+        assert f"sphx_glr_{script.stem}_001.png" in page, script.stem
+
+
+def test_tutorials_are_committed_without_results_and_assert_something(pages):
+    index = (ROOT / "docs/tutorials/README.md").read_text(encoding="utf-8")
+    for path in (ROOT / "docs/tutorials").glob("*.ipynb"):
+        cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+        assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in cells), path
+        assert any("assert " in line for cell in cells for line in cell["source"]) and f"]({path.name})" in index
+        assert "nboutput" in (pages.parent / f"tutorials/{path.stem}.html").read_text(encoding="utf-8")
