@@ -8,6 +8,26 @@
 #include "client/cpp/uuid.h"
 
 namespace stiefel::client {
+namespace {
+
+/// Deletes a session from the server when it is destroyed.
+struct Deletion {
+  explicit Deletion(std::shared_ptr<const Connection> shared) : connection(std::move(shared)) {}
+  Deletion(const Deletion&) = delete;
+  ~Deletion() {
+    // Not a Context: a stop request does not keep the session on the server.
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(5));
+    context.AddMetadata("stiefel-session", request.session_id());
+    v1::DeleteSessionResponse reply;
+    connection->stub->DeleteSession(&context, request, &reply);
+  }
+
+  std::shared_ptr<const Connection> connection;
+  v1::DeleteSessionRequest request;
+};
+
+}  // namespace
 
 Client Client::connect(const std::string& address, Options options) {
   auto stub = v1::SimulationService::NewStub(make_channel(address, options));
@@ -38,19 +58,10 @@ Session Client::create(v1::CreateSessionRequest request) const {
 
 Session Client::temporary(const v1::Scene& scene) const {
   const Session session = create(scene);
-  const auto delete_session = [connection = connection_](v1::DeleteSessionRequest* request) {
-    const std::unique_ptr<v1::DeleteSessionRequest> owned(request);
-    // Not a Context: a stop request does not keep the session on the server.
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(5));
-    context.AddMetadata("stiefel-session", request->session_id());
-    v1::DeleteSessionResponse reply;
-    connection->stub->DeleteSession(&context, *request, &reply);
-  };
-  auto request = std::make_unique<v1::DeleteSessionRequest>();
-  request->set_session_id(session.id());
-  return Session(connection_, session.description(),
-                 std::shared_ptr<const void>(request.release(), delete_session));
+  auto deletion = std::make_shared<Deletion>(connection_);
+  deletion->request.set_session_id(session.id());
+  const Connection* connection = connection_.get();
+  return Session({std::move(deletion), connection}, session.description());
 }
 
 Session Client::get(const std::string& id) const {

@@ -150,6 +150,15 @@ TEST_F(SessionTest, OnlyATemporarySessionGoesWithItsHandles) {
   EXPECT_TRUE(client_.list().empty());
 }
 
+TEST_F(SessionTest, SamplesKeepATemporarySession) {
+  {
+    auto samples = client_.temporary(tumbling()).stream({.to = std::int64_t{1} << 50});
+    ASSERT_NE(samples.next_batch(), nullptr);
+    EXPECT_EQ(client_.list().size(), 1u);
+  }
+  EXPECT_TRUE(client_.list().empty());
+}
+
 TEST_F(SessionTest, ListsMoreThanAPage) {
   for (int i = 0; i < 101; ++i) client_.create(tumbling());
   EXPECT_EQ(client_.list().size(), 101u);

@@ -37,8 +37,9 @@ class Client {
   Session create(const v1::Scene& scene, const std::string& id = "") const;
   /// Creates the session of a request, which may bring a checkpoint. Throws Error.
   Session create(v1::CreateSessionRequest request) const;
-  /// Creates a session that is deleted from the server when the last copy of the handle is
-  /// destroyed, by a call of at most 5 s, whose failure is not told. Throws Error.
+  /// Creates a session that is deleted from the server when the last copy of the handle, and all
+  /// samples, drives and forks that came from it, are destroyed: by a call of at most 5 s, whose
+  /// failure is not told. Throws Error.
   Session temporary(const v1::Scene& scene) const;
   /// Returns a handle to an existing session. Throws Error.
   Session get(const std::string& id) const;

@@ -25,12 +25,9 @@ struct Range {
 /// are gone unless `Client::temporary` made it. Thread-safe: several threads may call it at once.
 class Session {
  public:
-  /// `description`: the server's reply about the session. `owner`: kept as long as a copy lives.
-  Session(std::shared_ptr<const Connection> connection, v1::Session description,
-          std::shared_ptr<const void> owner = nullptr)
-      : connection_(std::move(connection)),
-        description_(std::move(description)),
-        owner_(std::move(owner)) {}
+  /// `description`: the server's reply about the session.
+  Session(std::shared_ptr<const Connection> connection, v1::Session description)
+      : connection_(std::move(connection)), description_(std::move(description)) {}
 
   const std::string& id() const { return description_.session_id(); }
   /// The server's description when this handle began. Its `scene` is the resolved scene, with every
@@ -65,9 +62,9 @@ class Session {
   }
 
  private:
+  /// For a temporary session, its last copy deletes the session.
   std::shared_ptr<const Connection> connection_;
   v1::Session description_;
-  std::shared_ptr<const void> owner_;
 };
 
 }  // namespace stiefel::client
