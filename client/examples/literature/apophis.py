@@ -60,7 +60,7 @@ def angles(Q: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
 def main() -> None:
     picture = sys.argv[1] if len(sys.argv) > 1 else Path(__file__).with_suffix(".png")
     theta, velocity = spin(P_PHI, P_PSI, MOMENTS)
-    scene = stiefel.body(moments=MOMENTS, euler_angles=[0, theta, 0], sequence="ZXZ", angular_velocity=velocity, step=HOUR / 4)
+    scene = stiefel.body_scene(moments=MOMENTS, euler_angles=[0, theta, 0], sequence="ZXZ", angular_velocity=velocity, step=HOUR / 4)
     run = stiefel.simulate(scene, time=TURNS * P_PSI, every=1, fields=["Q"])
     motion = run.motion
     phi, theta, psi = angles(run["Q"])

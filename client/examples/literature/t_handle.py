@@ -49,7 +49,7 @@ def flip_time(moments: NDArray[Any], omega: NDArray[Any]) -> float:
 
 
 def scene(tilt: float) -> stiefel.Scene:
-    return stiefel.body(inertia_tensor=HANDLE, angular_velocity=[SPIN * tilt, SPIN, 0], step=0.01)
+    return stiefel.body_scene(inertia_tensor=HANDLE, angular_velocity=[SPIN * tilt, SPIN, 0], step=0.01)
 
 
 def main() -> None:

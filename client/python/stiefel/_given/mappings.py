@@ -128,8 +128,8 @@ class Walk:
             self.faults.append(Violation(path, f"{shown(given)}: must be {may_be_name}a mapping with the fields {_listed(table)}"))
             return
         if of_body and isinstance(given.get("body"), Mapping):
-            self.faults.append(Violation(path, "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
-                                               "{**stiefel.body(...), ...}"))
+            self.faults.append(Violation(path, "is a whole scene, as stiefel.body_scene returns it: give it in place of the scene, "
+                                               "{**stiefel.body_scene(...), ...}"))
             return
         # A form of a body needs lists of the right length, which else the server checks.
         strict = of_body and not {*given} <= {field.name for field in message.DESCRIPTOR.fields}
