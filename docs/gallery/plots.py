@@ -10,7 +10,7 @@ import numpy as np
 import stiefel
 
 box = stiefel.solids.box(10, (0.1, 0.226, 0.366)) + stiefel.solids.box(0.6, (0.002, 0.6, 0.3), at=(0.05, 0.2, 0))
-scene = stiefel.body(inertia_tensor=box, angular_velocity=np.radians([1, 12, 1]), step=0.1, method={"name": "splitting"})
+scene = stiefel.body_scene(inertia_tensor=box, angular_velocity=np.radians([1, 12, 1]), step=0.1, method={"name": "splitting"})
 run = stiefel.simulate(scene, time=180.0, every=1)
 run.plot()
 run.polhode()

@@ -22,7 +22,7 @@ R = Rotation.from_euler("zxz", [145.498, 65.865, 241.524], degrees=True)
 
 
 def scene(epoch):
-    return stiefel.body(moments=[2, 2, 1] * u.kg * u.m**2, attitude=R, angular_velocity=[1, 0, 3] * u.deg / u.s, epoch=epoch)
+    return stiefel.body_scene(moments=[2, 2, 1] * u.kg * u.m**2, attitude=R, angular_velocity=[1, 0, 3] * u.deg / u.s, epoch=epoch)
 
 
 def check(epoch, times, expected, digits=1e-9):

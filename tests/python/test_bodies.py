@@ -51,7 +51,7 @@ def test_a_body_of_solids_is_that_of_its_points():
     assert np.allclose(rounded, R @ np.diag([5, 4.25, 1.25]) @ R.T, rtol=0, atol=1e-3) and np.trace(rounded) == pytest.approx(10.5, rel=1e-14)
     turned = solids.box(3, (1, 2, 4), attitude=[1, 0, 0, 1]).inertia_tensor
     assert np.allclose(turned, np.diag([4.25, 5, 1.25]), rtol=1e-14, atol=1e-14), "a quarter turn about z"
-    assert stiefel.body(inertia_tensor=half, angular_velocity=[0, 0, 1])["body"]["inertia_tensor"] == pytest.approx(
+    assert stiefel.body_scene(inertia_tensor=half, angular_velocity=[0, 0, 1])["body"]["inertia_tensor"] == pytest.approx(
         [5, 4.25, 1.25, 0, 0, 0])
 
 
@@ -60,7 +60,7 @@ def test_solids_of_an_ensemble_are_a_list_for_each_member(client):
     solid = [solids.box(6, (1, 2, 3)), solids.box(6, (3, 2, 1)), solids.point(1, at=(0, 0, 1))]
     omega = [[0, 0, 1], [0, 1, 0]]
     expected = [one.inertia_tensor for one in (solid[0], solid[1] + solid[2])]
-    for scene in (stiefel.body(inertia_tensor=[solid[:1], solid[1:]], members=2, angular_velocity=omega, step=0.1),
+    for scene in (stiefel.body_scene(inertia_tensor=[solid[:1], solid[1:]], members=2, angular_velocity=omega, step=0.1),
                   {"system": "rigid_body", "step": 0.1, "members": 2,
                    "body": {"inertia_tensor": [solid[0], solid[1:]], "angular_velocity": omega}},
                   {"system": "rigid_body", "step": 0.1, "members": 2,
@@ -71,8 +71,8 @@ def test_solids_of_an_ensemble_are_a_list_for_each_member(client):
         assert np.allclose(tensor, [[*np.diag(I), I[0, 1], I[0, 2], I[1, 2]] for I in expected], rtol=1e-15)
         assert np.allclose(state["angular_velocity"], omega, rtol=0, atol=1e-15)
     shared = {"inertia_tensor": solid, "members": 2, "angular_velocity": [0, 0, 1]}
-    assert np.shape(stiefel.body(**shared)["body"]["inertia_tensor"]) == (6,), "three solids for two members are one body"
-    for make in (lambda: stiefel.body(**{**shared, "inertia_tensor": solid[:2]}),
+    assert np.shape(stiefel.body_scene(**shared)["body"]["inertia_tensor"]) == (6,), "three solids for two members are one body"
+    for make in (lambda: stiefel.body_scene(**{**shared, "inertia_tensor": solid[:2]}),
                  lambda: stiefel.to_message({"members": 2, "body": {"inertia_tensor": solid[:2], "angular_velocity": [0, 0, 1]}})):
         with pytest.raises(stiefel.InvalidArgument, match=r"inertia_tensor: 2 solids for 2 members: must be \[\[solid\], ...\]"):
             make()
@@ -93,7 +93,7 @@ def test_every_form_of_an_attitude_is_the_same_rotation(angle):
         forms = [dict(attitude=q), dict(attitude=np.roll(q, -1), order="xyzw"), dict(attitude=turn(axis, angle)),
                  dict(attitude=Rotation(turn(axis, angle))), dict(mrp=np.tan(angle / 4) * unit)]
         for form in forms:
-            found = np.array(stiefel.body(moments=[1, 2, 3], angular_velocity=[0, 0, 1], **form)["body"]["attitude"])
+            found = np.array(stiefel.body_scene(moments=[1, 2, 3], angular_velocity=[0, 0, 1], **form)["body"]["attitude"])
             assert min(abs(found - q).max(), abs(found + q).max()) < 1e-15, form
 
 
@@ -101,14 +101,14 @@ def test_every_form_of_an_attitude_is_the_same_rotation(angle):
                                          ([[1, 0, 0], [0, 100, 0]], 6e-4)])
 def test_a_step_is_a_hundredth_of_a_turn(omega, step):
     members = len(omega) if np.ndim(omega) == 2 else None
-    assert stiefel.body(moments=[1, 2, 3], angular_velocity=omega, members=members)["step"] == step
-    assert stiefel.body(moments=[1, 2, 3], angular_velocity=omega, members=members, step=7.5)["step"] == 7.5
+    assert stiefel.body_scene(moments=[1, 2, 3], angular_velocity=omega, members=members)["step"] == step
+    assert stiefel.body_scene(moments=[1, 2, 3], angular_velocity=omega, members=members, step=7.5)["step"] == 7.5
 
 
 def test_scipy_s_rotation_is_taken():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     R = Rotation.from_euler("zyx", [0.3, -1, 2])
-    scene = stiefel.body(moments=[1, 2, 3], attitude=R, angular_velocity=[0, 0, 0.1])
+    scene = stiefel.body_scene(moments=[1, 2, 3], attitude=R, angular_velocity=[0, 0, 0.1])
     assert np.allclose(stiefel.simulate(scene, to=1, fields="Q")["Q"][0], R.as_matrix(), atol=1e-15)
 
 
@@ -118,7 +118,7 @@ def test_velocity_and_momentum_in_both_frames(client):
     for given in (dict(angular_velocity=omega), dict(angular_velocity=Q @ omega, frame="space"),
                   dict(angular_momentum=tensor @ omega), dict(angular_momentum=Q @ tensor @ omega, frame="space")):
         for inertia in (tensor, [4, 5, 3, 0.3, -0.2, 0.1]):
-            scene = stiefel.body(inertia_tensor=inertia, attitude=Q, step=0.1, **given)
+            scene = stiefel.body_scene(inertia_tensor=inertia, attitude=Q, step=0.1, **given)
             assert np.allclose(scene["body"]["angular_velocity"], omega, rtol=0, atol=1e-15), given
     with client.create(scene) as session:
         assert np.allclose(session.step(to=0, fields="Q")["Q"], Q, rtol=0, atol=1e-15)
@@ -145,7 +145,7 @@ def test_euler_angles_and_their_rates(client, sequence):
         both = stiefel.to_message({"members": 2, "body": {"moments": [1, 2, 3], "sequence": sequence, "euler_angles": [angles, angles[::-1]],
                                                           "euler_rates": [rates, 2 * rates]}}).body
         assert list(both.angular_velocity[:3]) == list(scene.body.angular_velocity) and list(both.attitude[:4]) == list(scene.body.attitude)
-        made = stiefel.body(moments=[1, 2, 3], euler_angles=angles, sequence=sequence, angular_velocity=scene.body.angular_velocity, step=0.1)
+        made = stiefel.body_scene(moments=[1, 2, 3], euler_angles=angles, sequence=sequence, angular_velocity=scene.body.angular_velocity, step=0.1)
         assert np.allclose(stiefel.to_message(made).body.attitude, scene.body.attitude, rtol=0, atol=1e-15)
 
 
@@ -179,17 +179,17 @@ def test_forms_that_do_not_fit_are_refused(forms, told):
 ])
 def test_what_is_wrong_is_refused_with_its_rule(given, told):
     with pytest.raises(stiefel.InvalidArgument, match=told):
-        stiefel.body(**{"moments": [1, 2, 3], "angular_velocity": [0, 0, 1], **given})
+        stiefel.body_scene(**{"moments": [1, 2, 3], "angular_velocity": [0, 0, 1], **given})
 
 
 def test_a_scene_takes_what_a_body_takes(client):
-    """A dict and a file mean what stiefel.body makes of them; a matrix is the attitude, for each member too."""
+    """A dict and a file mean what stiefel.body_scene makes of them; a matrix is the attitude, for each member too."""
     Q, q = turn([1, 2, 3], 1), [np.cos(0.5), *np.sin(0.5) * np.array([1, 2, 3]) / 14**0.5]
     for forms in ({"attitude": [0, 0, 0.6, 0.8], "order": "xyzw", "angular_velocity": [1, 2, 3], "frame": "space"}, {"attitude": Q.tolist(), "angular_velocity": [1, 2, 3]},
                   {"attitude": Rotation(Q), "angular_velocity": [1, 2, 3]}, {"mrp": [0.1, 0.2, 0.3], "angular_momentum": [1, 2, 3]},
                   {"attitude": Q, "angular_momentum": [1, 2, 3], "frame": "space"}):
         scene = {"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], **forms}}
-        assert stiefel.to_message(scene) == stiefel.to_message(stiefel.body(moments=[1, 2, 3], step=0.1, **forms))
+        assert stiefel.to_message(scene) == stiefel.to_message(stiefel.body_scene(moments=[1, 2, 3], step=0.1, **forms))
     both = stiefel.to_dict({"members": 2, "body": {"inertia_tensor": solids.box(6, (1, 2, 3), at=(1, 0, 0)), "attitude": [Q, Q.T]}})["body"]
     assert np.allclose(both["attitude"], [*q, *q * np.array([1, -1, -1, -1])], rtol=0, atol=1e-15)
     assert np.allclose(both["inertia_tensor"], [6.5, 5, 2.5, 0, 0, 0], rtol=1e-15)  # m (b^2 + c^2) / 12
@@ -204,7 +204,7 @@ def test_a_scene_takes_what_a_body_takes(client):
 
 def test_five_digits_are_enough_with_normalize(client):
     Q = turn([1, 2, 3], 1)
-    scene = stiefel.body(moments=[1, 2, 3], attitude=np.round(Q, 5), angular_velocity=[0, 0, 1], normalize=True)
+    scene = stiefel.body_scene(moments=[1, 2, 3], attitude=np.round(Q, 5), angular_velocity=[0, 0, 1], normalize=True)
     with client.create(scene) as session:
         assert abs(session.step(to=0, fields="Q")["Q"] - Q).max() < 1e-5
     frame, velocity = np.array([[0.6, 0.8, 0, 0], [0, 0, 0.6, 0.8]]), np.array([[0, 0, 1, 1.75], [-1.2, -1.6, 0.8, -0.6]])

@@ -69,7 +69,7 @@ BODY = {"moments": [1, 2, 3]}
     ({"body": {**BODY, "omega": [1, 2, 3]}}, "scene.body.omega", "unknown field; did you mean angular_velocity? The fields are "),
     ({"body": {**BODY, "q": [1, 0, 0, 0]}}, "scene.body.q", "unknown field; did you mean attitude? The fields are "),
     ({"system": "rigid_body", "dt": 3}, "scene.dt", "unknown field; did you mean step? The fields are "),
-    ({**SCENE, "body": {"system": "rigid_body", "body": BODY}}, "scene.body", "is a whole scene, as stiefel.body returns it"),
+    ({**SCENE, "body": {"system": "rigid_body", "body": BODY}}, "scene.body", "is a whole scene, as stiefel.body_scene returns it"),
     ({**SCENE, "method": ["rk4"]}, "scene.method", "['rk4']: must be a name, or a mapping"),
     ({**SCENE, "system": 3}, "scene.system", "3: must be a text"),
     ({**SCENE, "initial": {"M": [[1, 2], [3]]}}, "scene.initial.M", "[[1, 2], [3]]: must be a matrix"),
@@ -89,7 +89,7 @@ def test_a_text_is_the_name_of_a_method(client, tmp_path):
     named, text = {**SCENE, "method": {"name": "rk4"}}, {**SCENE, "method": "rk4"}
     (tmp_path / "scene.json").write_text(json.dumps(text))
     assert stiefel.to_message(text) == stiefel.to_message(tmp_path / "scene.json") == stiefel.to_message(named)
-    assert stiefel.body(moments=[1, 2, 3], angular_velocity=[0, 0, 1], method="rk4")["method"] == "rk4"
+    assert stiefel.body_scene(moments=[1, 2, 3], angular_velocity=[0, 0, 1], method="rk4")["method"] == "rk4"
     with client.create(text) as session, session.fork(at=3, method="gauss4") as fork:
         assert (session.scene["method"]["name"], fork.scene["method"]["name"]) == ("rk4", "gauss4")
     with pytest.raises(stiefel.InvalidArgument, match='^scene.method.name: "varational": must be .*; did you mean variational[?]$'):

@@ -35,7 +35,7 @@ def to_message(scene: SceneLike) -> pb.Scene:
     In a dict, matrices may be numpy arrays and numbers numpy scalars; times may be timedeltas; numbers with a unit may be
     quantities. `method` may be a name alone. In an ensemble, blocks may be (members, n, N), and lists of which each member has its
     own (members, numbers). In `initial`, Omega may stand instead of the momentum of a body in N dimensions, and Qdot instead of
-    S, P or M; the client replaces them when it knows the server. `body` takes what `stiefel.body` takes: an inertia tensor as a
+    S, P or M; the client replaces them when it knows the server. `body` takes what `stiefel.body_scene` takes: an inertia tensor as a
     symmetric 3 x 3 matrix, a Solid or a list of solids; `attitude` as a rotation matrix, a Rotation of scipy or a quaternion in
     the `order` "xyzw", or `mrp` or `euler_angles` instead; `angular_velocity` or `angular_momentum` in the axes `frame`, or
     `euler_rates`. `normalize`: True makes an initial state that was rounded to a few digits fit, and a quaternion of any norm.

@@ -20,7 +20,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 @dataclass(frozen=True, eq=False)
 class Solid:
     """A rigid body by its mass, its centre of mass, and its inertia tensor about that centre. The sum of two is the body
-    that both are, in the same axes. It may be given as `inertia_tensor` of `stiefel.body`."""
+    that both are, in the same axes. It may be given as `inertia_tensor` of `stiefel.body_scene`."""
 
     mass: float  #: kg
     centre: NDArray[Any] = field(repr=False)  #: m

@@ -25,11 +25,11 @@ _MEANINGS = (("order", ORDERS, ("attitude",)), ("frame", ("body", "space"), ("an
 _PLACES = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  #: of the matrix entries in Ixx, Iyy, Izz, Ixy, Ixz, Iyz
 
 
-def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = None, order: str = "wxyz", mrp: Any = None,
-         euler_angles: Any = None, sequence: Optional[str] = None, angular_velocity: Any = None, angular_momentum: Any = None,
-         frame: Optional[str] = None, euler_rates: Any = None, normalize: bool = False, system: SystemName = "rigid_body",
-         step: Any = None, epoch: Any = None, horizon: Any = None, method: Union[Method, MethodName, None] = None,
-         tolerance: Any = None, members: Optional[int] = None) -> Scene:
+def body_scene(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = None, order: str = "wxyz", mrp: Any = None,
+               euler_angles: Any = None, sequence: Optional[str] = None, angular_velocity: Any = None, angular_momentum: Any = None,
+               frame: Optional[str] = None, euler_rates: Any = None, normalize: bool = False, system: SystemName = "rigid_body",
+               step: Any = None, epoch: Any = None, horizon: Any = None, method: Union[Method, MethodName, None] = None,
+               tolerance: Any = None, members: Optional[int] = None) -> Scene:
     """Returns the scene of a rigid body in three dimensions, in SI units and with the attitude from body to space axes.
 
     Inertia: `moments` about the body's axes, or `inertia_tensor`, a symmetric 3 x 3 matrix, the six numbers Ixx, Iyy, Izz,
@@ -43,8 +43,8 @@ def body(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any = Non
     lists may have one row for each of the `members` of an ensemble. `step`: seconds; by default a hundredth of a turn, rounded
     to one digit.
 
-        scene = stiefel.body(inertia_tensor=I, attitude=[0, 0, 0.7071, 0.7071], order="xyzw", normalize=True,
-                             angular_velocity=np.radians([0.1, 2, 0.1]), frame="space", epoch="2026-03-01T00:00:00Z")
+        scene = stiefel.body_scene(inertia_tensor=I, attitude=[0, 0, 0.7071, 0.7071], order="xyzw", normalize=True,
+                                   angular_velocity=np.radians([0.1, 2, 0.1]), frame="space", epoch="2026-03-01T00:00:00Z")
     """
     given = dict(moments=moments, inertia_tensor=inertia_tensor, attitude=attitude, mrp=mrp, euler_angles=euler_angles,
                  order=None if attitude is None and order == ORDERS[0] else order, sequence=sequence, angular_velocity=angular_velocity, angular_momentum=angular_momentum, frame=frame,

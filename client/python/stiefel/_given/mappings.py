@@ -31,8 +31,6 @@ _LOADS = ("torque", "torques", "external_torque", "force", "forces", "gravity", 
 _KINDS = {FieldDescriptor.CPPTYPE_DOUBLE: "number", FieldDescriptor.CPPTYPE_UINT32: "whole", FieldDescriptor.CPPTYPE_UINT64: "long",
           FieldDescriptor.CPPTYPE_MESSAGE: "message", FieldDescriptor.CPPTYPE_ENUM: "choice", FieldDescriptor.CPPTYPE_STRING: "a text",
           FieldDescriptor.CPPTYPE_BOOL: "True or False"}
-
-
 _RULES = {"number": "a number", "whole": "a whole number of at least 0", "long": "a whole number of at least 0"}
 
 
@@ -41,7 +39,8 @@ class Field:
     """An entry of the table of what a message takes."""
 
     name: str
-    #: "number", "list", "whole", "long", "choice", "choices", "message", "blocks", "beside", what the walk hands on as it is given, or the rule in words
+    #: "number", "list", "whole" or "long", "choice" or "choices", "message", "blocks", "beside", which the walk hands on as it is
+    #: given, or in words what the value must be.
     kind: str
     unit: str = ""
     count: str = ""  #: of a list, how many numbers are one motion's: a number, or the "rows" or "cols" of the blocks
@@ -129,8 +128,8 @@ class Walk:
             self.faults.append(Violation(path, f"{shown(given)}: must be {may_be_name}a mapping with the fields {_listed(table)}"))
             return
         if of_body and isinstance(given.get("body"), Mapping):
-            self.faults.append(Violation(path, "is a whole scene, as stiefel.body returns it: give it in place of the scene, "
-                                               "{**stiefel.body(...), ...}"))
+            self.faults.append(Violation(path, "is a whole scene, as stiefel.body_scene returns it: give it in place of the scene, "
+                                               "{**stiefel.body_scene(...), ...}"))
             return
         # A form of a body needs lists of the right length, which else the server checks.
         strict = of_body and not {*given} <= {field.name for field in message.DESCRIPTOR.fields}
@@ -189,6 +188,8 @@ class Walk:
             put_block(scene, name, block)
 
     def _list(self, place: str, given: Any, field: Field, strict: bool = False) -> NDArray[Any]:
+        if not field.count:  # such as the coefficients of a field, in whatever shape
+            return numbers(place, given, field.unit)
         if field.name == "inertia_tensor":
             given = _of_solids(place, given, self.ensemble.members)
         elif field.name == "attitude" and hasattr(given, "as_matrix"):  # a Rotation of scipy
