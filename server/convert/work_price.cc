@@ -51,10 +51,9 @@ double of_conversion(const std::string& to, double N, double members) {
 /// Returns the predicted instructions of reading a field, or the invariants of that name, from one
 /// state of all members. 0 for a name that is neither.
 double reading_work(const Session& session, std::string_view name) {
-  const auto found = std::ranges::find(session.fields(), name, &Field::name);
-  if (found != session.fields().end())
-    return 4 * static_cast<double>(found->size()) +
-           field_work(session, static_cast<std::size_t>(found - session.fields().begin()));
+  if (const auto index = find_field(session.fields(), name))
+    return 4 * static_cast<double>(field_size(session.fields(), *index)) +
+           field_work(session, *index);
   if (!is_invariant(session.scene(), name)) return 0;
   // Matrix products in extended precision: one for the energy, norms or Casimirs, N²/2 for all
   // Manakov coefficients, and Jacobi's method for the singular values.
@@ -112,9 +111,13 @@ ReadingWork reading_work(const Session& session, const v1::SummarizeRequest& req
     (last_only(quantity) ? once : on_the_way) += reading_work(session, quantity.name());
   double at_events = 0;
   for (const v1::Event& event : request.events()) {
-    at_events += reading_work(session, event.field());
-    for (const v1::LinearTerm& term : event.plus())
-      at_events += reading_work(session, term.field());
+    double of_event = reading_work(session, event.field());
+    for (const v1::LinearTerm& term : event.plus()) of_event += reading_work(session, term.field());
+    // The derivative takes six states, each by a simulation that is made for it.
+    constexpr double states = 6, of_making = 5e4;
+    if (event.extremum())
+      of_event += states * (of_event + session.work(0, 1) + of_making * members_of(session));
+    at_events += of_event;
   }
   const auto steps = static_cast<double>(request.to() - request.from());
   const double samples =

@@ -55,6 +55,7 @@ class Session : public std::enable_shared_from_this<Session> {
   /// SHA-256 of the resolved scene, 32 bytes: equal exactly for equal scenes.
   const std::string& identity() const { return identity_; }
   const CheckpointKeys& checkpoint_keys() const { return *keys_; }
+  /// Simulation::fields.
   const std::vector<Field>& fields() const { return fields_; }
   /// The indices of the fields that are reported where none are named.
   const std::vector<std::size_t>& default_fields() const { return default_fields_; }

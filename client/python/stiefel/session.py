@@ -280,8 +280,8 @@ class Session(Held):
 
         Each event is a mapping with the keys field and coefficients, and optionally level (default 0), direction
         ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all), terminal (whether the
-        motion ends at the last zero of `limit`, by default False) and plus (a mapping from more fields to coefficients,
-        whose sums are added to g). A zero is found where g has different signs at two consecutive steps; two zeros
+        motion ends at the last zero of `limit`, by default False), plus (a mapping from more fields to coefficients,
+        whose sums are added to g) and extremum (True: zeros of the derivative of g, rising at minima). A zero is found where g has different signs at two consecutive steps; two zeros
         between them are not seen. `fields`: the fields to return at the zeros, as in `step`. `time`: instead of `to`, the
         time of a step.
         """

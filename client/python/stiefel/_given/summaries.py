@@ -12,7 +12,7 @@ from stiefel.scene import to_matrix
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]
 Quantities = Mapping[str, Statistics]
-#: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal, plus.
+#: An event as a mapping with the keys field, coefficients, level, direction, limit, terminal, plus, extremum.
 EventDescription = Mapping[str, Any]
 TangentVector = Mapping[str, Any]  #: blocks by name
 Form = tuple[str, TangentVector, TangentVector]
