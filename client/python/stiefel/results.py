@@ -23,7 +23,7 @@ from stiefel._results.error_against_cost import *  # noqa: F403
 from stiefel._results.estimate import *  # noqa: F403
 from stiefel._results.geodesics import *  # noqa: F403
 from stiefel._results.kinds import kind_of
-from stiefel._results.motion import Motion, motion_of
+from stiefel._results.motion import Motion
 from stiefel._results.origin import Origin
 from stiefel._results.plots import Drawn, Logged
 from stiefel._results.reduced import *  # noqa: F403
@@ -203,8 +203,15 @@ class Trajectory(Drawn, Ended, Batch):
     @cached_property
     def motion(self) -> Motion:
         """Kind, periods, momentum and energy of a rigid body in three dimensions, in whatever variables, by the closed form
-        of the exact motion. Raises ValueError for another system, and for an ensemble, of which `member` gives one."""
-        return motion_of(self.scene)
+        of the exact motion. The server has them: this makes a session of the scene as `at` does. Raises ValueError for another
+        system, and for an ensemble, of which `member` gives one."""
+        scene = self.scene
+        with self._known_origin().session(scene) as session:
+            found: Optional[Motion] = session.diagnose(to=0).motion
+        if found is None:
+            raise ValueError(f"a closed form is known of one free rigid body in three dimensions: the scene is of {scene['system']}"
+                             + "; `member` gives one of its members" * ("members" in scene))
+        return found
 
     @overload
     def at(self, t: float) -> State: ...

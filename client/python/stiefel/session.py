@@ -96,7 +96,7 @@ class Session(Held):
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=_ESTIMATION[estimate_error])
         put_structure(request, forms, dirac_brackets)
-        return answers.diagnosis(self._ask("Diagnose", request, timeout), request)
+        return answers.diagnosis(self._ask("Diagnose", request, timeout), request, self._known_scene().HasField("body"))
 
     def error_at(self, times: Any, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the

@@ -17,7 +17,6 @@ from stiefel._report import run_data
 from stiefel._results import body, sphere
 from stiefel._results.base import Array
 from stiefel._results.save import complete
-from stiefel._wire import answers
 from stiefel.errors import StiefelError
 
 Session = Any  # a `stiefel.Session`
@@ -126,14 +125,18 @@ def _tradeoff(session: Session, asked: Optional[bool], horizon: float) -> Option
         return None
     try:
         request = pb.MeasureTradeoffRequest(scene=scene, budget=None if asked else CHEAP, horizon=horizon or None)
-        found = answers.tradeoff(iter(session._connection.call_all("MeasureTradeoff", request)))
+        parts = session._connection.call_all("MeasureTradeoff", request)
     except StiefelError:
         if asked:
             raise
         return None
-    return {"horizon": found.horizon, "reference_error": found.reference_error, "points": [
-        {"method": point.method, "order": point.order, "work": point.work, "error": point.error, "front": point in found.front}
-        for point in found.points]} if found.points else None
+    setup = next(part.setup for part in parts if part.HasField("setup"))
+    front = {index for part in parts for index in part.front.points}
+    points = [part.point for part in parts if part.HasField("point")]
+    return {"horizon": setup.horizon, "reference_error": setup.reference_error, "points": [
+        {"method": point.method.name, "order": point.method.order, "work": point.work, "front": index in front, "error":
+         max(point.attitude_error, point.momentum_error) if point.run_status.outcome == pb.OUTCOME_REACHED else None}
+        for index, point in enumerate(points)]} if points else None
 
 
 def _finite(value: Any) -> Any:

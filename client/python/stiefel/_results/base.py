@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.shown import shown
-from stiefel._results.html import Shown, of_fields
+from stiefel._results.html import Shown
 
 N = TypeVar("N", bound="Named")
 T = TypeVar("T")
@@ -170,7 +170,10 @@ class Named(ByValue):
         return {}
 
     def _as_table(self) -> Any:
-        return of_fields(repr(self).strip("<>").partition(": ")[0], self.fields, self.units)
+        known = {name: values[np.isfinite(values)] if values.dtype.kind == "f" else np.empty(0) for name, values in self.fields.items()}
+        return repr(self).strip("<>").partition(": ")[0], ("field", "shape", "unit", "least", "largest"), [
+            (name, str(self.fields[name].shape), self.units.get(name, ""), *((one.min(), one.max()) if one.size else ("", "")))
+            for name, one in known.items()]
 
     def _shapes(self) -> str:
         return ", ".join(f"{name} {values.shape}" for name, values in self.fields.items()) or "no fields"

@@ -44,10 +44,3 @@ def as_named(field: str, array: Array, behind: int = 0) -> Array:
     rows = array.ndim - 2 - behind
     gone = {0: (rows, rows + 1), 1: (rows,), 2: ()}[kind_of(field).axes]
     return array.squeeze(gone) if gone else array
-
-
-def as_matrix(field: str, array: Array) -> Array:
-    """Returns what `as_named` was given."""
-    axes = kind_of(field).axes
-    own = array.ndim - axes
-    return array.reshape(*array.shape[:own], *(1 for _ in range(2 - axes)), *array.shape[own:])

@@ -9,6 +9,7 @@ from stiefel import v1 as pb
 from stiefel._results.base import Ended, Price, RunStatus
 from stiefel._results.estimate import EstimatedError
 from stiefel._results.html import Shown, text_table
+from stiefel._results.motion import Motion
 
 __all__ = ["Conservation", "Diagnosis", "Domain", "Invariant"]
 
@@ -77,6 +78,8 @@ class Diagnosis(Ended):
     estimated_error: Optional[EstimatedError]
     run_status: RunStatus
     computed_steps: int = field(compare=False, repr=False)
+    #: The exact motion from the state at step 0, of a free rigid body in three dimensions; None of another system.
+    motion: Optional[Motion] = field(default=None, repr=False)
     #: The families of which `invariants` has only those with the largest drifts, and how many invariants each has.
     shortened: dict[str, int] = field(default_factory=dict)
     price: Optional[Price] = field(default=None, compare=False, repr=False)  #: the predicted price of the call

@@ -11,6 +11,7 @@ from stiefel import v1 as pb
 from stiefel._given.shapes import is_repeated
 from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
+from stiefel._results.motion import motion_of
 from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
 from stiefel._wire.replies import complete, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put, resolve
@@ -138,7 +139,8 @@ def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: 
                 run_status=run_status(first.run_status))
 
 
-def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diagnosis:
+def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest, in_si: bool = False) -> Diagnosis:
+    """`in_si`: whether the scene has `body`."""
     for given, asked in ((message.forms, request.forms), (message.dirac_brackets, request.dirac_brackets)):
         require(len(given) == len(asked), f"{len(given)} values for {len(asked)} forms or brackets")
     require(not request.invariants or bool(message.invariants), "it has no invariants")
@@ -149,7 +151,8 @@ def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diag
     error = read(EstimatedError, message.estimated_error) if message.HasField("estimated_error") else None
     return read(Diagnosis, message, invariants=invariants, domain=read(Domain, message.domain), estimated_error=error,
                 run_status=run_status(message.run_status), price=price(message.price),
-                shortened={family.name: family.count for family in message.shortened})
+                shortened={family.name: family.count for family in message.shortened},
+                motion=motion_of(message.motion, in_si) if message.HasField("motion") else None)
 
 
 class TradeoffParts:
