@@ -31,10 +31,10 @@ phi = np.unwrap(np.arctan2(np.sqrt(np.clip(u - a, 0, None)) * np.sign(x[:, 0]),
                            np.sqrt(np.clip(rho - u, 0, None)) * np.sign(x[:, 0] * np.gradient(u))))
 chi = np.unwrap(np.arctan2(np.sqrt(np.clip(v - b, 0, None)) * np.sign(x[:, 1]), np.sqrt(np.clip(c - v, 0, None)) * np.sign(x[:, 2])))
 integrals = []
-for angle, low, high, rest in ((phi, a, rho, lambda w: (b - w) * (c - w)), (chi, b, c, lambda w: (w - a) * (w - rho))):
+for angle, low, high, one, two in ((phi, a, rho, b, c), (chi, b, c, a, rho)):
     fine = np.linspace(0, abs(angle - angle[0]).max(), 200_001) * np.sign(angle[-1] - angle[0]) + angle[0]
     w = low + (high - low) * np.sin(fine) ** 2
-    rates = 2 * np.sqrt(w / rest(w))
+    rates = 2 * np.sqrt(w / ((w - one) * (w - two)))
     sums = np.concatenate([[0], np.cumsum((rates[1:] + rates[:-1]) / 2 * abs(np.diff(fine)))])
     integrals.append(np.interp(abs(angle - angle[0]), abs(fine - fine[0]), sums))
 assert integrals[0][-1] > 40 and abs(integrals[0] - integrals[1]).max() < 1e-3

@@ -6,8 +6,7 @@ from concurrent.futures import BrokenExecutor
 from stiefel.errors import Closed, CorruptReply, DeadlineExceeded, InvalidArgument, NotFound, StiefelError, Unavailable
 
 ATTEMPTS = 16  #: after so many lost workers a task is given up
-# Exceptions that mean that a worker died, not that the task is wrong; by name, because Dask, Ray and loky may be
-# absent.
+# Exceptions that mean that a worker died, not that the task is wrong; by name, because Dask and Ray may be absent.
 _DEAD = {"KilledWorker", "WorkerCrashedError", "NodeDiedError", "RayActorError", "ActorDiedError", "ObjectLostError",
          "OwnerDiedError", "LocalRayletDiedError", "NodePreemptedError", "OutOfMemoryError", "CancelledError",
          "FutureCancelledError", "CommClosedError"}
@@ -41,5 +40,4 @@ def check(error: Exception, attempts: int, name: str) -> None:
 
 def is_lost_worker(error: BaseException) -> bool:
     """Returns whether the error is the worker's, so that another worker may compute the same task."""
-    names = {kind.__name__ for kind in type(error).__mro__}
-    return isinstance(error, (LostServer, ConnectionError)) or not names.isdisjoint(_DEAD)
+    return isinstance(error, (LostServer, ConnectionError)) or not _DEAD.isdisjoint(kind.__name__ for kind in type(error).__mro__)

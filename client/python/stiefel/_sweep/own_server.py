@@ -49,7 +49,7 @@ class OwnServer:
 
     def hold(self, share: Share) -> _Held:
         """Returns the server and its client, and starts the server with `share` if there is none or if it has ended.
-        Raises NotStarted."""
+        Raises Unavailable."""
         with self._lock:
             held = self._by_process.get(os.getpid())
             if held is not None and held.server.process.poll() is not None:

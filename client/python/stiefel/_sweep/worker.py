@@ -9,6 +9,7 @@ import socket
 import sys
 import threading
 import time
+from contextlib import suppress
 from typing import Any, Callable, TypeVar
 
 import numpy as np
@@ -95,6 +96,8 @@ def share_of(task: Task) -> Share:
     """Returns the part of its machine that this worker may use: the threads of the task, else what Dask, Ray or Slurm gave
     this process, else one thread. The server gets three quarters of the memory and leaves the rest to the worker. Without a
     limit, the memory is the machine's in proportion to the cores."""
+    if task.threads == 0:
+        return Share(0)
     threads, memory = int(os.environ.get("SLURM_CPUS_PER_TASK", "1")), None
     if "distributed" in sys.modules:
         from distributed import get_worker
@@ -105,12 +108,10 @@ def share_of(task: Task) -> Share:
         except (ValueError, AttributeError):
             pass  # this is not a task of Dask
     elif "ray" in sys.modules and sys.modules["ray"].is_initialized():
-        resources = sys.modules["ray"].get_runtime_context().get_assigned_resources()
-        threads, memory = max(int(resources.get("CPU", 1)), 1), resources.get("memory")
-    if task.threads is not None:
-        threads = task.threads
-    if threads == 0:
-        return Share(0)
+        with suppress(AssertionError):  # of a process that is no worker
+            resources = sys.modules["ray"].get_runtime_context().get_assigned_resources()
+            threads, memory = max(int(resources.get("CPU", 1)), 1), resources.get("memory")
+    threads = threads if task.threads is None else task.threads
     machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     return Share(threads, int(0.75 * (memory or machine * min(threads / (os.cpu_count() or 1), 1))))
 
