@@ -47,4 +47,4 @@ def client():
 def without_pauses(monkeypatch):
     """A client makes the next attempt at once, and a few of them."""
     monkeypatch.setattr(Connection, "waits", False)
-    monkeypatch.setattr(Connection, "rest", lambda connection, seconds: None)
+    monkeypatch.setattr(Connection, "rest", lambda connection, seconds, away=False: None)

@@ -238,8 +238,7 @@ def test_an_estimated_error_is_a_line(change, told):
     assert str(dataclasses.replace(estimate, **change)) == told
 
 
-@pytest.mark.parametrize("kind", [stiefel.InvalidArgument, stiefel.DeadlineExceeded, stiefel.Closed,
-                                  stiefel.NotStarted, stiefel.StiefelError])
+@pytest.mark.parametrize("kind", [stiefel.InvalidArgument, stiefel.DeadlineExceeded, stiefel.Closed, stiefel.StiefelError])
 def test_an_error_can_be_sent_to_another_process(kind):
     error = kind("told", (stiefel.Violation("initial.Q", "1: must be 2"),), "BECAUSE", {"a": "b"})
     again = pickle.loads(pickle.dumps(error))

@@ -39,7 +39,7 @@ def session(tmp_path):
     lambda session: session.client.tradeoff({"system": "rigid_body"}),
 ], ids=["summarize", "events", "times", "diagnose", "drive", "describe", "tradeoff"])
 def test_a_call_that_the_server_does_not_have_says_which_version_it_needs(session, call):
-    with pytest.raises(stiefel.Unimplemented, match=f"does not have this call.*stiefel-server {stiefel.__version__}"):
+    with pytest.raises(stiefel.StiefelError, match=f"does not have this call.*stiefel-server {stiefel.__version__}"):
         call(session)
 
 

@@ -2,6 +2,7 @@
 the details of errors."""
 import socket
 
+import grpc
 import numpy as np
 import pytest
 
@@ -26,7 +27,6 @@ def vast():
 
 def test_the_resolved_scene_is_known_without_a_call(client):
     with client.create(SCENE) as session:
-        assert list(session.message.scene.body.moments) == []  # the reply does not repeat what was sent
         scene = session.scene
         assert scene["body"]["moments"] == [1, 2, 3] and scene["method"]["order"] == 2
         assert client.get(session.id).scene == scene
@@ -42,15 +42,6 @@ def test_a_fork_to_another_system_has_its_scene(client):
         assert scene["system"] == "symmetric_rigid_body" and "body" not in scene and set(scene["initial"]) == {"Q", "P"}
         assert client.get(fork.id).scene == scene
         np.testing.assert_allclose(fork.step(10, "Q")["Q"], session.step(15, "Q")["Q"], atol=1e-3)
-
-
-def test_a_conversion_is_a_whole_scene(client):
-    found = client.convert(SCENE, "symmetric_rigid_body")
-    assert found.scene["step"] == 0.01 and set(found.scene["initial"]) == {"Q", "P"} and "body" not in found.scene
-    with client.create(found.scene) as session:
-        assert session.step(to=3).outcome == "REACHED"
-    blocks = client.convert(SCENE, "velocity").blocks
-    assert set(blocks) == {"Q", "Qdot"} and blocks["Qdot"].shape == (3, 3)
 
 
 def test_the_choice_is_the_session_s(client):
@@ -88,6 +79,7 @@ def test_up_to_n_512_everything_works(client, vast):
         known, fetched = session.scene, client.get(session.id).scene
         for scene in (known, fetched):
             assert scene["initial"]["M"] == vast["initial"]["M"].tolist()
+        assert client.convert(vast, "symmetric_rigid_body").scene["initial"]["Q"] == vast["initial"]["Q"].tolist()
         with session.fork(at=2) as fork:
             assert fork.scene["initial"]["Q"] == state["Q"].tolist()
         converted = client.convert(vast, "velocity")
@@ -136,23 +128,11 @@ def test_calls_have_a_price(client):
         assert session.diagnose(to=1000).price is not None
 
 
-def test_faults_of_one_pair_have_its_own_paths(client):
-    with pytest.raises(stiefel.InvalidArgument) as refusal:
-        client.geodesic([1, 2, 3], [[1, 0, 0]], [[2, 0, 0]])
-    assert {v.field for v in refusal.value.violations} == {"Q_T"}
-    assert "Q_T" in str(refusal.value) and "pairs" not in str(refusal.value)
-    with pytest.raises(stiefel.InvalidArgument) as refusal:
-        client.connect([([[1, 0, 0]], [[2, 0, 0]])], inertia=[1, 2, 3])
-    assert {v.field for v in refusal.value.violations} == {"pairs[0].Q_T"}
-
-
 @pytest.mark.parametrize("grpc_says, plain", [
     ("DNS resolution failed for host:1: C-ares status is not ARES_SUCCESS qtype=A name=host is_balancer=0: "
      "Domain name not found", "cannot reach host:1: the name is unknown"),
     ("errors resolving host:1: [field:hostname lookup error:address lookup failed for host:1: C-ares status is not "
      "ARES_SUCCESS qtype=A name=host is_balancer=0: Domain name not found]", "cannot reach host:1: the name is unknown"),
-    ("errors resolving host:1: [field:hostname lookup error:address lookup failed for host:1: DNS server returned general "
-     "failure]", "cannot reach host:1: its name cannot be resolved"),
     ("failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:7: Failed to connect to remote host: "
      "Connection refused", "cannot reach [::1]:7: the connection is refused, nothing listens there"),
     ("failed to connect to all addresses", "cannot reach the server: failed to connect to all addresses"),
@@ -176,7 +156,6 @@ def test_faults_of_one_pair_have_its_own_paths(client):
     ("Received RST_STREAM with error code 11", "the server or a proxy before it refuses the call as too much: the call's metadata, "
      "such as its token, is too large, or too many calls or bytes come at once"),
     ("GOAWAY received", "the connection to the server broke"),
-    ("received initial metadata size exceeds limit", "the call's metadata, such as its token, is larger than the server takes"),
     ("Received http2 header with status: 404", "a web server answers there, not a stiefel server"),
     ("Deadline Exceeded", "the call took longer than its timeout"),
     ("session_id: x: there is no such session", "session_id: x: there is no such session"),
@@ -199,16 +178,7 @@ def test_a_name_of_two_addresses_of_which_one_accepts():
 
 def test_details_that_cannot_be_read_are_left_out():
     error = failures.make_error(13, "told", b"\xff\xff no message")
-    assert isinstance(error, stiefel.Internal) and str(error) == "told" and error.violations == ()
-
-
-def test_a_detail_that_cannot_be_read_does_not_hide_the_others():
-    status = pb.Status(code=3, message="told")
-    for name, value in (("RetryInfo", b"\xff"), ("BadRequest", b"\xff"), ("QuotaFailure", b"\xff"), ("ErrorInfo", b"\xff"),
-                        ("ErrorInfo", pb.ErrorInfo(reason="BECAUSE").SerializeToString())):
-        status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=value)
-    error = failures.from_status(status)
-    assert isinstance(error, stiefel.InvalidArgument) and error.reason == "BECAUSE" and error.retry_delay is None
+    assert error.code is grpc.StatusCode.INTERNAL and str(error) == "told" and error.violations == ()
 
 
 def test_a_quota_is_told_with_the_time_to_wait():

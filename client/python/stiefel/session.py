@@ -17,6 +17,7 @@ from stiefel._given.shown import shown
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
 from stiefel._given.sections import Coordinate, column, columns, of_section, to_section
+from stiefel._given.when import every_of
 from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
@@ -25,11 +26,10 @@ from stiefel._wire.driving import TOO_LARGE, Drive
 from stiefel._wire.growing import grown
 from stiefel._wire.held import Held
 from stiefel._wire.linearizing import covariance, linearized, put_vectors
-from stiefel._wire.recreating import Recreation, is_loss, pause_after_loss, pauses, route
+from stiefel._wire.recreating import route
 from stiefel._wire.replies import described, run_status
 from stiefel._wire.times import between_steps, errors_at, trajectory
-from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
-                            warn_of_scene)
+from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, StiefelError, Unavailable, warn_of_scene)
 from stiefel.results import (Batch, Diagnosis, Errors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
 from stiefel.scene import to_method, with_changes, with_given_names
@@ -37,6 +37,7 @@ from stiefel.scene import to_method, with_changes, with_given_names
 __all__ = ["Drive", "Session"]
 
 
+_FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
 _ESTIMATION = {True: pb.ERROR_ESTIMATION_ALWAYS, False: pb.ERROR_ESTIMATION_UNSPECIFIED, None: pb.ERROR_ESTIMATION_IF_CHEAPER}
 
 
@@ -65,8 +66,7 @@ class Session(Held):
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
                                  return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to))
         try:
-            with self._recreation.explains(to):
-                reply = self._recreation.call("Step", request, timeout)
+            reply = self._recreation.call("Step", request, timeout)
         except InvalidArgument as error:
             if error.reason != TOO_LARGE:
                 raise
@@ -95,7 +95,7 @@ class Session(Held):
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=_ESTIMATION[estimate_error])
         put_structure(request, forms, dirac_brackets)
-        return answers.diagnosis(self._ask("Diagnose", request, timeout), request)
+        return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request)
 
     def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
@@ -122,25 +122,16 @@ class Session(Held):
         at = self._step_of("at", at, time)
         changed = body is not None or initial is not None
         request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None or changed else id,
-                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), system=system)
+                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), system=system,
+                                        view=_FULL)
         if method is not None:
             request.method.CopyFrom(to_method(method))
-        deadline, waits = self._connection.deadline(timeout), pauses()
-        while True:
-            with self._recreation.explains(request.from_step):
-                reply = self._recreation.call("ForkSession", request, deadline.left())
-            if run_status(reply.run_status).outcome != Outcome.REACHED:
-                raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-            described(reply.session, request.session_id)
-            forked = Session(self._connection, reply.session, reply.created, self.resolved(), owner=True,
-                             epoch=self._epoch_after(at))
-            try:
-                # The server resolved the fork's scene. With all of it the handle can create the session again elsewhere;
-                # until then only this session can make a lost fork again.
-                forked._resolved_by(Recreation(self._connection, reply.session))
-                break
-            except (NotFound, Unavailable) as error:
-                pause_after_loss(error, is_loss(error, forked.id), waits, deadline, self._connection)
+        reply = self._recreation.call("ForkSession", request, timeout)
+        if run_status(reply.run_status).outcome != Outcome.REACHED:
+            raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
+        forked = Session(self._connection, described(reply.session, request.session_id), reply.created, owner=True,
+                         epoch=self._epoch_after(at))
+        forked.resolved()  # with which the handle can create the session again elsewhere
         if not changed:
             return forked
         with forked:
@@ -158,24 +149,26 @@ class Session(Held):
         self._recreation.end()
         self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id), waits=waits)
 
-    def stream(self, to: Optional[int] = None, start: int = 0, every: int = 1, fields: Optional[Fields] = None,
+    def stream(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = None, fields: Optional[Fields] = None,
                timeout: Optional[float] = None, time: Any = None) -> Iterator[Batch]:
         """Yields the samples at start, start + every, ... and at `to`, batch by batch.
 
-        `time`: instead of `to`, the time of a step. `fields`: as in `step`. A stream that breaks is resumed at the sample where it stopped. A run that ends early
-        ends the iteration; `trajectory` tells why. `timeout`: seconds for the whole iteration including resumptions,
-        pauses and the caller's own time, after which DeadlineExceeded is raised.
+        `time`: instead of `to`, the time of a step. `every`: by default what makes about 1000 samples. `fields`: as in `step`.
+        A stream that breaks is resumed at the sample where it stopped. A run that ends early ends the iteration; `trajectory`
+        tells why. `timeout`: seconds for the whole iteration including resumptions, pauses and the caller's own time, after
+        which DeadlineExceeded is raised.
         """
-        for batch in self._samples(*self._range(to, start, every, time), names("fields", fields), timeout):
+        to, start, _ = self._range(to, start, 1, time)
+        for batch in self._samples(to, start, every_of(every, to - start), names("fields", fields), timeout):
             yield batch._of(self.message.system)
 
-    def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
+    def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = None,
                    fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
                    times: Any = None, time: Any = None, estimate_error: bool = False) -> Trajectory:
         """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
         `time`: instead of `to`, the last time in seconds; one between two steps is a sample too. Without `to`, `time` and
-        `times` the end is the scene's horizon. `every`: None for about 1000 samples. `fields`: as in `step`. `progress`:
+        `times` the end is the scene's horizon. `every`: by default what makes about 1000 samples. `fields`: as in `step`. `progress`:
         shows a progress bar of tqdm.
 
         With `times` instead of `to`, `start` and `every`, returns the states at these times, in the order given: seconds,
@@ -336,7 +329,7 @@ class Session(Held):
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
+        return Origin(scene if self._arrived is not None else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
 
     def _again(self, scene: pb.Scene) -> Optional[Session]:
         """Creates a session of the same scene; None after the client was closed."""
@@ -359,8 +352,8 @@ class Session(Held):
                 raise
 
     def __repr__(self) -> str:
-        scene = self._scene
-        if scene is None:
+        scene = self.message.scene
+        if not scene.system:
             return f"<stiefel.Session {self.id}: {self.message.system}>"
         return f"<stiefel.Session {self.id}: {f'{scene.system} {scene.method.name}'.rstrip()}, step {scene.step!r}>"
 
@@ -369,7 +362,8 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
             epoch: Optional[str] = None, given: Any = None, normalize: bool = False) -> Session:
     """Creates a session of a scene, and warns of what the server warns of. `given`: the scene as the caller has it, whose
     names errors use. `normalize`: whether the scene is normalized."""
-    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=scene, checkpoint=checkpoint)
+    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=scene, checkpoint=checkpoint,
+                                      view=_FULL)
     try:
         reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     except InvalidArgument as error:

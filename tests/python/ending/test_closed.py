@@ -76,9 +76,9 @@ def test_the_end_of_a_block_asks_nothing_of_a_server_that_is_gone(without_pauses
 
 def test_another_error_of_the_deletion_is_told(client, monkeypatch):
     def withdrawn(*call, **more):
-        raise stiefel.Unauthenticated("the token was withdrawn")
+        raise stiefel.StiefelError("the token was withdrawn")
 
-    with pytest.raises(stiefel.Unauthenticated):
+    with pytest.raises(stiefel.StiefelError, match="withdrawn"):
         with client.create(SCENE) as session:
             monkeypatch.setattr(session._connection, "call", withdrawn)
     monkeypatch.undo()

@@ -81,7 +81,7 @@ def test_while_a_call_of_another_thread_rests(program):
     """The exit ends the rest, and the thread raises `Closed`, or is gone before it can."""
     status, out, err = program(
         "client = nobody(); rests = threading.Event(); rest = client._connection.rest\n"
-        "def told(seconds):\n    rests.set(); rest(100.0)\n"
+        "def told(seconds, away):\n    rests.set(); rest(100.0)\n"
         "client._connection.rest = told\n"
         "threading.Thread(target=client.describe, daemon=True).start(); rests.wait(); print('end')")
     assert (status, out) == (0, "end\n") and (err == "" or "stiefel.errors.Closed" in err)

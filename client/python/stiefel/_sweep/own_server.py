@@ -12,7 +12,7 @@ import weakref
 from typing import Callable, NamedTuple, Optional, TypeVar
 
 from stiefel.client import Client
-from stiefel.errors import Closed, NotStarted
+from stiefel.errors import Closed, Unavailable
 from stiefel.server import Server
 from stiefel._sweep.failures import LostServer
 
@@ -49,7 +49,7 @@ class OwnServer:
         `function` raises LostServer, stops the server, so that the next use starts another one, and raises it again."""
         try:
             held = self.hold(share)
-        except NotStarted as error:
+        except Unavailable as error:
             raise LostServer(f"on {socket.gethostname()}: {error.message}") from None
         try:
             return function(held.client)
@@ -67,7 +67,7 @@ class OwnServer:
 
     def hold(self, share: Share) -> _Held:
         """Returns the server and its client, and starts the server with `share` if there is none or if it has ended.
-        Raises NotStarted."""
+        Raises Unavailable."""
         with self._lock:
             if self._held is not None and self._held.server.process.poll() is not None:
                 _end(self._held)

@@ -12,8 +12,8 @@ from stiefel._given.mappings import is_repeated
 from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
 from stiefel._wire.arrays import Assembly, named, put_block, to_array
-from stiefel._wire.replies import complete, name_of, optional, price, require, run_status
-from stiefel._wire.resolved import put, resolve
+from stiefel._wire.replies import ends_at, name_of, optional, price, require, run_status
+from stiefel._wire.resolved import put
 from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Geodesic, InjectivityRadius,
                              Invariant,
                              Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
@@ -47,20 +47,16 @@ def choice(message: Any) -> Optional[Choice]:
     return read(Choice, message.choice, method=method)
 
 
-def conversion(messages: Sequence[pb.ConvertResponse], request: pb.ConvertRequest) -> Conversion:
+def conversion(messages: Sequence[pb.ConvertResponse]) -> Conversion:
     """Reads the messages of one call."""
     blocks, arrays = Assembly(), Assembly()
     for message in messages:
         require(message.continues == (message is not messages[-1]), "a part of the conversion is missing")
         blocks.take(message.blocks)
         arrays.take(message.scene_arrays)
-    first, found = complete(messages[0], "price"), arrays.finish()
-    scene: Any = None
-    if first.HasField("scene"):
-        scene = partial(_scene, resolve(request.scene, first.scene, first.cleared, found), found)
-    others = blocks.finish()
+    first, others = messages[0], blocks.finish()
+    scene: Any = partial(_scene, first.scene, arrays.finish()) if first.HasField("scene") else None
     require(bool(others) == (scene is None), "a conversion has a scene or blocks")
-    require(all(array.dtype.kind in "fc" for array in others.values()), "a block has counts")
     return Conversion(scene, named(others), {margin.domain: margin.margin for margin in first.margins}, choice(first))
 
 
@@ -82,7 +78,7 @@ def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest,
             if message.HasField(name):
                 assembly.take([getattr(message, name)])
         assembly.take(message.scene_arrays)
-    first = complete(messages[0], "run_status", "price")
+    first = messages[0]
     status, scene, shortest = run_status(first.run_status), None, "unspecified"
     arrays = assembly.finish()
     velocity, trajectory = arrays.pop("Qdot", None), arrays.pop("Q", None)
@@ -94,8 +90,6 @@ def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest,
         for array, shape in ((velocity, None if request.steps else (n, N)), (trajectory, (steps + 1, n, N) if steps else None)):
             require((array if array is None else (array.dtype, array.shape)) == (shape and (np.dtype(np.float64), shape)),
                     "velocity or trajectory are not those that were asked for")
-        bent = 1 < n < N and (request.metric == pb.METRIC_CANONICAL or request.metric == pb.METRIC_BETA and request.beta != 1)
-        require(first.HasField("scene") == (request.view == pb.GEODESIC_VIEW_SCENE and not bent), "a geodesic has a scene")
         if first.HasField("scene"):
             scene = partial(_scene, first.scene, arrays, span, first.pair)
     if span is not None:
@@ -109,17 +103,15 @@ def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:
     return to_array(matrix)
 
 
-def _first_of_points(messages: Sequence[pb.ConjugatePointsResponse], with_radius: bool) -> pb.ConjugatePointsResponse:
+def _check_continued(messages: Sequence[pb.ConjugatePointsResponse]) -> None:
     for message in messages:
         require(message.continues == (message is not messages[-1]), "a part of the points is missing")
-    first = complete(messages[0], "run_status", "price")
-    require(first.HasField("radius") == with_radius, "a radius is not what was asked for")
-    return first
 
 
 def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> ConjugatePoints:
     """Reads the messages of one call."""
-    first, shape = _first_of_points(messages, False), (request.q.rows, request.q.cols)
+    _check_continued(messages)
+    first, shape = messages[0], (request.q.rows, request.q.cols)
     points = []
     for point in (point for message in messages for point in message.points):
         require(len(point.kernel) == point.multiplicity > 0, "a kernel has another dimension")
@@ -130,8 +122,8 @@ def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb
 
 def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> InjectivityRadius:
     """Reads the messages of one call."""
-    first = _first_of_points(messages, True)
-    found = complete(first.radius, "q", "qdot")
+    _check_continued(messages)
+    first, found = messages[0], messages[0].radius
     shape = (request.radius.n, len(request.inertia))
     Q, Qdot = _block(found.q, shape), _block(found.qdot, shape)
     return read(InjectivityRadius, found, Q=Q, Qdot=Qdot, witness=name_of(pb.RadiusWitness, found.witness).lower(),
@@ -141,11 +133,8 @@ def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: 
 def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diagnosis:
     for given, asked in ((message.forms, request.forms), (message.dirac_brackets, request.dirac_brackets)):
         require(len(given) == len(asked), f"{len(given)} values for {len(asked)} forms or brackets")
-    require(not request.invariants or bool(message.invariants), "it has no invariants")
-    invariants = tuple(read(Invariant, complete(one, "name"), conservation=Conservation(one.conservation))
-                       for one in message.invariants)
-    if request.estimate_error == pb.ERROR_ESTIMATION_ALWAYS:
-        complete(message, "estimated_error")
+    ends_at(message.run_status, message.step, request.to)
+    invariants = tuple(read(Invariant, one, conservation=Conservation(one.conservation)) for one in message.invariants)
     error = read(EstimatedError, message.estimated_error) if message.HasField("estimated_error") else None
     return read(Diagnosis, message, invariants=invariants, domain=read(Domain, message.domain), estimated_error=error,
                 run_status=run_status(message.run_status), price=price(message.price),
@@ -159,22 +148,13 @@ class TradeoffParts:
         self._points = 0
         self._last: Optional[str] = None
 
-    @property
-    def begun(self) -> bool:
-        return self._last is not None
-
     def check(self, part: pb.MeasureTradeoffResponse) -> None:
         kind = part.WhichOneof("part")
         require((kind == "setup") == (self._last is None) and kind is not None and self._last != "front",
                 f"{kind} comes after {self._last}")
-        if kind == "setup":
-            complete(part.setup, "machine", "numerics_id", "reference", "price")
-        elif kind == "point":
+        if kind == "point":
             self._points += 1
-            point = complete(part.point, "method", "run_status")  # no times where the first step failed
-            reached = run_status(point.run_status).outcome == Outcome.REACHED
-            require(point.HasField("momentum_error") == reached, "a point has an error where its run has REACHED the horizon")
-        else:
+        elif kind == "front":
             require(all(i < self._points for i in part.front.points), f"the front is not of {self._points} points")
         self._last = kind
 
