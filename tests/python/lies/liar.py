@@ -61,8 +61,9 @@ def lies(reply, kind):
         for name, change in CHANGES.get(path[-1], {}).items():
             message = kind.FromString(reply)
             owner = _owner(message, path)
-            if path[-1] == "steps" and isinstance(owner.steps, int):  # the number of steps of a trade-off
-                continue
+            value = getattr(owner, path[-1])
+            if isinstance(value, (str, Message)) != (path[-1] in ("run_status", "session_id")) or path[-1] == "steps" and isinstance(value, int):
+                continue  # another field of this name
             change(owner, path[-1])
             yield f"{'.'.join(map(str, path))} {name}", [message.SerializeToString()]
 
