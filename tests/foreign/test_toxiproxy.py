@@ -19,7 +19,7 @@ from toxiproxy import Toxiproxy
 sys.path.insert(0, str(Path(__file__).parents[1] / "calls"))
 from client_calls import CALLS  # noqa: E402
 
-TYPED = (stiefel.Unavailable, stiefel.DeadlineExceeded, stiefel.Cancelled)
+TYPED = (stiefel.Unavailable, stiefel.DeadlineExceeded)
 DELAYS = {
     "latency": {"latency": 40, "jitter": 20},
     "bandwidth": {"rate": 400},  # kB a second

@@ -166,12 +166,6 @@ def test_a_broken_stream_resumes_where_it_stopped(service, session, breaks):
     assert len(service.requests) == len(breaks) + 1
 
 
-def test_the_steps_of_all_streams_are_counted(service, session):
-    """With every = 1: 0 to 19, 20 to 29, 30 to 155."""
-    service.failures = [2, 1]
-    assert session.trajectory(to=155).computed_steps == 19 + 9 + 125
-
-
 def test_a_timeout_is_that_of_the_whole_trajectory(service, session, clock):
     """Every stream breaks after its first message, so each by itself is short: 14 messages take 420 s."""
     service.failures = [1] * 1000
@@ -240,29 +234,3 @@ def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
         with pytest.raises(stiefel.ResourceExhausted):
             drive.step(5)
         assert drive.step(6).step == 6
-
-
-def test_a_measurement_is_made_again_until_a_part_has_come(service, session):
-    measure = session.client.tradeoff_parts
-    service.requests.clear()
-    service.failures = [fake.refusal(0.001), UNAVAILABLE]
-    assert [part.setup.steps for part in measure({"system": "rigid_body"})] == [3, 0]
-    service.failures = [fake.refusal()]
-    with pytest.raises(stiefel.ResourceExhausted):
-        list(measure({}))
-    service.requests.clear()
-    service.failures = [0]  # after the first part
-    with pytest.raises(stiefel.Unavailable):
-        list(measure({}))
-    assert len(service.requests) == 1
-    service.failures = [0]
-    assert session.client.tradeoff({}).setup.steps == 3, "whoever gets no parts gets those of the second measurement"
-
-
-def test_a_drive_reconnects(service, session):
-    with session.drive() as drive:
-        assert drive.step(1).step == 1
-        service.failures = [UNAVAILABLE, UNAVAILABLE]
-        assert drive.step(2).step == 2
-
-

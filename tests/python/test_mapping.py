@@ -59,13 +59,6 @@ def test_a_trajectory_is_a_sequence_of_states(session):
                 run[wrong]
 
 
-def test_a_part_of_a_run_that_stopped_ended_well(client):
-    with client.create({**SCENE, "step": 1.5, "method": {"name": "rk4"}}) as session:
-        run = session.trajectory(to=1000)
-    assert run.outcome == "NOT_FINITE" and len(run) > 2 and run[1:].outcome == run[-1].outcome == "NOT_FINITE"
-    assert run[:-1].outcome == run[0].outcome == "REACHED" and [s.outcome for s in run][-2:] == ["REACHED", "NOT_FINITE"]
-
-
 def test_a_trajectory_knows_where_it_comes_from(client, session):
     run = session.trajectory(to=5, every=2)
     for one in (run, run[1:], copy.deepcopy(run), pickle.loads(pickle.dumps(run)), session.trajectory(times=[0.015])):
@@ -75,15 +68,6 @@ def test_a_trajectory_knows_where_it_comes_from(client, session):
         assert other.trajectory(to=1).units == {"time": "s"}
     with pytest.raises(ValueError, match="does not know its scene"):
         stiefel.Trajectory(run.step, run.time, run.fields, run.run_status).scene
-
-
-def test_a_state_is_a_mapping_of_its_fields(session):
-    fields = session.step(to=40, fields=BLOCKS)
-    assert isinstance(fields, Mapping) and list(fields) == ["Q", "M"] == list(fields.keys()) and len(fields) == 2
-    assert [name for name, _ in fields.items()] == ["Q", "M"]
-    assert all(one is other for one, other in zip(fields.values(), fields.fields.values()))
-    assert fields.get("Q") is fields["Q"] and fields.get("Omega") is None and fields.get("Omega", 3) == 3
-    assert dict(fields).keys() == {"Q", "M"} and (np.asarray({**fields}["M"]) == fields["M"]).all()
 
 
 def test_equal_are_those_with_the_same_numbers(answer, session):
@@ -98,29 +82,6 @@ def test_equal_are_those_with_the_same_numbers(answer, session):
         hash(first)
 
 
-def test_what_it_cost_is_no_part_of_a_state(client):
-    with client.create(SCENE) as session:
-        first, second = session.step(to=50, checkpoint=True), session.step(to=50)
-    assert (first.computed_steps, second.computed_steps) == (50, 0) and first == second
-
-
-def test_not_a_number_is_what_it_is():
-    run_status = stiefel.RunStatus(stiefel.Outcome.REACHED)
-    first, second = (stiefel.State(1, 0.5, {"x": np.array([[value]])}, run_status, 0, b"") for value in (np.nan, np.nan))
-    assert first == second
-    assert first != stiefel.State(1, 0.5, {"x": np.array([[0.0]])}, run_status, 0, b"")
-    assert first != stiefel.State(1, 0.5, {"y": np.array([[np.nan]])}, run_status, 0, b"")
-    assert first != stiefel.State(1, 0.5, {"x": np.full((1, 2), np.nan)}, run_status, 0, b"")
-
-
-def test_other_answers_are_compared_too(client, session):
-    def way():
-        return client.geodesic([1, 2, 3], [[1, 0, 0]], [[0, 1, 0]], samples=3)
-
-    assert way() == way() != client.geodesic([1, 2, 3], [[1, 0, 0]], [[0, 0, 1]], samples=3)
-    assert client.convert(session.scene, "velocity") == client.convert(session.scene, "velocity")
-
-
 def test_a_repr_is_a_line(session, client):
     run, state = session.trajectory(to=40, every=10, fields=BLOCKS), session.step(to=40)
     assert repr(run) == "<stiefel.Trajectory REACHED of 5 samples, steps 0 to 40: Q (5, 3, 3), M (5, 3, 3)>"
@@ -128,46 +89,6 @@ def test_a_repr_is_a_line(session, client):
     assert repr(next(session.stream(to=0, fields=BLOCKS))) == "<stiefel.Batch of 1 sample, steps 0 to 0: Q (1, 3, 3), M (1, 3, 3)>"
     assert repr(session) == f"<stiefel.Session {session.id}: rigid_body variational, step 0.01>"
     assert repr(client) == f"<stiefel.Client of {client.address}>"
-
-
-def every_answer(client, scene, frames):
-    """One result of every type for a scene."""
-    without = {name: value for name, value in scene.items() if name != "method"}
-    with client.create(scene) as session, client.create({**without, "tolerance": 1e-6, "horizon": 1.0}) as chosen:
-        state, diagnosis = session.step(to=3), session.diagnose(to=3, estimate_error=True)
-        yield from (client, session, state, state.run_status, state.price, session.trajectory(to=3), next(session.stream(to=3)))
-        yield from (diagnosis, diagnosis.estimated_error, diagnosis.invariants[0], diagnosis.domain, chosen.choice)
-        yield session.summarize(3, {"energy": ["drift", "mean"], "M": "last"})
-        yield from (client.describe(), session.error_at([0.01]))
-        yield session.events(3, {"field": "M", "coefficients": np.ones(state["M"].size if "M" in state else 9)})
-        yield from (client.convert(scene, "symmetric_rigid_body"), client.convert(scene, "velocity"))
-        tradeoff = client.tradeoff(scene, horizon=0.1, budget=2e9, repeats=1)
-        yield from (tradeoff, tradeoff.points[0], client.geodesic(np.ones(frames[0].shape[1]), *frames, samples=30))
-        yield stiefel.sweep(scene, {"step": [0.01, 0.02]}, to=2, summarize={"energy": "last"}, servers=[client])
-
-
-def test_no_answer_prints_more_than_three_lines(client):
-    M = np.triu(np.ones((20, 20)), 1)
-    large = {"system": "rigid_body", "step": 0.01, "method": {"name": "rk4"}, "inertia": np.arange(1.0, 21),
-             "initial": {"Q": np.eye(20), "M": M - M.T}}
-    frames = np.eye(3, 20), np.eye(3, 20)[[1, 2, 0]]
-    for scene in (SCENE, large):
-        for answer in every_answer(client, scene, frames):
-            if type(answer).__module__.startswith("stiefel"):
-                for text in (repr(answer), str(answer)):
-                    assert len(text.splitlines()) <= 3 and len(text) < 1000, type(answer)
-                shown = answer._repr_html_() if not isinstance(answer, (stiefel.Client, stiefel.Session)) else "<table></table>"
-                assert shown.startswith("<table>") and shown.endswith("</table>") and len(shown) < 20_000, type(answer)
-
-
-def test_a_diagnosis_has_a_table_with_every_invariant(client):
-    velocities = [[0.1, 2, 0.1], [30, 1, 0.25]]
-    with client.create({**SCENE, "members": 2, "body": {"moments": [1, 2, 3], "angular_velocity": velocities}}) as session:
-        diagnosis = session.diagnose(to=50)
-    lines = diagnosis.table().splitlines()
-    for invariant, line in zip(diagnosis.invariants, lines[1:]):
-        assert line.startswith(f"  {invariant.name} of member {invariant.member} ") and f"drift {invariant.drift:.1e}" in line
-    assert len(lines) > 6 and lines[0] == "REACHED at step 50, time 0.5"
 
 
 def test_a_client_is_pickled_by_its_address(client):
@@ -185,34 +106,6 @@ def test_what_cannot_be_pickled_says_why(client, session):
                            (stiefel.Client(channel=client.channel), "give the client an address")):
             with pytest.raises(TypeError, match=f"cannot be pickled.*{why}"):
                 pickle.dumps(thing)
-
-
-def test_a_text_is_one_name(session):
-    for fields in ("quaternion", ["quaternion"], ("quaternion",), iter(["quaternion"])):
-        assert list(session.step(to=3, fields=fields)) == ["quaternion"]
-    assert list(session.trajectory(to=3, fields="angular_velocity").fields) == ["angular_velocity"]
-    assert list(next(session.stream(to=3, fields="M")).fields) == ["M"]
-    with session.drive(fields="M") as drive:
-        assert list(drive.step(1)) == ["M"] and list(drive.step(1, fields="Q")) == ["Q"]
-    assert [i.name for i in session.diagnose(to=3, invariants="energy").invariants] == ["energy"]
-    with pytest.raises(stiefel.InvalidArgument, match="fields: 3: must be a name"):
-        session.step(to=3, fields=["Q", 3])
-
-
-def test_kept_is_a_word(client):
-    with client.create({**SCENE, "method": {"name": "splitting"}}) as session:
-        diagnosis = session.diagnose(to=100)
-        declared = {p.invariant: stiefel.Conservation(p.conservation) for system in client.describe().systems
-                    for on in system.methods if (system.name, on.method) == ("rigid_body", "splitting")
-                    for p in on.preserves}
-    kept = {invariant.name.partition("[")[0]: invariant.conservation for invariant in diagnosis.invariants}
-    assert kept.items() <= declared.items()
-    assert kept["energy"] is stiefel.Conservation.BOUNDED == "bounded"
-    assert kept["casimirs" if "casimirs" in kept else "spatial_momentum"] == stiefel.Conservation.EXACT
-    assert f"{kept['energy']}" == str(kept["energy"]) == "bounded"
-    assert [stiefel.Conservation(number) for number in pb.Conservation.values()] == [
-        "unspecified", "exact", "bounded", "drifts"]
-    assert stiefel.Conservation(99) is stiefel.Conservation.UNSPECIFIED
 
 
 def test_a_diagnosis_is_typed(session):
@@ -249,21 +142,6 @@ def test_an_error_can_be_sent_to_another_process(kind):
 FLIP = {"field": "angular_velocity", "coefficients": [1, 0, 0], "level": 0.05}
 
 
-def test_events_are_compared_by_value(session):
-    events, again = (session.events(2000, FLIP, fields=["Q", "quaternion"]) for _ in range(2))
-    assert list(events.fields) == ["Q", "quaternion"] and len(events) == events.count and "Q" in events
-    assert 0 not in events and events["Q"].shape == (events.count, 3, 3) and list(events[1:].time) == list(events.time[1:])
-    assert [one.time[0] for one in events] == list(events.time) and (events[:2]["Q"] == events["Q"][:2]).all()
-    assert events == again and events != session.events(1000, FLIP, fields=["Q", "quaternion"]) and events.count > 2
-    assert events != session.events(2000, FLIP, fields=["Q"])
-    assert repr(events) == (f"<stiefel.Events REACHED of {events.count} zeros: Q ({events.count}, 3, 3), "
-                            f"quaternion ({events.count}, 4)>")
-    with pytest.raises(KeyError, match="no field 'P'; the fields are Q, quaternion"):
-        events["P"]
-    with pytest.raises(TypeError):
-        hash(events)
-
-
 def test_no_events_have_the_fields_too(session, client):
     never = {**FLIP, "level": 1e6}
     none = session.events(50, never)
@@ -277,16 +155,6 @@ def test_no_events_have_the_fields_too(session, client):
     with client.create({**SCENE, "members": 2}) as ensemble:
         none = ensemble.events(50, never)
         assert none.member.shape == (0,) and none["quaternion"].shape == (0, 4) and none == ensemble.events(50, never)
-
-
-def test_summaries_are_compared_by_value(session):
-    asked = {"Q": "last", "energy": ["drift", "mean"]}
-    summary = session.summarize(100, asked)
-    assert summary == session.summarize(100, asked) != session.summarize(99, asked)
-    assert summary != session.summarize(100, {"Q": "last"}) and list(summary) == ["Q", "energy"] and "Q" in summary
-    with pytest.raises(KeyError, match="no quantity 'x'; the quantities are Q, energy"):
-        summary["x"]
-    assert summary._ipython_key_completions_() == ["Q", "energy"]
 
 
 @pytest.mark.parametrize("asked, path", [
@@ -317,37 +185,6 @@ def test_a_malformed_event_is_named(session, change, path):
         with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
             session.events(10, wrong)
         assert caught.value.violations[0].field == place
-
-
-def test_an_event_may_have_numbers_of_numpy(session):
-    plain, numpy = FLIP, {**FLIP, "level": np.float64(0.05), "limit": np.int64(2), "terminal": np.bool_(True)}
-    assert (session.events(2000, numpy).time == session.events(2000, plain).time[:2]).all()
-
-
-def test_completion_offers_what_is_public(session):
-    assert set(stiefel.__all__) < set(dir(stiefel)) and all(hasattr(stiefel, name) for name in dir(stiefel))
-    assert session.step(to=1)._ipython_key_completions_() == ["quaternion", "angular_velocity"]
-
-
-RAY = """
-import stiefel
-with stiefel.ray.Executor(num_cpus=2) as executor:
-    assert executor._max_workers == 4
-try:
-    stiefel.rey
-except AttributeError as error:
-    assert str(error) == "module 'stiefel' has no attribute 'rey'"
-"""
-
-
-def test_the_executor_of_ray_needs_no_import_of_its_own(tmp_path):
-    """Ray stands in for itself here: a module with the few functions that the constructor calls."""
-    (tmp_path / "ray.py").write_text("def is_initialized(): return True\n"
-                                     "def remote(**options): return lambda function: function\n"
-                                     "def cluster_resources(): return {'CPU': 8}\n")
-    path = os.pathsep.join([str(tmp_path), *sys.path])
-    done = subprocess.run([sys.executable, "-c", RAY], env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
 
 
 def test_errors_are_python_s_too():

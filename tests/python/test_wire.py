@@ -36,14 +36,6 @@ def test_the_resolved_scene_is_known_without_a_call(client):
             assert (again.step(70, "Q")["Q"] == session.step(70, "Q")["Q"]).all()
 
 
-def test_a_fork_to_another_system_has_its_scene(client):
-    with client.create(SCENE) as session, session.fork(at=5, system="symmetric_rigid_body") as fork:
-        scene = fork.scene
-        assert scene["system"] == "symmetric_rigid_body" and "body" not in scene and set(scene["initial"]) == {"Q", "P"}
-        assert client.get(fork.id).scene == scene
-        np.testing.assert_allclose(fork.step(10, "Q")["Q"], session.step(15, "Q")["Q"], atol=1e-3)
-
-
 def test_the_choice_is_the_session_s(client):
     scene = {**SCENE, "tolerance": 1e-6, "horizon": 1.0}
     del scene["method"]
@@ -52,15 +44,6 @@ def test_the_choice_is_the_session_s(client):
         assert (choice.tolerance, choice.horizon) == (1e-6, 1.0) and choice.reason
         assert session.scene["method"] == choice.method and "tolerance" not in session.scene
         assert client.get(session.id).choice == choice and other.choice is None
-
-
-def test_a_float_scene_gives_floats(client):
-    with client.create({**SCENE, "method": {"name": "variational", "scalar": "float"}}) as session:
-        run, state = session.trajectory(to=100, fields="Q"), session.step(to=100, fields="Q")
-        assert run["Q"].dtype == state["Q"].dtype == np.float32 and run.time.dtype == np.float64
-        assert (run["Q"][-1] == state["Q"]).all()
-        with session.drive() as drive:
-            assert (drive.step(100, "Q")["Q"] == state["Q"]).all()
 
 
 def test_up_to_n_512_everything_works(client, vast):
@@ -84,48 +67,6 @@ def test_up_to_n_512_everything_works(client, vast):
             assert fork.scene["initial"]["Q"] == state["Q"].tolist()
         converted = client.convert(vast, "velocity")
         assert converted.blocks["Qdot"].shape == (N, N)
-
-
-def test_many_pairs_in_their_order(client):
-    Q_0, ends = [[1, 0, 0]], [[[0, 1, 0]], [[0, 0, 1]], [[0, 0.6, 0.8]]]
-    found = client.connect([(Q_0, end) for end in ends], inertia=[1, 2, 3], samples=3)
-    assert len(found) == 3
-    for end, geodesic in zip(ends, found):
-        assert geodesic == client.geodesic([1, 2, 3], Q_0, end, samples=3)
-        np.testing.assert_allclose(geodesic.trajectory[-1], end, atol=1e-11)
-    (euclidean,) = client.connect([(Q_0, ends[0])], metric="euclidean")
-    assert euclidean.energy == pytest.approx(np.pi**2 / 8, rel=1e-9)  # a quarter of a great circle in unit time
-    with pytest.raises(stiefel.InvalidArgument, match="metric: 'manhattan': must be one of lambda, euclidean"):
-        client.connect([(Q_0, ends[0])], metric="manhattan")
-    with pytest.raises(stiefel.InvalidArgument) as caught:
-        client.connect([(Q_0, ends[0])], metric="beta")
-    assert caught.value.violations[0].field == "beta"
-    with pytest.raises(stiefel.InvalidArgument) as caught:
-        client.connect([(Q_0, ends[0]), (Q_0, [[0, 2, 0]])], inertia=[1, 2, 3])
-    assert caught.value.violations[0].field.startswith("pairs[1].Q_T")
-
-
-def test_rounded_frames_are_joined_when_normalized(client):
-    Q_0, Q_T = stiefel.manifold.Stiefel(2, 4).random(2, seed=3)
-    rounded = (Q_0.round(3), Q_T.round(3).astype(np.float32))
-    for call in (lambda **more: client.connect([rounded], metric="euclidean", **more)[0],
-                 lambda **more: client.geodesic([1, 1, 1, 1], *rounded, **more)):
-        with pytest.raises(stiefel.InvalidArgument, match="to 1e-06; normalize=True makes it so"):
-            call()
-        assert abs(call(normalize=True).energy - client.geodesic([1, 1, 1, 1], Q_0, Q_T).energy) < 1e-2
-    with pytest.raises(stiefel.InvalidArgument, match=r"pairs\[0\].Q_T: changes by 0.5: normalize changes a state by at most 0.01"):
-        client.connect([(Q_0, 1.5 * np.eye(2, 4))], metric="euclidean", normalize=True)
-    with pytest.raises(stiefel.InvalidArgument, match="to 1e-06$"):
-        client.connect([(Q_0, 1.5 * np.eye(2, 4))], metric="euclidean")
-
-
-def test_calls_have_a_price(client):
-    with client.create(SCENE) as session:
-        step = session.step_price
-        assert step.work > 0 and step.bytes == (4 + 3) * 8
-        state = session.step(to=1000)
-        assert state.price.work == pytest.approx(1000 * step.work, rel=0.01)
-        assert session.diagnose(to=1000).price is not None
 
 
 @pytest.mark.parametrize("grpc_says, plain", [

@@ -25,7 +25,7 @@ LAST = 10**9  # the last step
 
 async def send_samples(writer: asyncio.StreamWriter, session: stiefel.aio.Session, start: int, rate: float) -> None:
     writer.write(EVENTS.encode())
-    async for batch in session.stream(to=LAST, start=start, fields="quaternion"):
+    async for batch in session.stream(to=LAST, start=start, every=1, fields="quaternion"):
         for step, time, quaternion in zip(batch.step.tolist(), batch.time.tolist(), batch["quaternion"]):
             sample = json.dumps({"step": step, "time": time, "quaternion": quaternion.ravel().tolist()})
             writer.write(f"id: {step}\ndata: {sample}\n\n".encode())

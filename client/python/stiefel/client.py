@@ -287,17 +287,14 @@ class Client:
 
     def _measuring(self, request: pb.MeasureTradeoffRequest,
                    timeout: Optional[float]) -> Generator[pb.MeasureTradeoffResponse, None, None]:
-        parts, stream = answers.TradeoffParts(), self.stub.MeasureTradeoff(request, timeout=timeout)
+        stream = self.stub.MeasureTradeoff(request, timeout=timeout)
         try:
             for part in stream:
-                self._connection.answered(part)
-                parts.check(part)
-                yield part
+                yield self._connection.answered(part)
         except (grpc.RpcError, ValueError) as failure:
             raise self._connection.error(failure) from None
         finally:
             stream.cancel()
-        parts.end()
 
     def close(self) -> None:
         """Closes the connection and ends running calls. Sessions stay on the server."""

@@ -137,17 +137,6 @@ def test_a_lost_server_is_waited_for_and_a_broken_stream_goes_on(tmp_path):
     fakes.stop(None)
 
 
-def test_a_lost_session_is_created_again(server, tmp_path):
-    async def main():
-        async with stiefel.aio.Client(server.address) as client, client.create(SCENE) as session:
-            before = await session.step(30)
-            await client.stub.DeleteSession(pb.DeleteSessionRequest(session_id=session.id))
-            with pytest.raises(stiefel.NotFound, match="was deleted"):
-                await session.step(31)
-            return before
-    assert asyncio.run(main()).step == 30
-
-
 async def ended(client, id, seconds=20):
     """Waits until the server has ended the call of a new session, whose cursor moves at the end of a call."""
     end = asyncio.get_running_loop().time() + seconds
@@ -229,15 +218,6 @@ def test_a_channel_of_the_caller_s(server):
         with pytest.raises(stiefel.InvalidArgument, match="of grpc.aio"), grpc.insecure_channel(server.address) as blocking:
             stiefel.aio.Client(channel=blocking)
     asyncio.run(main())
-
-
-def test_a_call_has_the_context_of_its_task():
-    held = contextvars.ContextVar("held", default="nothing")
-
-    async def main():
-        held.set("of the task")
-        return await stiefel.aio.run(held.get)
-    assert asyncio.run(main()) == "of the task"
 
 
 def test_greenlet_is_needed_where_aio_is_imported_only():

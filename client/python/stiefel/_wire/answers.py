@@ -141,38 +141,14 @@ def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diag
                 shortened={family.name: family.count for family in message.shortened})
 
 
-class TradeoffParts:
-    """Checks the parts of a trade-off as they arrive: the setup, then the points, then the front."""
-
-    def __init__(self) -> None:
-        self._points = 0
-        self._last: Optional[str] = None
-
-    def check(self, part: pb.MeasureTradeoffResponse) -> None:
-        kind = part.WhichOneof("part")
-        require((kind == "setup") == (self._last is None) and kind is not None and self._last != "front",
-                f"{kind} comes after {self._last}")
-        if kind == "point":
-            self._points += 1
-        elif kind == "front":
-            require(all(i < self._points for i in part.front.points), f"the front is not of {self._points} points")
-        self._last = kind
-
-    def end(self) -> None:
-        require(self._last == "front", "the front is missing")
-
-
 def tradeoff(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
-    setup, points = pb.TradeoffSetup(), []
-    front: tuple[Point, ...] = ()
-    for message in messages:
-        if message.HasField("setup"):
-            setup = message.setup
-        elif message.HasField("point"):
-            points.append(_point(message.point))
-        else:
-            front = tuple(points[i] for i in message.front.points)
-    return Tradeoff(setup, tuple(points), front)
+    """Reads the setup, the points and the front."""
+    parts = list(messages)
+    kinds = [part.WhichOneof("part") for part in parts]
+    require(kinds == ["setup", *["point"] * (len(kinds) - 2), "front"], f"its parts are {kinds}")
+    points, front = tuple(_point(part.point) for part in parts[1:-1]), parts[-1].front.points
+    require(all(i < len(points) for i in front), f"the front is not of {len(points)} points")
+    return Tradeoff(parts[0].setup, points, tuple(points[i] for i in front))
 
 
 def _point(message: pb.TradeoffPoint) -> Point:
@@ -219,18 +195,14 @@ _OUTCOMES = np.array([name[len("OUTCOME_"):] for name in pb.Outcome.keys()])
 def check_statistics(arrays: Mapping[str, Array], request: pb.SummarizeRequest, ensemble: bool) -> None:
     """Raises CorruptReply unless `arrays` are those that the request asks for: one for each statistic, and how each motion
     ended."""
-    wanted = {name: "i" for name in ("outcome", "last_step", "ended_by", "samples")}
+    wanted = ["outcome", "last_step", "ended_by", "samples"]
     for quantity in request.quantities:
-        of_quantity = [(pb.Statistic.Name(s)[len("STATISTIC_"):].lower(), "i" if s == pb.STATISTIC_SIGN_CHANGES else "fc")
-                       for s in quantity.statistics]
-        of_quantity += [("quantiles", "fc")] * bool(quantity.quantiles) + [("histogram", "i")] * bool(quantity.edges)
-        wanted.update((f"{quantity.name}.{name}", kind) for name, kind in of_quantity)
-    require(arrays.keys() == wanted.keys(), f"it has the statistics {', '.join(arrays)}")
-    require(all(arrays[name].dtype.kind in kind for name, kind in wanted.items()), "a statistic has another data type")
+        wanted += [f"{quantity.name}.{pb.Statistic.Name(one)[len('STATISTIC_'):].lower()}" for one in quantity.statistics]
+        wanted += [f"{quantity.name}.quantiles"] * bool(quantity.quantiles) + [f"{quantity.name}.histogram"] * bool(quantity.edges)
+    require(arrays.keys() == set(wanted), f"it has the statistics {', '.join(arrays)}")
     outcome = arrays["outcome"]
-    require(outcome.ndim == ensemble and all(arrays[name].shape == outcome.shape for name in ("last_step", "ended_by")),
-            "outcome, last_step and ended_by do not have one number for each motion")
-    require(bool(((0 < outcome) & (outcome < len(_OUTCOMES))).all()), f"the outcomes are {outcome}")
+    require(outcome.ndim == ensemble and all(arrays[name].shape == outcome.shape for name in wanted[1:3])
+            and set(outcome.ravel().tolist()) <= set(range(1, len(_OUTCOMES))), f"the outcomes are {outcome}")
 
 
 def named_statistics(arrays: Mapping[str, Array]) -> dict[str, Array]:

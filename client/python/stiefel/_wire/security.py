@@ -152,6 +152,3 @@ class _AuthorizedCall:
 
     def with_call(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
         return self._call.with_call(request, timeout, (*(metadata or ()), self._metadata), **more)
-
-    def future(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
-        return self._call.future(request, timeout, (*(metadata or ()), self._metadata), **more)
