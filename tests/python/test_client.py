@@ -63,11 +63,6 @@ def test_arrays_are_views_of_the_bytes(session):
     assert not array.flags.writeable and not array.flags.owndata
 
 
-def test_progress_is_drawn(session, capsys):
-    session.trajectory(to=1000, progress=True)
-    assert "1.00k/1.00k" in capsys.readouterr().err
-
-
 def test_drive_has_the_bits_of_step(session):
     with session.drive(fields=["Q"]) as drive:
         states = [drive.step(k) for k in range(50)]

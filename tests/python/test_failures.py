@@ -69,13 +69,6 @@ def test_details_of_an_error(session):
     assert "initial.Q: 1: must be 2" in str(error)
 
 
-def test_an_unavailable_server_is_asked_again(service, session):
-    service.failures = [UNAVAILABLE] * 3
-    service.requests.clear()
-    assert session.step(to=5).step == 5
-    assert len(service.requests) == 4
-
-
 def test_a_server_that_went_is_waited_for_until_the_deadline(service, clock, capsys):
     """The deadline is the client's where a call has none, and stderr is told once in an outage."""
     with stiefel.Client(service.address, timeout=40) as client:
@@ -234,3 +227,11 @@ def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
         with pytest.raises(stiefel.ResourceExhausted):
             drive.step(5)
         assert drive.step(6).step == 6
+
+
+@pytest.mark.parametrize("call", [lambda s: s.summarize(10, {"energy": "drift"}), lambda s: s.diagnose(to=1),
+                                  lambda s: s.state_transition(to=1), lambda s: next(s.client.list())])
+def test_a_call_that_an_older_server_does_not_have_says_which_version_it_needs(session, call):
+    with pytest.raises(stiefel.StiefelError, match=f"does not have this call.*stiefel-server {stiefel.__version__}") as caught:
+        call(session)
+    assert caught.value.code is grpc.StatusCode.UNIMPLEMENTED

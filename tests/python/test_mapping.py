@@ -1,18 +1,12 @@
 """What comes back has fields by name, comes with a short repr, and is compared by value."""
 import copy
-import dataclasses
-import os
 import pickle
 import re
-import subprocess
-import sys
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
 
 import stiefel
-from stiefel import v1 as pb
 
 SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
          "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
@@ -120,41 +114,16 @@ def test_a_diagnosis_is_typed(session):
     assert re.fullmatch(r"  estimated error: attitude \S+, momentum \S+ from .+", told)
 
 
-@pytest.mark.parametrize("change, told", [
-    ({}, "attitude 1.0e-03, momentum 2.0e-04 from the closed form"),
-    ({"attitude": None}, "momentum 2.0e-04 from the closed form"),
-    ({"attitude": None, "momentum": None}, "below 2.0e-16 from the closed form"),
-    ({"attitude": None, "momentum": None, "missing": "it takes too long"}, "none: it takes too long"),
-])
-def test_an_estimated_error_is_a_line(change, told):
-    estimate = stiefel.EstimatedError(1e-3, 2e-4, 1e-3, 1e-16, "the closed form", 1.0, 1.0, "", None)
-    assert str(dataclasses.replace(estimate, **change)) == told
-
-
 @pytest.mark.parametrize("kind", [stiefel.InvalidArgument, stiefel.DeadlineExceeded, stiefel.Closed, stiefel.StiefelError])
 def test_an_error_can_be_sent_to_another_process(kind):
     error = kind("told", (stiefel.Violation("initial.Q", "1: must be 2"),), "BECAUSE", {"a": "b"})
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is kind and str(again) == str(error) == "told\n  initial.Q: 1: must be 2"
     assert (again.violations, again.reason, again.metadata) == (error.violations, "BECAUSE", {"a": "b"})
+    assert isinstance(again, {stiefel.DeadlineExceeded: TimeoutError, stiefel.InvalidArgument: ValueError}.get(kind, Exception))
 
 
 FLIP = {"field": "angular_velocity", "coefficients": [1, 0, 0], "level": 0.05}
-
-
-def test_no_events_have_the_fields_too(session, client):
-    never = {**FLIP, "level": 1e6}
-    none = session.events(50, never)
-    assert none.count == 0 and none.member is None and {name: part.shape for name, part in none.fields.items()} == {
-        "quaternion": (0, 4), "angular_velocity": (0, 3)} and none.run_status.outcome == "REACHED"
-    assert session.events(50, never, fields=iter(["angular_velocity"]))["angular_velocity"].shape == (0, 3)
-    some = session.events(2000, FLIP)
-    for name in ("event", "step", "fraction", "time"):
-        assert getattr(none, name).dtype == getattr(some, name).dtype, name
-    assert all(none[name].dtype == some[name].dtype for name in some.fields)
-    with client.create({**SCENE, "members": 2}) as ensemble:
-        none = ensemble.events(50, never)
-        assert none.member.shape == (0,) and none["quaternion"].shape == (0, 4) and none == ensemble.events(50, never)
 
 
 @pytest.mark.parametrize("asked, path", [
@@ -185,21 +154,6 @@ def test_a_malformed_event_is_named(session, change, path):
         with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
             session.events(10, wrong)
         assert caught.value.violations[0].field == place
-
-
-def test_errors_are_python_s_too():
-    assert issubclass(stiefel.DeadlineExceeded, TimeoutError) and issubclass(stiefel.InvalidArgument, ValueError)
-
-
-def test_a_table_escapes_and_ends(client):
-    from stiefel._results import html
-
-    assert html.table("a < b", ("x",), [("<&>",)] * 30).count("&lt;&amp;&gt;") == html.ROWS
-    assert "and 10 more" in html.table("", (), [(1,)] * 30) and html.brief("x" * 500).endswith("…")
-    assert "quaternion" in client.describe()._repr_html_() and client.describe() == client.describe()
-    with client.create({**SCENE, "members": 3}) as session:
-        diagnosis = session.diagnose(to=5, estimate_error=True)
-    assert "of member" in str(diagnosis) and "of member" in diagnosis._repr_html_()
 
 
 def test_what_has_several_fields_is_no_array(client):

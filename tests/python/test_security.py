@@ -11,7 +11,6 @@ import pytest
 import stiefel
 from stiefel._programs import variables
 from stiefel._wire import security
-from stiefel._wire.security import is_local
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 from authority import Authority  # noqa: E402

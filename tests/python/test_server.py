@@ -1,11 +1,9 @@
 """stiefel.Server: it starts, it stops, and it never outlives the one who started it."""
 import os
-import re
 import subprocess
 import sys
 import tempfile
 import time
-from pathlib import Path
 
 import pytest
 
@@ -180,12 +178,3 @@ def test_the_programs_of_the_wheel_come_before_those_of_the_build_tree(tmp_path,
     assert find_server() != str(tmp_path / "stiefel-server")
     (tmp_path / "stiefel-server").chmod(0o755)
     assert find_server() == str(tmp_path / "stiefel-server")
-
-
-def test_the_package_of_the_build_tree_holds_no_program():
-    """It is the source of both wheels."""
-    package = Path(stiefel.__file__).parent
-    project = (package.parent / "pyproject.toml").read_text(encoding="utf-8")
-    patterns = re.search(r"^stiefel = \[(.*)\]$", project, re.MULTILINE)[1].replace('"', "").split(", ")
-    files = {file for pattern in patterns for file in package.glob(pattern)}
-    assert {file.suffix for file in files} == {".typed", ".pyi", ".json", ".html", ".css", ".js"}

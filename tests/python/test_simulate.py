@@ -152,17 +152,6 @@ def test_a_fork_may_change_the_state_and_keeps_the_clock(client):
             session.diagnose(time=0.25)
 
 
-def test_a_fork_with_other_blocks(client):
-    """S = Q' Lambda scaled by c moves along the same geodesic c times as fast."""
-    with client.create("stiefel") as session:
-        state = session.step(to=4)
-        with session.fork(at=4, initial={"S": 2 * state["S"]}) as fast:
-            there = fast.step(time=0.5)["Q"]
-        assert np.allclose(there, session.step(time=0.2 + 1.0)["Q"], rtol=0, atol=1e-9)
-        with pytest.raises(stiefel.InvalidArgument, match="initial.T: unknown block; the blocks are Q, S"):
-            session.fork(at=4, initial={"T": state["S"]})
-
-
 Q = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0.0]])  # body axes x, y, z are z, -x, -y of space
 
 

@@ -1,7 +1,6 @@
 """stiefel.aio has the names and signatures of the blocking client and its answers, and tasks may do with it what threads do
 there."""
 import asyncio
-import contextvars
 import gc
 import inspect
 import pickle

@@ -31,7 +31,8 @@ class Recreation:
     def __init__(self, connection: Connection, message: pb.Session, scene: Optional[Callable[[], Optional[pb.Scene]]] = None,
                  checkpoint: bytes = b""):
         """`message`: the description that the handle got first. `scene`: returns the scene that creates the session
-        again, None before it is known; None for a handle that did not create the session. `checkpoint`: the one with which the session was created."""
+        again, None before it is known; None for a handle that did not create the session. `checkpoint`: the one
+        with which the session was created."""
         self.connection = connection
         self._id = message.session_id
         self._numerics = message.numerics_id
@@ -58,7 +59,8 @@ class Recreation:
 
     def is_lost(self, error: StiefelError) -> bool:
         """Returns whether `error` means that the session is lost and that this handle creates it again for the next call."""
-        lost = self._known_scene() is not None and error.reason == "SESSION_NOT_FOUND" and error.metadata.get("session_id") == self._id
+        gone = error.reason == "SESSION_NOT_FOUND" and error.metadata.get("session_id") == self._id
+        lost = gone and self._known_scene() is not None
         self._lost |= lost
         return lost
 

@@ -1,24 +1,20 @@
 """The attempts of one call. Every call is idempotent, so it is made again while its server is away, after a refusal that
 says when to come back, and after the loss of its session.
 
-gRPC's own retry policy does not do for this: it makes five attempts at most, and none after the headers of the reply, which
-a server sends when a long call begins.
+gRPC's own retry policy does not suffice: it makes five attempts at most, and no other one once a reply has headers, which
+this server sends with every reply, a refusal too.
 """
 from __future__ import annotations
 
 import random
 import sys
 import time
-from typing import TYPE_CHECKING, Any, Callable, Optional, TypeVar
+from typing import Any, Callable, Optional, TypeVar
 
 import grpc
 
 from stiefel._given.numbers import timeout as checked
 from stiefel.errors import DeadlineExceeded, ResourceExhausted, StiefelError, Unavailable
-
-if TYPE_CHECKING:
-    from stiefel._wire.connection import Connection
-    from stiefel._wire.recreating import Recreation
 
 ATTEMPTS = 6  # at a server that was never reached, or has too much at once
 REFUSALS = 64  # by a server that says when to come back
@@ -33,10 +29,9 @@ class Attempts:
     was. After a refusal with a delay: that delay and a random time of up to 0.01, 0.02, 0.04 ... 1 s, so that callers
     refused together do not come back together."""
 
-    def __init__(self, connection: Connection, timeout: Any, session: Optional[Recreation] = None, waits: bool = True,
-                 endless: bool = False):
-        """`timeout`: seconds, a timedelta or a quantity of time for all attempts. If it is None, that of the connection
-        applies, except with `endless`. `session`: the handle that creates its session again if the server has lost it.
+    def __init__(self, connection: Any, timeout: Any, session: Any = None, waits: bool = True, endless: bool = False):
+        """`connection`: a Connection. `timeout`: seconds, a timedelta or a quantity of time for all attempts. If it is None, that of the connection
+        applies, except with `endless`. `session`: the Recreation that creates its session again if the server has lost it.
         `waits`: whether a server that was reached and went is waited for. Raises InvalidArgument for another timeout."""
         self._connection, self._session = connection, session
         self._waits = waits and connection.waits
@@ -67,7 +62,7 @@ class Attempts:
             try:
                 return attempt(self.left())
             except StiefelError as failure:
-                error = failure
+                error: StiefelError = failure
             except (grpc.RpcError, ValueError) as failure:
                 error = self._connection.error(failure)
             self.again(error)
