@@ -45,8 +45,8 @@ class Session(Held):
     """A simulation held by a server, made by `Client.create` or `Client.get`.
 
     As a context manager it deletes the session at the end, unless its server is gone then. A session from
-    `Client.create` or `fork` survives the loss of its server: the next call creates it again, from the checkpoints that
-    have arrived, and goes on. A deleted session is not created again, whoever deleted it.
+    `Client.create` or `fork` survives the loss of its server: the next call creates it again, from the last checkpoint that
+    has arrived, and goes on. A deleted session is not created again, whoever deleted it.
     """
 
     def step(self, to: Optional[int] = None, fields: Optional[Fields] = None, checkpoint: bool = False,
