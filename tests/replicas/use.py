@@ -112,7 +112,7 @@ class Use:
 
         def stream() -> None:
             following = self.first
-            for batch in session.stream(to=last, start=self.first):
+            for batch in session.stream(to=last, start=self.first, every=1):
                 self.resumptions.got()
                 for index, step in enumerate(batch.step.tolist()):
                     if step != following:
