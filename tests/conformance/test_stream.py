@@ -86,17 +86,17 @@ def test_a_large_sample_travels_alone(client):
 
 
 def test_a_stream_resumes_where_it_broke(session):
-    whole = session.trajectory(to=5000)
+    whole = session.trajectory(to=5000, every=1)
     broken = session._connection.stub.Stream(pb.StreamRequest(session_id=session.id, to=5000), timeout=60)
     last = next(broken).steps[-1]
     broken.cancel()
-    rest = session.trajectory(start=last + 1, to=5000)
+    rest = session.trajectory(start=last + 1, to=5000, every=1)
     assert (rest["Q"] == whole["Q"][last + 1:]).all()
 
 
 def test_streams_do_not_disturb_each_other(session):
-    expected = session.trajectory(to=3000, fields=["M"])["M"]
-    first, second = (session.stream(to=3000, fields=["M"]) for _ in range(2))
+    expected = session.trajectory(to=3000, every=1, fields=["M"])["M"]
+    first, second = (session.stream(to=3000, every=1, fields=["M"]) for _ in range(2))
     found = [[], []]
     for batches in itertools.zip_longest(first, second):
         for parts, batch in zip(found, batches):

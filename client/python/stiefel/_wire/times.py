@@ -23,8 +23,8 @@ def trajectory(session: Any, to: Optional[int], start: int, every: Optional[int]
                timeout: Optional[float], times: Any, time: Any) -> Trajectory:
     """Returns the samples that `Session.trajectory` describes, without the estimate of an error."""
     if times is not None:
-        for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, 1)):
-            if value != default and not (name == "every" and value is None):
+        for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, None)):
+            if value != default:
                 raise refused(name, f"{value!r}: must be absent where `times` are given")
         return at_times(session, times, fields, progress, timeout)
     if to is None and time is None:
@@ -95,7 +95,7 @@ def on_one_side(session: Any, given: NDArray[Any], places: NDArray[Any], fields:
 def backwards(session: Any, times: NDArray[Any], timeout: Optional[float]) -> Any:
     """Returns a session of the states before time 0, at which some of the times are."""
     step = session._known_scene().step
-    if any(block == "Q_prev" for block in session._known_scene().initial):
+    if "Q_prev" in session._blocks():
         k = int(np.argmax(times * np.sign(step) < 0))
         raise refused(f"times[{k}]", f"{float(times[k])!r}: must have the sign of the scene's step, because the state 0 of "
                                      "this system is a pair of frames")
