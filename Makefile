@@ -49,8 +49,8 @@ build/fuzz/build.ninja: | packages packages-fuzz
 build/%/build.ninja: | packages-build
 	@$(call configure,$*,$(options))
 
-# `make run` installs no package of the tests. Their failpoints are compiled in, so that they find the objects compiled.
-build/release/build.ninja: options = -DSTIEFEL_TESTS=OFF -DSTIEFEL_FAILPOINTS=ON
+# `make run` installs no package of the tests.
+build/release/build.ninja: options = -DSTIEFEL_TESTS=OFF
 
 build: build/release/build.ninja ## compile library, server and clients into build/release
 	@$(call cmake_build,release,all)

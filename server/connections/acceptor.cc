@@ -15,7 +15,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -142,7 +141,6 @@ void Acceptor::accept_from(int listener) {
 }
 
 void Acceptor::take(Descriptor connection) {
-  failpoint("accept.take");
   if (open() + silent_.size() >= limits_.most + waiting_room) drop_oldest_silent();
   const int descriptor = connection.get();
   std::list<Silent> newest;
@@ -168,7 +166,6 @@ void Acceptor::hear(int descriptor) {
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
   Descriptor connection = forget(descriptor);
   if (got != 1) return;
-  failpoint("accept.give_away");
   if (open() >= limits_.most) return refuse(std::move(connection), "too many connections");
   open_.add(descriptor);
   give_away_(connection.release());

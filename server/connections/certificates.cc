@@ -15,7 +15,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -196,7 +195,6 @@ std::shared_ptr<grpc::ServerCredentials> ServedCertificates::credentials() {
 }
 
 void ServedCertificates::take(const WatchedFiles::Contents& contents) {
-  failpoint("tls.reload");
   auto changed = certificates(files_, contents);
   if (!changed) return report_(changed.error());
   {

@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "server/observability/stderr_sink.h"
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -77,7 +76,6 @@ bool Log::enabled(Level level) const { return logger_->should_log(to_spdlog(leve
 void Log::line(Level level, std::string_view message, const Facts& facts) const {
   if (!enabled(level)) return;
   try {
-    failpoint("log.line");
     logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
   } catch (const std::exception&) {  // a call does not fail for a log line
   }

@@ -4,7 +4,6 @@
 #include <iterator>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -61,7 +60,6 @@ Registry::~Registry() { memory_.reclaim_with({}); }
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
     Resolution resolution, bool recreate, MemoryBudget* memory) {
-  failpoint("registry.create");
   const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution),
                                                keys_, memory ? *memory : memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
@@ -105,7 +103,6 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
 }
 
 std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
-  failpoint("registry.find");
   const std::shared_lock lock(mutex_);
   const auto found = sessions_.find(key_of(principal.name, id));
   if (found == sessions_.end()) return std::nullopt;
@@ -114,7 +111,6 @@ std::optional<SessionLease> Registry::find(const Principal& principal, std::stri
 
 Registry::Erased Registry::erase(const Principal& principal, std::string_view id,
                                  MemoryBudget* memory) {
-  failpoint("registry.erase");
   std::shared_ptr<Session> dropped;
   // Before the lock, since giving up caches locks the registry too.
   MemoryLease mark = DeletedNames::lease(id, memory ? *memory : memory_);
@@ -163,7 +159,6 @@ bool Registry::deleted(const Principal& principal, std::string_view id) const {
 std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
                                                            std::string_view after,
                                                            std::size_t count) const {
-  failpoint("registry.page");
   const std::shared_lock lock(mutex_);
   std::vector<std::shared_ptr<const Session>> sessions;
   for (auto it = sessions_.upper_bound(key_of(principal.name, after));
@@ -180,7 +175,6 @@ std::size_t Registry::size() const {
 }
 
 std::size_t Registry::expire() {
-  failpoint("registry.expire");
   std::vector<std::shared_ptr<Session>> dropped;
   const std::lock_guard lock(mutex_);
   for (auto of_one = deleted_names_.begin(); of_one != deleted_names_.end();) {

@@ -62,7 +62,7 @@ OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/scheduling": [r"stiefel/crew\.h"],
     "server/sessions": [PUBLIC, r"server/scheduling/.*"],
-    "server/sessions/store": [r"server/scheduling/(failpoint|principal|process)\.h", r"server/sessions/.*"],
+    "server/sessions/store": [r"server/scheduling/(principal|process)\.h", r"server/sessions/.*"],
     CONVERSION: [PUBLIC, PROTO, r"server/(scheduling|sessions)/.*"],
     "server/connections": [r"server/(scheduling|sessions)/.*"],
     "server/observability": [PROTO, r"server/(scheduling|sessions)/.*"],

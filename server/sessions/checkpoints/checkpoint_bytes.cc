@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
@@ -84,7 +83,6 @@ std::expected<std::string_view, CheckpointRefusal> verify_checkpoint(const Sessi
 }
 
 std::string encode_checkpoint(const Session& session, const Simulation& simulation) {
-  failpoint("checkpoint.encode");
   std::vector<double> saved(simulation.saved_size());
   simulation.save(saved);
   const auto step = static_cast<std::uint64_t>(simulation.step());
@@ -97,7 +95,6 @@ std::size_t checkpoint_bytes(const Session& session) {
 
 std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
                                                                std::string_view bytes) {
-  failpoint("checkpoint.decode");
   auto content = verify_checkpoint(session, state_format, bytes);
   if (!content) return std::unexpected(std::move(content.error()));
   std::vector<double> saved(session.saved_size());

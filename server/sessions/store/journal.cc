@@ -6,7 +6,6 @@
 #include <new>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/server_session.h"
 
@@ -68,7 +67,6 @@ Journal::~Journal() {
 }
 
 std::shared_ptr<PendingWrite> Journal::submit(Change change) {
-  failpoint("journal.submit");
   auto pending_write = change.pending_write;
   {
     const std::lock_guard lock(mutex_);
@@ -224,7 +222,6 @@ void Journal::report(const WriteFault& fault) const noexcept {
 void Journal::write_checkpoints(std::vector<std::weak_ptr<Session>> sessions) {
   std::size_t bytes = 0;
   try {
-    failpoint("journal.checkpoints");
     const auto put_last_states = [&] {
       for (const auto& one : sessions) {
         const auto session = one.lock();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -109,7 +108,6 @@ Store::Store(const StoreOptions& options)
 }
 
 void Store::transact(const std::function<void()>& changes, Patience wait) {
-  failpoint("store.begin");
   check_names();
   Database& database = file_.database;
   database.set_patience(wait);
@@ -117,7 +115,6 @@ void Store::transact(const std::function<void()>& changes, Patience wait) {
   try {
     changes();
     database.allocate();
-    failpoint("store.commit");
     database.run("COMMIT");
   } catch (...) {
     // After some errors SQLite has rolled back by itself.
@@ -133,7 +130,6 @@ void Store::transact(const std::function<void()>& changes, Patience wait) {
 }
 
 void Store::put(const StoredSession& s) {
-  failpoint("store.put_session");
   const auto& choice = s.choice;
   const auto number = [&](double ChosenMethod::*one) {
     return choice ? std::optional((*choice).*one) : std::nullopt;
@@ -148,13 +144,11 @@ void Store::put(const StoredSession& s) {
 }
 
 void Store::erase(const Principal& principal, std::string_view id) {
-  failpoint("store.erase");
   erase_session_.execute(place_of(principal, id), principal.name, id);
   erase_checkpoint_.execute(place_of(principal, id), principal.name, id);
 }
 
 void Store::put(const StoredCheckpoint& c) {
-  failpoint("store.put_checkpoint");
   put_checkpoint_.execute(place_of(c.principal, c.id), c.principal.name, c.id, c.numerics_id,
                           std::bit_cast<std::int64_t>(c.identity), c.step, Statement::Blob{c.state},
                           digest_of(c));
