@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-
 namespace stiefel::server {
 
 MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit,

@@ -4,7 +4,6 @@
 #include <iterator>
 #include <utility>
 
-
 namespace stiefel::server {
 namespace {
 

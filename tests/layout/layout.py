@@ -66,9 +66,9 @@ OTHERS = {
     CONVERSION: [PUBLIC, PROTO, r"server/(scheduling|sessions)/.*"],
     "server/connections": [r"server/(scheduling|sessions)/.*"],
     "server/observability": [PROTO, r"server/(scheduling|sessions)/.*"],
-    "server/calls": [PROTO, r"server/(connections|convert|observability|scheduling|sessions)/.*", r"grpc/health/.*"],
+    "server/calls": [PROTO, r"server/(connections|convert|observability|scheduling|sessions)/.*"],
     "server": [PROTO, r"server/(calls|connections|observability|scheduling|sessions)/.*"],
-    "server/program": [r"server/(connections|observability|scheduling|sessions)/.*", r"server/server\.h", r"grpc/health/.*"],
+    "server/program": [r"server/(connections|observability|scheduling|sessions)/.*", r"server/server\.h"],
     "client/cpp": [CLIENT, PROTO],
 }
 # The headers of gRPC and protobuf, and the folders that must not include them.

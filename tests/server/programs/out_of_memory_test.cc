@@ -83,7 +83,7 @@ TEST(OutOfMemory, AnAllocationOfEveryCallMayFail) {
   server::Options options;
   options.threads = 1;
   options.log_level = "off";
-  const Harness harness(options);
+  Harness harness(options);
   const auto channel = harness.server.in_process_channel();
   const std::vector<Heard> right = call_all(channel);
   for (const Heard& call : right)
@@ -91,7 +91,7 @@ TEST(OutOfMemory, AnAllocationOfEveryCallMayFail) {
   allocations = 0;
   expect_right(call_all(channel), right);
   const int all = allocations;
-  constexpr int runs = 60;
+  constexpr int runs = 30;
   int refused = 0;
   for (int run = 0; run < runs && !HasFailure(); ++run) {
     const int one = 1 + static_cast<int>(static_cast<std::int64_t>(all) * run / runs);
@@ -116,7 +116,7 @@ TEST(OutOfMemory, EveryAllocationOfAStepMayFail) {
   Harness harness({.threads = 1});
   const Case which{.method = "rk4", .dimension = 100};
   harness.create("s", wire_scene(which));
-  const Scene scene = scene(which);
+  const Scene scene = test::scene(which);
   int refused = 0;
   for (int k = 1; k <= 20; ++k) {
     grpc::ClientContext context;
@@ -132,8 +132,7 @@ TEST(OutOfMemory, EveryAllocationOfAStepMayFail) {
     EXPECT_EQ(status.error_code(), grpc::RESOURCE_EXHAUSTED) << status.error_message();
     ++refused;
     // The step that failed leaves no state behind that is none.
-    EXPECT_TRUE(bytes_of(harness.step("s", 10 * k).sample()) ==
-                expected_bytes(scene, 10 * k));
+    EXPECT_TRUE(bytes_of(harness.step("s", 10 * k).sample()) == expected_bytes(scene, 10 * k));
   }
   EXPECT_GT(refused, 0);
 }
