@@ -15,7 +15,7 @@ PREFIX ?= /usr/local
 PYTHON := /usr/bin/python3
 
 # $(call cmake_build,PRESET,TARGETS)
-cmake_build = $(PYTHON) docker/build.py $(1) $(JOBS) $(2)
+cmake_build = cmake --build --preset $(1) --target $(2) -j $(JOBS)
 
 # $(call configure,PRESET,OPTIONS). The output is shown only when it fails.
 configure = mkdir -p build/$(1) && cmake --preset $(1) $(2) > build/$(1)/configure.log 2>&1 \
