@@ -127,8 +127,7 @@ struct Server::Parts {
                       [this](const Principal& principal, std::uint64_t bytes) {
                         host.registry.evict(bytes, &principal);
                       }),
-             Registry(options.max_sessions, options.idle_timeout, options.clock,
-                      checkpoint_keys(options.access.checkpoint_key), host.memory),
+             Registry(options.max_sessions, options.idle_timeout, options.clock, host.memory),
              Lifecycle(),
              options.identify ? options.identify : Identify(&principal_of),
              options.metrics.empty() ? nullptr : std::make_shared<Metrics>(method_names()),

@@ -45,7 +45,6 @@ class Reading {
 
   /// Returns false when the receiver ends the call.
   bool take(v1::SummarizeResponse& message) {
-    if (message.checkpoint_ignored()) forget_checkpoint();
     statistics_.take(message.mutable_statistics());
     if (message.has_events() || message.has_states()) {
       Fields* const fields = message.has_events() ? message.mutable_events()->mutable_fields()
@@ -153,18 +152,6 @@ class Reading {
     return static_cast<int>(old);
   }
 
-  /// The server does not have the key of the checkpoint: the stream begins anew. Throws Error if
-  /// the caller's checkpoint was taken before and something was passed on since, because nobody
-  /// could tell what of this stream is new.
-  void forget_checkpoint() {
-    if (!given_.empty() && (passed_on_.events > 0 || passed_on_.states > 0))
-      throw Error(grpc::StatusCode::FAILED_PRECONDITION,
-                  "checkpoint: the call goes on at a server that does not have its key");
-    given_.clear();
-    request_.clear_checkpoint();
-    seen_ = at_checkpoint_ = {};
-  }
-
   void take_checkpoint(const v1::CheckpointPart& part) {
     if (part.offset() != checkpoint_.size())
       throw CorruptReply("a part of the checkpoint of step " + std::to_string(part.step()) +
@@ -178,7 +165,7 @@ class Reading {
   }
 
   v1::SummarizeRequest& request_;
-  std::string given_;  // the caller's checkpoint, until a server ignores it
+  std::string given_;  // the caller's checkpoint
   const Session::SummaryReceiver& receive_;
   Assembly statistics_, fields_;
   std::string checkpoint_;

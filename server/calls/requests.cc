@@ -85,7 +85,6 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
       return std::unexpected(
           errors::invalid("checkpoint", value, "must come from a session of the same scene"));
     case CheckpointFault::corrupt:
-    case CheckpointFault::foreign:  // which Registry::create ignores
       break;
   }
   return std::unexpected(errors::invalid(

@@ -96,7 +96,6 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
   response->set_created(admitted->created);
-  response->set_checkpoint_ignored(admitted->checkpoint_ignored);
   const double work =
       wants_choice(request.scene()) ? most_choice_work() : recommendation_work(request.scene());
   if (work > 0)

@@ -94,7 +94,7 @@ class SummarizeAnswer {
   v1::Price price_;  ///< empty once it is sent
   std::optional<AttemptLimit> limit_;
   std::optional<PriceReached> price_reached_;
-  bool has_checkpoint_, checkpoint_ignored_ = false;
+  bool has_checkpoint_;
   std::int64_t first_step_ = 0;  ///< of this call
   std::int64_t last_mark_ = 0;
   bool done_ = false;

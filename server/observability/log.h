@@ -19,9 +19,9 @@ class thread_pool;
 
 namespace stiefel::server {
 
-/// Writes lines to stderr, as text or as JSON, on a thread of its own. While nobody reads stderr the
-/// newest lines replace the oldest that wait; a later line tells how many were lost. Formats nothing
-/// below its level. Thread-safe.
+/// Writes lines to stderr, as text or as JSON, on a thread of its own. While nobody reads stderr
+/// the newest lines replace the oldest that wait; a later line tells how many were lost. Formats
+/// nothing below its level. Thread-safe.
 class Log {
  public:
   enum class Level { debug, info, warn, error };

@@ -84,8 +84,8 @@ constexpr std::string_view prefix = "STIEFEL_";
 /// The names after the prefix. The server's are those of `stiefel-server flags`.
 constexpr std::array known_variables = {
     // of the server
-    "CHECKPOINT_KEY", "GRACE", "IDLE_TIMEOUT", "INSECURE", "LISTEN", "LOG_FORMAT", "LOG_LEVEL",
-    "MAX_CALL_WORK", "MAX_CONNECTION_AGE", "MAX_SESSIONS", "MEMORY", "METRICS", "PRINCIPAL_MEMORY",
+    "GRACE", "IDLE_TIMEOUT", "INSECURE", "LISTEN", "LOG_FORMAT", "LOG_LEVEL", "MAX_CALL_WORK",
+    "MAX_CONNECTION_AGE", "MAX_SESSIONS", "MEMORY", "METRICS", "PRINCIPAL_MEMORY",
     "PRINCIPAL_SESSIONS", "STORE", "STORE_LIMIT", "THREADS", "TLS_CERT", "TLS_CLIENT_CA", "TLS_KEY",
     "TOKENS",
     // of the clients

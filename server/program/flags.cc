@@ -83,10 +83,6 @@ void add_access_to(CLI::App& app, AccessOptions& access) {
       "--tokens", access.tokens,
       "File of the tokens that may call, one line each, as `stiefel-server token NAME` prints it. "
       "Reread when it changes. Default: every client that can connect may call");
-  add_file("--checkpoint-key", access.checkpoint_key,
-           "File of checkpoint keys, one of 64 hexadecimal digits per line. The first key signs, "
-           "every key verifies. Servers with the same file accept each other's checkpoints. "
-           "Default: a random key");
   app.add_flag("--insecure", access.insecure,
                "Allows addresses without TLS that other machines can reach");
 }

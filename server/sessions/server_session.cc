@@ -85,15 +85,13 @@ Saved save(const Simulation& simulation, MemoryLease memory) {
 }  // namespace
 
 Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-                 Resolution resolution, std::shared_ptr<const CheckpointKeys> keys,
-                 MemoryBudget& memory)
+                 Resolution resolution, MemoryBudget& memory)
     : memory_(memory),
       id_(std::move(id)),
       scene_(std::move(scene)),
       resolution_(std::move(resolution)),
       identity_(identity_of(scene_.description())),
       clock_(std::move(clock)),
-      keys_(keys ? std::move(keys) : CheckpointKeys::of_process()),
       simulation_bytes_(stiefel::simulation_bytes(scene_)),
       scene_memory_(memory, stiefel::scene_bytes(scene_.description()) + session_object),
       simulations_memory_(memory, 0),

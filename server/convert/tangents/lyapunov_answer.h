@@ -58,7 +58,7 @@ class LyapunovAnswer {
   std::unique_ptr<Simulation> simulation_;
   std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;
-  bool due_ = false, ended_ = false, priced_ = false, ignored_ = false;
+  bool due_ = false, ended_ = false, priced_ = false;
   std::string checkpoint_;
   std::size_t sent_ = 0;
 };

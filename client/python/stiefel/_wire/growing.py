@@ -51,7 +51,7 @@ class _Reading:
         self._rows: list[Array] = []
         self._volumes: list[Array] = []
         self._price: Optional[Price] = None
-        self._ignored = self._priced = False
+        self._priced = False
         self._before = self._computed = 0  # the steps that broken streams computed, and this one
         self._seen = -1  # the last step with numbers of this stream
 
@@ -64,7 +64,7 @@ class _Reading:
         if not self._priced:
             price, self._priced = replies.price(complete(message, "price").price), True
             if self._price is None:
-                self._price, self._ignored = price, message.checkpoint_ignored
+                self._price = price
         self._computed = message.computed_steps
         exponents = np.array(message.exponents)
         if exponents.size:
@@ -98,8 +98,7 @@ class _Reading:
             reason=end.reason, log_gali=volumes[-1] if rows else np.empty(0), step=end.step, time=end.time,
             steps=np.array(steps, np.int64), times=np.array(self._times), history=np.reshape(rows, (len(rows), count)),
             log_gali_history=np.reshape(volumes, (len(rows), max(count - 1, 0))), interval=end.interval, run_status=status,
-            checkpoint=self._checkpoint, checkpoint_ignored=self._ignored,
-            computed_steps=self._before + end.computed_steps, price=self._price)
+            checkpoint=self._checkpoint, computed_steps=self._before + end.computed_steps, price=self._price)
 
 
 _VERDICTS = {pb.VERDICT_UNDECIDED: Verdict.UNDECIDED, pb.VERDICT_REGULAR: Verdict.REGULAR, pb.VERDICT_CHAOTIC: Verdict.CHAOTIC}

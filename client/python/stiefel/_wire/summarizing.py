@@ -18,7 +18,7 @@ from stiefel._wire.replies import Layout, complete, require
 from stiefel._wire.retries import Deadline
 from stiefel._wire.sampling import Collector
 from stiefel._wire.streams import CheckpointParts, progress_bar
-from stiefel.errors import FailedPrecondition, StiefelError
+from stiefel.errors import StiefelError
 from stiefel.results import Batch, Events, Summary, Trajectory
 
 
@@ -44,13 +44,11 @@ class Summarizing:
         self.computed_steps = 0
         self.price: Optional[Price] = None
         self.checkpoint = request.checkpoint  #: the last complete checkpoint
-        self.checkpoint_ignored = False  #: whether a server ignored the caller's checkpoint
 
     def summary(self) -> Summary:
         """Returns the summary. Call it after the iteration has ended."""
         assert self.run_status is not None
-        return answers.summary(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint,
-                               self.checkpoint_ignored)
+        return answers.summary(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
 
     def __iter__(self) -> Iterator[Union[Events, Batch]]:
         with self._handle.explains(self._request.to):
@@ -68,10 +66,6 @@ class Summarizing:
             try:
                 with closing(self._handle.messages("Summarize", self._request, attempts.deadline.left())) as arriving:
                     for message in arriving:
-                        if message.checkpoint_ignored:  # the server does not have its key: the stream begins anew
-                            seen, kept = dict.fromkeys(seen, 0), dict.fromkeys(kept, 0)
-                            before, at_checkpoint = before + at_checkpoint, 0
-                            self._forget_checkpoint(any(taken.values()))
                         computed = message.computed_steps
                         self.computed_steps = before + computed
                         if self.price is None:
@@ -110,14 +104,6 @@ class Summarizing:
                 before, at_checkpoint = before + at_checkpoint, 0
                 continue
             attempts.again(error)
-
-    def _forget_checkpoint(self, yielded: bool) -> None:
-        """Raises FailedPrecondition if the caller's checkpoint was taken before and something was yielded since, because
-        nobody could tell what of this stream is new."""
-        if self._given and yielded:
-            raise FailedPrecondition("checkpoint: the call goes on at a server that does not have its key")
-        self.checkpoint_ignored |= bool(self._given)
-        self._given = self._request.checkpoint = self.checkpoint = b""
 
     def _read(self, message: pb.SummarizeResponse, assembly: Assembly) -> Union[Events, Batch, None]:
         """Reads a message and returns the events or states that it completes."""
