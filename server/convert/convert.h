@@ -23,8 +23,6 @@
 
 /// Converts between the wire's types and the engine's; no other code sees both.
 
-/// The last look at a reply: none says OUTCOME_REACHED and carries a number that is not finite.
-
 namespace stiefel::server {
 
 /// Converts a scene and checks what only the wire can get wrong: shapes and numbers of values. The

@@ -57,7 +57,7 @@ class SummarizeAnswer {
   bool interrupted() const { return summary_->interrupted(); }
   /// Whether nothing is left to compute. False before the start.
   bool done() const { return done_; }
-  /// Set when the steps have taken the price of the call (attempts.h), which is to end with it once
+  /// Set when the steps have taken the price of the call, which is to end with it once
   /// there are no more results to send.
   const std::optional<PriceReached>& price_reached() const { return price_reached_; }
   /// 0 before the start.

@@ -86,8 +86,7 @@ constexpr std::array known_variables = {
     // of the server
     "GRACE", "IDLE_TIMEOUT", "INSECURE", "LISTEN", "LOG_FORMAT", "LOG_LEVEL", "MAX_CALL_WORK",
     "MAX_CONNECTION_AGE", "MAX_SESSIONS", "MEMORY", "METRICS", "PRINCIPAL_MEMORY",
-    "PRINCIPAL_SESSIONS", "STORE", "STORE_LIMIT", "THREADS", "TLS_CERT", "TLS_CLIENT_CA", "TLS_KEY",
-    "TOKENS",
+    "PRINCIPAL_SESSIONS", "STORE", "THREADS", "TLS_CERT", "TLS_CLIENT_CA", "TLS_KEY", "TOKENS",
     // of the clients
     "ADDRESS", "SERVER", "TLS_CA", "TOKEN",
     // of the tests

@@ -147,9 +147,6 @@ Flags::Flags(CLI::App& app) {
   app.add_option("--store", options.store.file,
                  "File in which sessions survive the end of the server, also a crash; empty: "
                  "sessions are in memory only");
-  app.add_option("--store-limit", options.store.limit,
-                 "Largest size of the store in bytes, without its log; 0: the space on the disk")
-      ->check(within<std::int64_t>(0, std::int64_t{1} << 46, "a number of bytes"));
   add_access_to(app, options.access);
   app.add_option("--metrics", options.metrics,
                  "host:port (0: any free port) at which Prometheus reads /metrics without a token, "

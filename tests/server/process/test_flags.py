@@ -10,7 +10,7 @@ import pytest
 from stiefel._programs import variables
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
-NUMBERS = ["--threads", "--max-sessions", "--store-limit", "--principal-sessions"]
+NUMBERS = ["--threads", "--max-sessions", "--principal-sessions"]
 AMOUNTS = ["--max-call-work", "--principal-memory"]
 SECONDS = ["--grace", "--idle-timeout", "--max-connection-age"]
 

@@ -9,7 +9,7 @@ import warnings
 PREFIX = "STIEFEL_"
 SERVER = ("GRACE", "IDLE_TIMEOUT", "INSECURE", "LISTEN", "LOG_FORMAT", "LOG_LEVEL", "MAX_CALL_WORK",
           "MAX_CONNECTION_AGE", "MAX_SESSIONS", "MEMORY", "METRICS", "PRINCIPAL_MEMORY",
-          "PRINCIPAL_SESSIONS", "STORE", "STORE_LIMIT", "THREADS", "TLS_CERT",
+          "PRINCIPAL_SESSIONS", "STORE", "THREADS", "TLS_CERT",
           "TLS_CLIENT_CA", "TLS_KEY", "TOKENS")
 KNOWN = (*SERVER, "ADDRESS", "SERVER", "TLS_CA", "TOKEN", "CLI", "SANITIZED")  # the last two are of the tests
 # What Kubernetes sets for a service whose name begins with "stiefel".
