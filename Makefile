@@ -126,7 +126,7 @@ dist: wheel ## make what a release needs in build/dist: wheels, sources, image, 
 
 docs: packages-run build-programs ## build the site of the documentation into build/docs/html, tutorials run and pictures drawn
 	@docker/packages.sh docs
-	@$(PYTHON) docs/site/build_site.py build/release build/docs
+	@$(PYTHON) -m sphinx -W --keep-going -q -b html -c docs/site -d build/docs/doctrees . build/docs/html
 	@echo "wrote build/docs/html/index.html"
 
 bare: ## run and test a fresh clone in a bare Debian 12, or SUITE=trixie for 13, as root

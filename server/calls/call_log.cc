@@ -13,6 +13,7 @@
 #include "server/convert/errors.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/scheduler.h"
+#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
@@ -30,6 +31,8 @@ void push_back(const grpc::Status& status, grpc::CallbackServerContext& context)
   context.AddTrailingMetadata("grpc-retry-pushback-ms",
                               delay ? std::to_string(delay->count()) : "-1");
 }
+
+constexpr const char* numerics_key = "stiefel-numerics-id";
 
 /// Returns instructions as an integer, at most 2⁶².
 std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work, 0x1p62)); }
@@ -49,10 +52,11 @@ std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
   return trace_id({first->second.data(), first->second.size()});
 }
 
-CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
+CallLog::CallLog(const Log& log, grpc::CallbackServerContext& context, const char* method,
                  Metrics* metrics)
     : log_(&log),
       method_(method),
+      context_(&context),
       metrics_(metrics),
       running_(metrics ? &metrics->calls : nullptr, method) {
   if (!log.enabled(Log::Level::info)) return;
@@ -64,8 +68,14 @@ CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, con
       std::chrono::steady_clock::now()});
 }
 
-bool CallLog::tell_price(bool at_most) const {
+void CallLog::tell_numerics() {
+  if (!std::exchange(numerics_told_, true))
+    context_->AddInitialMetadata(numerics_key, numerics_id());
+}
+
+bool CallLog::tell_price(bool at_most) {
   if (price_ < told_from) return false;
+  tell_numerics();
   std::array<char, 16> text;
   std::snprintf(text.data(), text.size(), "%.2e", price_);
   context_->AddInitialMetadata("stiefel-work", text.data());
@@ -102,7 +112,12 @@ void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
   running_.end(status.error_code());
   stream_.reset();
   try {
-    if (context_) push_back(status, *context_);
+    push_back(status, *context_);
+    // gRPC's clients do not repeat a call whose initial metadata has arrived.
+    if (status.ok())
+      tell_numerics();
+    else if (!numerics_told_)
+      context_->AddTrailingMetadata(numerics_key, numerics_id());
     worked();
     write(status, steps_ + steps);
   } catch (const std::exception&) {

@@ -33,20 +33,16 @@ std::string_view trace_id_of(const grpc::CallbackServerContext& context);
 /// caller's `x-request-id`, or a new one), trace id if there is one, method, session, peer,
 /// principal if there is one, code, the error if it failed, duration, steps, and the work done in
 /// instructions. Above the level debug a call of less than `is_long` that succeeds has no line.
-/// Also counts the call in the metrics, if there are any.
+/// Also counts the call in the metrics, if there are any, and tells the caller the numerics id.
 class CallLog {
  public:
-  CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
+  CallLog(const Log& log, grpc::CallbackServerContext& context, const char* method,
           Metrics* metrics = nullptr);
   CallLog(CallLog&&) = default;
   static constexpr std::chrono::milliseconds is_long{10};
 
-  /// Sets who pays for the call, and the context by which a refusal tells when to try again. Call
-  /// it before `finish`.
-  void bill(Account& account, grpc::CallbackServerContext& context) {
-    account_ = &account;
-    context_ = &context;
-  }
+  /// Sets who pays for the call.
+  void bill(Account& account) { account_ = &account; }
   Account& account() const { return *account_; }
 
   /// Adds to the predicted price, in instructions.
@@ -55,7 +51,7 @@ class CallLog {
   /// `stiefel-work`, so that a caller whose deadline passes can say how long the call takes.
   /// `at_most`: whether the call may end long before it has taken its price. Returns whether there
   /// is such metadata to send.
-  bool tell_price(bool at_most) const;
+  bool tell_price(bool at_most);
   /// Adds the work of the slice that this thread runs. Call it before a slice ends that does not
   /// end the call; `finish` does the same.
   void worked();
@@ -70,7 +66,8 @@ class CallLog {
   /// Sets the session.
   void name(std::string_view session_id);
   /// Call `writing` when a message of the stream goes to gRPC, `written` when gRPC has sent it.
-  void writing() noexcept {
+  void writing() {
+    tell_numerics();
     if (stream_) stream_->writing();
   }
   void written() noexcept {
@@ -79,12 +76,14 @@ class CallLog {
   /// Counts an error that the caller is told. `finish` counts that of the call itself.
   void refuse(const grpc::Status& status) const noexcept;
 
-  /// Ends the call in the metrics and writes its line. Call it once. The line costs nothing when
-  /// the level is above info; that of an INTERNAL error has the level error. Without memory the
-  /// line is lost.
+  /// Ends the call in the metrics, completes the reply's metadata, and writes the call's line. Call
+  /// it once. The line costs nothing when the level is above info; that of an INTERNAL error has
+  /// the level error. Without memory the line is lost.
   void finish(const grpc::Status& status, std::int64_t steps = 0) noexcept;
 
  private:
+  /// Puts the numerics id into the initial metadata, once, before the first message.
+  void tell_numerics();
   void write(const grpc::Status& status, std::int64_t steps) const;
   /// Returns the level of the line of a call that ended so after that time; nothing if it has none.
   std::optional<Log::Level> level(const grpc::Status& status, std::chrono::nanoseconds took) const;
@@ -99,7 +98,8 @@ class CallLog {
   const Log* log_;
   const char* method_;
   Account* account_ = nullptr;
-  grpc::CallbackServerContext* context_ = nullptr;
+  grpc::CallbackServerContext* context_;
+  bool numerics_told_ = false;
   std::unique_ptr<Details> details_;
   Metrics* metrics_ = nullptr;
   CallMetrics::Running running_;

@@ -5,15 +5,12 @@
 #include <utility>
 
 #include "server/convert/errors.h"
-#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
 
-/// Sets the reply's metadata `stiefel-numerics-id` and, for a call with a `traceparent`, the
-/// trailing `stiefel-trace-id`.
+/// Sets the trailing metadata `stiefel-trace-id` of a call with a `traceparent`.
 void mark(grpc::CallbackServerContext& context) {
-  context.AddInitialMetadata("stiefel-numerics-id", numerics_id());
   if (const auto trace = trace_id_of(context); !trace.empty())
     context.AddTrailingMetadata("stiefel-trace-id", std::string(trace));
 }
@@ -153,7 +150,7 @@ Reactor* Gate::pass(const char* name, Handler handler, Context* context, Message
     if (const auto refused = callers_ ? callers_->admit(*context) : std::nullopt) {
       begun = status_of(*refused);
     } else {
-      log->bill(host_.accounts.of(host_.identify(*context)), *context);
+      log->bill(host_.accounts.of(host_.identify(*context)));
       begun = (service_.*handler)(*context, *log, argument(messages, *log)...);
     }
   } catch (const Unreadable& unreadable) {

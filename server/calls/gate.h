@@ -10,7 +10,7 @@
 namespace stiefel::server {
 
 /// The service that is registered with gRPC: every call passes through it, and every reply gets the
-/// metadata that tells the build and the trace. Ends a call with UNAUTHENTICATED if its caller is
+/// metadata that tells the trace. Ends a call with UNAUTHENTICATED if its caller is
 /// not let in, with INVALID_ARGUMENT if its request is not a message of the right type, and with
 /// the status that its handler returns or that of an exception; writes a log line for each. No
 /// RPC can miss the checks: they all are taken from simulation.proto.

@@ -67,9 +67,9 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
                                                                   const FieldNames& names);
 
 /// Writes the name, type and shape of a field: {samples, members, rows, cols}, without `samples`
-/// when that is absent and with `members` in ensembles only.
-void describe_field(const Session& session, const Field& field, std::optional<std::size_t> samples,
-                    v1::Field* out);
+/// when that is absent and with `members` in ensembles only, unless it is that of one member.
+void describe_field(const Session& session, std::size_t index, std::optional<std::size_t> samples,
+                    bool of_member, v1::Field* out);
 /// Writes the simulation's current state.
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out);

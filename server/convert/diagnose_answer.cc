@@ -46,6 +46,25 @@ void shorten(std::size_t most, std::vector<InvariantDrift>& invariants,
   }
 }
 
+constexpr v1::MotionKind kinds[] = {v1::MOTION_KIND_AT_REST, v1::MOTION_KIND_STEADY,
+                                    v1::MOTION_KIND_SHORT_AXIS, v1::MOTION_KIND_LONG_AXIS,
+                                    v1::MOTION_KIND_SEPARATRIX};
+
+void to_proto(const BodyMotion& motion, v1::BodyMotion* out) {
+  out->set_kind(kinds[static_cast<int>(motion.kind)]);
+  out->set_separatrix(motion.separatrix);
+  if (motion.period) out->set_period(*motion.period);
+  if (motion.precession_period) out->set_precession_period(*motion.precession_period);
+  out->set_least_nutation(motion.nutation[0]);
+  out->set_largest_nutation(motion.nutation[1]);
+  out->set_energy(motion.energy);
+  for (int i = 0; i < 3; ++i) {
+    out->add_momentum(motion.momentum(i));
+    out->add_moments(motion.moments(i));
+    for (int j = 0; j < 3; ++j) out->add_axes(motion.axes(i, j));
+  }
+}
+
 }  // namespace
 
 void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
@@ -62,6 +81,7 @@ void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
   if (diagnosis.orthogonality) out->set_orthogonality(*diagnosis.orthogonality);
   out->mutable_domain()->set_h_omega(diagnosis.h_omega);
   if (diagnosis.largest_step) out->mutable_domain()->set_largest_step(*diagnosis.largest_step);
+  if (diagnosis.motion) to_proto(*diagnosis.motion, out->mutable_motion());
 }
 
 void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out) {

@@ -95,7 +95,7 @@ void Sampling::sample(Batch& batch) {
   batch.steps.push_back(last_);
   batch.times.push_back(session_.scene().time(last_));
   for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const std::size_t size = field_bytes(session_, session_.fields()[fields_[i]]);
+    const std::size_t size = field_bytes(session_, fields_[i]);
     std::string& bytes = batch.fields[i];
     const std::size_t samples = std::max(capacity_, index + 1);
     if (bytes.size() < samples * size) bytes.resize(samples * size);

@@ -50,6 +50,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const Resolution& resolution() const { return resolution_; }
   /// SHA-256 of the resolved scene, 32 bytes: equal exactly for equal scenes.
   const std::string& identity() const { return identity_; }
+  /// Simulation::fields.
   const std::vector<Field>& fields() const { return fields_; }
   /// The indices of the fields that are reported where none are named.
   const std::vector<std::size_t>& default_fields() const { return default_fields_; }

@@ -16,7 +16,7 @@ import venv
 from pathlib import Path
 from typing import Any
 
-PACKAGES = ("distributed>=2022.12", "psutil", "grpcio>=1.51", "protobuf>=4.21,<8", "numpy>=1.21")
+PACKAGES = ("distributed>=2022.12", "psutil", "grpcio>=1.51", "protobuf>=4.21,<8", "numpy>=1.21", "xarray>=2022.6")
 CLUSTER = Path(__file__).resolve().parents[1] / "cluster"  # whose soak test has the bodies and counts processor time
 WORKERS = 2
 

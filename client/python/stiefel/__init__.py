@@ -19,7 +19,7 @@ from stiefel.version import __version__
 
 # What `help(stiefel)` shows.
 __all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "__version__", "body", "examples", "load",
-           "rerun", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling"]
+           "rerun", "simulate", "solids", "sweep", "to_dict", "to_message"]
 
 
 def __getattr__(name: str) -> Any:

@@ -12,6 +12,7 @@ from stiefel import v1 as pb
 from stiefel._given.normalized import normalized, orthonormal, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel._given.shown import shown
+from stiefel._given.velocities import with_momenta
 from stiefel._manifold.beta import SMALL, span_of
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
@@ -117,7 +118,7 @@ class Client:
         message, epoch = with_epoch(scene)
         if normalize:
             message = normalized(message)
-        return created(self._connection, message, id, checkpoint, epoch, scene, normalize)
+        return created(self._connection, message, id, checkpoint, epoch, normalize)
 
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
@@ -152,7 +153,7 @@ class Client:
         parametric system, the scene's when absent. Raises InvalidArgument if the motion has no such form.
         """
         request = pb.ConvertRequest(
-            scene=to_message(scene), to=system, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter))
+            scene=with_momenta(to_message(scene), self._connection.systems), to=system, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter))
         return answers.conversion(self._connection.call_all("Convert", request), request)
 
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
@@ -265,7 +266,7 @@ class Client:
                 break
             except Unavailable as error:  # another server measures everything again
                 self._connection.pause(error, pauses, deadline)
-        for text in tradeoff.setup.warnings:
+        for text in tradeoff.warnings:
             warn_of_scene(text)
         return tradeoff
 
@@ -275,7 +276,7 @@ class Client:
         """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
         the measurement."""
         request = pb.MeasureTradeoffRequest(
-            scene=to_message(scene), horizon=optional("horizon", horizon, SECONDS), budget=optional("budget", budget),
+            scene=with_momenta(to_message(scene), self._connection.systems), horizon=optional("horizon", horizon, SECONDS), budget=optional("budget", budget),
             repeats=None if repeats is None else whole("repeats", repeats, bits=32))
         deadline, waits = self._connection.deadline(timeout), Pauses()
         parts = answers.TradeoffParts()

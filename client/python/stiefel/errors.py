@@ -33,8 +33,16 @@ class SceneWarning(UserWarning):
 TASK: ContextVar[Optional[FrameType]] = ContextVar("task", default=None)
 
 
+#: A list that takes the texts of warnings about scenes, which are then not given; None: they are given.
+SCENE_WARNINGS: ContextVar[Optional[list[str]]] = ContextVar("warnings", default=None)
+
+
 def warn_of_scene(text: str) -> None:
     """Gives a SceneWarning at the line that called this package, however many of its functions lie between."""
+    kept = SCENE_WARNINGS.get()
+    if kept is not None:
+        kept.append(text)
+        return
     frame = calling_frame()
     warnings.warn_explicit(text, SceneWarning, frame.f_code.co_filename, frame.f_lineno, str(frame.f_globals.get("__name__")),
                            frame.f_globals.setdefault("__warningregistry__", {}))

@@ -18,6 +18,7 @@ from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantitie
                                       to_quantities)
 from stiefel._given.sections import Coordinate, column, columns, of_section, to_section
 from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
+from stiefel._given.velocities import with_given_names, with_momenta
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection
@@ -30,9 +31,9 @@ from stiefel._wire.replies import described, run_status
 from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
                             warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, Errors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
+from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
-from stiefel.scene import to_method, with_changes, with_given_names
+from stiefel.scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
 
@@ -97,7 +98,7 @@ class Session(Held):
         put_structure(request, forms, dirac_brackets)
         return answers.diagnosis(self._ask("Diagnose", request, timeout), request)
 
-    def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
+    def error_at(self, times: Any, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
         one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
         return errors_at(self, times, timeout)
@@ -145,7 +146,7 @@ class Session(Held):
             return forked
         with forked:
             scene = with_changes(forked.resolved(), body, initial, normalize)
-        return created(self._connection, scene, id, b"", forked.epoch, {"initial": initial or {}}, normalize)
+        return created(self._connection, scene, id, b"", forked.epoch, normalize)
 
     def _epoch_after(self, step: int) -> Optional[str]:
         return self.epoch and str(instant("epoch", self.epoch).after(step * self._known_scene().step))
@@ -167,7 +168,7 @@ class Session(Held):
         pauses and the caller's own time, after which DeadlineExceeded is raised.
         """
         for batch in self._samples(*self._range(to, start, every, time), names("fields", fields), timeout):
-            yield batch._of(self.message.system)
+            yield batch._of(self._side)
 
     def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
                    fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
@@ -279,8 +280,8 @@ class Session(Held):
 
         Each event is a mapping with the keys field and coefficients, and optionally level (default 0), direction
         ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all), terminal (whether the
-        motion ends at the last zero of `limit`, by default False) and plus (a mapping from more fields to coefficients,
-        whose sums are added to g). A zero is found where g has different signs at two consecutive steps; two zeros
+        motion ends at the last zero of `limit`, by default False), plus (a mapping from more fields to coefficients,
+        whose sums are added to g) and extremum (True: zeros of the derivative of g, rising at minima). A zero is found where g has different signs at two consecutive steps; two zeros
         between them are not seen. `fields`: the fields to return at the zeros, as in `step`. `time`: instead of `to`, the
         time of a step.
         """
@@ -336,7 +337,7 @@ class Session(Held):
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
+        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch, self._side())
 
     def _again(self, scene: pb.Scene) -> Optional[Session]:
         """Creates a session of the same scene; None after the client was closed."""
@@ -366,18 +367,18 @@ class Session(Held):
 
 
 def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, checkpoint: bytes = b"",
-            epoch: Optional[str] = None, given: Any = None, normalize: bool = False) -> Session:
-    """Creates a session of a scene, and warns of what the server warns of. `given`: the scene as the caller has it, whose
-    names errors use. `normalize`: whether the scene is normalized."""
-    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=scene, checkpoint=checkpoint)
+            epoch: Optional[str] = None, normalize: bool = False) -> Session:
+    """Creates a session of a scene, and warns of what the server warns of. `normalize`: whether the scene is normalized."""
+    sent = with_momenta(scene, connection.systems)
+    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent, checkpoint=checkpoint)
     try:
         reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     except InvalidArgument as error:
-        raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene if given is None else given) from None
+        raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene) from None
     session = described(reply.session, request.session_id)
     for text in session.warnings:
         warn_of_scene(text)
-    return Session(connection, session, reply.created, scene, owner=True, checkpoint=checkpoint, epoch=epoch)
+    return Session(connection, session, reply.created, sent, owner=True, checkpoint=checkpoint, epoch=epoch)
 
 
 def __dir__() -> list[str]:

@@ -5,7 +5,7 @@ import grpc
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 
-from stiefel._given.mappings import is_repeated
+from stiefel._given.shapes import is_repeated
 
 DEEPEST = 4  #: levels of messages within messages in which fields are changed
 

@@ -45,7 +45,7 @@ class Motion(ByValue):
 
     @property
     def P_phi(self) -> float:
-        """The mean period of the precession of the axis of the mode about the momentum, as `stiefel.tumbling` takes it."""
+        """The mean period of the precession of the axis of the mode about the momentum, as observers of light curves report it."""
         rate = 1 / self.precession_period + (1 / self.period if self.kind == "short-axis mode" else 0.0)
         return 1 / rate if rate else math.inf
 

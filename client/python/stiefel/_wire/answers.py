@@ -8,16 +8,16 @@ import numpy as np
 from google.protobuf import json_format
 
 from stiefel import v1 as pb
-from stiefel._given.mappings import is_repeated
+from stiefel._given.shapes import is_repeated
 from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
-from stiefel._wire.arrays import Assembly, named, put_block, to_array
+from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
 from stiefel._wire.replies import complete, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put, resolve
-from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Geodesic, InjectivityRadius,
+from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, EstimatedError, EstimatedErrors, Events, Geodesic, InjectivityRadius,
                              Invariant,
                              Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
-from stiefel.scene import blocks_of, to_dict
+from stiefel.scene import to_dict
 
 T = TypeVar("T")
 
@@ -192,7 +192,7 @@ def tradeoff(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
             points.append(_point(message.point))
         else:
             front = tuple(points[i] for i in message.front.points)
-    return Tradeoff(setup, tuple(points), front)
+    return read(Tradeoff, setup, points=tuple(points), front=front)
 
 
 def _point(message: pb.TradeoffPoint) -> Point:
@@ -207,13 +207,13 @@ def events(batch: pb.EventBatch, fields: dict[str, Array], ensemble: bool) -> Ev
                   np.array(batch.times), np.array(batch.members, np.uint32) if ensemble else None, fields)
 
 
-def errors(times: Array, steps: Array, found: Sequence[Optional[EstimatedError]]) -> Errors:
+def errors(times: Array, steps: Array, found: Sequence[Optional[EstimatedError]]) -> EstimatedErrors:
     def numbers(name: str) -> Array:
         return np.array([getattr(one, name, None) for one in found], float)  # None becomes NaN
 
     reference = next((one.reference for one in found if one and one.reference), "")
     missing = next((one.missing for one in found if one and one.missing), "")
-    return Errors(times, steps, numbers("attitude"), numbers("momentum"), numbers("angle"), numbers("reference_error"),
+    return EstimatedErrors(times, steps, numbers("attitude"), numbers("momentum"), numbers("angle"), numbers("reference_error"),
                   reference, missing)
 
 

@@ -21,6 +21,7 @@ from typing import Any, Callable, Optional, Sequence
 
 import grpc
 
+from stiefel import v1 as pb
 from stiefel._wire.failures import from_rpc_error
 from stiefel._wire.replies import require
 from stiefel._wire.retries import Deadline, Pauses
@@ -88,6 +89,10 @@ class Connection:
         """Makes a unary call by name."""
         return self.repeat(lambda left: getattr(self.stub, method)(request, timeout=left, metadata=metadata),
                            self.deadline(timeout), waits)
+
+    def systems(self) -> Any:
+        """Returns the systems of the server's catalogue."""
+        return self.call("Describe", pb.DescribeRequest()).systems
 
     def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
         """Makes a call with a stream of replies and returns all of them."""

@@ -8,6 +8,7 @@ from stiefel import v1 as pb
 from stiefel._given.numbers import step_index
 from stiefel._given.typed import Scene
 from stiefel._given.when import step_of, time_of
+from stiefel._results.origin import side_of
 from stiefel._wire import answers
 from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
@@ -16,6 +17,7 @@ from stiefel._wire.replies import Layout, answered, complete, described, ends_at
 from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
 from stiefel._wire.sampling import Samples
 from stiefel._wire.summarizing import Summarizing
+from stiefel.errors import StiefelError
 from stiefel.results import Choice, Outcome, Price, RunStatus, State
 from stiefel.scene import to_dict
 
@@ -67,6 +69,13 @@ class Held:
         """The predicted price of one step."""
         self._known_scene()
         return price(self.message.step_price)
+
+    def _side(self) -> Optional[str]:
+        """Returns how the frame of the system moves, as `Origin.side`; None if the server does not say it at once."""
+        try:
+            return side_of(self.message.system, lambda: self._connection.call("Describe", pb.DescribeRequest(), 5.0, waits=False).systems)
+        except StiefelError:
+            return None
 
     def resolved(self) -> pb.Scene:
         """Returns the resolved scene as a message. Do not change it: the session keeps it."""
@@ -160,13 +169,13 @@ class Held:
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
         Layout(fields, axes=(2, 3), blocks=self._blocks()).check(arrays)
-        return answers.state(reply, named(arrays))._of(self.message.system)
+        return answers.state(reply, named(arrays))._of(self._side)
 
     def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
                        timeout: Optional[float] = None) -> State:
         """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
-        last = list(samples)[-1]._of(self.message.system)
+        last = list(samples)[-1]._of(self._side)
         return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
-                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._system)
+                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._side)

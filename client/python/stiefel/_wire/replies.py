@@ -9,7 +9,7 @@ from google.protobuf.message import Message
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.mappings import is_repeated
+from stiefel._given.shapes import is_repeated
 from stiefel._results.base import Array, Outcome, Price, RunStatus
 from stiefel.errors import CorruptReply
 

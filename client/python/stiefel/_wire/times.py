@@ -16,7 +16,7 @@ from stiefel._wire.sampling import Collector
 from stiefel._wire.streams import progress_bar
 from stiefel._wire.summarizing import in_given_order, states_at
 from stiefel.errors import FailedPrecondition, StiefelError
-from stiefel.results import Errors, EstimatedError, Outcome, RunStatus, State, Trajectory
+from stiefel.results import EstimatedError, EstimatedErrors, Outcome, RunStatus, State, Trajectory
 
 
 def trajectory(session: Any, to: Optional[int], start: int, every: Optional[int], fields: Sequence[str], progress: bool,
@@ -102,7 +102,7 @@ def backwards(session: Any, times: NDArray[Any], timeout: Optional[float]) -> An
     return session.fork(at=0, step=-step, timeout=timeout)
 
 
-def errors_at(session: Any, times: Any, timeout: Optional[float]) -> Errors:
+def errors_at(session: Any, times: Any, timeout: Optional[float]) -> EstimatedErrors:
     """Returns the estimated errors at times, as `Session.error_at` describes them."""
     given = np.atleast_1d(seconds_of("times", times, session.epoch))
     if given.ndim != 1:
@@ -124,4 +124,4 @@ def between_steps(session: Any, time: Any, fields: Sequence[str], timeout: Optio
     if not run.step.size:
         raise FailedPrecondition(f"time {time!r} cannot be reached: {run.run_status.message}")
     return State(int(run.step[0]), float(run.time[0]), {name: values[0] for name, values in run.fields.items()},
-                 run.run_status, run.computed_steps, b"")._of(run._system)
+                 run.run_status, run.computed_steps, b"")._of(run._side)

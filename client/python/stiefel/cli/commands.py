@@ -270,7 +270,7 @@ def report(given: Given, client: Client) -> int:
 
 def describe(given: Given, client: Client) -> int:
     found = client.describe()
-    shown.tell(given, lambda: "\n".join(shown.catalogue(found)), found.message)
+    shown.tell(given, lambda: "\n".join(shown.catalogue(found)), found._message)
     return REACHED
 
 
