@@ -14,7 +14,7 @@ def test_nothing_is_broken():
 
 
 def test_there_is_a_commitment():
-    assert {"stiefel/v1/simulation.proto", "stiefel/v1/tensor.proto", "stiefel/v1/error.proto"} <= {
+    assert {"stiefel/v1/simulation.proto", "stiefel/v1/common.proto"} <= {
         file.name for file in committed().file}
 
 
@@ -29,8 +29,8 @@ def sample(files):
 CHANGES = {
     "a field is gone": lambda files: sample(files).field.pop(1),
     "a field has another type": lambda files: setattr(sample(files).field[0], "type", 13),
-    "a message is gone": lambda files: file_of(files, "price").message_type.pop(),
-    "a value is gone": lambda files: file_of(files, "outcome").enum_type[0].value.pop(),
+    "a message is gone": lambda files: file_of(files, "summary").message_type.pop(),
+    "a value is gone": lambda files: file_of(files, "common").enum_type[0].value.pop(),
     "an RPC answers once": lambda files: setattr(
         next(m for m in file_of(files, "simulation").service[0].method if m.name == "Stream"), "server_streaming", False),
 }
@@ -56,7 +56,7 @@ def test_an_addition_breaks_nothing():
 
 def test_errors_are_those_of_google_rpc():
     """Names and numbers of google/rpc/status.proto and error_details.proto."""
-    messages = {message.name: message for message in file_of(present(), "error").message_type}
+    messages = {message.name: message for message in file_of(present(), "common").message_type}
     expected = {
         "Status": {"code": 1, "message": 2, "details": 3},
         "BadRequest": {"field_violations": 1},

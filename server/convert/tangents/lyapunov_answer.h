@@ -8,7 +8,7 @@
 
 #include "server/convert/tangents/linearize_answer.h"
 #include "stiefel/lyapunov.h"
-#include "stiefel/v1/lyapunov.pb.h"
+#include "stiefel/v1/tangents.pb.h"
 
 namespace stiefel::server {
 
