@@ -153,7 +153,7 @@ int main(int argc, char** argv) {
     check_variables(app);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << explain(app, error);
+    std::cerr << "stiefel-server: error: " << error.what() << "\nSee stiefel-server --help\n";
     return 2;
   }
 

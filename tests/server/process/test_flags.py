@@ -21,13 +21,12 @@ def run(*arguments, **environment):
 
 
 @pytest.mark.parametrize("arguments, told", [
-    (["--thread", "3"], "unknown option --thread; did you mean --threads?"),
-    (["check", "--lisen", "unix:x"], "unknown option --lisen; did you mean --listen?"),
-    (["healthcheck", "--adress=unix:x"], "unknown option --adress; did you mean --address?"),
-    (["--frobnicate"], "unknown option --frobnicate"), (["chek"], "unknown command chek; did you mean check?"),
+    (["--frobnicate"], "The following argument was not expected: --frobnicate"),
+    (["check", "--lisen=unix:x"], "The following argument was not expected: --lisen=unix:x"),
+    (["chek"], "The following argument was not expected: chek"),
     (["--threads"], "--threads: "), (["--threads", "x"], "--threads: 'x' must be a number"), (["token"], "NAME is required"),
 ])
-def test_what_is_unknown_suggests_what_is_near(arguments, told):
+def test_a_wrong_command_line(arguments, told):
     done = run(*arguments)
     assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith(f"stiefel-server: error: {told}")
 
