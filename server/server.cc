@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -14,14 +15,12 @@
 
 #include "server/calls/durability.h"
 #include "server/calls/gate.h"
-#include "server/calls/health_service.h"
 #include "server/calls/service.h"
 #include "server/connections/acceptor.h"
 #include "server/connections/callers.h"
 #include "server/connections/certificates.h"
 #include "server/connections/exporter.h"
 #include "server/connections/listener.h"
-#include "server/connections/self_watch.h"
 #include "server/connections/watched_files.h"
 #include "server/observability/log.h"
 #include "server/observability/metrics.h"
@@ -128,18 +127,15 @@ struct Server::Parts {
                       [this](const Principal& principal, std::uint64_t bytes) {
                         host.registry.evict(bytes, &principal);
                       }),
-             Registry(options.max_sessions, options.idle_timeout, options.clock,
-                      checkpoint_keys(options.access.checkpoint_key), host.memory),
+             Registry(options.max_sessions, options.idle_timeout, options.clock, host.memory),
              Lifecycle(),
              options.identify ? options.identify : Identify(&principal_of),
              options.metrics.empty() ? nullptr : std::make_shared<Metrics>(method_names()),
              Scheduler(options.threads)},
-        health(v1::SimulationService::service_full_name(),
-               HealthService::most_watches(memory_limit)),
         durability(options.store.file.empty()
                        ? nullptr
-                       : std::make_unique<Durability>(
-                             options.store, host, [this](bool able) { health.set_able(able); })),
+                       : std::make_unique<Durability>(options.store, host,
+                                                      [this](bool able) { serve(able); })),
         service(host),
         sweeper("sweep", host.registry.sweep_interval(),
                 [this](const auto&) {
@@ -148,7 +144,6 @@ struct Server::Parts {
                                   {{"count", static_cast<std::int64_t>(dropped)}});
                 }),
         freed_memory(host.memory) {
-    if (options.takes_grpc_log) grpc_log.emplace(host.log);
     guard(options.access);
     gate.emplace(host, service, callers ? &*callers : nullptr);
   }
@@ -156,7 +151,11 @@ struct Server::Parts {
   /// Loads the certificates and the tokens, and watches their files.
   void guard(const AccessOptions& access);
   void listen(const std::vector<std::string>& at, const AccessOptions& access);
-  void accept(const ConnectionOptions& options);
+  void accept();
+  /// Tells the health service, once it is there, whether the server can keep what it acknowledges.
+  void serve(bool able) {
+    if (auto* there = health.load()) there->SetServingStatus(able);
+  }
   void export_metrics(const std::string& address, bool insecure);
 
   const std::chrono::milliseconds grace;
@@ -164,7 +163,7 @@ struct Server::Parts {
   const std::uint64_t memory_limit;
   const Quota quota;
   Host host;
-  HealthService health;
+  std::atomic<grpc::HealthCheckServiceInterface*> health = nullptr;
   std::unique_ptr<Durability> durability;  // null if sessions live in memory
   Service service;
   std::optional<ServedCertificates> certificates;
@@ -175,13 +174,10 @@ struct Server::Parts {
   std::optional<Exporter> exporter;
   std::vector<std::string> addresses;
   std::vector<Listener> listeners;  // until the acceptor takes them
-  std::vector<SocketAddress> sockets;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections, tls_connections;
   std::unique_ptr<grpc::Server> grpc;
   std::optional<Acceptor> acceptor;
-  std::optional<SelfWatch> self_watch;
   std::once_flag shut_down;
-  std::optional<GrpcLog> grpc_log;
 };
 
 void Server::Parts::guard(const AccessOptions& access) {
@@ -211,50 +207,43 @@ void Server::Parts::listen(const std::vector<std::string>& at, const AccessOptio
   for (const std::string& address : at) {
     auto some = checked_listeners(address, access);
     addresses.push_back(with_port(address, some.front().port));
-    for (Listener& one : some) {
-      sockets.push_back(one.address);
-      listeners.push_back(std::move(one));
-    }
+    for (Listener& one : some) listeners.push_back(std::move(one));
   }
 }
 
 void Server::Parts::export_metrics(const std::string& address, bool insecure) {
   if (address.empty()) return;
-  if (const auto fault = address_fault(address).or_else(
-          [&] { return metrics_fault(address, certificates || insecure); }))
+  if (const auto fault =
+          address_fault(address).or_else([&] { return metrics_fault(address, insecure); }))
     throw std::runtime_error("cannot serve metrics on " + address + ": " + *fault);
   const ServerMetrics::Parts parts{host.registry, host.scheduler, host.accounts, host.memory,
                                    STIEFEL_VERSION};
-  exporter.emplace(address,
-                   Exporter::Metrics{{host.metrics, &host.metrics->calls},
-                                     {host.metrics, &host.metrics->streams},
-                                     std::make_shared<ServerMetrics>(parts)},
-                   certificates ? &*certificates : nullptr);
+  exporter.emplace(address, Exporter::Metrics{{host.metrics, &host.metrics->calls},
+                                              {host.metrics, &host.metrics->streams},
+                                              std::make_shared<ServerMetrics>(parts)});
   host.log.line(Log::Level::info, "metrics", {{"url", exporter->url()}});
 }
 
-void Server::Parts::accept(const ConnectionOptions& options) {
+void Server::Parts::accept() {
   if (listeners.empty()) return;
-  const std::size_t most = possible_connections(options.most);
-  const auto count = [](std::size_t number) { return static_cast<std::int64_t>(number); };
+  const std::size_t limit = descriptor_limit();
+  const int most =
+      static_cast<int>(limit > reserved_descriptors ? limit - reserved_descriptors : 1);
   acceptor.emplace(
-      std::move(listeners), Acceptor::Limits{most, options.patience},
+      std::move(listeners), most,
       [this](int connection) {
         grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
         parameters.fd = connection;
         const bool encrypted = tls_connections && !is_unix_socket(connection);
         (encrypted ? tls_connections : connections)->HandleNewConnection(&parameters);
       },
-      [this, most, count](std::size_t refused) {
+      [this](std::size_t refused) {
         host.log.line(Log::Level::warn, "connections refused",
-                      {{"count", count(refused)}, {"max_connections", count(most)}});
+                      {{"count", static_cast<std::int64_t>(refused)}});
       });
-  if (options.self_watch.count() > 0)
-    self_watch.emplace(sockets, options.self_watch, options.unreachable,
-                       certificates ? client_hello() : "");
   for (const std::string& address : addresses)
     host.log.line(Log::Level::info, "listening",
-                  {{"address", address}, {"max_connections", count(most)}});
+                  {{"address", address}, {"descriptors", static_cast<std::int64_t>(most)}});
 }
 
 Server::Server(Options options) {
@@ -266,6 +255,7 @@ Server::Server(Options options) {
   parts_->listen(options.listen, options.access);
   parts_->export_metrics(options.metrics, options.access.insecure);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;
   limit_memory(parts_->memory_limit, builder);
   keep_connections(options.connections, builder);
@@ -278,10 +268,11 @@ Server::Server(Options options) {
         Builder::ExternalConnectionType::FROM_FD, parts_->certificates->credentials());
   if (parts_->callers) builder.SetContextAllocator(parts_->callers->context_allocator());
   builder.RegisterService(&*parts_->gate);
-  builder.RegisterService(&parts_->health);
   parts_->grpc = builder.BuildAndStart();
   if (!parts_->grpc) throw std::runtime_error("cannot start the server");
-  parts_->accept(options.connections);
+  parts_->health = parts_->grpc->GetHealthCheckService();
+  parts_->health.load()->SetServingStatus(v1::SimulationService::service_full_name(), true);
+  parts_->accept();
 }
 
 Server::~Server() {
@@ -304,7 +295,7 @@ void Server::shutdown() {
     const auto& waits_for = parts_->waits_for;
     host.lifecycle.refuse();
     waits_for("the health service");
-    parts_->health.stop();
+    parts_->health.load()->Shutdown();
     host.log.line(Log::Level::info, "shutting down");
     waits_for("running calls");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
@@ -313,15 +304,12 @@ void Server::shutdown() {
     host.lifecycle.interrupt();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
-    waits_for("the connection to the server's own address");
-    parts_->self_watch.reset();
     waits_for("the thread that accepts connections");
     parts_->acceptor.reset();
     waits_for("connections to close");
     parts_->grpc->Shutdown(std::chrono::system_clock::now() + delivery_time);
     waits_for("running calls to end after their connections");
     host.lifecycle.wait_idle(std::chrono::hours(1));
-    host.log.tell_counted();
     host.log.line(Log::Level::info, "stopped");
   });
 }

@@ -34,7 +34,7 @@ void push_back(const grpc::Status& status, grpc::CallbackServerContext& context)
 
 constexpr const char* numerics_key = "stiefel-numerics-id";
 
-/// Returns instructions as an integer; a price may exceed the largest one.
+/// Returns instructions as an integer, at most 2⁶².
 std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work, 0x1p62)); }
 
 /// Returns the first 128 bytes, the most that an id may have.
@@ -43,9 +43,6 @@ std::string cut(std::string_view text) { return std::string(text.substr(0, 128))
 /// The least price that is told when a call begins, in instructions: a fifth of a second, beside
 /// which the message that tells it takes nothing.
 constexpr double told_from = instructions_a_second / 5;
-/// The work of a call that takes `CallLog::is_long`, in instructions.
-constexpr double long_work = instructions_a_second * CallLog::is_long.count() / 1000;
-
 }  // namespace
 
 std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
@@ -87,9 +84,7 @@ bool CallLog::tell_price(bool at_most) {
 }
 
 void CallLog::worked() {
-  if (!details_) return;
-  work_ += take_slice_work();
-  if (details_->begins) begin_if_long();
+  if (details_) work_ += take_slice_work();
 }
 
 void CallLog::name(std::string_view session_id) {
@@ -99,26 +94,6 @@ void CallLog::name(std::string_view session_id) {
 void CallLog::begin() noexcept {
   try {
     if (metrics_) stream_ = std::make_unique<OpenStreams::Stream>(metrics_->streams);
-  } catch (const std::exception&) {
-  }
-  if (!details_) return;
-  details_->begins = true;
-  if (price_ >= long_work)
-    tell_begin(Log::Level::info);
-  else if (log_->enabled(Log::Level::debug))
-    tell_begin(Log::Level::debug);
-}
-
-void CallLog::begin_if_long() noexcept {
-  if (std::chrono::steady_clock::now() - details_->start >= is_long) tell_begin(Log::Level::info);
-}
-
-void CallLog::tell_begin(Log::Level level) noexcept {
-  details_->begins = false;
-  try {
-    Log::Facts line = facts();
-    line.push_back({"price", whole(price_)});
-    log_->line(level, "rpc begins", line);
   } catch (const std::exception&) {
   }
 }
@@ -150,43 +125,36 @@ void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
   details_.reset();
 }
 
-Log::Facts CallLog::facts() const {
-  Log::Facts facts;
-  if (details_) {
-    facts.push_back({"request_id", details_->request_id});
-    if (!details_->trace_id.empty()) facts.push_back({"trace_id", details_->trace_id});
-  }
-  facts.push_back({"method", method_});
-  if (!details_) return facts;
-  facts.push_back({"session", details_->session_id});
-  facts.push_back({"peer", details_->peer});
-  if (account_ && !account_->principal().name.empty())
-    facts.push_back({"principal", account_->principal().name});
-  return facts;
-}
-
 std::optional<Log::Level> CallLog::level(const grpc::Status& status,
                                          std::chrono::nanoseconds took) const {
   if (status.error_code() == grpc::INTERNAL) return Log::Level::error;
   if (!details_) return std::nullopt;
-  if (took >= is_long || (!status.ok() && log_->tells_failure())) return Log::Level::info;
-  if (log_->enabled(Log::Level::debug)) return Log::Level::debug;
-  log_->count(!status.ok());
-  return std::nullopt;
+  if (took >= is_long || !status.ok()) return Log::Level::info;
+  return Log::Level::debug;
 }
 
 void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
   const auto took = details_ ? std::chrono::steady_clock::now() - details_->start
                              : std::chrono::steady_clock::duration();
   const std::optional<Log::Level> level = this->level(status, took);
-  if (!level) return;
-  Log::Facts facts = this->facts();
+  if (!level || !log_->enabled(*level)) return;
+  Log::Facts facts;
+  if (details_) {
+    facts.push_back({"request_id", details_->request_id});
+    if (!details_->trace_id.empty()) facts.push_back({"trace_id", details_->trace_id});
+  }
+  facts.push_back({"method", method_});
+  if (details_) {
+    facts.push_back({"session", details_->session_id});
+    facts.push_back({"peer", details_->peer});
+  }
+  if (account_ && !account_->principal().name.empty())
+    facts.push_back({"principal", account_->principal().name});
   facts.push_back({"code", code_name(status.error_code())});
   if (!status.ok()) facts.push_back({"error", status.error_message()});
   if (details_) {
     facts.push_back({"milliseconds", std::chrono::duration<double, std::milli>(took).count()});
     facts.push_back({"steps", steps});
-    facts.push_back({"price", whole(price_)});
     facts.push_back({"work", whole(work_)});
   }
   log_->line(*level, "rpc", facts);

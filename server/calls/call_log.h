@@ -31,10 +31,9 @@ std::string_view trace_id_of(const grpc::CallbackServerContext& context);
 
 /// Writes the log line of one RPC, with the message "rpc" however the call ended: request id (the
 /// caller's `x-request-id`, or a new one), trace id if there is one, method, session, peer,
-/// principal if there is one, code, the error if it failed, duration, steps, and the predicted
-/// price and the work done in instructions. Above the level debug a call of less than `is_long`
-/// that succeeds is only counted. For a long stream a line "rpc begins" comes first. Also counts
-/// the call in the metrics, if there are any, and tells the caller the numerics id.
+/// principal if there is one, code, the error if it failed, duration, steps, and the work done in
+/// instructions. Above the level debug a call of less than `is_long` that succeeds has no line.
+/// Also counts the call in the metrics, if there are any, and tells the caller the numerics id.
 class CallLog {
  public:
   CallLog(const Log& log, grpc::CallbackServerContext& context, const char* method,
@@ -56,16 +55,13 @@ class CallLog {
   /// Adds the work of the slice that this thread runs. Call it before a slice ends that does not
   /// end the call; `finish` does the same.
   void worked();
-  /// Adds work, in instructions, that was done outside a slice, to both the price and the work, and
-  /// the steps that it computed.
+  /// Adds work, in instructions, that was done outside a slice, and the steps that it computed.
   void did(double work, std::int64_t steps = 0) {
-    price_ += work;
     work_ += work;
     steps_ += steps;
   }
 
-  /// Begins a stream. Call it once, after `price`. Its line is written now if the price is one of a
-  /// long call or the level debug, otherwise when the stream works or writes after `is_long`.
+  /// Begins a stream. Call it once.
   void begin() noexcept;
   /// Sets the session.
   void name(std::string_view session_id);
@@ -73,7 +69,6 @@ class CallLog {
   void writing() {
     tell_numerics();
     if (stream_) stream_->writing();
-    if (details_ && details_->begins) begin_if_long();
   }
   void written() noexcept {
     if (stream_) stream_->written();
@@ -92,10 +87,6 @@ class CallLog {
   void write(const grpc::Status& status, std::int64_t steps) const;
   /// Returns the level of the line of a call that ended so after that time; nothing if it has none.
   std::optional<Log::Level> level(const grpc::Status& status, std::chrono::nanoseconds took) const;
-  void begin_if_long() noexcept;
-  void tell_begin(Log::Level level) noexcept;
-  /// Returns the facts of both lines: who calls and what.
-  Log::Facts facts() const;
 
   struct Details {
     std::string request_id;
@@ -103,7 +94,6 @@ class CallLog {
     std::string session_id;
     std::string peer;
     std::chrono::steady_clock::time_point start;
-    bool begins = false;  // whether the line "rpc begins" is still to be written
   };
   const Log* log_;
   const char* method_;

@@ -65,7 +65,6 @@ class ConnectCall final : public Call<grpc::ServerWriteReactor<v1::ConnectRespon
 bool ConnectCall::run_slice() noexcept {
   grpc::Status status;
   try {
-    failpoint("call.slice");
     if (!answer_ && host_.lifecycle.refusing()) status = errors::shutting_down();
     if (cancelled()) status = errors::cancelled();
     if (status.ok())

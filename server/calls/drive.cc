@@ -6,7 +6,6 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/calls/step.h"
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
@@ -124,7 +123,6 @@ void DriveCall::take_request() {
 
 /// Checks the request and sets the task from it.
 grpc::Status DriveCall::prepare(const v1::DriveRequest& request) {
-  failpoint("drive.prepare");
   if (host_.lifecycle.refusing()) return errors::shutting_down();
   const std::string& id = request.session_id();
   if (!id_.empty() && !id.empty() && id != id_) {
@@ -156,7 +154,6 @@ grpc::Status DriveCall::prepare(const v1::DriveRequest& request) {
 }
 
 grpc::Status DriveCall::admit_request() {
-  failpoint("drive.enter");
   const Session& session = **session_;
   const std::int64_t start = session.start_for(task_.to);
   const double price = session.most_work(start, task_.to);

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "server/convert/errors.h"
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -151,7 +150,6 @@ Reactor* Gate::pass(const char* name, Handler handler, Context* context, Message
     if (const auto refused = callers_ ? callers_->admit(*context) : std::nullopt) {
       begun = status_of(*refused);
     } else {
-      failpoint("call.open");
       log->bill(host_.accounts.of(host_.identify(*context)));
       begun = (service_.*handler)(*context, *log, argument(messages, *log)...);
     }

@@ -11,7 +11,6 @@
 #include "server/convert/errors.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/work_price.h"
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/identity.h"
 
@@ -78,7 +77,6 @@ bool is_freed_at_once(const Session& session) {
 
 Answered create(Host& host, Account& account, const v1::CreateSessionRequest& request,
                 v1::CreateSessionResponse* response) {
-  failpoint("call.create");
   const v1::Scene& given = request.scene();
   MemoryLease resolving(account.memory(), scene_workspace(given));
   auto scene = read_scene(request.has_scene(), given, "scene",
@@ -98,7 +96,6 @@ Answered create(Host& host, Account& account, const v1::CreateSessionRequest& re
   to_proto(*admitted->session, resolution, host.registry, request.view(),
            response->mutable_session());
   response->set_created(admitted->created);
-  response->set_checkpoint_ignored(admitted->checkpoint_ignored);
   const double work =
       wants_choice(request.scene()) ? most_choice_work() : recommendation_work(request.scene());
   if (work > 0)

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "server/calls/call.h"
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/cursor.h"
 
 namespace stiefel::server {
@@ -65,7 +64,6 @@ class SlicedStream : public Call<grpc::ServerWriteReactor<Response>> {
   }
 
   std::expected<Progress, grpc::Status> checked_slice() {
-    failpoint("call.slice");
     if (!std::exchange(started_, true) && host_.lifecycle.refusing())
       return std::unexpected(errors::shutting_down());
     if (cancelled()) return std::unexpected(errors::cancelled());

@@ -9,7 +9,6 @@
 #include "server/convert/errors.h"
 #include "server/convert/summarize_answer.h"
 #include "server/convert/work_price.h"
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -69,7 +68,6 @@ std::expected<Progress, grpc::Status> SummarizeCall::slice(v1::SummarizeResponse
   if (needs_more_slices())
     if (const auto status = work(); !status.ok()) return std::unexpected(status);
   if (needs_more_slices() && slices_ < slices_between_messages) return Progress::no_message;
-  failpoint("call.summary_message");
   slices_ = 0;
   return answer_->next(message) ? Progress::last_message : Progress::message;
 }

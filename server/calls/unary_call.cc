@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
-
 namespace stiefel::server {
 namespace {
 
@@ -79,7 +77,6 @@ bool UnaryCall::run_slice() noexcept {
       return false;
     }
     if (!steps_done_) {
-      failpoint("call.advance");
       std::int64_t budget = slice_steps((*session_)->step_cost());
       if (host_.lifecycle.stopping()) {
         if (cursor_->step() < to_) cursor_->cancel();

@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
@@ -108,7 +107,6 @@ Callers::Callers(const std::string& file, Report report) : report_(std::move(rep
 }
 
 std::optional<Refused> Callers::admit(grpc::CallbackServerContext& context) {
-  failpoint("tokens.admit");
   auto* ours = dynamic_cast<CallerContext*>(&context);
   if (ours != nullptr && ours->admitted_) return std::nullopt;
   const auto& metadata = context.client_metadata();
@@ -127,7 +125,6 @@ std::optional<Refused> Callers::admit(grpc::CallbackServerContext& context) {
 }
 
 void Callers::take(const WatchedFiles::Contents& contents) {
-  failpoint("tokens.reload");
   if (!contents[0]) {
     replace({});
     return report_({0, {contents[0].error() + ": every call is refused"}});

@@ -15,15 +15,11 @@
 #include "stiefel/error_estimate.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
-#include "stiefel/v1/outcome.pb.h"
-#include "stiefel/v1/price.pb.h"
+#include "stiefel/v1/common.pb.h"
 #include "stiefel/v1/scene.pb.h"
 #include "stiefel/v1/simulation.pb.h"
-#include "stiefel/v1/tensor.pb.h"
 
 /// Converts between the wire's types and the engine's; no other code sees both.
-
-/// The last look at a reply: none says OUTCOME_REACHED and carries a number that is not finite.
 
 namespace stiefel::server {
 

@@ -5,7 +5,6 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/parts.h"
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
@@ -42,7 +41,6 @@ void StreamMessages::add_scene(const SceneDescription& resolved) {
 
 void StreamMessages::pack(const Session& session, const std::vector<std::size_t>& fields,
                           Batch& batch, EncodedCheckpoint checkpoint, v1::StreamResponse& message) {
-  failpoint("stream.pack");
   message.mutable_steps()->Assign(batch.steps.begin(), batch.steps.end());
   message.mutable_times()->Assign(batch.times.begin(), batch.times.end());
   message.clear_sample_continues();
@@ -78,7 +76,6 @@ void StreamMessages::unpack(v1::StreamResponse& message, Batch& batch) {
 }
 
 void StreamMessages::next(v1::StreamResponse& message) {
-  failpoint("stream.next");
   message.Clear();
   if (!scene_arrays_.empty()) {
     scene_arrays_.take(part_bytes, message.mutable_scene_arrays());

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <iterator>
 
-#include "server/scheduling/failpoint.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/sessions/identity.h"
 
@@ -192,7 +191,6 @@ OpenStreams::Stream::Stream(OpenStreams& all) : all_(all) {
 }
 
 std::vector<prometheus::MetricFamily> ServerMetrics::Collect() const {
-  failpoint("metrics.collect");
   const auto gauge = [](const char* name, const char* help, double value) {
     return single(name, help, MetricType::Gauge, value);
   };

@@ -10,7 +10,6 @@
 #include <exception>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
 
 namespace stiefel::server {
@@ -296,7 +295,6 @@ void Scheduler::run(std::size_t count, double nanoseconds, Item item, void* cont
     void* context;
   } inner{*this, leader, may_have_more ? portions - 1 : 0, item, context};
   const auto inner_item = [](void* all, std::size_t index) {
-    failpoint("scheduler.items");
     Context& of = *static_cast<Context*>(all);
     // Now helpers find items: one that takes the place of the leader on its core does some of them.
     if (index == 0 && of.wanted > 0) of.scheduler.call_helpers(of.leader, of.wanted);

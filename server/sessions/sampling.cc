@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
 
 namespace stiefel::server {
@@ -91,7 +90,6 @@ std::uint64_t Sampling::bytes() const {
 void Sampling::sample(Batch& batch) {
   const Simulation& simulation = cursor_.simulation();
   if (simulation.step() == last_) return;
-  failpoint("sampling.sample");
   last_ = simulation.step();
   const std::size_t index = batch.size();
   batch.steps.push_back(last_);

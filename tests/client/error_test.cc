@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "stiefel/client/error.h"
-#include "stiefel/v1/error.pb.h"
+#include "stiefel/v1/common.pb.h"
 
 namespace stiefel::client {
 namespace {

@@ -6,7 +6,7 @@
 #include <chrono>
 
 #include "stiefel/client/client.h"
-#include "stiefel/v1/error.pb.h"
+#include "stiefel/v1/common.pb.h"
 #include "tests/client/error_of.h"
 
 namespace stiefel::client {

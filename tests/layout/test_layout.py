@@ -53,13 +53,13 @@ OTHERS = {
     "engine/include/stiefel": [PUBLIC],
     "server/scheduling": [r"stiefel/crew\.h"],
     "server/sessions": [PUBLIC, r"server/scheduling/.*"],
-    "server/sessions/store": [r"server/scheduling/(failpoint|principal|process)\.h", r"server/sessions/.*"],
+    "server/sessions/store": [r"server/scheduling/(principal|process)\.h", r"server/sessions/.*"],
     CONVERSION: [PUBLIC, PROTO, r"server/(scheduling|sessions)/.*"],
     "server/connections": [r"server/(scheduling|sessions)/.*"],
     "server/observability": [PROTO, r"server/(scheduling|sessions)/.*"],
-    "server/calls": [PROTO, r"server/(connections|convert|observability|scheduling|sessions)/.*", r"grpc/health/.*"],
+    "server/calls": [PROTO, r"server/(connections|convert|observability|scheduling|sessions)/.*"],
     "server": [PROTO, r"server/(calls|connections|observability|scheduling|sessions)/.*"],
-    "server/program": [r"server/(connections|observability|scheduling|sessions)/.*", r"server/server\.h", r"grpc/health/.*"],
+    "server/program": [r"server/(connections|observability|scheduling|sessions)/.*", r"server/server\.h"],
     "client/cpp": [CLIENT, PROTO],
 }
 # The headers of gRPC and protobuf, and the folders that must not include them.

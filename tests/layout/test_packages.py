@@ -84,13 +84,13 @@ def test_a_package_that_apt_does_not_offer_is_named(packages, tmp_path):
 
 
 def test_make_run_configures_no_tests():
-    """They need packages that `make run` does not install. Both have the failpoints, so that `make test` compiles on."""
+    """They need packages that `make run` does not install."""
     def configures(*targets):
         done = subprocess.run(["make", "--dry-run", "--always-make", *targets], cwd=ROOT, capture_output=True, text=True, check=True)
         return [line for line in done.stdout.splitlines() if "cmake --preset" in line]
 
     run, = configures("run")
-    assert "--preset release -DSTIEFEL_TESTS=OFF -DSTIEFEL_FAILPOINTS=ON " in run
+    assert "--preset release -DSTIEFEL_TESTS=OFF " in run
     first, then = configures("test")
     assert first == run and "--preset release -DSTIEFEL_TESTS=ON " in then
     assert all("STIEFEL_TESTS" not in line for line in configures("sanitize"))

@@ -54,7 +54,6 @@ def test_killed_far_from_step_0(proxy: str, first: int, make_cluster: Any, tmp_p
     cluster = make_cluster(proxy)
     states = threading.Thread(target=client_in_cpp, args=("states", tmp_path, first, COUNT))
     states.start()
-    monkeypatch.setenv("STIEFEL_CHECKPOINT_KEY", str(tmp_path / "checkpoint.key"))
     with stiefel.Server.start() as alone:
         client_in_cpp("checkpoint", alone.address, tmp_path, first)
     states.join()

@@ -45,9 +45,9 @@ QUERIES = {
 
 
 class Server:
-    def __init__(self, port: int, metrics: int, key: Path):
+    def __init__(self, port: int, metrics: int):
         self.arguments = ["--listen", f"127.0.0.1:{port}", "--metrics", f"127.0.0.1:{metrics}", "--threads", "2",
-                          "--log-level", "warn", "--checkpoint-key", str(key), "--exit-with-parent"]
+                          "--log-level", "warn", "--exit-with-parent"]
         self.start()
 
     def start(self) -> None:
@@ -105,10 +105,8 @@ def main() -> None:
     alerts: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        key = folder / "key"
-        key.write_text("5a" * 32 + "\n")
         *ports, local, tls = free_ports(8)
-        servers = [Server(port, metrics, key) for port, metrics in zip(ports[:3], ports[3:])]
+        servers = [Server(port, metrics) for port, metrics in zip(ports[:3], ports[3:])]
         prometheus = Prometheus(folder, [f"127.0.0.1:{port}" for port in ports[3:]])
         proxy = start_haproxy(folder, ports[:3], local, tls)
         for port in [*ports, local]:

@@ -34,11 +34,7 @@ class Replaceable:
 
 
 @pytest.fixture
-def place(tmp_path, monkeypatch):
-    key = tmp_path / "checkpoint.key"  # of all servers: each takes the checkpoints of the one before
-    key.write_text("7f" * 32 + "\n")
-    key.chmod(0o600)
-    monkeypatch.setenv("STIEFEL_CHECKPOINT_KEY", str(key))
+def place(tmp_path):
     place = Replaceable(tmp_path)
     yield place
     place.stop()

@@ -185,7 +185,6 @@ class LyapunovSpectrum(Ended, ByValue):
     interval: int  #: steps between two orthonormalisations
     run_status: RunStatus
     checkpoint: bytes = field(default=b"", compare=False)  #: from which a later call goes on
-    checkpoint_ignored: bool = field(default=False, compare=False)  #: whether the server did not have the key of the given one
     computed_steps: int = field(default=0, compare=False)
     price: Optional[Price] = field(default=None, compare=False)
 
@@ -232,8 +231,6 @@ class Summary(Ended, ByValue, Mapping[str, "dict[str, Array]"]):
     computed_steps: int = field(compare=False)
     price: Optional[Price] = field(default=None, compare=False)
     checkpoint: bytes = field(default=b"", compare=False)  #: the last checkpoint, if any was asked for
-    #: whether the server ignored the call's checkpoint, because it does not have the key that signed it
-    checkpoint_ignored: bool = field(default=False, compare=False)
 
     def __getitem__(self, name: str) -> dict[str, Array]:
         try:

@@ -218,11 +218,11 @@ def named_statistics(arrays: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def summary(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: int, price: Optional[Price],
-       checkpoint: bytes, checkpoint_ignored: bool = False) -> Summary:
+       checkpoint: bytes) -> Summary:
     quantities: dict[str, dict[str, Array]] = {}
     for name, values in arrays.items():
         quantity, dot, statistic = name.rpartition(".")
         if dot:
             quantities.setdefault(quantity, {})[statistic] = values
     return Summary(quantities, _OUTCOMES[arrays["outcome"]], arrays["last_step"], arrays["ended_by"],
-                   arrays["samples"], run_status, computed_steps, price, checkpoint, checkpoint_ignored)
+                   arrays["samples"], run_status, computed_steps, price, checkpoint)

@@ -40,7 +40,6 @@ class _Growth(Resuming[None]):
         return self.computed_steps
 
     def _take(self, message: pb.LyapunovSpectrumResponse) -> None:
-        self.checkpoint_ignored |= message.checkpoint_ignored and not self._rows
         exponents = np.array(message.exponents)
         if not exponents.size:
             return
@@ -67,7 +66,7 @@ class _Growth(Resuming[None]):
             reason=message.reason, log_gali=volumes[-1] if rows else np.empty(0), step=message.step, time=message.time,
             steps=np.array(steps, np.int64), times=np.array(self._times), history=np.reshape(rows, (len(rows), count)),
             log_gali_history=np.reshape(volumes, (len(rows), max(count - 1, 0))), interval=message.interval, run_status=status,
-            checkpoint=self.checkpoint, checkpoint_ignored=self.checkpoint_ignored, computed_steps=self.computed_steps,
+            checkpoint=self.checkpoint, computed_steps=self.computed_steps,
             price=self.price)
 
 _VERDICTS = {pb.VERDICT_UNDECIDED: Verdict.UNDECIDED, pb.VERDICT_REGULAR: Verdict.REGULAR, pb.VERDICT_CHAOTIC: Verdict.CHAOTIC}

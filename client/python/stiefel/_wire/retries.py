@@ -1,8 +1,8 @@
 """The attempts of one call. Every call is idempotent, so it is made again while its server is away, after a refusal that
 says when to come back, and after the loss of its session.
 
-gRPC's own retry policy does not suffice: it makes five attempts at most, and no other one once a reply has headers, which
-this server sends with every reply, a refusal too.
+gRPC's own retry policy does not suffice: it makes five attempts at most, within seconds, and none after the first message of
+a stream.
 """
 from __future__ import annotations
 

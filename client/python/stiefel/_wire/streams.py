@@ -93,7 +93,6 @@ class Resuming(Reading[T]):
         super().__init__(handle, request, timeout)
         self._given = request.checkpoint  # the caller's
         self.checkpoint = request.checkpoint
-        self.checkpoint_ignored = False  #: whether a server ignored the caller's checkpoint
 
     def _keep(self, message: Any, ends: bool) -> bool:
         if not ends:

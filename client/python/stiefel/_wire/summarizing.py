@@ -39,18 +39,13 @@ class Summarizing(Resuming[Union[Events, Batch]]):
     def summary(self) -> Summary:
         """Returns the summary. Call it after the iteration has ended."""
         assert self.run_status is not None
-        return answers.summary(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint,
-                               self.checkpoint_ignored)
+        return answers.summary(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
 
     def _begin(self) -> int:
         self._seen, self._fields, self._statistics = self._kept, Assembly(), Assembly()
         return max(self.computed_steps - self._recounted, 0)
 
     def _take(self, message: pb.SummarizeResponse) -> Union[Events, Batch, None]:
-        if message.checkpoint_ignored:  # the server does not have its key: the stream begins anew
-            self.checkpoint_ignored |= bool(self._given)
-            self._given = self._request.checkpoint = self.checkpoint = b""
-            self._seen = self._kept = self._recounted = 0
         self._statistics.take(message.statistics)
         batch = self._read(message)
         if batch is None:

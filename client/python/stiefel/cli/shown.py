@@ -23,7 +23,7 @@ from stiefel._results.tables import table
 from stiefel.cli.given import BadInput
 from stiefel.results import Conservation, Section
 
-_LEFT_OUT = ("checkpoint", "checkpoint_ignored", "computed_steps", "price")  # what a result has beside its numbers
+_LEFT_OUT = ("checkpoint", "computed_steps", "price")  # what a result has beside its numbers
 
 
 def plain(value: Any) -> Any:

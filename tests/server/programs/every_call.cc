@@ -1,4 +1,4 @@
-#include "tests/server/failpoints/every_call.h"
+#include "tests/server/programs/every_call.h"
 
 #include <google/protobuf/text_format.h>
 
