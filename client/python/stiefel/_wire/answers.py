@@ -11,6 +11,7 @@ from stiefel import v1 as pb
 from stiefel._given.shapes import is_repeated
 from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
+from stiefel._results.motion import motion_of
 from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
 from stiefel._wire.replies import ends_at, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put
