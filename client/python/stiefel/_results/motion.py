@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._results.base import ByValue
 
-_KINDS = {pb.MOTION_KIND_AT_REST: "at rest", pb.MOTION_KIND_STEADY: "steady rotation", pb.MOTION_KIND_SHORT_AXIS: "short-axis mode",
+KINDS = {pb.MOTION_KIND_AT_REST: "at rest", pb.MOTION_KIND_STEADY: "steady rotation", pb.MOTION_KIND_SHORT_AXIS: "short-axis mode",
           pb.MOTION_KIND_LONG_AXIS: "long-axis mode", pb.MOTION_KIND_SEPARATRIX: "separatrix"}
 
 
@@ -67,5 +67,5 @@ class Motion(ByValue):
 def motion_of(message: pb.BodyMotion, in_si: bool) -> Motion:
     """Reads the server's message. `in_si`: whether the scene has `body`."""
     period, precession = (getattr(message, name) if message.HasField(name) else math.inf for name in ("period", "precession_period"))
-    return Motion(_KINDS[message.kind], message.separatrix, period, precession, (message.least_nutation, message.largest_nutation),
+    return Motion(KINDS[message.kind], message.separatrix, period, precession, (message.least_nutation, message.largest_nutation),
                   np.array(message.momentum), message.energy, np.array(message.moments), np.reshape(message.axes, (3, 3)), in_si)

@@ -11,7 +11,7 @@ from stiefel import v1 as pb
 from stiefel._given.shapes import is_repeated
 from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
-from stiefel._results.motion import motion_of
+from stiefel._results.motion import KINDS, motion_of
 from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
 from stiefel._wire.replies import ends_at, name_of, optional, price, require, run_status
 from stiefel._wire.resolved import put
@@ -138,10 +138,13 @@ def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest, in_si: 
     ends_at(message.run_status, message.step, request.to)
     invariants = tuple(read(Invariant, one, conservation=Conservation(one.conservation)) for one in message.invariants)
     error = read(EstimatedError, message.estimated_error) if message.HasField("estimated_error") else None
+    motion = message.motion if message.HasField("motion") else None
+    require(motion is None or motion.kind in KINDS and [len(one) for one in (motion.momentum, motion.moments, motion.axes)] == [3, 3, 9],
+            "the motion of a body has another kind or shape")
     return read(Diagnosis, message, invariants=invariants, domain=read(Domain, message.domain), estimated_error=error,
                 run_status=run_status(message.run_status), price=price(message.price),
                 shortened={family.name: family.count for family in message.shortened},
-                motion=motion_of(message.motion, in_si) if message.HasField("motion") else None)
+                motion=None if motion is None else motion_of(motion, in_si))
 
 
 def tradeoff(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
