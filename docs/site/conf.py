@@ -29,7 +29,7 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 nbsphinx_execute = "always"
 nbsphinx_timeout = 600
-sphinx_gallery_conf = {"examples_dirs": "../gallery", "gallery_dirs": "generated/gallery", "filename_pattern": r"\.py$",
+sphinx_gallery_conf = {"examples_dirs": "docs/gallery", "gallery_dirs": "docs/site/generated/gallery", "filename_pattern": r"\.py$",
                        "download_all_examples": False, "show_signature": False, "abort_on_example_error": True,
                        "min_reported_time": 1e9}
 
