@@ -20,7 +20,7 @@ project, author = "stiefel", "The stiefel developers"
 version = release = stiefel.__version__
 root_doc = "docs/README"
 include_patterns = ["*.md", "docs/**", "engine/README.md", "tests/*/README.md"]
-exclude_patterns = ["build", "docs/gallery", "docs/site/toctree.md", "**/__pycache__"]
+exclude_patterns = ["build", "docs/gallery", "docs/site/toctree.md", "docs/site/generated/gallery/*.[!r]*", "**/__pycache__"]
 extensions = ["myst_parser", "nbsphinx", "sphinx_gallery.gen_gallery", "sphinx.ext.autodoc", "sphinx.ext.mathjax",
               "sphinxarg.ext", "sphinxcontrib.programoutput"]
 suppress_warnings = ["myst.header", "ref.myst", "ref.python"]
