@@ -33,7 +33,7 @@ def test_the_resolved_scene_is_known_without_a_call(client):
         listed, = (other for other in client.list() if other.id == session.id)
         assert not listed.message.HasField("scene") and listed.scene == scene
         with client.create(scene) as again:
-            assert (again.step(70, "Q")["Q"] == session.step(70, "Q")["Q"]).all()
+            assert (again.step(70, fields="Q")["Q"] == session.step(70, fields="Q")["Q"]).all()
 
 
 def test_the_choice_is_the_session_s(client):

@@ -33,7 +33,7 @@ class Steps:
 
     def __init__(self, client: stiefel.Client):
         self._sessions = [client.create(SCENE) for _ in range(6)]
-        self._expected = self._sessions[0].step(100, "Q")["Q"].tobytes()
+        self._expected = self._sessions[0].step(100, fields="Q")["Q"].tobytes()
 
     def p99(self, holds: Any) -> float:
         """Seconds that a Step takes at most in 99 % of the calls, while `holds()`."""
@@ -41,7 +41,7 @@ class Steps:
         while holds():
             for session in self._sessions:
                 begin = time.monotonic()
-                state = session.step(100, "Q")
+                state = session.step(100, fields="Q")
                 seconds.append(time.monotonic() - begin)
                 assert state["Q"].tobytes() == self._expected
                 time.sleep(0.002)

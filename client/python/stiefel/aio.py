@@ -85,7 +85,7 @@ def _twin_of(function: Callable[P, T]) -> Callable[[Callable[..., Coroutine[Any,
 @_twin_of(simulation.simulate)
 async def simulate(scene: SceneLike, *, normalize: bool = False, **of_trajectory: Any) -> Trajectory:
     own = await _in_thread(simulation.own_client)
-    async with Client(own.address, own.timeout) as client, client.create(scene, normalize=normalize) as session:
+    async with Client(own.address, timeout=own.timeout) as client, client.create(scene, normalize=normalize) as session:
         return await session.trajectory(**of_trajectory)
 
 
@@ -126,13 +126,13 @@ class Client:
     `channel`: a channel of grpc.aio to use instead. Tasks of one loop may share a client.
     """
 
-    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, tls: TlsLike = None,
+    def __init__(self, address: Optional[str] = None, *, timeout: Optional[float] = 60.0, tls: TlsLike = None,
                  token: Optional[str] = None, channel: Optional[grpc.aio.Channel] = None, any_build: bool = False):
         warn_of_unknown()
         if isinstance(channel, grpc.Channel):
             raise InvalidArgument("channel: must be a channel of grpc.aio")
         given: Any = None if channel is None else Channel(lambda: channel)
-        self._blocking = _Client(address, timeout, tls, token, given, any_build)
+        self._blocking = _Client(address, timeout=timeout, tls=tls, token=token, channel=given, any_build=any_build)
         opened: Any = self._blocking.channel
         self._channel: Channel = opened
         self.address = self._blocking.address
@@ -168,8 +168,7 @@ class Client:
     get = _opened(blocking.Client.get)
     delete = _awaited(blocking.Client.delete)
     convert = _awaited(blocking.Client.convert)
-    geodesic = _awaited(blocking.Client.geodesic)
-    connect = _awaited(blocking.Client.connect)
+    geodesics = _awaited(blocking.Client.geodesics)
     conjugate_points = _awaited(blocking.Client.conjugate_points)
     injectivity_radius = _awaited(blocking.Client.injectivity_radius)
     tradeoff = _awaited(blocking.Client.tradeoff)
@@ -250,7 +249,7 @@ class Session:
     delete = _awaited(blocking_session.Session.delete)
     stream = _iterated(blocking_session.Session.stream)
     trajectory = _awaited(blocking_session.Session.trajectory)
-    state_transition = _awaited(blocking_session.Session.state_transition)
+    linearize = _awaited(blocking_session.Session.linearize)
     covariance = _awaited(blocking_session.Session.covariance)
     lyapunov = _awaited(blocking_session.Session.lyapunov)
     summarize = _awaited(blocking_session.Session.summarize)

@@ -281,7 +281,7 @@ class Trajectory(Drawn, Ended, Batch):
         none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded."""
         return ccsds.to_aem(self, file, **options)
 
-    def to_ck(self, file: "str | os.PathLike[str]", instrument: int, **options: Any) -> Export:
+    def to_ck(self, file: "str | os.PathLike[str]", *, instrument: int, **options: Any) -> Export:
         """Writes a C-kernel of SPICE and the kernel of its clock, with spiceypy. `instrument`: the code of the body's frame,
         such as -999000. Options: `epoch`, `frame`, `segment`."""
         return spice.to_ck(self, file, instrument=instrument, **options)
@@ -296,11 +296,11 @@ class Trajectory(Drawn, Ended, Batch):
         Q[0,0], ..., and `utc` where that is known; `attrs` has units and what a file of `save` says."""
         return tables.to_dataframe(self)
 
-    def error_at(self, times: Any = None, timeout: Optional[float] = None) -> EstimatedErrors:
+    def error_at(self, times: Any = None, *, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, as `Session.error_at` does; by default at the samples. It makes a session of
         the scene at the server of the run, or at that of `stiefel.simulate` if the client of the run is closed."""
         with self._known_origin().session(self.scene) as session:
-            found: EstimatedErrors = session.error_at(self.time if times is None else times, timeout)
+            found: EstimatedErrors = session.error_at(self.time if times is None else times, timeout=timeout)
         return found
 
     def save(self, file: "str | os.PathLike[str]") -> None:

@@ -137,7 +137,7 @@ def to_method(method: Union[Mapping[str, Any], str]) -> pb.Method:
 
 def _read_scene(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     if isinstance(file, str) and file in examples and "system" not in (example := examples[file]):
-        raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesic: {', '.join(example)}")
+        raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesics: {', '.join(example)}")
     return read(file)
 
 

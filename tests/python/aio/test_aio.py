@@ -74,16 +74,16 @@ def test_answers_are_those_of_the_blocking_client(server):
                 found = await client.get(session.id)
                 assert session.id in [one.id async for one in client.list()] and found.id == session.id
                 return (steps, driven, batches, await session.trajectory(to=300, every=7), await fork.step(5), await session.scene,
-                        await session.summarize(300, {"energy": "drift"}), await session.lyapunov(to=4000),
-                        await session.state_transition(30), await session.events(300, {"field": "Q", "coefficients": [1] * 9}))
+                        await session.summarize(300, quantities={"energy": "drift"}), await session.lyapunov(to=4000),
+                        await session.linearize(30), await session.events(300, events={"field": "Q", "coefficients": [1] * 9}))
 
     steps, driven, batches, run, forked, scene, *others = asyncio.run(main())
     with blocking_client.Client(server.address) as client, client.create(SCENE) as session:
         assert [session.step(k) for k in range(40)] == steps == driven and session.scene == scene
         assert session.trajectory(to=300, every=7) == run
         assert np.array_equal(np.concatenate([batch["quaternion"] for batch in batches]), run["quaternion"])
-        assert others == [session.summarize(300, {"energy": "drift"}), session.lyapunov(to=4000), session.state_transition(30),
-                          session.events(300, {"field": "Q", "coefficients": [1] * 9})]
+        assert others == [session.summarize(300, quantities={"energy": "drift"}), session.lyapunov(to=4000), session.linearize(30),
+                          session.events(300, events={"field": "Q", "coefficients": [1] * 9})]
         with session.fork(at=3) as fork:
             assert fork.step(5) == forked
 

@@ -50,7 +50,7 @@ def step(session, checkpoint=b""):
 
 
 def summary(session, checkpoint=b""):
-    return session.summarize(3000, {"energy": ["drift", "mean", "histogram", "quantiles"]}, checkpoint_every=1000,
+    return session.summarize(3000, quantities={"energy": ["drift", "mean", "histogram", "quantiles"]}, checkpoint_every=1000,
                              checkpoint=checkpoint, **EDGES)
 
 

@@ -181,7 +181,7 @@ def test_a_backup_of_a_running_server_is_a_store(serve, tmp_path, way):
     process = serve("--store", str(tmp_path / "store"))
     with stiefel.Client(process.address) as client:
         session = client.create(scene_of(8))
-        bits = session.step(30, "Q")["Q"].tobytes()
+        bits = session.step(30, fields="Q")["Q"].tobytes()
         live = sqlite3.connect(f"file:{tmp_path / 'store'}?mode=ro", uri=True)
         if way == "backup":
             with sqlite3.connect(tmp_path / "copy") as copy:
@@ -193,4 +193,4 @@ def test_a_backup_of_a_running_server_is_a_store(serve, tmp_path, way):
         client.create(BODY)  # the server goes on writing
     with stiefel.Client(serve("--store", str(tmp_path / "copy")).address) as client:
         assert [one.id for one in client.list()] == [session.id]
-        assert client.get(session.id).step(30, "Q")["Q"].tobytes() == bits
+        assert client.get(session.id).step(30, fields="Q")["Q"].tobytes() == bits

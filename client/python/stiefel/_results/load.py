@@ -44,7 +44,7 @@ def load(file: "str | os.PathLike[str]") -> Trajectory:
         raise ValueError(f"{path}: is not a file of a trajectory: {fault}") from fault
 
 
-def rerun(file: "str | os.PathLike[str]", client: Optional[Client] = None) -> Trajectory:
+def rerun(file: "str | os.PathLike[str]", *, client: Optional[Client] = None) -> Trajectory:
     """Runs the scene of a file again and returns the same samples, with the same bits if the build is the same.
 
     `client`: that of the server to use; by default the server of `stiefel.simulate`. The result's `build` tells which

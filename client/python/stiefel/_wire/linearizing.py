@@ -50,7 +50,7 @@ def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int,
             raise refused("times", f"{float(after.min() + start) * scene.step!r}: is before step {start}, where P0 is given")
         every = int(np.gcd.reduce(after)) or 1
         to, which = int(after.max()) + start, after // every
-    moved = session.state_transition(to, start, every, timeout=timeout, time=time)
+    moved = session.linearize(to, start=start, every=every, timeout=timeout, time=time)
     if moved.outcome is not Outcome.REACHED:
         raise FailedPrecondition(f"the step cannot be reached: {moved.run_status.message}")
     Phi, size = moved.matrix, moved.matrix.shape[-1]
