@@ -60,7 +60,7 @@ def test_a_fork_of_step_0_is_the_scene_with_the_changes(client, name):
         for changes in ({}, {"step": -0.1}, {"step": 0.05}, {"method": {"name": "munthe_kaas4", "substeps": 3}}):
             method = changes.get("method", old.scene["method"])
             with old.fork(at=0, **changes) as fork, client.create(of(name, **{**changes, "method": method})) as new:
-                assert fork.resolved() == new.resolved()
+                assert fork._resolved() == new._resolved()
                 assert bits(fork, (0, 1, 40, 10_000)) == bits(new, (0, 1, 40, 10_000))
 
 
@@ -78,7 +78,7 @@ def test_negative_times_have_the_bits_of_a_negative_step(client, name):
 @pytest.mark.parametrize("name", GIVEN)
 def test_a_fork_holds_the_numbers_of_the_state(client, name):
     with client.create(of(name)) as old, old.fork(at=50, step=-0.1) as new:
-        resolved, state = new.resolved(), old.step(50, fields=["quaternion", "angular_velocity"] if "body" in old.scene else [])
+        resolved, state = new._resolved(), old.step(50, fields=["quaternion", "angular_velocity"] if "body" in old.scene else [])
         if "body" in old.scene:
             given = {"quaternion": resolved.body.attitude, "angular_velocity": resolved.body.angular_velocity}
         else:

@@ -27,7 +27,7 @@ def test_there_and_back(client, pair, data):
     assert there.scene["system"] == target and there.scene["step"] == given["step"]
     assert all(margin > 0 for margin in there.margins.values())
     with client.create(given) as session:
-        start = blocks(session.resolved())
+        start = blocks(session._resolved())
         options = {name: session.scene[name] for name in ("epsilon", "parameter") if name in session.scene}
     home = blocks(client.convert(there.scene, given["system"], **options).scene)
     for name in start.keys() & home.keys():

@@ -96,7 +96,7 @@ def test_a_client_is_pickled_by_its_address(client):
 def test_what_cannot_be_pickled_says_why(client, session):
     with stiefel.Client(client.address, token="secret") as with_token, session.drive() as drive:
         for thing, why in ((session, "send its `id`"), (drive, "an open stream"), (with_token, "STIEFEL_TOKEN"),
-                           (stiefel.Client(channel=client.channel), "give the client an address")):
+                           (stiefel.Client(channel=client._channel), "give the client an address")):
             with pytest.raises(TypeError, match=f"cannot be pickled.*{why}"):
                 pickle.dumps(thing)
 

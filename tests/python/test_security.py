@@ -107,7 +107,7 @@ def test_a_channel_of_the_callers(client):
         assert other.describe().version
     for more in ({"address": "x:1"}, {"tls": True}, {"token": "x"}):
         with pytest.raises(stiefel.InvalidArgument, match="those of the channel"):
-            stiefel.Client(channel=client.channel, **more)
+            stiefel.Client(channel=client._channel, **more)
 
 
 @pytest.mark.parametrize("token", ["", "a\nb", "ä", " x", "x\x00"])

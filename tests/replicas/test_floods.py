@@ -91,7 +91,7 @@ def test_a_client_that_calls_too_often_is_told_when_to_come_back(proxy: str, mak
         refusals: list[Any] = []
         end = time.monotonic() + 60
         while not refusals and time.monotonic() < end:
-            many = [client.stub.ListSessions.future(stiefel.v1.ListSessionsRequest()) for _ in range(2000)]
+            many = [client._stub.ListSessions.future(stiefel.v1.ListSessionsRequest()) for _ in range(2000)]
             refusals = [error for call in many if (error := call.exception())]
         if not refusals:
             pytest.skip("this machine makes fewer calls a second than the proxy admits")

@@ -25,7 +25,7 @@ from typing import Any, AsyncGenerator, Awaitable, Callable, Coroutine, Generato
 import grpc
 import grpc.aio
 
-from stiefel import client as blocking, session as blocking_session, simulation, v1 as pb
+from stiefel import client as blocking, session as blocking_session, simulation
 from stiefel._given.typed import Fields, Scene
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._sweep.dispatch import STOP
@@ -35,7 +35,6 @@ from stiefel.errors import InvalidArgument, StiefelError
 from stiefel.results import Choice, Price, Trajectory
 from stiefel.scene import SceneLike
 from stiefel._sweep.sweep import sweep as blocking_sweep
-from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 if sys.version_info >= (3, 10):
     from typing import Concatenate, ParamSpec
@@ -133,20 +132,9 @@ class Client:
             raise InvalidArgument("channel: must be a channel of grpc.aio")
         given: Any = None if channel is None else Channel(lambda: channel)
         self._blocking = _Client(address, timeout=timeout, tls=tls, token=token, channel=given, any_build=any_build)
-        opened: Any = self._blocking.channel
+        opened: Any = self._blocking._channel
         self._channel: Channel = opened
         self.address = self._blocking.address
-
-    @property
-    def channel(self) -> grpc.aio.Channel:
-        """The channel of grpc.aio of the running event loop."""
-        return self._channel.opened
-
-    @property
-    def stub(self) -> SimulationServiceStub:
-        """The gRPC stub of the service, for calls by hand. Raises `Closed` after `close`."""
-        self._blocking.stub
-        return SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
 
     @property
     def timeout(self) -> Optional[float]:
@@ -172,7 +160,6 @@ class Client:
     conjugate_points = _awaited(blocking.Client.conjugate_points)
     injectivity_radius = _awaited(blocking.Client.injectivity_radius)
     tradeoff = _awaited(blocking.Client.tradeoff)
-    tradeoff_parts = _iterated(blocking.Client.tradeoff_parts)
     close = _awaited(blocking.Client.close)
     _sessions = _iterated(blocking.Client.list)
 
@@ -211,11 +198,6 @@ class Session:
         return self._blocking.id
 
     @property
-    def message(self) -> pb.Session:
-        """The server's reply; its scene may have only the fields that the server filled in."""
-        return self._blocking.message
-
-    @property
     def created(self) -> bool:
         """False if the session existed already."""
         return self._blocking.created
@@ -241,7 +223,6 @@ class Session:
         """The predicted price of one step."""
         return await run(lambda: self._blocking.step_price)
 
-    resolved = _awaited(blocking_session.Session.resolved)
     step = _awaited(blocking_session.Session.step)
     diagnose = _awaited(blocking_session.Session.diagnose)
     error_at = _awaited(blocking_session.Session.error_at)

@@ -11,7 +11,7 @@ import numpy as np
 
 from stiefel import v1 as pb
 from stiefel._given.normalized import normalized, orthonormal, with_hint
-from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
+from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, text, timeout as checked, whole
 from stiefel._given.shown import shown
 from stiefel._given.velocities import with_momenta
 from stiefel._manifold.beta import SMALL, span_of
@@ -74,7 +74,7 @@ class Client:
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         seconds, knows_tls = checked(timeout), None
         if channel is None:
-            check(self.address)
+            check(text("address", self.address))
             secret = token_from_environment() if token is None else token
             opened: Callable[[], Any] = functools.partial(self._open_channel, self.address, tls, secret, _OPTIONS)
             knows_tls = has_tls(tls, self.address)
@@ -84,7 +84,7 @@ class Client:
         self._connection = Connection(opened, self.address, seconds, any_build, knows_tls, reopens=self._own_channel)
 
     @property
-    def channel(self) -> grpc.Channel:
+    def _channel(self) -> grpc.Channel:
         """The gRPC channel. A fork of the process closes it and opens another."""
         return self._connection.channel
 
@@ -99,7 +99,7 @@ class Client:
         return self._connection.any_build
 
     @property
-    def stub(self) -> SimulationServiceStub:
+    def _stub(self) -> SimulationServiceStub:
         """The gRPC stub of the service, for calls by hand. Raises `Closed` after `close`."""
         return self._connection.stub
 
@@ -125,7 +125,7 @@ class Client:
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
         view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
-        reply = self._connection.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
+        reply = self._connection.call("GetSession", pb.GetSessionRequest(session_id=text("id", id), view=view), metadata=route(id))
         return Session(self._connection, described(reply.session, id), created=False)
 
     def list(self) -> Iterator[Session]:
@@ -144,7 +144,7 @@ class Client:
 
     def delete(self, id: str) -> None:
         """Deletes a session. Deleting an unknown id succeeds."""
-        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=id), metadata=route(id))
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=text("id", id)), metadata=route(id))
 
     def convert(self, scene: SceneLike, system: str, *, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:
@@ -155,8 +155,8 @@ class Client:
         parametric system, the scene's when absent. Raises InvalidArgument if the motion has no such form.
         """
         request = pb.ConvertRequest(
-            scene=with_momenta(to_message(scene), self._connection.systems), to=system, epsilon=optional("epsilon", epsilon),
-            parameter=optional("parameter", parameter), view=pb.SCENE_VIEW_FULL)
+            scene=with_momenta(to_message(scene), self._connection.systems), to=text("system", system),
+            epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter), view=pb.SCENE_VIEW_FULL)
         return answers.conversion(self._connection.call_all("Convert", request))
 
     def geodesics(self, pairs: Iterable[tuple[Any, Any]], *, inertia: Any = (), metric: str = "lambda", beta: Optional[float] = None,
@@ -248,11 +248,11 @@ class Client:
                         yield part
                 return answers.tradeoff(counted())
         tradeoff = Attempts(self._connection, timeout).run(measured)
-        for text in tradeoff.warnings:
-            warn_of_scene(text)
+        for warning in tradeoff.warnings:
+            warn_of_scene(warning)
         return tradeoff
 
-    def tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
+    def _tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
                        budget: Optional[float] = None, repeats: Optional[int] = None,
                        timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
         """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
@@ -275,7 +275,7 @@ class Client:
 
     def _measuring(self, request: pb.MeasureTradeoffRequest,
                    timeout: Optional[float]) -> Generator[pb.MeasureTradeoffResponse, None, None]:
-        stream = self.stub.MeasureTradeoff(request, timeout=timeout)
+        stream = self._stub.MeasureTradeoff(request, timeout=timeout)
         try:
             for part in stream:
                 yield self._connection.answered(part)

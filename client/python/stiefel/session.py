@@ -12,7 +12,7 @@ from stiefel import v1 as pb
 from stiefel._given.instants import instant
 from stiefel._given.mappings import Names, names
 from stiefel._given.normalized import normalized, with_hint
-from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, whole
+from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, text, whole
 from stiefel._given.shown import shown
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
@@ -123,9 +123,9 @@ class Session(Held):
         """
         at = self._step_of("at", at, time)
         changed = body is not None or initial is not None
-        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None or changed else id,
-                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), system=system,
-                                        view=_FULL)
+        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None or changed else text("id", id),
+                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), view=_FULL,
+                                        system=None if system is None else text("system", system))
         if method is not None:
             request.method.CopyFrom(to_method(method))
         reply = self._recreation.call("ForkSession", request, timeout)
@@ -133,11 +133,11 @@ class Session(Held):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
         forked = Session(self._connection, described(reply.session, request.session_id), reply.created, owner=True,
                          epoch=self._epoch_after(at))
-        forked.resolved()  # with which the handle can create the session again elsewhere
+        forked._resolved()  # with which the handle can create the session again elsewhere
         if not changed:
             return forked
         with forked:
-            scene = with_changes(forked.resolved(), body, initial, normalize)
+            scene = with_changes(forked._resolved(), body, initial, normalize)
         return created(self._connection, scene, id, b"", forked.epoch, normalize)
 
     def _epoch_after(self, step: int) -> Optional[str]:
@@ -326,7 +326,7 @@ class Session(Held):
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._arrived is not None else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch, self._side())
+        return Origin(scene if self._arrived is not None else self._resolved, self._message.numerics_id, self._again, to, times, self.epoch, self._side())
 
     def _again(self, scene: pb.Scene) -> Optional[Session]:
         """Creates a session of the same scene; None after the client was closed."""
@@ -349,9 +349,9 @@ class Session(Held):
                 raise
 
     def __repr__(self) -> str:
-        scene = self.message.scene
+        scene = self._message.scene
         if not scene.system:
-            return f"<stiefel.Session {self.id}: {self.message.system}>"
+            return f"<stiefel.Session {self.id}: {self._message.system}>"
         return f"<stiefel.Session {self.id}: {f'{scene.system} {scene.method.name}'.rstrip()}, step {scene.step!r}>"
 
 
@@ -359,15 +359,15 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
             epoch: Optional[str] = None, normalize: bool = False) -> Session:
     """Creates a session of a scene, and warns of what the server warns of. `normalize`: whether the scene is normalized."""
     sent = with_momenta(scene, connection.systems)
-    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent, checkpoint=checkpoint,
+    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else text("id", id), scene=sent, checkpoint=checkpoint,
                                       view=_FULL)
     try:
         reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     except InvalidArgument as error:
         raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene) from None
     session = described(reply.session, request.session_id)
-    for text in session.warnings:
-        warn_of_scene(text)
+    for warning in session.warnings:
+        warn_of_scene(warning)
     return Session(connection, session, reply.created, sent, owner=True, checkpoint=checkpoint, epoch=epoch)
 
 

@@ -109,7 +109,7 @@ def test_every_time_may_have_a_unit(client, session, minute):
         assert other_client.timeout == 60 and other_client.describe().systems
     found = stiefel.sweep(SCENE, {"step": [0.5, minute]}, to=1, summarize={"energy": "last"}, servers=[client])
     assert list(found["step"].values if hasattr(found["step"], "values") else found["step"]) == [0.5, 60]
-    part = next(client.tradeoff_parts({**SCENE, "step": 10.0}, horizon=minute, budget=1e8, repeats=1))
+    part = next(client._tradeoff_parts({**SCENE, "step": 10.0}, horizon=minute, budget=1e8, repeats=1))
     assert part.setup.horizon == 60
 
 
@@ -200,7 +200,14 @@ def test_the_bounds_of_single_numbers():
     (lambda client, session: session.diagnose(to=3, dirac_brackets=[[1, 2]]), r"dirac_brackets\[0\].first: 1: must be a list"),
     (lambda client, session: client.geodesics(3, inertia=[1, 1]), "pairs: 3: must be several pairs of frames"),
     (lambda client, session: client.geodesics([([[1, 0]], [[0, 1]])], inertia=[1, 1], restarts=2**32)[0], "restarts: 4294967296: .* below 2.32$"),
-    (lambda client, session: client.injectivity_radius(inertia=[1, 1, 4], n=9), "n: 9: must be 1 to 3")])
+    (lambda client, session: client.injectivity_radius(inertia=[1, 1, 4], n=9), "n: 9: must be 1 to 3"),
+    (lambda client, session: client.get(3), "id: 3: must be a text"),
+    (lambda client, session: client.delete(3), "id: 3: must be a text"),
+    (lambda client, session: client.create(SCENE, id=3), "id: 3: must be a text"),
+    (lambda client, session: client.convert(SCENE, 3), "system: 3: must be a text"),
+    (lambda client, session: session.fork(at=0, system=3), "system: 3: must be a text"),
+    (lambda client, session: stiefel.Client(3), "address: 3: must be a text"),
+    (lambda client, session: session.covariance(np.diag([1, 1, 1, 1, 1, np.nan]), to=3), "P0: nan: must be finite")])
 def test_an_argument_of_a_wrong_kind_is_named(client, session, call, told):
     with pytest.raises(stiefel.InvalidArgument, match=f"^{told}"):
         call(client, session)

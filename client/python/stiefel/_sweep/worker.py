@@ -71,7 +71,7 @@ def _in_session(task: Task, scene: pb.Scene, servers: Any, function: Callable[[C
 
     def use(client: Client) -> T:
         with client.create(scene) as session:
-            numerics_id = session.message.numerics_id
+            numerics_id = session._message.numerics_id
             if task.numerics_id not in ("", numerics_id):
                 raise LostServer(f"{client.address} has the numerics id {numerics_id}, the sweep {task.numerics_id}: install one "
                                  "build on all workers")

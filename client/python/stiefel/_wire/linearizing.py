@@ -56,6 +56,8 @@ def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int,
     Phi, size = moved.matrix, moved.matrix.shape[-1]
     if given.shape != (size, size):
         raise refused("P0", f"the shape {given.shape}: must be ({size}, {size})")
+    if not np.isfinite(given).all():
+        raise refused("P0", f"{given[~np.isfinite(given)][0]}: must be finite")
     if rates:
         if size != 6 or scene.system not in ("rigid_body", "right_rigid_body", "moser_veselov"):
             raise refused("rates", f"True: must be False, because {scene.system} has no attitude and momentum of a body in 3D")

@@ -112,7 +112,7 @@ def _end(given: Given, session: Session) -> tuple[dict[str, Any], int]:
     """Returns the end of a run as an argument, and the step at or after it. Without one it is the scene's horizon."""
     if given.to is not None:
         return {"to": given.to}, given.to
-    scene, time = session.resolved(), given.time
+    scene, time = session._resolved(), given.time
     if time is None:
         if not scene.HasField("horizon"):
             raise BadInput("--to is required, or --time: the scene has no horizon")
