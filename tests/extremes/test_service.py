@@ -288,7 +288,7 @@ def with_method(**method):
 
 
 def frames(n, N):
-    return {"inertia": np.ones(N), "Q_0": np.eye(n, N), "Q_T": np.roll(np.eye(n, N), 1, axis=1)}
+    return {"inertia": np.ones(N), "pairs": [(np.eye(n, N), np.roll(np.eye(n, N), 1, axis=1))]}
 
 
 @pytest.mark.parametrize("tolerance, past", [(1e-15, 0.99e-15), (1.0, 1.01)])
