@@ -7,7 +7,7 @@ import scenes
 import stiefel
 from stiefel import v1 as pb
 from stiefel._wire.failures import from_status
-from stiefel.scene import to_matrix
+from stiefel._scene import to_matrix
 
 INVALID, MISSING, EXISTS = stiefel.InvalidArgument, stiefel.NotFound, stiefel.AlreadyExists
 BIG = 2**53 + 1

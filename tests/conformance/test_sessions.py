@@ -6,7 +6,7 @@ import pytest
 import scenes
 import stiefel
 from stiefel import v1 as pb
-from stiefel.scene import to_message
+from stiefel._scene import to_message
 
 
 @pytest.fixture

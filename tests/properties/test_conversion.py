@@ -5,7 +5,7 @@ from hypothesis import given, strategies as st
 import scenes
 import stiefel
 from stiefel._wire.arrays import to_array
-from stiefel.scene import to_message
+from stiefel._scene import to_message
 
 # The error of a conversion through (Q, M) or (Q, S), which solves J and J_D: condition numbers of up to 1e3.
 ROUNDING = 1e3 * 100 * 2**-53

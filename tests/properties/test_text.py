@@ -5,7 +5,7 @@ from hypothesis import given, settings, strategies as st
 
 import scenes
 from stiefel.cli import main
-from stiefel.scene import to_dict, to_message
+from stiefel._scene import to_dict, to_message
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 

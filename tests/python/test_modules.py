@@ -14,7 +14,7 @@ import pytest
 import stiefel
 
 FOLDER = Path(stiefel.__file__).parent
-PUBLIC = {"aio", "client", "errors", "manifold", "results", "scene", "server", "session", "simulation", "solids"}
+PUBLIC = {"aio", "errors", "manifold", "results", "simulation", "solids"}
 
 
 def sources(folder):
@@ -57,6 +57,11 @@ def test_the_public_modules():
     assert all(hasattr(stiefel, name) for name in dir(stiefel))
     public = {name for name, value in vars(stiefel).items() if not name.startswith("_") and not inspect.ismodule(value)}
     assert public - {"Any", "annotations"} == set(dir(stiefel)) - {"__version__", "solids"}
+
+
+def test_no_public_names_differ_by_capitals_alone():
+    names = {*dir(stiefel), *PUBLIC}
+    assert len({name.lower() for name in names}) == len(names)
 
 
 def test_nothing_is_imported_before_it_is_used():

@@ -25,7 +25,7 @@ from typing import Any, AsyncGenerator, Awaitable, Callable, Coroutine, Generato
 import grpc
 import grpc.aio
 
-from stiefel import client as blocking, session as blocking_session, simulation
+from stiefel import _client as blocking, _session as blocking_session, simulation
 from stiefel._given.typed import Fields, Scene
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._sweep.dispatch import STOP
@@ -33,7 +33,7 @@ from stiefel._wire.security import Options, Tls, TlsLike, opener
 from stiefel._wire.waiting import Channel, Lock, run
 from stiefel.errors import InvalidArgument, StiefelError
 from stiefel.results import Choice, Price, Trajectory
-from stiefel.scene import SceneLike
+from stiefel._scene import SceneLike
 from stiefel._sweep.sweep import sweep as blocking_sweep
 
 if sys.version_info >= (3, 10):

@@ -26,7 +26,7 @@ from stiefel._manifold.inertia import InertiaMetric
 from stiefel._manifold.means import Mean, mean_of
 from stiefel._results.extras import imported
 from stiefel._wire.streams import progress_bar
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.errors import StiefelError
 from stiefel.results import Geodesic
 from stiefel.simulation import own_client

@@ -29,7 +29,7 @@ from stiefel._results.plots import Drawn, Logged
 from stiefel._results.reduced import *  # noqa: F403
 from stiefel._results.server_catalogue import *  # noqa: F403
 from stiefel._results.state_properties import *  # noqa: F403
-from stiefel.scene import member_of, to_dict
+from stiefel._scene import member_of, to_dict
 
 __all__ = ["Batch", "Export", "Motion", "Origin", "Outcome", "Price", "RunStatus", "State", "Trajectory"]
 __all__ += server_catalogue.__all__

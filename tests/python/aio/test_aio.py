@@ -16,7 +16,7 @@ import pytest
 import fake
 import stiefel
 import stiefel.aio
-from stiefel import client as blocking_client, session as blocking_session, v1 as pb
+from stiefel import _client as blocking_client, _session as blocking_session, v1 as pb
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 TWINS = [(blocking_client.Client, stiefel.aio.Client), (blocking_session.Session, stiefel.aio.Session),

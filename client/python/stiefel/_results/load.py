@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from stiefel._results import about
 from stiefel._results.origin import Origin
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.results import Trajectory
-from stiefel.scene import to_message
+from stiefel._scene import to_message
 from stiefel.simulation import own_client
 
 Read = tuple[NDArray[Any], NDArray[Any], dict[str, NDArray[Any]], Mapping[str, Any]]  # step, time, fields, description

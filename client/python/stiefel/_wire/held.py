@@ -19,7 +19,7 @@ from stiefel._wire.sampling import Samples
 from stiefel._wire.summarizing import Summarizing
 from stiefel.errors import StiefelError
 from stiefel.results import Choice, Outcome, Price, RunStatus, State
-from stiefel.scene import to_dict
+from stiefel._scene import to_dict
 
 
 class Held:

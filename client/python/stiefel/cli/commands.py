@@ -22,11 +22,11 @@ import stiefel.cli.shown as shown
 from stiefel.cli.given import BadInput
 from stiefel.cli.options import told_as_errors
 from stiefel.cli.progress import Progress
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.errors import DeadlineExceeded, InvalidArgument, StiefelError, Unavailable
 from stiefel.results import Outcome, RunStatus
-from stiefel.server import Server
-from stiefel.session import Session
+from stiefel._server import Server
+from stiefel._session import Session
 
 REACHED, FAILED, BAD_INPUT, NUMERICAL_STOP, NO_SERVER, CLOSED_PIPE = 0, 1, 2, 3, 4, 141
 Given = argparse.Namespace

@@ -33,7 +33,7 @@ from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, StiefelError, Unavailable, warn_of_scene)
 from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
-from stiefel.scene import to_method, with_changes
+from stiefel._scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
 
@@ -369,7 +369,3 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
     for warning in session.warnings:
         warn_of_scene(warning)
     return Session(connection, session, reply.created, sent, owner=True, checkpoint=checkpoint, epoch=epoch)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

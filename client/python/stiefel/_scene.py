@@ -207,7 +207,3 @@ def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
     """Returns the message of an array, nested list or mapping. `path` is its name in errors."""
     given = as_block(path, block)
     return Walk().read(given, pb.Matrix(), path) if isinstance(given, Mapping) else matrix(given)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -269,7 +269,3 @@ def _stop(process: "subprocess.Popen[bytes]", socket: Path, errors: _Errors) -> 
         if pipe is not None:
             pipe.close()
     socket.unlink(missing_ok=True)  # which a server that was killed leaves
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -27,8 +27,8 @@ from stiefel._wire.streams import progress_bar
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
-from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
-from stiefel.session import Session, created
+from stiefel._scene import SceneLike, to_matrix, to_message, with_epoch
+from stiefel._session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 __all__ = ["Client", "Tls"]
@@ -340,7 +340,3 @@ def _metric(name: str) -> Any:
     if name not in known:
         raise refused("metric", f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}")
     return known[name]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
