@@ -101,7 +101,7 @@ class Missing:
     def __init__(self, client):
         self._client = client
 
-    def connect(self, pairs, **more):
+    def geodesics(self, pairs, **more):
         found = list(self._client.geodesics(pairs, **more))
         stalled = stiefel.RunStatus(stiefel.Outcome.SOLVER_STALLED, message="no geodesic from Q_0 to Q_T was found")
         return [replace(one, velocity=None, run_status=stalled, shortest="unspecified") if k == 1 else one for k, one in enumerate(found)]
