@@ -117,7 +117,7 @@ SLOW = {"system": "rigid_body", "step": 1e-3, "method": {"name": "variational", 
 
 @pytest.mark.parametrize("late", [
     lambda session, to: session.step(to, timeout=0.3), lambda session, to: session.trajectory(to, every=to, timeout=0.3),
-    lambda session, to: session.diagnose(to, timeout=0.3), lambda session, to: session.summarize(to, {"M": "max"}, timeout=0.3)], ids=["step", "trajectory", "diagnose", "summarize"])
+    lambda session, to: session.diagnose(to, timeout=0.3), lambda session, to: session.summarize(to, quantities={"M": "max"}, timeout=0.3)], ids=["step", "trajectory", "diagnose", "summarize"])
 def test_a_call_that_took_too_long_says_how_long_it_takes(client, late):
     to = 10**9
     with client.create(SLOW) as session:
@@ -229,8 +229,8 @@ def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
         assert drive.step(6).step == 6
 
 
-@pytest.mark.parametrize("call", [lambda s: s.summarize(10, {"energy": "drift"}), lambda s: s.diagnose(to=1),
-                                  lambda s: s.state_transition(to=1), lambda s: next(s.client.list())])
+@pytest.mark.parametrize("call", [lambda s: s.summarize(10, quantities={"energy": "drift"}), lambda s: s.diagnose(to=1),
+                                  lambda s: s.linearize(to=1), lambda s: next(s.client.list())])
 def test_a_call_that_an_older_server_does_not_have_says_which_version_it_needs(session, call):
     with pytest.raises(stiefel.StiefelError, match=f"does not have this call.*stiefel-server {stiefel.__version__}") as caught:
         call(session)

@@ -81,8 +81,8 @@ def test_frames_that_are_joined_in_their_span_have_the_geodesics_of_whole_frames
     requests += [{"inertia": [2.5] * N}] * (metric == "euclidean")
     joined = manifold.join(Q, np.array(ends))
     for request in requests:
-        found = client.connect([(Q, P) for P in ends], samples=3, **request)
-        whole = client.connect([(Q, P) for P in ends], samples=3, normalize=True, **request)
+        found = client.geodesics([(Q, P) for P in ends], samples=3, **request)
+        whole = client.geodesics([(Q, P) for P in ends], samples=3, normalize=True, **request)
         for k, (one, other) in enumerate(zip(found, whole)):
             assert one.shortest == other.shortest == joined.shortest[k] and bool(one.scene) == bool(other.scene)
             np.testing.assert_allclose(manifold.exp(Q, one.velocity), ends[k], atol=1e-13 if k < 5 else 1e-7)
@@ -101,8 +101,8 @@ class Missing:
     def __init__(self, client):
         self._client = client
 
-    def connect(self, pairs, **more):
-        found = list(self._client.connect(pairs, **more))
+    def geodesics(self, pairs, **more):
+        found = list(self._client.geodesics(pairs, **more))
         stalled = stiefel.RunStatus(stiefel.Outcome.SOLVER_STALLED, message="no geodesic from Q_0 to Q_T was found")
         return [replace(one, velocity=None, run_status=stalled, shortest="unspecified") if k == 1 else one for k, one in enumerate(found)]
 
@@ -128,7 +128,7 @@ def test_a_pair_without_a_geodesic_is_told_in_the_words_of_geometry(client):
     Q, P = Stiefel(3, 4).random(2, seed=1)
     with pytest.raises(stiefel.manifold.NotJoined, match="Pair 0: no geodesic from Q_0 to Q_T was found; partial=True"):
         Stiefel(3, 4, 1e4, client=client).log(Q, P)
-    missed = client.geodesic(np.geomspace(1, 1e10, 3), np.eye(2, 3), -np.eye(2, 3))
+    missed = client.geodesics([(np.eye(2, 3), -np.eye(2, 3))], inertia=np.geomspace(1, 1e10, 3))[0]
     assert missed.run_status.message == f"no geodesic from Q_0 to Q_T was found; the best one misses Q_T by {missed.residual:.2g}"
 
 
@@ -348,24 +348,24 @@ def test_velocities_of_an_energy_and_a_momentum(manifold):
     np.testing.assert_allclose(paired, np.sum(m * (B - B.T), axis=(-2, -1)) / 2, atol=1e-14)
     if manifold.n == manifold.N:
         with pytest.raises(ValueError, match="direction"):
-            manifold.velocity(Q, W, 0.5)
+            manifold.velocity(Q, W, energy=0.5)
         return
     asked = 0.1 * (B - B.T)
-    V = manifold.velocity(Q, W, 0.7, asked)
+    V = manifold.velocity(Q, W, energy=0.7, momentum=asked)
     np.testing.assert_allclose(manifold.inner(Q, V, V), 1.4, rtol=1e-14)
     np.testing.assert_allclose(manifold.momentum(Q, V), np.broadcast_to(asked, (4, *asked.shape)), atol=1e-14)
     np.testing.assert_allclose(manifold.tangent(Q, V), V, atol=1e-14)
     assert (manifold.inner(Q, V, W) > 0).all()
     if manifold.n > 1:
         with pytest.raises(ValueError, match="energy: 0.001: must be at least"):
-            manifold.velocity(Q, W, 0.001, asked)
+            manifold.velocity(Q, W, energy=0.001, momentum=asked)
 
 
 def test_a_geodesic_keeps_its_momentum(client):
     manifold = Stiefel(3, 5, LAMBDA, client=client)
     Q = manifold.random(seed=1)
     m = np.array([[0, 0.1, -0.2], [-0.1, 0, 0.3], [0.2, -0.3, 0]])
-    V = manifold.velocity(Q, manifold.random_tangent(Q, seed=2), 0.5, m)
+    V = manifold.velocity(Q, manifold.random_tangent(Q, seed=2), energy=0.5, momentum=m)
     scene = {"system": "stiefel", "inertia": LAMBDA, "step": 0.1, "initial": {"Q": Q, "Qdot": V}}
     with client.create(scene) as session:
         last = session.step(to=100)

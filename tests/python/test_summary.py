@@ -37,13 +37,13 @@ def ensemble(count, step=0.05, **method):
 
 def test_statistics_are_those_of_the_samples(session):
     edges, fractions = [-2, -0.5, 0, 0.25, 2], [0, 0.1, 0.5, 1]
-    summary = session.summarize(1000, {"M": [*STATISTICS, {"quantiles": fractions, "edges": edges}]}, start=3, every=7)
+    summary = session.summarize(1000, quantities={"M": [*STATISTICS, {"quantiles": fractions, "edges": edges}]}, start=3, every=7)
     run = session.trajectory(1000, start=3, every=7, fields="M")
     M, found = run["M"], summary["M"]
     assert summary.samples == run.samples and summary.last_step == 1000 and summary.ended_by == -1
     assert summary.outcome == summary.outcomes == stiefel.Outcome.REACHED
     assert (found["last"] == M[-1]).all() and (found["min"] == M.min(0)).all() and (found["max"] == M.max(0)).all()
-    assert (found["drift"] == abs(M - session.step(0, "M")["M"]).max(0)).all()
+    assert (found["drift"] == abs(M - session.step(0, fields="M")["M"]).max(0)).all()
     np.testing.assert_allclose(found["mean"], M.astype(np.longdouble).mean(0).astype(float), rtol=1e-15, atol=1e-17)
     np.testing.assert_allclose(found["rms"], np.sqrt((M.astype(np.longdouble)**2).mean(0)).astype(float), rtol=1e-15)
     assert (found["quantiles"] == np.moveaxis(np.quantile(M, fractions, axis=0), 0, -1)).all()
@@ -55,7 +55,7 @@ def test_statistics_are_those_of_the_samples(session):
 
 
 def test_the_drift_is_diagnose_s(session):
-    summary = session.summarize(300, {"energy": "drift", "spatial_momentum": ["drift", "last"]}, every=100)
+    summary = session.summarize(300, quantities={"energy": "drift", "spatial_momentum": ["drift", "last"]}, every=100)
     diagnoses = [session.diagnose(step).invariants for step in (0, 100, 200, 300)]
     largest = {i.name: max(d[k].drift for d in diagnoses) for k, i in enumerate(diagnoses[0])}
     assert summary["energy"]["drift"] == largest["energy"] and summary["energy"]["drift"].shape == ()
@@ -66,7 +66,7 @@ def test_the_drift_is_diagnose_s(session):
 
 def test_events_are_where_the_closed_form_has_them(session):
     half = half_period()
-    flips = session.events(int(50.5 * half / 0.05), FLIP, fields="M")
+    flips = session.events(int(50.5 * half / 0.05), events=FLIP, fields="M")
     assert flips.count == 50 and flips.member is None and flips.run_status.outcome == "REACHED"
     np.testing.assert_allclose(flips.time, half * np.arange(1, 51), rtol=1e-12)
     assert (abs(flips["M"][:, 0, 2]) < 1e-13).all()
@@ -75,13 +75,13 @@ def test_events_are_where_the_closed_form_has_them(session):
 
 
 def test_events_have_directions_limits_and_an_end(session):
-    both = session.events(2000, FLIP)
-    up, down = (session.events(2000, {**FLIP, "direction": way}) for way in ("rising", "falling"))
+    both = session.events(2000, events=FLIP)
+    up, down = (session.events(2000, events={**FLIP, "direction": way}) for way in ("rising", "falling"))
     assert sorted([*up.time, *down.time]) == list(both.time) and abs(up.count - down.count) <= 1
-    assert list(session.events(2000, {**FLIP, "limit": 3}).time) == list(both.time[:3])
-    two = session.events(2000, [{**FLIP, "limit": 3, "terminal": True}, {**FLIP, "level": 0.1}])
+    assert list(session.events(2000, events={**FLIP, "limit": 3}).time) == list(both.time[:3])
+    two = session.events(2000, events=[{**FLIP, "limit": 3, "terminal": True}, {**FLIP, "level": 0.1}])
     assert (two.event == 0).sum() == 3 and two.time.max() == both.time[2]
-    parts = list(session.stream_events(2000, FLIP))
+    parts = list(session.stream_events(2000, events=FLIP))
     assert [time for part in parts for time in part.time] == list(both.time)
 
 
@@ -89,7 +89,7 @@ def test_an_event_of_a_discrete_system_is_an_interval(client):
     scene = {"system": "moser_veselov", "inertia": [2.5, 1.5, 0.5], "step": 0.1,
              "initial": {"Q": np.eye(3), "M": [[0, -0.3, 2], [0.3, 0, -0.2], [-2, 0.2, 0]]}}
     with client.create(scene) as session:
-        events = session.events(300, {"field": "M", "coefficients": [0, 0, 1, 0, 0, 0, 0, 0, 0]})
+        events = session.events(300, events={"field": "M", "coefficients": [0, 0, 1, 0, 0, 0, 0, 0, 0]})
         run = session.trajectory(300)
         expected = np.flatnonzero(np.diff(np.sign(run["M"][:, 0, 2])))
         assert events.count and list(events.step) == list(expected) and (events.fraction == 1).all()
@@ -107,7 +107,7 @@ def test_states_at_any_times(client, session):
     run = session.trajectory(times=times, fields=["Q", "M"])
     assert list(run.time) == times and run["Q"].shape == (6, 3, 3)
     assert list(run.step) == [60, 0, 2, 340, 340, 60]
-    assert (run["Q"][0] == session.step(60, "Q")["Q"]).all() and (run["Q"][1] == session.step(0, "Q")["Q"]).all()
+    assert (run["Q"][0] == session.step(60, fields="Q")["Q"]).all() and (run["Q"][1] == session.step(0, fields="Q")["Q"]).all()
     exact = {**TOP, "method": {"name": "exact"}}
     with client.create(exact) as closed:
         truth = closed.trajectory(times=times, fields=["Q", "M"])
@@ -181,16 +181,16 @@ def test_states_that_had_arrived_are_in_partial(session):
     partial = caught.value.partial
     assert 0 < partial.samples < 20_000 and partial.outcome == "CANCELLED" and "samples had arrived" in str(caught.value)
     assert list(partial.time) == list(times[-partial.samples:]), "in the order given"
-    assert (partial["M"][-1] == session.step(0, "M")["M"]).all()
+    assert (partial["M"][-1] == session.step(0, fields="M")["M"]).all()
 
 
 def test_members_are_as_alone(client):
     scene = ensemble(20)
     asked = {"M": [*STATISTICS, {"quantiles": [0.3]}], "energy": ["drift", "last"]}
     with client.create(scene) as session:
-        summary = session.summarize(500, asked, every=3)
-        events = session.events(500, FLIP)
-        over = session.summarize(500, {"M": {"statistics": ["min", "max", "sign_changes"], "over_members": True}}, every=3)
+        summary = session.summarize(500, quantities=asked, every=3)
+        events = session.events(500, events=FLIP)
+        over = session.summarize(500, quantities={"M": {"statistics": ["min", "max", "sign_changes"], "over_members": True}}, every=3)
         run = session.trajectory(500, every=3, fields="M")
         states = session.trajectory(times=[1.01, 2.02], fields="M")
     assert summary["M"]["last"].shape == (20, 3, 3) and list(summary.outcomes) == ["REACHED"] * 20
@@ -199,7 +199,7 @@ def test_members_are_as_alone(client):
     for member in (0, 7, 19):
         spin = scene["body"]["angular_velocity"][3 * member:3 * member + 3]
         with client.create({**TOP, "body": {**TOP["body"], "angular_velocity": spin}}) as alone:
-            one, flips = alone.summarize(500, asked, every=3), alone.events(500, FLIP)
+            one, flips = alone.summarize(500, quantities=asked, every=3), alone.events(500, events=FLIP)
             assert (alone.trajectory(times=[1.01, 2.02], fields="M")["M"] == states["M"][:, member]).all()
         for name, statistics in one.items():
             for statistic, values in statistics.items():
@@ -211,7 +211,7 @@ def test_members_that_stop_do_not_stop_the_others(client):
     scene = ensemble(12, step=0.1)
     scene["body"]["angular_velocity"][3 * 5:3 * 5 + 3] = [40.0, 30.0, 20.0]
     with client.create(scene) as session:
-        summary = session.summarize(100, {"M": ["last", "max"]})
+        summary = session.summarize(100, quantities={"M": ["last", "max"]})
     assert summary.outcomes[5] == "LEFT_DOMAIN" and summary.run_status.member == 5
     assert summary.outcome is stiefel.Outcome.LEFT_DOMAIN
     assert (np.delete(summary.outcomes, 5) == "REACHED").all() and (np.delete(summary.last_step, 5) == 100).all()
@@ -276,10 +276,10 @@ class Breaks:
 @pytest.mark.parametrize("checkpoint_every", [0, 100])
 def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_every):
     asked = {"M": [*STATISTICS, {"quantiles": [0.5]}]}
-    whole = session.summarize(1000, asked)
+    whole = session.summarize(1000, quantities=asked)
     breaks = Breaks(session._connection.stub.Summarize, [2, 4, 1])
     monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
-    again = session.summarize(1000, asked, checkpoint_every=checkpoint_every)
+    again = session.summarize(1000, quantities=asked, checkpoint_every=checkpoint_every)
     if checkpoint_every:
         assert len(breaks.requests) == 4
         assert breaks.requests[1].checkpoint and breaks.requests[1].checkpoint != breaks.requests[2].checkpoint
@@ -293,7 +293,7 @@ def test_a_call_that_ends_at_its_price_goes_on(client):
     scene = {"system": "ellipsoid", "inertia": [1, 0.8, 1e-6], "step": 0.1, "method": {"name": "adaptive", "tolerance": 1e-12},
              "initial": {"q": [0, 0, 1], "qdot": [1, 0.1, 0]}}
     with client.create(scene) as session:
-        summary = session.summarize(400, {"q": STATISTICS}, every=2)
+        summary = session.summarize(400, quantities={"q": STATISTICS}, every=2)
         assert summary.samples == 201 and summary.outcome == "REACHED" and summary.computed_steps == 400
         q = session.trajectory(400, every=2, fields="q")["q"]
     assert (summary["q"]["last"] == q[-1]).all() and (summary["q"]["min"] == q.min(0)).all()
@@ -302,10 +302,10 @@ def test_a_call_that_ends_at_its_price_goes_on(client):
 
 def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses):
     many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]
-    whole = session.events(20_000, many, fields=["Q", "M", "Omega"])
+    whole = session.events(20_000, events=many, fields=["Q", "M", "Omega"])
     breaks = Breaks(session._connection.stub.Summarize, [3, 2, 6])
     monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
-    again = session.events(20_000, many, fields=["Q", "M", "Omega"])
+    again = session.events(20_000, events=many, fields=["Q", "M", "Omega"])
     assert len(breaks.requests) == 4 and again.count > 1000
     assert list(again.time) == list(whole.time) and (again["Q"] == whole["Q"]).all()
 
@@ -336,4 +336,4 @@ def test_a_wrong_request_names_its_field(session, change, field):
         except grpc.RpcError as failure:
             raise session._connection.error(failure) from None
     assert caught.value.violations[0].field == field
-    assert session.summarize(10, {"energy": "drift"}).outcome == "REACHED"
+    assert session.summarize(10, quantities={"energy": "drift"}).outcome == "REACHED"

@@ -97,7 +97,7 @@ def test_with_a_server_that_the_program_started(program, end):
 @pytest.mark.parametrize("begin", [
     "stream = session.stream(to=10**12, every=10**8); next(stream)",
     "threading.Thread(target=session.step, args=[10**12], daemon=True).start()",
-    "threading.Thread(target=session.summarize, args=[10**12, {'energy': 'drift'}], daemon=True).start()",
+    "threading.Thread(target=session.summarize, args=[10**12], kwargs={'quantities': {'energy': 'drift'}}, daemon=True).start()",
 ], ids=["stream", "step", "summary"])
 def test_while_a_server_that_the_program_started_computes(begin):
     """The call ends before the server is told to end, so that the server, which waits for its calls, need not be killed."""

@@ -33,14 +33,11 @@ def documented():
                     yield f"{module.__name__}.{name}.{member}", found.__doc__
 
 
-def test_help_of_the_package_can_be_read(monkeypatch):
-    if hasattr(inspect.Signature, "format"):  # Python 3.13 gives every argument of a signature a line
-        one_line = inspect.Signature.format
-        monkeypatch.setattr(inspect.Signature, "format", lambda signature, **_: one_line(signature))
-    text = pydoc.plain(pydoc.render_doc(stiefel))
-    assert len(text.splitlines()) < 800
-    for name in ("simulate", "class Client", "class Session", "sweep", "examples"):
-        assert name in text
+def test_help_of_the_package_can_be_read():
+    """It fits a page, and every name of its list exists."""
+    assert len(pydoc.plain(pydoc.render_doc(stiefel)).splitlines()) <= 80
+    listed = re.findall(r"^    (\w+)  +\w", stiefel.__doc__, re.MULTILINE)
+    assert {"simulate", "sweep", "Client", "Session"} < {*listed} and all(hasattr(stiefel, name) for name in listed)
 
 
 @pytest.mark.parametrize("name, text", documented(), ids=lambda value: value if "stiefel" in str(value)[:8] else "")

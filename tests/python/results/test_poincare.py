@@ -32,7 +32,7 @@ def test_joachimsthal_s_integral_is_constant_on_the_section(client):
     with client.create(ELLIPSOID) as session:
         section = session.poincare(EQUATOR, to=20_000, coordinates=[
             lambda s: (s["q"]**2 @ (1 / SQUARES)) * (s["qdot"]**2).sum(axis=1), {"qdot": [0, 0, 1]}], fields=["q", "qdot"])
-        events = session.events(20_000, {"field": "q", "coefficients": [0, 0, 1], "direction": "rising"}, fields=["q", "qdot"])
+        events = session.events(20_000, events={"field": "q", "coefficients": [0, 0, 1], "direction": "rising"}, fields=["q", "qdot"])
     assert section.count == events.count > 100 and (section.time == events.time).all()
     assert section.run_status.outcome == "REACHED"
     assert np.ptp(section.points[:, 0]) < 1e-10 * section.points[0, 0] and (section.points[:, 1] > 0).all()
@@ -64,7 +64,7 @@ def test_a_plane_in_the_whole_state_is_crossed_when_the_great_circle_says(client
     expected = phase - width + 2 * np.pi * np.arange(40)  # rising
     with client.create(circle) as session:
         section = session.poincare(form, to=10_000, level=level, coordinates=[form])
-        events = session.events(10_000, {"field": "qdot", "coefficients": [0, -0.8, 0], "plus": {"q": [0.6, 0, 0.3]}, "level": level, "direction": "rising"})
+        events = session.events(10_000, events={"field": "qdot", "coefficients": [0, -0.8, 0], "plus": {"q": [0.6, 0, 0.3]}, "level": level, "direction": "rising"})
     expected = expected[(expected > 0) & (expected <= 200)]
     np.testing.assert_allclose(section.time, expected, rtol=0, atol=1e-10)
     np.testing.assert_allclose(events.time, expected, rtol=0, atol=1e-10)

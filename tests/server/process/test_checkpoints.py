@@ -51,7 +51,7 @@ def step(client, session, checkpoint=b""):
 
 
 def summary(client, session, checkpoint=b""):
-    return session.summarize(3000, {"energy": ["drift", "mean", {"quantiles": [0.5], "edges": [0, 1, 10]}]},
+    return session.summarize(3000, quantities={"energy": ["drift", "mean", {"quantiles": [0.5], "edges": [0, 1, 10]}]},
                              checkpoint_every=1000, checkpoint=checkpoint)
 
 

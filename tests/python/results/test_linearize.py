@@ -30,7 +30,7 @@ def session(client):
 
 
 def test_the_matrix_is_that_of_differences(client, session):
-    moved = session.state_transition(to=40)
+    moved = session.linearize(to=40)
     assert moved.matrix.shape == (6, 6) and moved.step == 40 and moved.outcome == "REACHED"
     last, d = session.step(to=40, fields=["Q", "M"]), 1e-4
     for k in range(6):
@@ -48,22 +48,22 @@ def test_the_matrix_is_that_of_differences(client, session):
 
 
 def test_vectors_as_blocks_and_by_coordinates_agree(session):
-    whole = session.state_transition(to=30)
-    by_coordinates = session.state_transition(to=30, vectors=np.eye(6)[[1, 4]])
-    blocks = session.state_transition(to=30, vectors=whole.start_basis[[1, 4]])
+    whole = session.linearize(to=30)
+    by_coordinates = session.linearize(to=30, vectors=np.eye(6)[[1, 4]])
+    blocks = session.linearize(to=30, vectors=whole.start_basis[[1, 4]])
     assert (by_coordinates.matrix == whole.matrix[:, [1, 4]]).all() and blocks.matrix is None
     np.testing.assert_allclose(np.einsum("dk,drc->krc", by_coordinates.matrix, whole.basis), blocks.vectors, atol=1e-13)
 
 
 def test_results_on_the_way_are_those_of_calls_of_their_own(session):
-    run = session.state_transition(to=25, start=5, every=10)
+    run = session.linearize(to=25, start=5, every=10)
     assert run.step.tolist() == [5, 15, 25] and np.allclose(run.matrix[0], np.eye(6), rtol=0, atol=1e-15)
-    assert (run.matrix[1] == session.state_transition(to=15, start=5).matrix).all()
+    assert (run.matrix[1] == session.linearize(to=15, start=5).matrix).all()
 
 
 def test_a_covariance_is_moved(session):
     P0 = np.diag([1e-6, 2e-6, 3e-6, 1e-4, 2e-4, 3e-4])
-    Phi = session.state_transition(to=20).matrix
+    Phi = session.linearize(to=20).matrix
     np.testing.assert_allclose(session.covariance(P0, to=20), Phi @ P0 @ Phi.T, rtol=1e-15)
     with pytest.raises(stiefel.InvalidArgument, match="P0"):
         session.covariance(np.eye(5), to=20)
@@ -113,7 +113,7 @@ def test_rates_are_of_a_body_in_three_dimensions(client):
 def test_a_gradient_by_state_inertia_and_step(client, session):
     """Of m_1 at the last state."""
     slope = np.eye(6)[3]
-    gradient = session.state_transition(to=20, inertia=True, step=True).gradient(slope)
+    gradient = session.linearize(to=20, inertia=True, step=True).gradient(slope)
     assert gradient.shape == (10,)
     for k in range(4):
         ends = []
@@ -132,7 +132,7 @@ def test_frames_have_an_orthonormal_basis(client):
     scene = {"system": "stiefel", "method": {"name": "variational"}, "step": 0.02, "inertia": [1, 2, 3, 4, 5],
              "initial": {"Q": np.eye(2, 5), "S": np.hstack([np.zeros((2, 2)), [[1, 0.2, 0.3], [0.1, -1, 0.5]]])}}
     with client.create(scene) as session:
-        moved = session.state_transition(to=10)
+        moved = session.linearize(to=10)
     d = 2 * 10 - 6
     assert moved.matrix.shape == (d, d) and moved.basis.shape == (d, 4, 5)
     flat = moved.basis.reshape(d, -1)
@@ -142,12 +142,12 @@ def test_frames_have_an_orthonormal_basis(client):
 def test_what_has_no_tangent_is_refused(client):
     with client.create({**BODY, "method": {"name": "adaptive"}}) as session:
         with pytest.raises(stiefel.InvalidArgument, match="method"):
-            session.state_transition(to=3)
+            session.linearize(to=3)
     with client.create(BODY) as session:
         with pytest.raises(stiefel.InvalidArgument, match="vectors"):
-            session.state_transition(to=3, vectors=np.ones((1, 6, 3)))
+            session.linearize(to=3, vectors=np.ones((1, 6, 3)))
         with pytest.raises(stiefel.InvalidArgument, match="vectors"):
-            session.state_transition(to=3, vectors=np.ones((1, 5)))
+            session.linearize(to=3, vectors=np.ones((1, 5)))
 
 
 def test_a_large_state_has_no_coordinates(client):
@@ -158,6 +158,6 @@ def test_a_large_state_has_no_coordinates(client):
              "initial": {"Q": np.eye(N), "M": M}}
     with client.create(scene) as session:
         with pytest.raises(stiefel.InvalidArgument, match="vectors: absent: must be given as blocks: .* up to 1024 numbers"):
-            session.state_transition(to=10**6)
-        moved = session.state_transition(to=2, vectors=np.concatenate([np.zeros((N, N)), M])[np.newaxis])
+            session.linearize(to=10**6)
+        moved = session.linearize(to=2, vectors=np.concatenate([np.zeros((N, N)), M])[np.newaxis])
     assert moved.vectors.shape == (1, 2 * N, N) and np.isfinite(moved.vectors).all()
