@@ -42,6 +42,7 @@ if sys.version_info >= (3, 10):
     P = ParamSpec("P")
 
 __all__ = ["Client", "Drive", "Opening", "Session", "Tls", "run", "simulate", "sweep"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 T = TypeVar("T")
 _END: Any = object()
@@ -288,7 +289,3 @@ class Drive:
 
     def __repr__(self) -> str:
         return repr(self._blocking).replace("stiefel.", "stiefel.aio.", 1)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -31,6 +31,7 @@ from stiefel.session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 __all__ = ["Client", "Tls"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
@@ -357,7 +358,3 @@ def _metric(name: str) -> int:
     if name not in known:
         raise refused("metric", f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}")
     return known[name]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -25,6 +25,7 @@ from stiefel._wire.arrays import blocks_of, matrix, put_block
 from stiefel.errors import InvalidArgument
 
 __all__ = ["SceneLike", "to_dict", "to_message"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 
@@ -207,7 +208,3 @@ def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
     """Returns the message of an array, nested list or mapping. `path` is its name in errors."""
     given = as_block(path, block)
     return Walk().read(given, pb.Matrix(), path) if isinstance(given, Mapping) else matrix(given)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -24,6 +24,7 @@ _READY = b"listening on "
 _GRACE = 5.0
 
 __all__ = ["Server"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 
 class Server:
@@ -221,7 +222,3 @@ def _stop(process: "subprocess.Popen[bytes]", socket: Path) -> None:
         if pipe is not None:
             pipe.close()
     socket.unlink(missing_ok=True)  # which a server that was killed leaves
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -36,6 +36,7 @@ from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, Lyapunov
 from stiefel.scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 
 _FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
@@ -373,7 +374,3 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
     for text in session.warnings:
         warn_of_scene(text)
     return Session(connection, session, reply.created, sent, owner=True, checkpoint=checkpoint, epoch=epoch)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
