@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stiefel._exports import ccsds, spice
 from stiefel._exports.nodes import Export
+from stiefel._given.attitudes import checked
 from stiefel._given.instants import seconds_of, utc_of
 from stiefel._given.numbers import refused
 from stiefel._given.shown import shown
@@ -254,7 +255,7 @@ class Trajectory(Drawn, Ended, Batch):
         `unwrap`: angles are continuous from sample to sample where these are turned by less than half a turn against each other;
         otherwise each is in SciPy's range. Where the first and the third axis are parallel, SciPy warns, and one angle is 0.
         """
-        angles = np.asarray(self.as_rotation().as_euler(attitude.checked(sequence)))
+        angles = np.asarray(self.as_rotation().as_euler(checked("sequence", sequence)))
         angles = np.unwrap(angles, axis=0) if unwrap else angles
         return np.degrees(angles) if degrees else angles
 
