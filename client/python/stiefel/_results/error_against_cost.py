@@ -104,8 +104,9 @@ class Tradeoff(Shown):
 
         `axes`: the matplotlib axes to use; new ones by default. `cost`: "work" or "time" (CPU seconds per simulated
         second, the median with a bar over the repeats). `error`: "error" (the larger of attitude and momentum error),
-        "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. A method, order and
-        arithmetic with a point on it is a coloured curve; all other curves are grey. Needs matplotlib: stiefel[plot].
+        "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. The order and
+        arithmetic with the most accurate point of each method is a coloured curve; all other curves are grey. Needs matplotlib:
+        stiefel[plot].
         """
         if cost not in ("work", "time"):
             raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
@@ -118,7 +119,10 @@ class Tradeoff(Shown):
                 x = point.work if cost == "work" else median(point.cpu_seconds_per_second)
                 families.setdefault(point.family, []).append((x, max(value, known), point))
         front = diagram.pareto_front(one[:2] for curve in families.values() for one in curve)
-        named = [name for name, curve in families.items() if any(one[:2] in front for one in curve)]
+        best: dict[str, str] = {}
+        for name in sorted(families, key=lambda name: min(y for _, y, _ in families[name])):
+            best.setdefault(families[name][0][2].method, name)
+        named = [*best.values()]
         for name, curve in families.items():
             look = {"color": diagram.GREY, "lw": 0.8, "marker": "o", "ms": 2.5, "zorder": 1} if name not in named else \
                 {**diagram.style(named.index(name)), "lw": 1.4, "ms": 5, "zorder": 4, "label": name}
