@@ -15,19 +15,6 @@ matplotlib.use("Agg")
 import stiefel
 
 
-def table(tradeoff: stiefel.Tradeoff) -> str:
-    lines = ["| method | error | work | CPU seconds a simulated second |", "| --- | --- | --- | --- |"]
-    for point in tradeoff.front:
-        knob = f"tolerance {point.tolerance:.0e}" if point.tolerance else f"substeps {point.substeps}"
-        about = "~" if point.extrapolated else ""
-        times = sorted(point.cpu_seconds_per_second)
-        entry = f"`{point.method}`" + (f" {point.order}" if point.order else "")
-        scalar = ", float" if point.scalar == "float" else ""
-        lines.append(f"| {entry}, {point.arithmetic}{scalar}, {knob} | {about}{point.error:.1e} | "
-                     f"{about}{point.work:.1e} | {times[len(times) // 2]:.1e} |")
-    return "\n".join(lines)
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", type=Path)
@@ -41,9 +28,10 @@ def main() -> int:
     with nullcontext() if arguments.server else stiefel.Server.start() as server, \
             stiefel.Client(server.address if server else arguments.server, timeout=None) as client:
         tradeoff = client.tradeoff(arguments.scene, horizon=arguments.horizon, budget=arguments.budget)
-    setup = tradeoff.setup
-    print(f"{len(tradeoff.points)} points at t = {setup.horizon:g} ({setup.steps} steps) against {setup.reference}, "
-          f"its own error {setup.reference_error:.0e}\n\n{table(tradeoff)}")
+    points = tradeoff.to_dataframe()
+    columns = ["method", "order", "arithmetic", "substeps", "tolerance", "error", "work", "cpu_seconds_per_second"]
+    print(f"{len(points)} points at t = {tradeoff.horizon:g} ({tradeoff.steps} steps) against {tradeoff.reference}, its own error "
+          f"{tradeoff.reference_error:.0e}\n\n{points[points['front']].sort_values('work')[columns].to_string(index=False)}")
     tradeoff.plot().figure.savefig(arguments.output / "tradeoff.png", dpi=100)
     print(f"\nwrote {arguments.output}/tradeoff.png")
     return 0

@@ -9,7 +9,6 @@ import grpc
 import pytest
 
 import stiefel
-from stiefel._programs import variables
 from stiefel._server import find_server
 from stiefel._wire import security
 
@@ -128,16 +127,3 @@ def test_files_that_are_not_there():
         stiefel.Client("127.0.0.1:1", tls=stiefel.Tls(certificate=os.devnull))
     with pytest.raises(stiefel.InvalidArgument, match="a Unix socket has no TLS"):
         stiefel.Client("unix:/x", tls=True)
-
-
-def test_an_unknown_variable_is_warned_of_once(monkeypatch):
-    monkeypatch.setattr(variables, "_told", set())
-    for name, value in {"STIEFEL_ADRESS": "here", "STIEFEL_QUX": "1", "STIEFEL_PORT": "tcp://10.0.0.1:50551",
-                        "STIEFEL_SERVICE_PORT_GRPC": "50551", "STIEFEL_MEMORY": "1G"}.items():
-        monkeypatch.setenv(name, value)
-    with pytest.warns(UserWarning) as told:
-        for _ in range(2):
-            stiefel.Client("127.0.0.1:1").close()
-    assert [str(one.message) for one in told] == [
-        "STIEFEL_ADRESS: unknown variable; did you mean STIEFEL_ADDRESS?", "STIEFEL_QUX: unknown variable"]
-    assert {one.filename for one in told} == {__file__}

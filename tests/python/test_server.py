@@ -77,7 +77,7 @@ def sockets(tmp_path, monkeypatch):
 
 def test_a_program_that_says_nothing_is_killed(program, tmp_path, sockets):
     program(f"echo $$ > {tmp_path}/pid; echo loading >&2; trap '' TERM; while :; do sleep 0.05; done")
-    with pytest.raises(stiefel.Unavailable, match="did not say within 2 s where it listens.*\n  loading") as caught:
+    with pytest.raises(stiefel.Unavailable, match="did not say within 2 s where it listens") as caught:
         stiefel.Server.start(timeout=2)
     assert caught.value.metadata == {"exit_status": "None"}
     assert not is_running(int((tmp_path / "pid").read_text())) and list(sockets.iterdir()) == []
@@ -103,7 +103,7 @@ def test_a_folder_that_others_may_enter_is_refused(sockets, make):
 
 def test_a_program_that_ends_at_once(program):
     program("echo one >&2; echo two >&2; exit 7")
-    with pytest.raises(stiefel.Unavailable, match="exit status 7 before it listened.*\n  one\n  two") as caught:
+    with pytest.raises(stiefel.Unavailable, match="exit status 7 before it listened; stderr has what it wrote$") as caught:
         stiefel.Server.start()
     assert caught.value.metadata == {"exit_status": "7"}
     program("printf 'listening on '; exec sleep 100")  # half a line is nothing
@@ -113,7 +113,7 @@ def test_a_program_that_ends_at_once(program):
     with pytest.raises(stiefel.Unavailable, match="it said 'hello'"):
         stiefel.Server.start()
     program("kill -9 $$")  # twice
-    with pytest.raises(stiefel.Unavailable, match="exit status -9 .* it wrote nothing to stderr"):
+    with pytest.raises(stiefel.Unavailable, match="exit status -9 before"):
         stiefel.Server.start()
 
 

@@ -15,7 +15,6 @@ from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, 
 from stiefel._given.shown import shown
 from stiefel._given.velocities import with_momenta
 from stiefel._manifold.beta import SMALL, span_of
-from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
 from stiefel._wire.address import check
 from stiefel._wire.arrays import set_tensor, to_array
@@ -32,6 +31,7 @@ from stiefel._session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 __all__ = ["Client", "Tls"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 _OPTIONS = [
     ("grpc.initial_reconnect_backoff_ms", 50),
@@ -69,7 +69,6 @@ class Client:
                  token: Optional[str] = None, channel: Optional[grpc.Channel] = None, any_build: bool = False):
         if channel is not None and not (address is None and tls is None and token is None):
             raise InvalidArgument("channel: address, tls and token are those of the channel")
-        warn_of_unknown()
         self._tls, self._token, self._own_channel = tls, token, channel is None
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         seconds, knows_tls = checked(timeout), None

@@ -25,6 +25,7 @@ from stiefel._wire.arrays import blocks_of, matrix, put_block
 from stiefel.errors import InvalidArgument
 
 __all__ = ["SceneLike", "to_dict", "to_message"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 

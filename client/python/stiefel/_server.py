@@ -9,7 +9,6 @@ import shutil
 import stat
 import subprocess
 import tempfile
-import threading
 import time
 import weakref
 from pathlib import Path
@@ -17,16 +16,15 @@ from typing import IO, Any, Mapping, Optional, Sequence
 
 from stiefel._given.numbers import SECONDS, number
 from stiefel._programs import bundled, invocation
-from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire.connection import close_all
 from stiefel._wire.failures import server_ended, server_started
 from stiefel.errors import Unavailable
 
 _READY = b"listening on "
 _GRACE = 5.0
-_KEPT = 65536  # bytes of stderr that an error may show
 
 __all__ = ["Server"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 
 class Server:
@@ -36,11 +34,11 @@ class Server:
     is deleted, so keep it.
     """
 
-    def __init__(self, process: "subprocess.Popen[bytes]", address: str, socket: Path, errors: _Errors):
+    def __init__(self, process: "subprocess.Popen[bytes]", address: str, socket: Path):
         self.address = address
         self.process = process
         server_started(address)
-        self._stop = weakref.finalize(self, _let_go, address, process, socket, errors)
+        self._stop = weakref.finalize(self, _let_go, address, process, socket)
         self._stop.atexit = False
         _running.add(self)
 
@@ -50,12 +48,11 @@ class Server:
         """Starts a server on a Unix socket that only this user can reach, or on the address `listen`.
 
         "127.0.0.1:0" takes a free port. `arguments` are passed to the program unchanged. `environment` has variables
-        for the program; variables of this process take precedence. Raises Unavailable with the program's output to
-        stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. A program
-        that a signal ends before it listens is started once more. Raises FileNotFoundError if there is no program.
+        for the program; variables of this process take precedence. The program writes to the stderr of this process. Raises
+        Unavailable if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. A
+        program that a signal ends before it listens is started once more. Raises FileNotFoundError if there is no program.
         """
         timeout = number("timeout", timeout, SECONDS)
-        warn_of_unknown()
         try:
             return cls._start(listen, arguments, timeout, environment)
         except Unavailable as error:
@@ -72,30 +69,28 @@ class Server:
         command = [*program, "--listen", listen or f"unix:{socket}", "--exit-with-parent", *arguments]
         try:
             # The server stops when its stdin ends, which happens however this process ends.
-            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                       bufsize=0, env=environment, start_new_session=True)  # Ctrl-C is for this process alone
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0,
+                                       env=environment, start_new_session=True)  # Ctrl-C is for this process alone
         except OSError as error:
-            raise _not_started(command, f"cannot be run: {error.strerror}", None, "") from error
-        assert process.stdout is not None and process.stderr is not None
-        errors = _Errors(process.stderr)
+            raise _not_started(command, f"cannot be run: {error.strerror}", None) from error
+        assert process.stdout is not None
         try:
             line = _first_line(process.stdout, timeout)
             if line is not None and line.startswith(_READY):
-                errors.forward()
-                return cls(process, os.fsdecode(line[len(_READY):]), socket, errors)
+                return cls(process, os.fsdecode(line[len(_READY):]), socket)
             status = _end(process, _GRACE if line == b"" else 0)
         except BaseException:
             _end(process, 0)
             raise
         finally:
             if process.poll() is not None:
-                _stop(process, socket, errors)
+                _stop(process, socket)
         if line is None:
             what = f"did not say within {timeout:g} s where it listens, and was killed"
         else:
             what = f"exit status {status} before it listened" if status is not None else "closed its stdout, and was killed"
             what += f"; it said {os.fsdecode(line)!r}" if line else ""
-        raise _not_started(command, what, status, errors.text())
+        raise _not_started(command, what + "; stderr has what it wrote", status)
 
     def stop(self) -> int:
         """Asks the server to end, waits for it, and returns its exit status."""
@@ -184,46 +179,6 @@ def _socket_folder() -> Path:
     return folder
 
 
-class _Errors(threading.Thread):
-    """Reads a child's stderr. Keeps the end of it until `forward` is called, then passes everything to this process's
-    stderr."""
-
-    def __init__(self, pipe: IO[bytes]):
-        super().__init__(name="stiefel-server stderr", daemon=True)
-        self._pipe = pipe
-        self._lock = threading.Lock()
-        self._kept = b""
-        self._forwards = False
-        self.start()
-
-    def run(self) -> None:
-        with self._pipe:
-            while part := os.read(self._pipe.fileno(), 4096):
-                with self._lock:
-                    if self._forwards:
-                        _write(part)
-                    else:
-                        self._kept = (self._kept + part)[-_KEPT:]
-
-    def forward(self) -> None:
-        with self._lock:
-            self._forwards = True
-            _write(self._kept)
-
-    def text(self) -> str:
-        with self._lock:
-            return self._kept.decode("utf-8", "replace").strip()
-
-
-def _write(text: bytes) -> None:
-    """Writes to the descriptor of stderr, because sys.stderr may be gone at exit."""
-    try:
-        while text:
-            text = text[os.write(2, text):]
-    except OSError:
-        pass
-
-
 def _first_line(pipe: IO[bytes], timeout: float) -> Optional[bytes]:
     """Reads the first line without its end. Returns what there was if the pipe ends earlier, and None if neither
     happens within `timeout` seconds."""
@@ -250,9 +205,8 @@ def _end(process: "subprocess.Popen[bytes]", grace: float) -> Optional[int]:
         return None
 
 
-def _not_started(command: Sequence[str], what: str, status: Optional[int], stderr: str) -> Unavailable:
-    wrote = "it wrote to stderr:\n  " + stderr.replace("\n", "\n  ") if stderr else "it wrote nothing to stderr"
-    return Unavailable(f"{' '.join(command)}: {what}; {wrote}", metadata={"exit_status": str(status)})
+def _not_started(command: Sequence[str], what: str, status: Optional[int]) -> Unavailable:
+    return Unavailable(f"{' '.join(command)}: {what}", metadata={"exit_status": str(status)})
 
 
 def _let_go(address: str, *server: Any) -> None:
@@ -260,11 +214,10 @@ def _let_go(address: str, *server: Any) -> None:
     server_ended(address, "nothing held what Server.start() returned, so the server ended: keep it in a variable or a `with`")
 
 
-def _stop(process: "subprocess.Popen[bytes]", socket: Path, errors: _Errors) -> None:
+def _stop(process: "subprocess.Popen[bytes]", socket: Path) -> None:
     if process.poll() is None:
         process.terminate()
         _end(process, _GRACE)
-    errors.join(1.0)  # reads the last output; a child of the server may keep the pipe open longer
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
             pipe.close()

@@ -36,6 +36,7 @@ from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, Lyapunov
 from stiefel._scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 
 _FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL)

@@ -27,7 +27,6 @@ import grpc.aio
 
 from stiefel import _client as blocking, _session as blocking_session, simulation
 from stiefel._given.typed import Fields, Scene
-from stiefel._programs.variables import warn_of_unknown
 from stiefel._sweep.dispatch import STOP
 from stiefel._wire.security import Options, Tls, TlsLike, opener
 from stiefel._wire.waiting import Channel, Lock, run
@@ -42,6 +41,7 @@ if sys.version_info >= (3, 10):
     P = ParamSpec("P")
 
 __all__ = ["Client", "Drive", "Opening", "Session", "Tls", "run", "simulate", "sweep"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 T = TypeVar("T")
 _END: Any = object()
@@ -72,6 +72,16 @@ def _opened(method: Callable[Concatenate[Any, P], blocking_session.Session]) -> 
         return Opening(run(method, self._blocking, *arguments, **more))
     functools.update_wrapper(begin, method)
     return begin
+
+
+def _shown(of: type, name: str) -> Any:
+    """Returns a property that the blocking object has too, and that makes no call."""
+    return property(lambda self: getattr(self._blocking, name), doc=getattr(of, name).__doc__)
+
+
+def _fetched(of: type, name: str) -> Any:
+    """Returns a property that is awaited, because it may make a call."""
+    return property(lambda self: run(getattr, self._blocking, name), doc=getattr(of, name).__doc__)
 
 
 def _twin_of(function: Callable[P, T]) -> Callable[[Callable[..., Coroutine[Any, Any, T]]], Callable[P, Coroutine[Any, Any, T]]]:
@@ -127,7 +137,6 @@ class Client:
 
     def __init__(self, address: Optional[str] = None, *, timeout: Optional[float] = 60.0, tls: TlsLike = None,
                  token: Optional[str] = None, channel: Optional[grpc.aio.Channel] = None, any_build: bool = False):
-        warn_of_unknown()
         if isinstance(channel, grpc.Channel):
             raise InvalidArgument("channel: must be a channel of grpc.aio")
         given: Any = None if channel is None else Channel(lambda: channel)
@@ -136,21 +145,9 @@ class Client:
         self._channel: Channel = opened
         self.address = self._blocking.address
 
-    @property
-    def timeout(self) -> Optional[float]:
-        """The seconds of every call that does not get its own; None for no end."""
-        return self._blocking.timeout
-
-    @property
-    def any_build(self) -> bool:
-        """Whether sessions may go on at a server of another build."""
-        return self._blocking.any_build
-
-    @property
-    def closed(self) -> bool:
-        """Whether `close` was called."""
-        return self._blocking.closed
-
+    timeout: Optional[float] = _shown(blocking.Client, "timeout")
+    any_build: bool = _shown(blocking.Client, "any_build")
+    closed: bool = _shown(blocking.Client, "closed")
     describe = _awaited(blocking.Client.describe)
     create = _opened(blocking.Client.create)
     get = _opened(blocking.Client.get)
@@ -190,39 +187,14 @@ class Session:
 
     def __init__(self, session: blocking_session.Session):
         self._blocking = session
+        self.created = session.created  #: False if the session existed already
+        self.epoch = session.epoch  #: as that of `stiefel.Session`
         session._lock = Lock()  # type: ignore[assignment]  # because it is held during a call
 
-    @property
-    def id(self) -> str:
-        """The id by which every client finds the session."""
-        return self._blocking.id
-
-    @property
-    def created(self) -> bool:
-        """False if the session existed already."""
-        return self._blocking.created
-
-    @property
-    def epoch(self) -> Optional[str]:
-        """The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
-        `Client.get` and `Client.list`, because the server does not know it."""
-        return self._blocking.epoch
-
-    @property
-    async def scene(self) -> Scene:
-        """The resolved scene, every default filled in: `await session.scene`. It makes a call only the first time."""
-        return await run(lambda: self._blocking.scene)
-
-    @property
-    async def choice(self) -> Optional[Choice]:
-        """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
-        return await run(lambda: self._blocking.choice)
-
-    @property
-    async def step_price(self) -> Price:
-        """The predicted price of one step."""
-        return await run(lambda: self._blocking.step_price)
-
+    id: str = _shown(blocking_session.Session, "id")
+    scene: Awaitable[Scene] = _fetched(blocking_session.Session, "scene")
+    choice: Awaitable[Optional[Choice]] = _fetched(blocking_session.Session, "choice")
+    step_price: Awaitable[Price] = _fetched(blocking_session.Session, "step_price")
     step = _awaited(blocking_session.Session.step)
     diagnose = _awaited(blocking_session.Session.diagnose)
     error_at = _awaited(blocking_session.Session.error_at)
@@ -296,7 +268,3 @@ class Drive:
 
     def __repr__(self) -> str:
         return repr(self._blocking).replace("stiefel.", "stiefel.aio.", 1)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

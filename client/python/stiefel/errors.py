@@ -15,6 +15,7 @@ import grpc
 
 __all__ = ["AlreadyExists", "BuildChanged", "Closed", "CorruptReply", "DeadlineExceeded", "FailedPrecondition",
            "InvalidArgument", "NotFound", "ResourceExhausted", "SceneWarning", "StiefelError", "Unavailable", "Violation"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 
 class Violation(NamedTuple):
@@ -161,7 +162,3 @@ class BuildChanged(FailedPrecondition):
                          "differ", reason="BUILD_CHANGED")
         self.began_with = began_with  #: the numerics id of the server that created the session
         self.now = now  #: the numerics id of the server that answered
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -32,6 +32,7 @@ from stiefel.results import Geodesic
 from stiefel.simulation import own_client
 
 __all__ = ["Joined", "Mean", "NotJoined", "SpecialOrthogonal", "Stiefel"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 Array = NDArray[np.float64]
 MOST_PAIRS = 1024  #: pairs of one call of Connect
@@ -358,7 +359,3 @@ class SpecialOrthogonal(_Manifold):
     def injectivity_radius(self) -> Optional[float]:
         """The length up to which geodesics are shortest and unique: pi sqrt(2) for Lambda = I; else None, unknown."""
         return math.pi * math.sqrt(2) if isinstance(self._metric, BetaMetric) and self.N > 1 else None
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stiefel._exports import ccsds, spice
 from stiefel._exports.nodes import Export
+from stiefel._given.attitudes import checked
 from stiefel._given.instants import seconds_of, utc_of
 from stiefel._given.numbers import refused
 from stiefel._given.shown import shown
@@ -32,6 +33,7 @@ from stiefel._results.state_properties import *  # noqa: F403
 from stiefel._scene import member_of, to_dict
 
 __all__ = ["Batch", "Export", "Motion", "Origin", "Outcome", "Price", "RunStatus", "State", "Trajectory"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 __all__ += server_catalogue.__all__
 __all__ += state_properties.__all__
 __all__ += estimate.__all__
@@ -102,7 +104,7 @@ class Batch(Logged, Named):
 
     def __getitem__(self, which: Any) -> Any:
         if isinstance(which, slice):
-            return self._part(which)
+            return self._slice(which)
         if isinstance(which, (int, np.integer)) and not isinstance(which, bool):
             if not -len(self) <= which < len(self):
                 raise IndexError(f"{which}: there are {len(self)} samples")
@@ -111,10 +113,6 @@ class Batch(Logged, Named):
 
     def __iter__(self) -> Iterator[State]:
         return map(self._state, range(len(self)))
-
-    def _part(self: B, samples: slice) -> B:
-        return replace(self, step=self.step[samples], time=self.time[samples],
-                       fields={name: values[samples] for name, values in self.fields.items()})._of(self._side)
 
     def _state(self, sample: int) -> State:
         return State(int(self.step[sample]), float(self.time[sample]),
@@ -193,12 +191,11 @@ class Trajectory(Drawn, Ended, Batch):
     def _status_at(self, sample: int) -> RunStatus:
         return self.run_status if sample == len(self) - 1 else RunStatus(Outcome.REACHED)
 
-    def _part(self, samples: slice) -> "Trajectory":
+    def _slice(self: T, which: slice, **more: Any) -> T:
         """A part that does not end at the last sample is the trajectory of a shorter run, which ended well."""
-        indices = range(len(self))[samples]
-        ends_alike = len(indices) > 0 and indices[-1] == len(self) - 1
-        return replace(super()._part(samples), run_status=self.run_status if ends_alike else RunStatus(Outcome.REACHED),
-                       estimated_error=self.estimated_error if ends_alike else None)
+        if range(len(self))[which][-1:] != range(len(self))[-1:]:
+            more = {"run_status": RunStatus(Outcome.REACHED), "estimated_error": None}
+        return super()._slice(which, **more)
 
     @cached_property
     def motion(self) -> Motion:
@@ -258,7 +255,7 @@ class Trajectory(Drawn, Ended, Batch):
         `unwrap`: angles are continuous from sample to sample where these are turned by less than half a turn against each other;
         otherwise each is in SciPy's range. Where the first and the third axis are parallel, SciPy warns, and one angle is 0.
         """
-        angles = np.asarray(self.as_rotation().as_euler(attitude.checked(sequence)))
+        angles = np.asarray(self.as_rotation().as_euler(checked("sequence", sequence)))
         angles = np.unwrap(angles, axis=0) if unwrap else angles
         return np.degrees(angles) if degrees else angles
 
@@ -315,7 +312,3 @@ class Trajectory(Drawn, Ended, Batch):
 
     def __repr__(self) -> str:
         return f"<stiefel.Trajectory {self.outcome} {self._extent()}: {self._shapes()}>"
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

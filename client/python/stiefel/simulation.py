@@ -12,6 +12,7 @@ from stiefel._scene import SceneLike
 from stiefel._session import Session
 
 __all__ = ["simulate"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 _own = OwnServer()
 _WHOLE_MACHINE = Share(0)
@@ -45,7 +46,3 @@ def _elsewhere(scene: Any) -> Session:
 
 
 Origin.elsewhere = staticmethod(_elsewhere)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -13,6 +13,7 @@ from stiefel._given.numbers import number, numbers, refused
 from stiefel._rotations import to_matrices
 
 __all__ = ["Solid", "box", "cone", "cylinder", "ellipsoid", "point"]
+__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 ORIGIN = (0.0, 0.0, 0.0)
 
@@ -95,7 +96,3 @@ def _lengths(path: str, given: Any, count: int) -> NDArray[Any]:
     if lengths.shape != (count,) or not (lengths > 0).all():
         raise refused(path, f"{given!r}: must be {count} length{'s' if count > 1 else ''} above 0")
     return lengths
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -5,6 +5,7 @@ settings are grey. The Pareto front, the points that no other one beats, is blac
 """
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -51,13 +52,24 @@ def _looks(contestants: list[dict], families: dict[str, str]) -> dict[str, dict]
             for k, family in enumerate(dict.fromkeys(families.values()))}
 
 
+def _dominated_area(points: _Curve, corner: tuple[float, float]) -> float:
+    """Returns the area of the log-log picture below and left of `corner` in which some point is better in both cost and
+    error. The larger the area, the better the curve."""
+    area, level = 0.0, corner[1]
+    for cost, error in sorted(points):
+        if 0 < cost < corner[0] and 0 < error < level:
+            area += math.log(corner[0] / cost) * math.log(level / error)
+            level = error
+    return area
+
+
 def _panel(axes: Any, curves: dict[str, _Curve], families: dict[str, str], looks: dict[str, dict]) -> None:
     """Draws a panel."""
     everywhere = [point for points in curves.values() for point in points]
     corner = (2 * max((x for x, _ in everywhere), default=1), 1)
     best: dict[str, tuple[float, str]] = {}
     for title, points in curves.items():
-        found = diagram.dominated_area(points, corner), title
+        found = _dominated_area(points, corner), title
         best[families[title]] = max(best.get(families[title], found), found, key=lambda f: f[0])
     named = [title for _, title in best.values()]
     for title, points in curves.items():

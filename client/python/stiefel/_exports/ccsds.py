@@ -12,7 +12,8 @@ from typing import Any, Optional
 
 import numpy as np
 
-from stiefel._exports.nodes import Export, nodes_of, written
+from stiefel._exports.nodes import Export, nodes_of
+from stiefel._results.save import complete
 from stiefel.version import __version__
 
 Trajectory = Any  # a `stiefel.Trajectory`
@@ -43,5 +44,6 @@ def to_aem(run: Trajectory, file: "str | os.PathLike[str]", *, epoch: Any = None
              "INTERPOLATION_METHOD = LINEAR", "INTERPOLATION_DEGREE = 1", "META_STOP", "", "DATA_START"]
     lines += [" ".join([stamp, *map(repr, (x, y, z, w, *rate))])
               for stamp, (w, x, y, z), rate in zip(stamps, nodes.quaternion.tolist(), rates)]
-    written(file, "\n".join([*lines, "DATA_STOP", ""]))
+    with complete(file) as part, open(part, "w", encoding="ascii", newline="\n") as out:
+        out.write("\n".join([*lines, "DATA_STOP", ""]))
     return export

@@ -1,7 +1,6 @@
 """The attitudes that an export writes, and what a reader loses by rounding."""
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from typing import Any, Optional
 
@@ -57,13 +56,3 @@ def nodes_of(run: Trajectory, epoch: Any = None) -> Nodes:
     q[1:] *= np.cumprod(np.where((q[1:] * q[:-1]).sum(axis=1) < 0, -1, 1))[:, None]
     rate = run.fields.get("angular_velocity")
     return Nodes(run.time[order], q, None if rate is None else np.asarray(rate, float)[order], instant("epoch", given))
-
-
-def written(path: "str | os.PathLike[str]", text: str) -> str:
-    """Writes a file, which appears under its name only when it is complete."""
-    path = os.fspath(path)
-    part = path + ".part"
-    with open(part, "w", encoding="ascii", newline="\n") as out:
-        out.write(text)
-    os.replace(part, path)
-    return path

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from stiefel import _rotations
-from stiefel._exports.nodes import Export, nodes_of, written
+from stiefel._exports.nodes import Export, nodes_of
 from stiefel._given.instants import Instant, as_time, instant
 from stiefel._results.extras import imported
+from stiefel._results.save import complete
 
 Trajectory = Any  # a `stiefel.Trajectory`
 TICKS = 1e6  #: of the clock in a second
@@ -36,17 +37,15 @@ def to_ck(run: Trajectory, file: "str | os.PathLike[str]", *, instrument: int, e
     begin = seconds_past_j2000(nodes.epoch.after(float(nodes.time[0])))
     ticks = (nodes.time - nodes.time[0]) * TICKS
     rates = np.zeros((len(ticks), 3)) if nodes.rate is None else _rotations.rotated(nodes.quaternion, nodes.rate)
-    part = path + ".part"
-    if os.path.exists(part):
-        os.remove(part)
-    handle = spice.ckopn(part, segment, 0)
-    try:
-        spice.ckw03(handle, ticks[0], ticks[-1], instrument, frame, nodes.rate is not None, segment, len(ticks), ticks,
-                    _rotations.inverse(nodes.quaternion), rates, 1, [ticks[0]])
-    finally:
-        spice.ckcls(handle)
-    os.replace(part, path)
-    written(clock, _clock(spacecraft, begin))
+    with complete(path) as part, complete(clock) as part_of_clock:
+        handle = spice.ckopn(part, segment, 0)
+        try:
+            spice.ckw03(handle, ticks[0], ticks[-1], instrument, frame, nodes.rate is not None, segment, len(ticks), ticks,
+                        _rotations.inverse(nodes.quaternion), rates, 1, [ticks[0]])
+        finally:
+            spice.ckcls(handle)
+        with open(part_of_clock, "w", encoding="ascii", newline="\n") as out:
+            out.write(_clock(spacecraft, begin))
     rounding = float(max(abs(Fraction(tick) / Fraction(TICKS) - (Fraction(time) - Fraction(float(nodes.time[0]))))
                          for tick, time in zip(ticks.tolist(), nodes.time.tolist())))
     # A reader gets the time of a tick in seconds past J2000, whose rounding is larger.

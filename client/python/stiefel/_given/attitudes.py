@@ -2,6 +2,7 @@
 Rodrigues parameters, Euler angles. All take vectors in body axes to the same vectors in space axes."""
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -54,14 +55,19 @@ def of_mrp(sigma: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(np.concatenate([1 - square, 2 * sigma], axis=-1) / (1 + square))
 
 
+def checked(path: str, sequence: Any) -> str:
+    """Returns a sequence of axes of Euler angles. Raises InvalidArgument for one that does not determine a rotation."""
+    if not re.fullmatch(r"[xyz]{3}|[XYZ]{3}", str(sequence)) or sequence[1] in (sequence[0], sequence[2]):
+        raise refused(path, f"{shown(sequence)}: must be three of X, Y, Z for axes that turn with the body, or of x, y, z for fixed "
+                            "axes, no two equal in a row; the sequence 3-2-1 of a body's axes is ZYX")
+    return str(sequence)
+
+
 def of_euler(path: str, sequence: Any, angles: NDArray[Any], rates: Any = None) -> tuple[NDArray[Any], NDArray[Any]]:
     """Returns quaternions (..., 4) and angular velocities in body axes (..., 3) of Euler angles (..., 3) in radians and their
     rates. `sequence`: as in scipy, "ZXZ" about the axes that turn with the body, Q = Rz(a) Rx(b) Rz(c), "zxz" about fixed axes,
     Q = Rz(c) Rx(b) Rz(a)."""
-    if not isinstance(sequence, str) or len(sequence) != 3 or sequence not in (sequence.upper(), sequence.lower()) \
-            or set(sequence.lower()) - set("xyz") or sequence[1] in (sequence[0], sequence[2]):
-        raise refused(path, f"{shown(sequence)}: must be three of X, Y, Z for axes that turn with the body, or of x, y, z for fixed "
-                            "axes, no two equal in a row; the sequence 3-2-1 of a body's axes is ZYX")
+    sequence = checked(path, sequence)
     rates = np.zeros_like(angles) if rates is None else rates
     q, omega = np.array([1.0, 0, 0, 0]), np.zeros(3)
     for k in (0, 1, 2) if sequence.isupper() else (2, 1, 0):

@@ -16,6 +16,7 @@ from stiefel._given.numbers import refused
 from stiefel._report import run_data
 from stiefel._results import body, sphere
 from stiefel._results.base import Array
+from stiefel._results.motion import Motion
 from stiefel._results.save import complete
 from stiefel.errors import StiefelError
 
@@ -74,7 +75,7 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
         "epoch": session.epoch, "version": run_data.described(session).version, "numerics_id": drawn.build, "side": drawn.origin.side,
         "scene": scene if whole else {key: value for key, value in scene.items() if not key.startswith("initial")},
         "whole_scene": whole,
-        "inertia": inertia, "character": _character(drawn, of) if inertia else None,
+        "inertia": inertia, "character": _character(run.motion),
         "samples": {"time": _packed(drawn.time, np.float64),
                     **({} if drawn.utc is None else {"utc": _packed(drawn.utc.astype(float) / 1000, np.float64)}),  # milliseconds
                     "fields": {field: _field(body.matrices(values, of)) for field, values in drawn.fields.items()}},
@@ -92,17 +93,12 @@ def _inertia(drawn: Trajectory, of: Optional[int]) -> dict[str, Any]:
         name: [curve[::3].round(4).tolist() for curve in (made(inertia.moments) if inertia.distinct else ())] for name, made in curves.items()}}
 
 
-def _character(drawn: Trajectory, of: Optional[int]) -> str:
-    """Returns what the momentum at the start does in the body, with its norm and the energy."""
-    inertia, momentum = body.principal(drawn.scene, of), body.momenta(drawn.scene, drawn, of)[0]
-    L, energy = float(np.linalg.norm(momentum)), float(momentum @ inertia.velocity(momentum)) / 2
-    above = 2 * energy * inertia.moments[1] / L**2 - 1 if L else 0.0  # of the energy over that of the separatrix
-    kind = ("The body is at rest." if not L else "Two moments are equal: the momentum moves on a circle about the third axis."
-            if not inertia.distinct else "The motion is on the separatrix or a spin about the middle axis." if abs(above) < 1e-9 else
-            f"Short-axis mode: the momentum circles axis {inertia.names[2]}, that of the largest moment." if above < 0 else
-            f"Long-axis mode: the momentum circles axis {inertia.names[0]}, that of the smallest moment.")
-    units = (" kg m²/s", " J") if "body" in drawn.scene else ("", "")
-    return f"{kind} |L| = {L:.5g}{units[0]}, energy {energy:.5g}{units[1]}"
+def _character(motion: Optional[Motion]) -> Optional[str]:
+    """Returns what kind of motion it is, with the norm of the momentum and the energy."""
+    if motion is None:
+        return None
+    units = (" kg m²/s", " J") if motion.in_si else ("", "")
+    return f"{motion.kind.capitalize()}: |L| = {np.linalg.norm(motion.momentum):.5g}{units[0]}, energy {motion.energy:.5g}{units[1]}"
 
 
 def _field(values: Array) -> dict[str, Any]:

@@ -46,6 +46,7 @@ class Accuracy:
     #: of attitude and momentum; the bound, twice the error of the reference, where an error is too small to tell
     errors: dict[str, list[float]]
     error: Any  #: the `stiefel.EstimatedError` at the last step, or None
+    motion: Any  #: the `stiefel.Motion` of one body in three dimensions, or None
 
 
 def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy:
@@ -57,7 +58,7 @@ def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy
     steps = np.unique(np.linspace(0, last.step, DRIFTS + 1).astype(int)).tolist()
     estimated = {steps[k] for k in np.unique(np.linspace(0, len(steps) - 1, parts + 1).astype(int))} if parts else set()
     out = Accuracy(last.run_status, last.step, last.time, 0, [], [], [], {"attitude": [], "momentum": []},
-                   estimate)
+                   estimate, last.motion)
     families: dict[str, Family] = {}
     for step in steps:
         diagnosis = last if step == last.step else session.diagnose(to=step, estimate_error=step in estimated)

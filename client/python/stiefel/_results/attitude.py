@@ -1,7 +1,6 @@
 """Attitudes in other forms: rotations of scipy, and the rates of Euler angles."""
 from __future__ import annotations
 
-import re
 from typing import Any, Mapping, Optional
 
 import numpy as np
@@ -36,13 +35,6 @@ def rotation(fields: Mapping[str, Array], side: Optional[str]) -> Any:
     if q.ndim > 2:
         raise ValueError(f"the attitudes of an ensemble have the shape {q.shape}: a Rotation takes those of one member, such as run.member(0)")
     return imported("scipy.spatial.transform", "scipy").Rotation.from_quat(np.roll(q, -1, axis=-1))
-
-
-def checked(sequence: Any) -> str:
-    """Returns a sequence of axes. Raises ValueError for one that does not determine a rotation."""
-    if not re.fullmatch(r"[xyz]{3}|[XYZ]{3}", str(sequence)) or sequence[1] in (sequence[0], sequence[2]):
-        raise ValueError(f"sequence: {sequence!r}: must be three of x, y, z, or of X, Y, Z, with no two equal in a row; the sequence 3-2-1 of a body's axes is ZYX")
-    return str(sequence)
 
 
 def rates_of_angles(sequence: str, angles: NDArray[Any], omega: NDArray[Any]) -> NDArray[np.float64]:

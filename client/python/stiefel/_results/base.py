@@ -142,6 +142,12 @@ class Named(ByValue):
         object.__setattr__(self, "_side", side if not callable(side) else side() if self.fields.keys() & {"Q", "M"} else "")
         return self
 
+    def _slice(self: N, which: slice, **more: Any) -> N:
+        """Returns a copy with the elements of a slice in all arrays. `more`: other fields of the dataclass."""
+        arrays = {name: values[which] for name, values in vars(self).items() if isinstance(values, np.ndarray)}
+        fields = {name: values[which] for name, values in self.fields.items()}
+        return dataclasses.replace(self, fields=fields, **arrays, **more)._of(self._side)  # type: ignore[type-var]
+
     def _field(self, name: object) -> Array:
         """Returns a field. Raises KeyError, which lists the fields that there are."""
         try:

@@ -104,9 +104,9 @@ class Tradeoff(Shown):
 
         `axes`: the matplotlib axes to use; new ones by default. `cost`: "work" or "time" (CPU seconds per simulated
         second, the median with a bar over the repeats). `error`: "error" (the larger of attitude and momentum error),
-        "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. The best order and
-        arithmetic of each method is a coloured curve; the best is the one whose points beat the largest area of the diagram.
-        All other curves are grey. Needs matplotlib: stiefel[plot].
+        "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. The order and
+        arithmetic with the most accurate point of each method is a coloured curve; all other curves are grey. Needs matplotlib:
+        stiefel[plot].
         """
         if cost not in ("work", "time"):
             raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
@@ -118,11 +118,14 @@ class Tradeoff(Shown):
             if (value := getattr(point, error)) is not None and point.success:
                 x = point.work if cost == "work" else median(point.cpu_seconds_per_second)
                 families.setdefault(point.family, []).append((x, max(value, known), point))
-        best = _best_of_each_method({name: [one[:2] for one in curve] for name, curve in families.items()})
+        front = diagram.pareto_front(one[:2] for curve in families.values() for one in curve)
+        best: dict[str, str] = {}
+        for name in sorted(families, key=lambda name: min(y for _, y, _ in families[name])):
+            best.setdefault(families[name][0][2].method, name)
+        named = [*best.values()]
         for name, curve in families.items():
-            k = best.get(name)
-            look = {"color": diagram.GREY, "lw": 0.8, "marker": "o", "ms": 2.5, "zorder": 1} if k is None else \
-                {**diagram.style(k), "lw": 1.4, "ms": 5, "zorder": 4, "label": name}
+            look = {"color": diagram.GREY, "lw": 0.8, "marker": "o", "ms": 2.5, "zorder": 1} if name not in named else \
+                {**diagram.style(named.index(name)), "lw": 1.4, "ms": 5, "zorder": 4, "label": name}
             x, y = np.transpose([one[:2] for one in curve])
             hollow = [one.extrapolated for *_, one in curve]
             axes.plot(x, y, **look)
@@ -130,10 +133,6 @@ class Tradeoff(Shown):
             if cost == "time":
                 ends = np.transpose([(min(one.cpu_seconds_per_second), max(one.cpu_seconds_per_second)) for *_, one in curve])
                 axes.hlines(y, *ends, color=look["color"], lw=look["lw"])
-        if cost == "work" and error == "error":
-            front = [(p.work, max(p.error, known)) for p in self.front if p.error is not None]
-        else:
-            front = diagram.pareto_front((x, y) for curve in families.values() for x, y, _ in curve)
         if front:
             axes.plot(*zip(*front), color="black", lw=2.5, marker="o", ms=9, mfc="none", mew=1.5, zorder=6,
                       label="Pareto front: no point beats these in both")
@@ -147,15 +146,3 @@ class Tradeoff(Shown):
                        f"{known:.0e}\n{self.machine}\nstiefel, numerics id {self.numerics_id}", fontsize=8, loc="left")
         axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
         return axes
-
-
-def _best_of_each_method(curves: dict[str, list[tuple[float, float]]]) -> dict[str, int]:
-    """Returns for each method, in order, the family whose points beat the largest area, with the number of its
-    style. `curves`: those of the families, whose names begin with the method."""
-    drawn = [point for curve in curves.values() for point in curve]
-    corner = (2 * max((x for x, _ in drawn), default=1), 2 * max((y for _, y in drawn), default=1))
-    best: dict[str, tuple[float, str]] = {}
-    for name, curve in curves.items():
-        method = name.replace(",", "").split()[0]
-        best[method] = max(best.get(method, (-1.0, name)), (diagram.dominated_area(curve, corner), name), key=lambda found: found[0])
-    return {name: k for k, (_, name) in enumerate(best.values())}

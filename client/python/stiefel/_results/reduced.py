@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass, field
-from typing import Any, Iterator, Mapping, Optional, overload
+from typing import Any, Iterator, Mapping, Optional, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from stiefel._results.extras import imported
 from stiefel._results.tables import flat
 
 __all__ = ["Events", "LyapunovSpectrum", "Section", "StateTransition", "Summary", "Verdict"]
+E = TypeVar("E", bound="Events")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,14 +46,10 @@ class Events(Named):
     def __getitem__(self, which: str) -> Array: ...
 
     @overload
-    def __getitem__(self, which: slice) -> Events: ...
+    def __getitem__(self: E, which: slice) -> E: ...
 
     def __getitem__(self, which: Any) -> Any:
-        if not isinstance(which, slice):
-            return self._field(which)
-        return Events(self.event[which], self.step[which], self.fraction[which], self.time[which],
-                      None if self.member is None else self.member[which],
-                      {name: values[which] for name, values in self.fields.items()}, self.run_status)
+        return self._slice(which) if isinstance(which, slice) else self._field(which)
 
     def __iter__(self) -> Iterator[Events]:
         """Yields each zero as events of length 1."""
@@ -78,18 +75,6 @@ class Section(Events):
 
     points: Array = field(default_factory=lambda: np.empty((0, 0)))  #: (crossings, coordinates)
     residual: Array = field(default_factory=lambda: np.empty(0))  #: how far the reported state is from the plane: g at the crossing
-
-    @overload
-    def __getitem__(self, which: str) -> Array: ...
-
-    @overload
-    def __getitem__(self, which: slice) -> Section: ...
-
-    def __getitem__(self, which: Any) -> Any:
-        part = super().__getitem__(which)
-        return part if isinstance(which, str) else Section(
-            part.event, part.step, part.fraction, part.time, part.member, part.fields, part.run_status, self.points[which],
-            self.residual[which])
 
     def _columns(self) -> dict[str, Array]:
         points = {f"point[{k}]": values for k, values in enumerate(self.points.T)}

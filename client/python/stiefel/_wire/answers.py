@@ -52,7 +52,6 @@ def conversion(messages: Sequence[pb.ConvertResponse]) -> Conversion:
     """Reads the messages of one call."""
     blocks, arrays = Assembly(), Assembly()
     for message in messages:
-        require(message.continues == (message is not messages[-1]), "a part of the conversion is missing")
         blocks.take(message.blocks)
         arrays.take(message.scene_arrays)
     first, others = messages[0], blocks.finish()
@@ -104,14 +103,8 @@ def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:
     return to_array(matrix)
 
 
-def _check_continued(messages: Sequence[pb.ConjugatePointsResponse]) -> None:
-    for message in messages:
-        require(message.continues == (message is not messages[-1]), "a part of the points is missing")
-
-
 def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> ConjugatePoints:
     """Reads the messages of one call."""
-    _check_continued(messages)
     first, shape = messages[0], (request.q.rows, request.q.cols)
     points = []
     for point in (point for message in messages for point in message.points):
@@ -123,7 +116,6 @@ def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb
 
 def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> InjectivityRadius:
     """Reads the messages of one call."""
-    _check_continued(messages)
     first, found = messages[0], messages[0].radius
     shape = (request.radius.n, len(request.inertia))
     Q, Qdot = _block(found.q, shape), _block(found.qdot, shape)

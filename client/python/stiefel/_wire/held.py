@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 from typing import Any, Optional, Sequence, Union, cast
 
 from stiefel import v1 as pb
@@ -164,6 +165,5 @@ class Held:
         """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
         last = list(samples)[-1]._of(self._side)
-        return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
-                     samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
-                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._side)
+        return replace(last[-1], run_status=samples.run_status or RunStatus(Outcome.CANCELLED), computed_steps=samples.computed_steps,
+                       checkpoint=samples.checkpoint if checkpoint else b"", price=samples.price)._of(last._side)

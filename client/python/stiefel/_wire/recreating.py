@@ -45,7 +45,7 @@ class Recreation:
 
     def call(self, method: str, request: Any, timeout: Optional[float] = None) -> Any:
         """Makes a unary call by name, and repeats it after the session had to be created again."""
-        return Attempts(self.connection, timeout, self).run(lambda left: self._attempt(method, request, left))
+        return Attempts(self.connection, timeout, self).run(lambda left: self._send(method, request, left, self.metadata(left)))
 
     def metadata(self, timeout: Optional[float]) -> Metadata:
         """Creates the session again if it was lost, and returns the metadata of every call. Raises NotFound if this handle
@@ -127,9 +127,6 @@ class Recreation:
         finally:
             stream.cancel()
         raise CorruptReply("the stream ended without saying how the run ended: a part of it is missing")
-
-    def _attempt(self, method: str, request: Any, timeout: Optional[float]) -> Any:
-        return self._send(method, request, timeout, self.metadata(timeout))
 
     def _send(self, method: str, request: Any, timeout: Optional[float], metadata: Metadata) -> Any:
         try:

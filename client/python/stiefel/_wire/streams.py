@@ -1,7 +1,8 @@
 """The reader of the streams of a call, checkpoints that come in parts, and a progress bar."""
 from __future__ import annotations
 
-from contextlib import closing
+from contextlib import closing, nullcontext
+from types import SimpleNamespace
 from typing import Any, Generic, Iterator, Optional, TypeVar
 
 from stiefel import v1 as pb
@@ -124,22 +125,9 @@ class CheckpointParts:
         return b"".join(self._parts) if begun + len(part.data) >= part.size else b""
 
 
-class _NoBar:
-    n = 0
-
-    def __enter__(self) -> _NoBar:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        pass
-
-    def update(self, steps: int) -> None:
-        pass
-
-
 def progress_bar(count: Optional[int], wanted: bool, unit: str) -> Any:
     """Returns a bar of tqdm for `count` units, None for an unknown number, as a context manager with `update(number)`; one
     that shows nothing if none is wanted."""
     if not wanted:
-        return _NoBar()
+        return nullcontext(SimpleNamespace(n=0, update=lambda number: None))
     return imported("tqdm", "progress").tqdm(total=count, unit=unit, unit_scale=True)

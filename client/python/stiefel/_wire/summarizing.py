@@ -52,7 +52,7 @@ class Summarizing(Resuming[Union[Events, Batch]]):
             return None
         begin, self._seen = self._seen, self._seen + len(batch)
         old, self._yielded = max(self._yielded - begin, 0), max(self._yielded, self._seen)
-        return batch if old == 0 else _after(batch, old) if old < len(batch) else None
+        return batch[old:] if old < len(batch) else None
 
     def _keep(self, message: pb.SummarizeResponse, ends: bool) -> bool:
         self._kept, self._recounted = self._seen, message.computed_steps
@@ -96,13 +96,6 @@ class Summarizing(Resuming[Union[Events, Batch]]):
         self.arrays = self._statistics.finish()
         answers.check_statistics(self.arrays, self._request, self._ensemble)
         self.arrays = answers.named_statistics(self.arrays)
-
-
-def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:
-    """Returns what comes after the first `count` elements."""
-    arrays = {field.name: getattr(batch, field.name) for field in dataclasses.fields(batch)}
-    rest: dict[str, Any] = {name: array[count:] for name, array in arrays.items() if isinstance(array, np.ndarray)}
-    return dataclasses.replace(batch, fields={name: values[count:] for name, values in batch.fields.items()}, **rest)
 
 
 def states_at(running: Summarizing, order: NDArray[np.intp], origin: Origin, progress: bool) -> Trajectory:

@@ -123,5 +123,4 @@ def between_steps(session: Any, time: Any, fields: Sequence[str], timeout: Optio
     run = at_times(session, [seconds], fields, False, timeout)
     if not run.step.size:
         raise FailedPrecondition(f"time {time!r} cannot be reached: {run.run_status.message}")
-    return State(int(run.step[0]), float(run.time[0]), {name: values[0] for name, values in run.fields.items()},
-                 run.run_status, run.computed_steps, b"")._of(run._side)
+    return replace(run[0], computed_steps=run.computed_steps)._of(run._side)

@@ -3,14 +3,13 @@ from __future__ import annotations
 
 import argparse
 import inspect
-import json
 import math
 import re
 import sys
 from pathlib import Path
 from typing import Any, Callable, Iterator, Optional
 
-from stiefel.cli.options import names
+from stiefel.cli.options import value as read_value
 from stiefel.errors import StiefelError
 from stiefel._scene import parse_json, read
 
@@ -49,29 +48,19 @@ def _change(scene: dict[str, Any], text: str) -> None:
         place[parent] = place = {} if inner is None else dict(inner) if isinstance(inner, dict) else inner
         if not isinstance(place, dict):
             raise BadInput(f"--set: {text}: {parent} is no object and has no {name}")
-    place[name] = _value(value)
+    place[name] = read_value(value)
     if place[name] is None:
         del place[name]
-
-
-def _value(text: str) -> Any:
-    """Returns JSON, a list of numbers or texts separated by commas, or the text."""
-    try:
-        return json.loads(text)
-    except ValueError:
-        return [_value(part) for part in names(text)] if "," in text else text
 
 
 def times(file: str) -> list[float]:
     """Reads times that white space separates."""
     found: list[float] = []
     for word in Path(file).read_text(encoding="utf-8-sig").split():
-        try:
-            found.append(float(word))
-        except ValueError:
-            found.append(math.nan)
-        if not math.isfinite(found[-1]):
-            raise BadInput(f"--times[{len(found) - 1}]: {word}: must be a finite number")
+        time = read_value(word)
+        if type(time) not in (int, float) or not math.isfinite(time):
+            raise BadInput(f"--times[{len(found)}]: {word}: must be a finite number")
+        found.append(float(time))
     if not found:
         raise BadInput(f"--times: {file} has no times")
     return found

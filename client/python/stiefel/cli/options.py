@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import json
 import re
 import sys
 from typing import Any, Callable, NoReturn, Optional, Sequence
@@ -97,16 +98,17 @@ def whole(text: str) -> int:
     raise argparse.ArgumentTypeError(f"{text}: must be a whole number")
 
 
-def _number_or_text(text: str) -> Any:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
 def names(text: str) -> list[str]:
     """Splits names at commas outside of brackets, as of "energy,manakov[3,1]"."""
     return re.split(r",(?![^\[]*\])", text)
+
+
+def value(text: str) -> Any:
+    """Returns JSON, a list of numbers or texts separated by commas, or the text."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return [value(part) for part in names(text)] if "," in text else text
 
 
 def linear(text: str) -> dict[str, list[float]]:
@@ -137,7 +139,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "set": dict(dest="changes", metavar="FIELD=VALUE", action="append", default=[], help=(
         "a field that replaces that of the scene; null removes it. Repeatable. Example: body.angular_velocity=0.1,1,0.2")),
     "to": dict(type=whole, metavar="STEP", help="the last step; by default that of the scene's horizon"),
-    "time": dict(type=_number_or_text, metavar="TIME", help=(
+    "time": dict(type=value, metavar="TIME", help=(
         "the last time instead: seconds, or an instant in ISO 8601 where the scene has an epoch")),
     "times": dict(metavar="FILE", help=(
         "a file of times, separated by white space, on both sides of time 0: samples at these times instead of at steps")),

@@ -7,7 +7,7 @@ function ticks(low, high, most) {
 }
 const power = e => "1e" + e;
 /** Draws series {name, x, y, k, marks, colour} and returns the functions between pixels and x. Nulls are gaps. */
-function curves(id, series, { x, y, logX = false, log = false, domain, range, cursor = null, labels = [] }) {
+function curves(id, series, { x, y, logX = false, log = false, domain, range, cursor = null }) {
   const canvas = document.querySelector(`#${id} canvas`), { g, width, height } = prepare(canvas);
   const shown = series.filter(s => s.name), rows = [];
   let room = 0;
@@ -65,14 +65,6 @@ function curves(id, series, { x, y, logX = false, log = false, domain, range, cu
     Object.assign(g, { fillStyle: "#16202c", textAlign: "left" });
     g.fillText(s.name, X + 33, Y);
   }));
-  const taken = [];  // boxes of labels, over which no other is written
-  for (const { text, x: X, y: Y } of labels) {
-    const wide = g.measureText(text).width, toLeft = px(X) + wide + 12 > box.right;
-    const left = px(X) + (toLeft ? -9 - wide : 9), height = py(Y);
-    if (taken.some(([a, b, c]) => left < b && left + wide > a && Math.abs(height - c) < 14)) continue;
-    taken.push([left, left + wide, height]);
-    label(g, text, px(X) + (toLeft ? -9 : 9), Math.max(py(Y) - 9, box.top + 6), "#16202c", toLeft ? "right" : "left");
-  }
   return { time: pixel => x0 + (pixel - box.left) / (box.right - box.left) * (x1 - x0) };
 }
 
@@ -128,9 +120,10 @@ function drawFront() {
   const works = ok.map(p => p.work), errors = ok.map(value), pad = 1.6;
   curves("front", [
     { name: "all methods", colour: "#9aa6b2", x: works, y: errors, marks: 2.2, bare: true },
-    { name: "Pareto front", colour: "#16202c", x: front.map(p => p.work), y: front.map(value), marks: 4.5, hollow: true, width: 2, dash: [] },
+    { name: "Pareto front", colour: "#16202c", x: front.map(p => p.work), y: front.map(value), width: 2, dash: [] },
+    ...[...new Set(front.map(p => p.method))].map((name, k) => ({ name, k, bare: true, marks: 4.5, hollow: k >= 6,
+      x: front.filter(p => p.method === name).map(p => p.work), y: front.filter(p => p.method === name).map(value) })),
     { name: `error of the reference`, colour: "#5a6673", dash: [2, 3], x: [Math.min(...works) / pad, Math.max(...works) * pad], y: [known, known], width: 1 },
   ], { x: "work (instructions)", y: "error at the end of the run (1)", logX: true, log: true,
-       domain: [Math.min(...works) / pad, Math.max(...works) * pad * 2], range: [Math.min(known, ...errors) / 3, Math.max(...errors) * 3],
-       labels: front.filter((p, k) => k === 0 || p.method !== front[k - 1].method).map(p => ({ text: p.method, x: p.work, y: value(p) })) });
+       domain: [Math.min(...works) / pad, Math.max(...works) * pad * 2], range: [Math.min(known, ...errors) / 3, Math.max(...errors) * 3] });
 }
