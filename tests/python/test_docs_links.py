@@ -9,8 +9,8 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("client", "docker", "docs", "engine", "proto", "server", "tests")
 FILES = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.is_file()]
 NAMES = {path.name for path in FILES}
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md",
-                *(path for path in FILES if path.suffix == ".md")])
+# The changelog names files that are gone.
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(path for path in FILES if path.suffix == ".md")])
 # Words in backticks that name a file: with a folder, or a source file alone. `engine/systems/NAME.h` stands for any name.
 WITH_FOLDER = re.compile(r"`((?:[\w.-]+/)+[\w.-]*\.(?:cc|h|in|inc|py|md|proto|sh|json|txt|png|svg|bib))`")
 FOLDER_ALONE = re.compile(rf"`((?:{'|'.join(FOLDERS)})(?:/[\w-]+)+)`")

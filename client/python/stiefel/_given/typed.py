@@ -12,8 +12,8 @@ SystemName = Literal[
     "double_bracket", "moser_veselov", "moser_veselov_pair", "symmetric_moser_veselov", "parametric_moser_veselov",
     "discrete_stiefel"]
 MethodName = Literal[
-    "variational", "preprocessed_variational", "exact", "splitting", "munthe_kaas4",
-    "implicit_midpoint", "gauss4", "rk4", "adaptive"]
+    "variational", "preprocessed_variational", "exact", "splitting", "munthe_kaas4", "implicit_midpoint", "gauss4",
+    "rk4", "adaptive"]
 FieldName = Literal[
     "B", "M", "Omega", "P", "Q", "Q_prev", "Qdot", "S", "angular_velocity", "angular_velocity_space", "epsilon",
     "euler_angles_XYX", "euler_angles_XYZ", "euler_angles_XZX", "euler_angles_XZY", "euler_angles_YXY",
