@@ -18,7 +18,6 @@ def attitudes(members):
 
 FORMS = {
     "body": lambda B: {"body": {"moments": [1, 2, 3], "attitude": attitudes(B), "angular_velocity": np.ones((B, 3))}},
-    "lists": lambda B: {"body": {"moments": [1, 2, 3], "attitude": attitudes(B).tolist(), "angular_velocity": [[0.5, 1, 2]] * B}},
     "moments": lambda B: {"body": {"moments": np.tile([1, 2, 3], (B, 1)), "angular_velocity": np.ones((B, 3))}},
     "space": lambda B: {"body": {"moments": [1, 2, 3], "attitude": attitudes(B), "frame": "space", "angular_momentum": np.ones((B, 3))}},
     "blocks": lambda B: {"inertia": [3, 2, 1], "initial": {"M": np.tile(np.tri(3) - np.tri(3).T, (B, 1, 1))}},
@@ -61,5 +60,3 @@ def test_the_columns_of_frames_cost_no_call_each(client, metric, monkeypatch):
         assert np.shape(found.scene["initial"]["Q"]) == (3, 10_000) and found.scene["inertia"] == [1.0] * 10_000
 
 
-def test_a_metric_of_many_numbers_needs_no_table_of_their_sums():
-    Stiefel(1, 10**5, np.ones(10**5))
