@@ -1,8 +1,6 @@
 """Manifolds of frames: geodesics against exponentials of whole matrices, parallel transport against its definition."""
 import re
-import sys
 from dataclasses import replace
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -179,43 +177,10 @@ def test_what_is_tangent_is_so_beside_its_own_length(client):
         manifold.exp(Q, sum([V, 0.3 * V, -1.3 * V]))
 
 
-def test_an_adapter_projects_what_an_optimiser_gives(client, monkeypatch):
-    """The difference of two vectors is tangent to their rounding alone."""
-    made = ModuleType("pymanopt.manifolds.manifold")
-    made.Manifold = type("Manifold", (), {"__init__": lambda self, name, dimension: None})
-    monkeypatch.setitem(sys.modules, made.__name__, made)
-    S = Stiefel(5, 50, layout="columns", client=client)
-    Q = S.random(seed=1)
-    V, W = S.random_tangent(Q, seed=2), S.random_tangent(Q, seed=3)
-    short = (1e6 * V + 1e-7 * W) - 1e6 * V
-    with pytest.raises(ValueError, match="must be tangent"):
-        S.exp(Q, short)
-    space = S.to_pymanopt()
-    np.testing.assert_allclose(space.retraction(Q, short), S.exp(Q, 1e-7 * W), atol=2e-9)
-    np.testing.assert_allclose(space.transport(Q, space.exp(Q, W), short), S.transport(Q, W, 1e-7 * W), atol=2e-9)
-
-
 def least(f, start):
     optimize = pytest.importorskip("scipy.optimize", reason="python3-scipy is not installed")
     found = optimize.minimize(f, start, method="BFGS", options={"gtol": 1e-7})
     return found.x
-
-
-def test_means_are_minima_of_distances_in_closed_form():
-    """On the sphere the distance is the angle; of rotations it is sqrt(2) times the angle between them."""
-    rng, sphere, turns = np.random.default_rng(1), Stiefel(1, 3), SpecialOrthogonal(3)
-    weights = rng.uniform(0.1, 1, 20)
-    for manifold, distance in ((sphere, lambda Q, P: np.arccos(np.clip(np.sum(Q * P, axis=(-2, -1)), -1, 1))),
-                               (turns, lambda Q, P: np.arccos(np.clip((np.sum(Q * P, axis=(-2, -1)) - 1) / 2, -1, 1)) * np.sqrt(2))):
-        centre = manifold.random(seed=1)
-        basis = manifold.tangent(centre, np.eye(centre.size).reshape(-1, *centre.shape))
-        points = manifold.exp(centre, rng.uniform(0, 1.2, (20, 1, 1)) * manifold.random_tangent(np.broadcast_to(centre, (20, *centre.shape)), seed=2))
-        mean = manifold.mean(points, weights=weights)
-        f = lambda x, w=weights: w @ distance(manifold.exp(centre, np.tensordot(x, basis, 1)), points)**2  # noqa: E731
-        minimum = manifold.exp(centre, np.tensordot(least(f, np.zeros(len(basis))), basis, 1))
-        np.testing.assert_allclose(mean.frame, minimum, atol=1e-6)
-        assert mean.residual < 1e-12 and mean.converged and mean.proved and mean.iterations < 10
-        np.testing.assert_allclose(mean.variance, weights @ distance(mean.frame, points)**2 / weights.sum(), rtol=1e-12)
 
 
 def test_a_mean_has_the_least_sum_of_squared_distances(manifold):
@@ -227,6 +192,7 @@ def test_a_mean_has_the_least_sum_of_squared_distances(manifold):
     assert means.frame.shape == (2, *Q.shape) and means.residual.max() < 1e-12 and means.converged.all()
     alone = manifold.mean(points[1], weights=[2, 2, 2, 2, 2])
     np.testing.assert_allclose(alone.frame, means.frame[1], atol=1e-12)
+    np.testing.assert_allclose(alone.variance, np.mean(manifold.join(alone.frame, points[1]).distance**2), rtol=1e-10)
     two = manifold.mean(points[0, :2], weights=[3, 1])
     np.testing.assert_allclose(two.frame, manifold.exp(points[0, 0], manifold.log(points[0, 0], points[0, 1]) / 4), atol=1e-11)
     W = manifold.random_tangent(np.broadcast_to(means.frame[0], (2, *Q.shape)), seed=3)
@@ -318,19 +284,15 @@ def test_frames_and_tangents_are_what_they_are_called(manifold):
 
 
 @pytest.mark.parametrize("make, said", [
-    (lambda: Stiefel(4, 3), "n = 4, N = 3: must be 1 <= n <= N"),
     (lambda: Stiefel(8, 3), "N = 3: .*; Stiefel\\(n, N\\) has n vectors of N numbers"),
     (lambda: Stiefel(2, 3, "round"), "metric: 'round': must be"),
-    (lambda: Stiefel(2, 3, [1, 2]), "3 positive numbers"),
     (lambda: SpecialOrthogonal(3, [1, -2, 3]), "sum of any two"),
     (lambda: Stiefel(2, 3, layout="C"), "layout: 'C'"),
     (lambda: Stiefel(2, 3).exp(np.eye(3), np.eye(3)), r"the shape \(3, 3\): must end with \(2, 3\)"),
     (lambda: Stiefel(2, 3).log(np.eye(3, 2), np.eye(3, 2)), "layout 'rows'; layout='columns' takes this one$"),
     (lambda: Stiefel(2, 3, layout="columns").project(np.eye(2, 3)), "layout 'columns'; layout='rows' takes this one$"),
     (lambda: Stiefel(2, 3).log(np.ones((4, 1, 1)) * np.eye(2, 3), np.ones((3, 1, 1)) * np.eye(2, 3)), r"axes \(4,\) and \(3,\) do not broad"),
-    (lambda: Stiefel(2, 3).exp(np.ones((4, 1, 1)) * np.eye(2, 3), np.zeros((3, 2, 3))), r"axes \(4,\) and \(3,\) do not broadcast"),
     (lambda: Stiefel(2, 3).exp(2 * np.eye(2, 3), np.zeros((2, 3))), r"max \|QQ\^T - I\| = 3.0e\+00: frames must .*; project"),
-    (lambda: Stiefel(2, 3).log(np.eye(2, 3), np.full((2, 3), np.nan)), r"= nan: frames must"),
     (lambda: Stiefel(2, 3).exp(np.eye(2, 3), np.eye(2, 3)), r"max \|VQ\^T \+ QV\^T\| = 2.0e\+00: must be tangent at Q"),
     (lambda: Stiefel(2, 3).transport(np.eye(2, 3), np.zeros((2, 3)), np.ones((2, 3))), "must be tangent at Q"),
 ])
@@ -359,14 +321,3 @@ def test_velocities_of_an_energy_and_a_momentum(manifold):
     if manifold.n > 1:
         with pytest.raises(ValueError, match="energy: 0.001: must be at least"):
             manifold.velocity(Q, W, 0.001, asked)
-
-
-def test_a_geodesic_keeps_its_momentum(client):
-    manifold = Stiefel(3, 5, LAMBDA, client=client)
-    Q = manifold.random(seed=1)
-    m = np.array([[0, 0.1, -0.2], [-0.1, 0, 0.3], [0.2, -0.3, 0]])
-    V = manifold.velocity(Q, manifold.random_tangent(Q, seed=2), 0.5, m)
-    scene = {"system": "stiefel", "inertia": LAMBDA, "step": 0.1, "initial": {"Q": Q, "Qdot": V}}
-    with client.create(scene) as session:
-        last = session.step(to=100)
-    np.testing.assert_allclose(manifold.momentum(last["Q"], last["S"] / LAMBDA), m, atol=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stiefel
-from fake import Broken
+from fake import Breaks
 from stiefel import v1 as pb
 
 I, M_1, M_3 = (1.0, 2.0, 3.0), 0.5, 1.5
@@ -152,32 +152,6 @@ def test_results_of_an_ensemble_have_an_axis_of_members(client):
 
 def every_message(session, **request):
     return list(session._connection.stub.Summarize(pb.SummarizeRequest(session_id=session.id, **request)))
-
-
-class Breaks:
-    """Summarize, broken after so many messages, once for each number."""
-
-    def __init__(self, call, after):
-        self.call, self.after, self.requests = call, list(after), []
-
-    def __call__(self, request, timeout=None, metadata=None):
-        self.requests.append(pb.SummarizeRequest.FromString(request.SerializeToString()))
-        return self
-
-    def __iter__(self):
-        stream, left = self.call(self.requests[-1]), self.after.pop(0) if self.after else None
-        for message in stream:
-            if left == 0:
-                stream.cancel()
-                raise Broken()
-            left = None if left is None else left - 1
-            yield message
-
-    def initial_metadata(self):
-        return ()
-
-    def cancel(self):
-        pass
 
 
 @pytest.mark.parametrize("checkpoint_every", [0, 100])

@@ -192,9 +192,3 @@ def test_another_build_is_gone_on_at_only_on_request(tmp_path, monkeypatch):
         session = stiefel.Session(client._connection, message, True, owner=True)
         assert session.step(1).step == 1 and session.trajectory(to=10).samples == 11
     server.stop(None)
-
-
-@pytest.mark.parametrize("id", ["no name", "line\nbreak", "ü", "x" * 129, ""])
-def test_a_name_that_no_server_takes_is_refused(client, id):
-    with pytest.raises(stiefel.InvalidArgument, match="session_id"):
-        client.get(id)

@@ -50,11 +50,3 @@ def test_it_has_a_docstring_that_stands_alone(name, text):
     first = text.strip().split("\n\n")[0]
     assert re.match(r'[A-Z|`"]', first) and first.rstrip().endswith((".", ":", ")")) and len(first.split()) >= 3, first
     assert not re.match(r"(The same|Likewise|See |As `|Also )", first), first
-
-
-@pytest.mark.parametrize("name", sorted(dir(stiefel)))
-def test_help_of_every_name_says_something(name):
-    value = getattr(stiefel, name)
-    if inspect.isclass(value) and not issubclass(value, (enum.Enum, dict)):
-        assert value.__doc__ and value.__doc__ not in (object.__doc__, Exception.__doc__), name
-        assert not dataclasses.is_dataclass(value) or not value.__doc__.startswith(f"{name}(")

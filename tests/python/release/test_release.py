@@ -40,15 +40,6 @@ def test_the_source_archive_of_a_commit_has_the_same_bytes(tmp_path):
     assert {f"stiefel-1.2.3/{name}" for name in tracked.stdout.splitlines()} <= set(names)
 
 
-def test_the_citation_is_complete():
-    """The keys that the Citation File Format requires, those that a reference manager reads, and the day of the release
-    once there is one."""
-    assert CITATION["cff-version"] == "1.2.0" and CITATION["authors"] == [{"name": "The stiefel developers"}]
-    assert {"abstract", "keywords", "license", "message", "title", "type", "version", "references"} <= CITATION.keys()
-    day = re.search(r"^## \[\d\S*\] - (\S+)", CHANGELOG, re.MULTILINE)[1]
-    assert str(CITATION.get("date-released", "unreleased")) == day
-
-
 def test_the_citation_has_the_papers_of_the_bibliography():
     bib = (ROOT / "docs/references.bib").read_text(encoding="utf-8")
     entries = [dict(re.findall(r"^  (\w+)\s*= \{(.*)\},$", body, re.MULTILINE))

@@ -53,9 +53,3 @@ def test_the_program_writes_its_picture(tmp_path, result):
                           check=True, capture_output=True, text=True).stdout
     assert f"SHA-256 of the result: {result.attrs['sha256']}" in said and said.startswith("36 bodies, 2000 steps each")
     assert (tmp_path / "basin.png").stat().st_size > 10_000
-
-
-def test_where_it_computes_is_one_argument(client):
-    assert basin.workers("cores") == {} and basin.workers("a:1,b:2") == {"servers": ["a:1", "b:2"]}
-    assert basin.flips(2, basin.workers(client.address)).attrs["sha256"] == \
-        basin.flips(2, {}).attrs["sha256"]
