@@ -20,7 +20,8 @@ def test_a_trajectory_is_arrays(session):
     assert (run.time == run.step * 0.01).all()
     assert run["Q"].shape == (run.samples, 3, 3) and run["quaternion"].shape == (run.samples, 4)
     assert run.outcome is stiefel.Outcome.REACHED and run.computed_steps == 1000
-    assert (run["Q"][-1] == session.step(to=1000, fields="Q")["Q"]).all()
+    with session.drive(fields=["Q"]) as drive:
+        assert (run["Q"][-1] == session.step(to=1000, fields="Q")["Q"]).all() and (run["Q"][1] == drive.step(7)["Q"]).all()
 
 
 @pytest.mark.parametrize("system", ["rigid_body", "moser_veselov"])
@@ -50,24 +51,9 @@ def test_what_comes_by_default_is_what_the_scene_was_given_in(client, system, me
                 assert list(other.step(to=1)) == ["Q", "M"]
 
 
-def test_times_are_the_server_s(session):
-    from stiefel import v1 as pb
-
-    replies = session._connection.stub.Stream(pb.StreamRequest(session_id=session.id, to=3000, every=7))
-    times = [time for reply in replies for time in reply.times]
-    assert list(session.trajectory(to=3000, every=7).time) == times
-
-
 def test_arrays_are_views_of_the_bytes(session):
     array = session.step(to=1)["quaternion"]
     assert not array.flags.writeable and not array.flags.owndata
-
-
-def test_drive_has_the_bits_of_step(session):
-    with session.drive(fields=["Q"]) as drive:
-        states = [drive.step(k) for k in range(50)]
-    assert [state.step for state in states] == list(range(50))
-    assert (states[-1]["Q"] == session.step(to=49, fields="Q")["Q"]).all() and set(states[-1].fields) == {"Q"}
 
 
 def test_the_estimated_error_is_that_of_the_closed_form(client, session):

@@ -74,17 +74,6 @@ def test_the_index_of_decisions_has_every_decision():
     assert [file for _, file, _ in listed] == [page.name[:4] for page in pages]
 
 
-def test_the_engine_page_has_every_folder():
-    """Each folder of the engine that holds sources, or one that it is in, is a row of the table of folders."""
-    page = text(ROOT / "engine/README.md")
-    rows = re.findall(r"^\| (`.*?`) \|", page[:page.index("\n## ")], re.MULTILINE)
-    listed = [folder for row in rows for folder in re.findall(r"`([\w/]+)`", row)]
-    sources = {path.parent.relative_to(ROOT / "engine") for path in FILES
-               if path.is_relative_to(ROOT / "engine") and path.suffix in (".h", ".cc")}
-    assert [folder for folder in listed if not (ROOT / "engine" / folder).is_dir()] == []
-    assert [folder for folder in sources if not any(folder.is_relative_to(one) for one in listed)] == []
-
-
 def test_the_picture_of_the_architecture_is_what_its_script_draws():
     script = runpy.run_path(str(ROOT / "docs/architecture_picture.py"))
     assert text(ROOT / "docs/architecture.svg") == script["picture"]()

@@ -145,20 +145,14 @@ def test_dist_warns_where_a_geodesic_is_not_proved_to_be_the_shortest(client, re
 @pytest.mark.parametrize("layout", ["rows", "columns"])
 def test_aligned_frames_are_as_far_apart_as_their_subspaces(layout):
     """The distance of subspaces is that of the angles between them, the arccosines of the singular values of QP^T."""
-    S = Stiefel(3, 9, layout=layout)
-    Q, P = S.random((2, 20), seed=1)
-    P = S.exp(Q, 0.8 * S.random_tangent(Q, seed=3))
-    R = Stiefel(3, 3).random(20, seed=2)
-    turned = R @ P if layout == "rows" else P @ R
-    product = (lambda A, B: A @ np.swapaxes(B, -1, -2)) if layout == "rows" else (lambda A, B: np.swapaxes(A, -1, -2) @ B)
-    angles = np.arccos(np.clip(np.linalg.svd(product(Q, turned), compute_uv=False), 0, 1))
-    np.testing.assert_allclose(S.dist(Q, S.align(Q, turned)), np.linalg.norm(angles, axis=-1), atol=1e-7)
-    aligned = S.align(Q, turned)
-    projector = (lambda A: np.swapaxes(A, -1, -2) @ A) if layout == "rows" else (lambda A: A @ np.swapaxes(A, -1, -2))
-    np.testing.assert_allclose(projector(aligned), projector(P), atol=1e-14)
-    signs = np.where(np.random.default_rng(4).random(3) < 0.5, -1.0, 1.0)
-    flipped = signs[:, None] * Q if layout == "rows" else Q * signs
-    assert (S.align(Q, flipped, signs=True) == Q).all()
+    S, rows = Stiefel(3, 9, layout=layout), lambda A: A if layout == "rows" else np.swapaxes(A, -1, -2)
+    Q = S.random(20, seed=1)
+    P = rows(S.exp(Q, 0.8 * S.random_tangent(Q, seed=3)))
+    aligned = S.align(Q, rows(Stiefel(3, 3).random(20, seed=2) @ P))
+    angles = np.arccos(np.clip(np.linalg.svd(rows(Q) @ np.swapaxes(P, -1, -2), compute_uv=False), 0, 1))
+    np.testing.assert_allclose(S.dist(Q, aligned), np.linalg.norm(angles, axis=-1), atol=1e-7)
+    np.testing.assert_allclose(np.swapaxes(rows(aligned), -1, -2) @ rows(aligned), np.swapaxes(P, -1, -2) @ P, atol=1e-14)
+    assert (S.align(Q, rows(np.array([[1], [-1], [-1]]) * rows(Q)), signs=True) == Q).all()
 
 
 def test_what_is_tangent_is_so_beside_its_own_length(client):

@@ -152,13 +152,3 @@ def test_a_malformed_event_is_named(session, change, path):
         with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
             session.events(10, wrong)
         assert caught.value.violations[0].field == place
-
-
-def test_what_has_several_fields_is_no_array(client):
-    """numpy would make an array of objects of it."""
-    with client.create(SCENE) as session:
-        run = session.trajectory(to=2, fields=["Q", "M"])
-        for one in (run, run[0], next(session.stream(to=2, fields=["Q", "M"])), session.step(to=1, fields=["Q", "M"])):
-            with pytest.raises(TypeError, match=r"is several arrays, Q \(.*3, 3\), M \(.*3, 3\): take one of them by its name, \['Q'\]"):
-                np.asarray(one)
-        assert np.asarray(run["Q"]).shape == (3, 3, 3)

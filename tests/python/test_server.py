@@ -124,14 +124,6 @@ def test_a_program_that_a_signal_ends_is_started_once_more(program, tmp_path):
         assert client.describe().version
 
 
-def test_what_is_no_program(tmp_path, monkeypatch):
-    (tmp_path / "text").write_bytes(b"\x7fELF no program")
-    (tmp_path / "text").chmod(0o755)
-    monkeypatch.setenv("STIEFEL_SERVER", str(tmp_path / "text"))
-    with pytest.raises(stiefel.Unavailable, match="cannot be run: Exec format error"):
-        stiefel.Server.start()
-
-
 def test_what_it_writes_to_stderr_is_seen(capfd, program):
     program("echo early >&2; echo listening on nowhere; echo late >&2; read line; echo last >&2")
     with stiefel.Server.start() as server:
@@ -168,13 +160,3 @@ def test_where_it_is_looked_for(monkeypatch, tmp_path):
     assert find_server() == str(tmp_path / "bin/stiefel-server")
     (tmp_path / "bin/stiefel-server").unlink()
     assert find_server() == str(tmp_path / "path/stiefel-server")
-
-
-def test_the_programs_of_the_wheel_come_before_those_of_the_build_tree(tmp_path, monkeypatch):
-    """A console script of the wheel on PATH would start a Python for nothing."""
-    (tmp_path / "stiefel-server").write_text("#!/bin/sh")
-    monkeypatch.setattr("stiefel._programs._FOLDER", tmp_path)
-    monkeypatch.delenv("STIEFEL_SERVER", raising=False)
-    assert find_server() != str(tmp_path / "stiefel-server")
-    (tmp_path / "stiefel-server").chmod(0o755)
-    assert find_server() == str(tmp_path / "stiefel-server")

@@ -103,15 +103,6 @@ def test_the_command(tmp_path):
     assert (tmp_path / "out" / "toutatis.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_sentence_of_the_page_about_literature(session):
-    page = " ".join((EXAMPLES.parents[1] / "docs/literature.md").read_text(encoding="utf-8").replace("\n>", "").split())
-    median, count, most, bound = map(float, re.search(
-        r"are (\S+) degrees from those of the (\d+) observed .* median, and (\S+) degrees at most; .* below (\S+) degrees", page).groups())
-    angles = np.array([one.angles() for one in toutatis.compare(session, DATA)])
-    error = toutatis.error_in_degrees(session.diagnose(to=toutatis.DAYS * toutatis.DAY, estimate_error=True))
-    assert (len(angles), round(np.median(angles), 2), round(angles.max(), 2)) == (count, median, most) and error < bound
-
-
 def test_a_user_s_scene(tmp_path):
     scene = {"system": "rigid_body", "method": "variational", "step": 0.1, "body": {"moments": [1, 2, 2.7], "angular_velocity": [0.3, 1, 0.2]}}
     (tmp_path / "scene.json").write_text(json.dumps(scene))

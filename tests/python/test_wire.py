@@ -117,11 +117,6 @@ def test_a_name_of_two_addresses_of_which_one_accepts():
     assert in_plain_words(refused, False, name).endswith("]:" + name[10:] + ": the connection is refused, nothing listens there")
 
 
-def test_details_that_cannot_be_read_are_left_out():
-    error = failures.make_error(13, "told", b"\xff\xff no message")
-    assert error.code is grpc.StatusCode.INTERNAL and str(error) == "told" and error.violations == ()
-
-
 def test_a_quota_is_told_with_the_time_to_wait():
     status = pb.Status(code=8, message="too many sessions")
     quota = pb.QuotaFailure(violations=[pb.QuotaFailure.Violation(subject="sessions", description="1025: at most 1024")])

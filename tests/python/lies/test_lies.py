@@ -51,9 +51,9 @@ def test_a_lie_is_told_as_one(served, call, of):
     if of == "members" and (method not in ("Step", "Stream", "Summarize") or call == "stream"):
         pytest.skip("its arrays have no axis of members")
     with stiefel.Client(address) as client:
-        lies.truth()
+        lies.lie()
         session = client.get(of)
-        lies.truth()
+        lies.lie()
         right, told = make(client, session), lies.told[method]
         for index in sorted({0, 1, len(told) - 1} & set(range(len(told)))):
             for name, instead in liar.lies(told[index], getattr(pb, f"{method}Response")):
@@ -78,7 +78,7 @@ def test_a_conversion_that_is_cut(served):
     scene = {"system": "rigid_body", "method": {"name": "rk4"}, "step": 0.01, "inertia": np.linspace(1, 2, n),
              "initial": {"Q": np.eye(n), "M": M - M.T}}
     with stiefel.Client(address) as client:
-        lies.truth()
+        lies.lie()
         assert set(client.convert(scene, "velocity").blocks) == {"Q", "Qdot"}
         told = lies.told["Convert"]
         for index in range(len(told)):

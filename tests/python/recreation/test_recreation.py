@@ -161,15 +161,6 @@ def test_a_deleted_session_stays_deleted(place, client):
     assert list(client.list()) == []
 
 
-def test_a_server_that_comes_back_after_seconds_is_waited_for(place, client, capsys):
-    session = client.create(BODY)
-    expected = session.step(300)
-    place.stop()
-    threading.Timer(4, place.replace).start()
-    assert session.step(300) == expected
-    assert capsys.readouterr().err.count("; waits for up to 5") == 1
-
-
 class OtherBuild(fake.Fake):
     """The fake with the numerics id "other"."""
 

@@ -83,12 +83,6 @@ def test_the_attitude_takes_body_axes_to_space_axes_in_every_system(client, syst
     assert written.samples == 41 and (found * R.inv()).magnitude().max() < 1e-9
 
 
-@pytest.mark.parametrize("Q, said", [(-np.eye(3), "determinant is -1"), (1.1 * np.eye(3), "its rows are not orthonormal"), (np.eye(4), "needs the field quaternion")])
-def test_a_matrix_that_is_no_rotation_has_no_attitude(Q, said):
-    with pytest.raises(ValueError, match=said):
-        stiefel.Trajectory(np.arange(1), np.zeros(1), {"Q": Q[None]}, STATUS).as_rotation()
-
-
 def test_a_state_at_any_time_is_that_of_a_run_at_this_time(client):
     epoch = {**BODY, "epoch": "2026-03-01T12:00:00 UTC", "method": {"name": "variational"}}
     with client.create(epoch) as session:

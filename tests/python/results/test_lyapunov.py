@@ -4,7 +4,6 @@ import pytest
 
 import stiefel
 from fake import Breaks
-from stiefel import v1 as pb
 
 INERTIA = np.array([1.0, 2, 5, 10])
 BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.1,
