@@ -78,16 +78,6 @@ TEST_F(SessionTest, StreamsTheGridAndTheLastSample) {
   EXPECT_THAT(steps, ElementsAre(2, 6, 10, 11));
 }
 
-TEST_F(SessionTest, AFloatSceneHasFloats) {
-  v1::Scene scene = tumbling();
-  scene.mutable_method()->set_scalar("float");
-  const auto session = client_.create(scene);
-  for (const Sample& sample : session.stream({.from = 10, .to = 10, .fields = {"Q"}})) {
-    EXPECT_NEAR(sample.field<float>("Q").norm(), std::sqrt(3.f), 1e-6f);
-    EXPECT_THROW(sample.field("Q"), std::invalid_argument);
-  }
-}
-
 TEST_F(SessionTest, ASampleLargerThanAMessageComesWhole) {
   const auto session = client_.temporary(resting(512));
   const std::vector<std::string> fields = {"Q", "M", "Omega"};  // 6 MiB

@@ -110,9 +110,6 @@ def test_the_lines_of_the_documentation(envoy: Proxy) -> None:
     said = dict(zip(lines, replies))
     assert said["Describe"]["limits"]["max_dimension"] == 512
     assert said["CreateSession"]["created"] and said["ForkSession"]["created"]
-    assert said["GetSession"]["session"]["session_id"] == "top"
-    assert {"top", "top.rk4"} <= {one["session_id"] for one in said["ListSessions"]["sessions"]}
     assert said["Step"]["sample"]["step"] == "100" and said["Step"]["run_status"] == {"outcome": "OUTCOME_REACHED"}
     assert said["Diagnose"]["invariants"][0]["drift"] < 1e-12
-    assert said["DeleteSession"] == {}
-    assert [len(one["steps"]) for one in said["Stream"]][0] > 0
+    assert len(said["Stream"][0]["steps"]) > 0

@@ -59,10 +59,9 @@ def refusal(delay=None):
 
 class Fake(SimulationServiceServicer):
     """`failures` is how the next calls fail, first come first served: with a code, or with a `refusal`; a number breaks
-    a stream after so many messages, with the code `break_code`. A stream computes what it tells of, and calls
+    a stream after so many messages. A stream computes what it tells of, and calls
     `before_message` before each message."""
 
-    break_code = grpc.StatusCode.UNAVAILABLE
     before_message = staticmethod(lambda: None)
 
     def __init__(self):
@@ -123,7 +122,7 @@ class Fake(SimulationServiceServicer):
         messages[0].price.CopyFrom(PRICE)
         for count, message in enumerate(messages):
             if count == breaks or (breaks == -1 and message is messages[-1]):
-                context.abort(self.break_code, "on purpose")
+                context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
             self.before_message()
             yield message
 

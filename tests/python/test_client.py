@@ -56,17 +56,6 @@ def test_arrays_are_views_of_the_bytes(session):
     assert not array.flags.writeable and not array.flags.owndata
 
 
-def test_the_estimated_error_is_that_of_the_closed_form(client, session):
-    assert session.diagnose(to=1000).estimated_error is None
-    error = session.diagnose(to=1000, estimate_error=True).estimated_error
-    with client.create({**SCENE, "method": {"name": "exact"}}) as exact:
-        ours, theirs = (each.step(to=1000, fields="Q")["Q"] for each in (session, exact))
-    assert error.attitude == pytest.approx(np.abs(ours - theirs).max(), rel=1e-6) and error.attitude > 1e-5
-    assert error.angle == pytest.approx(np.arccos((np.trace(ours.T @ theirs) - 1) / 2), rel=1e-4)
-    assert error.momentum > 0 and error.missing == "" and error.member is None
-    assert "closed form" in error.reference and error.reference_error < 1e-12
-
-
 @pytest.mark.parametrize("address, fault", [
     ("localhost:99999", "the port 99999 is not between 1 and 65535"), ("localhost:0", "the port 0 is not between"),
     ("localhost", "the port is missing"), (":1", "the host is missing"), ("localhost:http", "the port 'http' is not a number"),

@@ -155,25 +155,6 @@ def test_a_timeout_is_that_of_the_whole_trajectory(service, session, clock):
     assert partial.computed_steps == 14 * 9
 
 
-def test_without_one_a_stream_that_brings_something_goes_on(service, session):
-    """The client's deadline comes three times, each time after a message."""
-    service.break_code, service.failures = grpc.StatusCode.DEADLINE_EXCEEDED, [2, 1, 1]
-    run = session.trajectory(to=99)
-    assert run.outcome == "REACHED" and run.samples == 100
-    assert len([request for request in service.requests if hasattr(request, "every")]) == 4
-
-
-def test_other_errors_have_what_arrived_too(service, session):
-    service.failures = [2, EXHAUSTED]
-    with pytest.raises(stiefel.ResourceExhausted) as caught:
-        session.trajectory(to=100)
-    assert list(caught.value.partial.step) == list(range(20))
-    with pytest.raises(stiefel.ResourceExhausted) as caught:
-        service.failures = [EXHAUSTED]
-        session.step(to=5)
-    assert caught.value.partial is None
-
-
 def test_a_refusal_with_a_time_is_made_again_after_it(service, session, monkeypatch):
     """Nobody waits for more than five minutes at a time, whether its call, drive or stream has a deadline or not."""
     slept = []

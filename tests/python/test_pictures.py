@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel._report import page, run_data
 from stiefel._results import diagram, sphere
 
 SPACECRAFT = {"system": "rigid_body", "step": 1, "body": {"moments": [1200, 900, 500], "angular_velocity": [0.002, 0.06, 0.001]}}
@@ -122,13 +121,3 @@ def test_sections_and_exponents(client):
     axes = spectrum.plot()
     assert legend(axes) == [r"$\lambda_{1}$", r"$\lambda_{2}$"]
     np.testing.assert_array_equal(curves(axes)[r"$\lambda_{2}$"], spectrum.history[:, 1])
-
-
-@pytest.mark.parametrize("dearest, points", [(1.0, 2), (1e30, 21)])
-def test_an_error_is_a_curve_however_dear(client, monkeypatch, dearest, points):
-    monkeypatch.setattr(run_data, "DEAREST", dearest)
-    with client.create("stiefel") as session:
-        run = run_data.accuracy(session, 100)
-        shown = page.data(session, 40, estimate_error=False)
-    assert len(run.error_time) == len(run.errors["attitude"]) == points and run.error_time[0] == 0 and run.error_time[-1] == run.horizon
-    assert shown["horizon"] == 40 * session.scene["step"] and shown["error"]["last"] is None

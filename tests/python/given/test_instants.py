@@ -65,10 +65,3 @@ def test_without_an_epoch_since_1972_there_is_no_utc(epoch, tmp_path):
     run = stiefel.simulate({**BODY, **({"epoch": epoch} if epoch else {})}, to=2)
     run.save(tmp_path / "run.csv")
     assert run.utc is None and "utc" not in run.to_dataframe() and "utc" not in (tmp_path / "run.csv").read_text().splitlines()[2]
-
-
-def test_utc_of_far_times():
-    """pandas before version 2 counts nanoseconds up to the year 2262."""
-    run = stiefel.simulate({**BODY, "step": 3e9, "method": {"name": "exact"}, "epoch": datetime.datetime(2026, 3, 1)}, to=4)
-    assert run.utc[4] == np.datetime64("2026-03-01") + np.timedelta64(12 * 10**15, "us")
-    assert str(run.to_dataframe()["utc"].iloc[4])[:4] == "2406"

@@ -94,17 +94,6 @@ def computing(pid):
         time.sleep(0.002)
 
 
-def test_a_stream_goes_on_where_it_broke(place, client):
-    session = client.create(BODY)
-    whole, parts = session.trajectory(to=20_000, every=1), []
-    for batch in session.stream(to=20_000, every=1):
-        parts.append(batch)
-        if len(parts) in (1, 5):
-            place.replace()
-    assert np.array_equal(np.concatenate([batch.step for batch in parts]), whole.step)
-    assert np.array_equal(np.concatenate([batch["quaternion"] for batch in parts]), whole["quaternion"])
-
-
 def test_it_goes_on_from_the_last_checkpoint(place, client, monkeypatch):
     """From one that the caller asked for, and from those that come by themselves after about a second of work."""
     session = client.create(BODY)

@@ -32,17 +32,6 @@ def test_numbers_on_the_way_and_a_regular_body(client):
         assert (half.exponents == found.history[1]).all() and (half.log_gali == found.log_gali_history[1]).all()
 
 
-def test_a_run_goes_on_with_the_same_bits(client):
-    options = {"start": 100, "seed": 5}
-    with client.create(geodesic(2)) as session:
-        whole = session.lyapunov(to=6000, **options)
-        part = session.lyapunov(to=2222, **options)
-        later = session.lyapunov(to=6000, checkpoint=part.checkpoint, **options)
-    assert later == whole and later.checkpoint == whole.checkpoint
-    with client.create(geodesic(2)) as session, pytest.raises(stiefel.InvalidArgument, match="checkpoint"):
-        session.lyapunov(to=6000, checkpoint=part.checkpoint, **{**options, "seed": 6})
-
-
 class BreaksAtCheckpoints(Breaks):
     """LyapunovSpectrum, whose first streams break when a checkpoint has come."""
 

@@ -1,21 +1,9 @@
 """The closed form of a free rigid body, which the server has: its periods are those of the states."""
-import math
 
 import numpy as np
 import pytest
 
 import stiefel
-
-
-def test_special_motions_have_names():
-    def motion(moments, omega):
-        return stiefel.simulate({"system": "rigid_body", "step": 0.1, "body": {"moments": moments, "angular_velocity": omega}}, to=0).motion
-
-    ball, rest, middle, long = motion([1, 1, 1], [0, 3, 4]), motion([1, 2, 3], [0, 0, 0]), motion([1, 2, 3], [0, 1, 0]), motion([1, 2, 3], [1, 0, 0])
-    assert [one.kind for one in (ball, rest, middle, long)] == ["steady rotation", "at rest", "steady rotation", "steady rotation"]
-    assert ball.precession_period == pytest.approx(2 * np.pi / 5) and ball.period == math.inf and ball.P_phi == ball.precession_period
-    assert rest.P_phi == math.inf and middle.separatrix == 0 and middle.precession_period == pytest.approx(2 * np.pi)
-    assert len(repr(ball).splitlines()) == 3 and " s, nutation " in repr(ball) and " J>" in repr(ball) and "<td>precession_period</td>" in ball._repr_html_()
 
 
 def test_toutatis_has_the_periods_of_its_observers():

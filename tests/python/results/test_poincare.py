@@ -37,24 +37,6 @@ def test_a_section_has_a_level_a_direction_and_slices(client):
     assert "Section" in repr(both) and "crossings" in repr(both)
 
 
-def test_a_plane_in_the_whole_state_is_crossed_when_the_great_circle_says(client):
-    """q = a cos t + b sin t: with 0.6 q_1 - 0.8 qdot_2 + 0.3 q_3 the amplitude and the phase follow from a and b."""
-    a, b = np.array([0.6, 0.8, 0]), np.array([-0.48, 0.36, 0.8])
-    circle = {"system": "ellipsoid", "inertia": [1, 1, 1], "step": 0.02, "method": {"name": "variational", "order": 8}, "initial": {"q": [a], "qdot": [b]}}
-    form, level = {"q": [0.6, 0, 0.3], "qdot": [0, -0.8, 0]}, 0.2
-    cosine, sine = 0.6 * a[0] + 0.3 * a[2] - 0.8 * b[1], 0.6 * b[0] + 0.3 * b[2] + 0.8 * a[1]
-    phase, width = np.arctan2(sine, cosine), np.arccos(level / np.hypot(cosine, sine))
-    expected = phase - width + 2 * np.pi * np.arange(40)  # rising
-    with client.create(circle) as session:
-        section = session.poincare(form, to=10_000, level=level, coordinates=[form])
-        events = session.events(10_000, {"field": "qdot", "coefficients": [0, -0.8, 0], "plus": {"q": [0.6, 0, 0.3]}, "level": level, "direction": "rising"})
-    expected = expected[(expected > 0) & (expected <= 200)]
-    np.testing.assert_allclose(section.time, expected, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(events.time, expected, rtol=0, atol=1e-10)
-    assert abs(section.residual).max() < 1e-14 and (section.points[:, 0] - level == section.residual).all()
-    assert set(section.fields) == {"q", "qdot"}
-
-
 @pytest.mark.parametrize("wrong, field", [
     ({"section": {}}, "section"), ({"section": [1, 0, 0]}, "section"), ({"section": {"q": [0, 1]}}, "section: 2 numbers"),
     ({"section": {"q": [0, 0, 1], "qdot": [1, 0]}}, "section: 2 numbers"),

@@ -110,17 +110,6 @@ def test_a_gradient_by_state_inertia_and_step(client, session):
         assert gradient[6 + k] == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-5, abs=1e-7)
 
 
-def test_what_has_no_tangent_is_refused(client):
-    with client.create({**BODY, "method": {"name": "adaptive"}}) as session:
-        with pytest.raises(stiefel.InvalidArgument, match="method"):
-            session.state_transition(to=3)
-    with client.create(BODY) as session:
-        with pytest.raises(stiefel.InvalidArgument, match="vectors"):
-            session.state_transition(to=3, vectors=np.ones((1, 6, 3)))
-        with pytest.raises(stiefel.InvalidArgument, match="vectors"):
-            session.state_transition(to=3, vectors=np.ones((1, 5)))
-
-
 def test_a_large_state_has_no_coordinates(client):
     """It is refused by the rule, not for the memory that its matrix would take; vectors as blocks are moved."""
     N = 40

@@ -4,7 +4,6 @@ import inspect
 import re
 from pathlib import Path
 
-
 import stiefel
 from stiefel._sweep.axes import COMMON, LISTS
 
