@@ -2,14 +2,13 @@
 import json
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
-import psutil
 import pytest
 
 import stiefel
+from test_server import gone
 
 EXAMPLES = Path(__file__).parents[2] / "client" / "examples" / "scenes"
 TOP = {"system": "rigid_body", "step": 0.1, "epoch": "2016-12-31T23:59:50Z",
@@ -86,14 +85,6 @@ if __name__ == "__main__":
 """
 
 
-def runs(pid):
-    """Whether the process is there and no zombie."""
-    try:
-        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return False
-
-
 def test_a_process_has_one_server_and_a_child_its_own(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
     done = subprocess.run([sys.executable, tmp_path / "script.py"], capture_output=True, text=True, timeout=120)
@@ -102,10 +93,7 @@ def test_a_process_has_one_server_and_a_child_its_own(tmp_path):
     states, servers = zip(*(pair for pairs in found.values() for pair in pairs))
     assert all(state == states[0] for state in states)
     assert len(found["here"]) == 11 and len({pid for _, pid in found["here"]}) == 1 and len(set(servers)) == 3
-    end = time.monotonic() + 30
-    while any(runs(pid) for pid in servers) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert not any(runs(pid) for pid in servers), "they end with their processes"
+    assert all(gone(pid, 30) for pid in servers), "they end with their processes"
 
 
 FORKS = """
