@@ -24,15 +24,11 @@ def test_a_trajectory_is_arrays(session):
         assert (run["Q"][-1] == session.step(to=1000, fields="Q")["Q"]).all() and (run["Q"][1] == drive.step(7)["Q"]).all()
 
 
-@pytest.mark.parametrize("system", ["rigid_body", "moser_veselov"])
 @pytest.mark.parametrize("members", [None, 3])
-def test_what_comes_by_default_is_what_the_scene_was_given_in(client, system, members):
+def test_what_comes_by_default_is_what_the_scene_was_given_in(client, members):
     """Quaternion and angular velocity with `body`; otherwise the system's blocks."""
-    scene = {**SCENE, "system": system}
-    if system == "moser_veselov":
-        del scene["method"]
     given = ["quaternion", "angular_velocity"]
-    with client.create({**scene, "members": members} if members else scene) as session:
+    with client.create({**SCENE, "members": members} if members else SCENE) as session:
         state, lead = session.step(to=9), (members,) if members else ()
         assert list(state) == given and [state[name].shape for name in given] == [(*lead, 4), (*lead, 3)]
         first = session.step(to=0)
@@ -43,11 +39,10 @@ def test_what_comes_by_default_is_what_the_scene_was_given_in(client, system, me
         assert list(session.events(9, event).fields) == given and session.step_price.bytes == 7 * 8 * (members or 1)
         with session.drive() as drive:
             assert list(drive.step(9)) == given and list(drive.step(9, fields="Q")) == ["Q"]
-        if system == "rigid_body":
-            assert list(session.trajectory(times=[0.015]).fields) == given
-        if members is None and system == "rigid_body":
+        assert list(session.trajectory(times=[0.015]).fields) == given
+        if members is None:
             blocks = {name: session.step(to=9, fields=name)[name] for name in ("Q", "M")}
-            with client.create({**scene, "body": None, "inertia": [2, 1, 0], "initial": blocks}) as other:
+            with client.create({**SCENE, "body": None, "inertia": [2, 1, 0], "initial": blocks}) as other:
                 assert list(other.step(to=1)) == ["Q", "M"]
 
 

@@ -25,17 +25,11 @@ def test_other_scenes_have_no_closed_form(client):
             session.trajectory(to=1).motion
 
 
-@pytest.mark.parametrize("form", ["body", "blocks"])
-def test_a_member_of_an_ensemble_is_what_it_is_alone(client, form, tmp_path):
+def test_a_member_of_an_ensemble_is_what_it_is_alone(client, tmp_path):
     """Its motion, its samples to the last bit, and what its file says of it."""
     spins = np.array([[0.01, 1, 0.01], [0.3, 1, 0.2], [0.02, 0.3, 1]])
     I = np.array([[1.0, 2, 3]] * 3) * [[1], [1], [2]]
-    if form == "body":
-        scene = {"system": "rigid_body", "step": 0.1, "members": 3, "body": {"moments": I, "angular_velocity": spins}}
-    else:
-        hats = np.cross((I * spins)[:, None], np.eye(3)).swapaxes(1, 2)
-        scene = {"system": "symmetric_rigid_body", "step": 0.1, "members": 3, "inertia": [2, 1, 0.5],
-                 "initial": {"Q": np.stack([np.eye(3)] * 3), "M": hats}}
+    scene = {"system": "rigid_body", "step": 0.1, "members": 3, "body": {"moments": I, "angular_velocity": spins}}
     run = client.create(scene).trajectory(to=50, every=10)
     for member in range(3):
         one = run.member(member)
