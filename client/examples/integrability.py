@@ -138,7 +138,7 @@ def crossings(inertia: Any, momentum: float, orbits: int, steps: int, seed: int 
         while True:
             Q = manifold.random(seed=rng)
             with suppress(ValueError):  # at some frames the momentum needs more energy
-                velocity = manifold.velocity(Q, manifold.random_tangent(Q, seed=rng), 0.5, [[0, momentum], [-momentum, 0]])
+                velocity = manifold.velocity(Q, manifold.random_tangent(Q, seed=rng), energy=0.5, momentum=[[0, momentum], [-momentum, 0]])
                 break
         scene: stiefel.Scene = {"system": "stiefel", "inertia": list(inertia), "step": 2 * STEP,
                                 "method": {"name": "variational", "order": 2}, "initial": {"Q": Q, "Qdot": velocity}}

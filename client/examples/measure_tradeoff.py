@@ -40,7 +40,7 @@ def main() -> int:
 
     with nullcontext() if arguments.server else stiefel.Server.start() as server, \
             stiefel.Client(server.address if server else arguments.server, timeout=None) as client:
-        tradeoff = client.tradeoff(arguments.scene, arguments.horizon, arguments.budget)
+        tradeoff = client.tradeoff(arguments.scene, horizon=arguments.horizon, budget=arguments.budget)
     setup = tradeoff.setup
     print(f"{len(tradeoff.points)} points at t = {setup.horizon:g} ({setup.steps} steps) against {setup.reference}, "
           f"its own error {setup.reference_error:.0e}\n\n{table(tradeoff)}")

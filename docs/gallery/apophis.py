@@ -26,7 +26,7 @@ cosine = np.sqrt((w[1] - D) / (w[1] - w[2]))  # of the nutation θ at ψ = 0
 sine = np.sqrt(1 - cosine**2)
 omega = slow.mean() / P_psi * np.array([0, sine, cosine]) * w
 attitude = [[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]]  # the momentum is along z in space
-scene = stiefel.body(moments=moments, attitude=attitude, angular_velocity=omega, step=hour / 4)
+scene = stiefel.body_scene(moments=moments, attitude=attitude, angular_velocity=omega, step=hour / 4)
 run = stiefel.simulate(scene, time=4 * P_psi, every=1, fields=["Q"])
 Q = run["Q"]  # Rz(φ) Rx(θ) Rz(ψ)
 phi, psi = np.unwrap(np.arctan2(Q[:, 0, 2], -Q[:, 1, 2])), np.unwrap(np.arctan2(Q[:, 2, 0], Q[:, 2, 1]))

@@ -18,7 +18,7 @@ ends = []
 with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
     for k, angle in enumerate(np.linspace(0, 2 * np.pi, 120, endpoint=False)):
         v = np.array([np.cos(angle), np.sin(angle)]) @ basis
-        time = client.conjugate_points(semi_axes**2, q[None], v[None], time=9)[0].time
+        time = client.conjugate_points(inertia=semi_axes**2, Q=q[None], Qdot=v[None], time=9)[0].time
         scene: stiefel.Scene = {"system": "ellipsoid", "inertia": semi_axes**2, "step": time / 60,
                                 "initial": {"q": q[None], "qdot": v[None]}}
         way = stiefel.simulate(scene, to=60, every=1, fields=["q"])["q"] * semi_axes

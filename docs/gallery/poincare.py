@@ -26,7 +26,7 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         manifold, rng, spread = stiefel.manifold.Stiefel(2, 3, inertia), np.random.default_rng(1), 0.0
         for k in range(9):
             Q = manifold.random(seed=rng)
-            V = manifold.velocity(Q, manifold.random_tangent(Q, seed=rng), 0.5, [[0, 0.3], [-0.3, 0]])
+            V = manifold.velocity(Q, manifold.random_tangent(Q, seed=rng), energy=0.5, momentum=[[0, 0.3], [-0.3, 0]])
             scene: stiefel.Scene = {"system": "stiefel", "inertia": inertia, "step": 0.1, "initial": {"Q": Q, "Qdot": V},
                                     "method": {"name": "variational", "order": 2}}
             with client.create(scene) as session:

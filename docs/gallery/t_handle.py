@@ -30,7 +30,7 @@ def flip_time(tilt: float) -> float:
 
 
 def scene(tilt: float) -> stiefel.Scene:
-    return stiefel.body(inertia_tensor=handle, angular_velocity=[spin * tilt, spin, 0], step=0.01)
+    return stiefel.body_scene(inertia_tensor=handle, angular_velocity=[spin * tilt, spin, 0], step=0.01)
 
 
 predicted, seen = np.array([flip_time(tilt) for tilt in tilts]), []

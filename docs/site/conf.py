@@ -20,7 +20,7 @@ project, author = "stiefel", "The stiefel developers"
 version = release = stiefel.__version__
 root_doc = "docs/README"
 include_patterns = ["*.md", "docs/**", "engine/README.md", "tests/*/README.md"]
-exclude_patterns = ["build", "docs/gallery", "docs/site/toctree.md", "**/__pycache__"]
+exclude_patterns = ["build", "docs/gallery", "docs/site/toctree.md", "docs/site/generated/gallery/*.[!r]*", "**/__pycache__"]
 extensions = ["myst_parser", "nbsphinx", "sphinx_gallery.gen_gallery", "sphinx.ext.autodoc", "sphinx.ext.mathjax",
               "sphinxarg.ext", "sphinxcontrib.programoutput"]
 suppress_warnings = ["myst.header", "ref.myst", "ref.python"]
@@ -29,7 +29,7 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 nbsphinx_execute = "always"
 nbsphinx_timeout = 600
-sphinx_gallery_conf = {"examples_dirs": "../gallery", "gallery_dirs": "generated/gallery", "filename_pattern": r"\.py$",
+sphinx_gallery_conf = {"examples_dirs": "docs/gallery", "gallery_dirs": "docs/site/generated/gallery", "filename_pattern": r"\.py$",
                        "download_all_examples": False, "show_signature": False, "abort_on_example_error": True,
                        "min_reported_time": 1e9}
 

@@ -38,7 +38,7 @@ def main(address: str, echo: str, repeats: int, samples: int) -> None:
         assert trajectory["Q"].shape == trajectory["M"].shape == (samples, 3, 3)
 
     with client.create(SCENE) as session:
-        stream = client.stub.Stream(pb.StreamRequest(session_id=session.id, to=samples - 1, fields=["Q", "M"]))
+        stream = client._stub.Stream(pb.StreamRequest(session_id=session.id, to=samples - 1, fields=["Q", "M"]))
         messages = [message.ByteSize() for message in stream]
     request = echo_pb2.PourRequest(message_bytes=sum(messages) // len(messages), messages=len(messages))
 

@@ -19,7 +19,7 @@ def drive(session, first):
 
 def summarize(session):
     """With checkpoints, from which it goes on."""
-    told = session.summarize(20_000, {"energy": ["last", "drift"], "Q": ["mean"]}, checkpoint_every=2000)
+    told = session.summarize(20_000, quantities={"energy": ["last", "drift"], "Q": ["mean"]}, checkpoint_every=2000)
     return told["energy"]["last"], told["energy"]["drift"], told["Q"]["mean"]
 
 
@@ -31,7 +31,7 @@ def fork(session, request):
 def connect(client, request):
     pair = request.pairs[0]
     Q_0, Q_T = ([list(frame.values)] for frame in (pair.q_0, pair.q_t))
-    return client.geodesic(list(request.inertia), Q_0, Q_T, time=request.time, samples=request.samples).trajectory
+    return client.geodesics([(Q_0, Q_T)], inertia=list(request.inertia), time=request.time, samples=request.samples)[0].trajectory
 
 
 OF_SESSIONS = {  # functions (client, session, request)
@@ -45,7 +45,7 @@ OF_SESSIONS = {  # functions (client, session, request)
     "ForkSession": lambda client, session, request: fork(session, request),
     "Summarize": lambda client, session, request: summarize(session),
     "LyapunovSpectrum": lambda client, session, request: session.lyapunov(to=10 * request.to, interval=1).exponents,
-    "Linearize": lambda client, session, request: session.state_transition(to=10 * request.to, inertia=True).matrix,
+    "Linearize": lambda client, session, request: session.linearize(to=10 * request.to, inertia=True).matrix,
 }
 OTHERS = {  # functions (client, id of a session, request)
     "Describe": lambda client, name, request: client.describe().numerics_id,
@@ -53,7 +53,7 @@ OTHERS = {  # functions (client, id of a session, request)
     "Convert": lambda client, name, request: client.convert(request.scene, request.to).blocks["Qdot"],
     "Connect": lambda client, name, request: connect(client, request),
     "ConjugatePoints": lambda client, name, request: [point.time for point in client.conjugate_points(
-        list(request.inertia), [list(request.q.values)], [list(request.qdot.values)], request.time)],
+        inertia=list(request.inertia), Q=[list(request.q.values)], Qdot=[list(request.qdot.values)], time=request.time)],
     "MeasureTradeoff": lambda client, name, request: client.tradeoff(
         request.scene, horizon=10 * request.horizon, budget=10 * request.budget, repeats=request.repeats).horizon,
 }

@@ -75,8 +75,8 @@ def test_eight_clients_at_once(client, session, expected):
 
 
 def test_resolved_scene_is_the_same_motion(client, session, expected):
-    with client.create(session.resolved()) as again:
-        assert again.resolved() == session.resolved()
+    with client.create(session._resolved()) as again:
+        assert again._resolved() == session._resolved()
         assert bits(again.step(to=K)) == expected
 
 

@@ -131,7 +131,7 @@ def test_extrema_of_the_angular_velocity_are_where_jacobis_functions_have_them(c
     quarter, steps = float(exact.K / exact.speed), 400
     with client.create(free_body(I, m, method=method, step=step)) as session:
         asked = [{"field": "angular_velocity", "coefficients": row, "extremum": True, "level": 7} for row in np.eye(3)]
-        found = session.events(steps, [*asked, {**asked[2], "direction": "falling", "limit": 3}], fields="angular_velocity")
+        found = session.events(steps, events=[*asked, {**asked[2], "direction": "falling", "limit": 3}], fields="angular_velocity")
     end = steps * step
     times = {0: np.arange(2, end / quarter, 2), 1: np.arange(1, end / quarter, 2), 2: np.arange(1, end / quarter), 3: [2, 4, 6]}
     for event, expected in times.items():
@@ -148,7 +148,7 @@ def test_extrema_of_frames_in_ensembles_and_their_refusal(client):
              "initial": {"Q": [[1, 0, 0], [1, 0, 0]], "S": [[0, 1, 0], [0, 2, 0]]}}
     event = {"field": "Q", "coefficients": [1, 0, 0], "extremum": True}
     with client.create(great) as session:
-        found = session.events(400, [event, {**event, "direction": "rising", "limit": 2, "terminal": True}])
+        found = session.events(400, events=[event, {**event, "direction": "rising", "limit": 2, "terminal": True}])
     for member, speed in ((0, 1), (1, 2)):
         minima = np.pi * np.array([1, 3]) / speed
         assert found.time[(found.event == 1) & (found.member == member)] == pytest.approx(minima, abs=1e-10)
@@ -156,4 +156,4 @@ def test_extrema_of_frames_in_ensembles_and_their_refusal(client):
         assert both == pytest.approx(np.pi * np.arange(1, 4) / speed, abs=1e-10)
     with client.create(scenes.moser_veselov()) as session:
         with pytest.raises(stiefel.InvalidArgument, match=r"extremum.*must be false: moser_veselov is a discrete system"):
-            session.events(10, {**event, "field": "angular_velocity"})
+            session.events(10, events={**event, "field": "angular_velocity"})

@@ -7,7 +7,7 @@ from stiefel import v1 as pb
 
 
 def test_those_of_a_sphere(client):
-    points = client.conjugate_points(np.ones(5), np.eye(1, 5), np.eye(1, 5, k=1), time=7)
+    points = client.conjugate_points(inertia=np.ones(5), Q=np.eye(1, 5), Qdot=np.eye(1, 5, k=1), time=7)
     assert points.outcome == stiefel.Outcome.REACHED and points.until == 7 and points.price.bound == "at_most"
     np.testing.assert_allclose([point.time for point in points], [np.pi, 2 * np.pi], rtol=1e-12)
     for point in points:
@@ -19,7 +19,7 @@ def test_those_of_a_sphere(client):
 
 def test_a_kernel_does_not_move_the_end(client):
     inertia, Q, V = np.linspace(1, 2, 4), np.eye(2, 4), np.array([[0, 1, 0.5, 0], [-1, 0, 0, 0.7]])
-    first = client.conjugate_points(inertia, Q, V, time=6)[0]
+    first = client.conjugate_points(inertia=inertia, Q=Q, Qdot=V, time=6)[0]
     manifold = stiefel.manifold.Stiefel(2, 4, inertia, client=client)
     change = 1e-4 * first.kernel[0]
     ends = manifold.exp(Q, first.time * np.stack([V + change, V - change]))
@@ -27,7 +27,7 @@ def test_a_kernel_does_not_move_the_end(client):
 
 
 def test_many_points_come_in_parts(client):
-    points = client.conjugate_points(np.ones(4), np.eye(1, 4), np.eye(1, 4, k=1), time=5000.5 * np.pi)
+    points = client.conjugate_points(inertia=np.ones(4), Q=np.eye(1, 4), Qdot=np.eye(1, 4, k=1), time=5000.5 * np.pi)
     assert len(points) == 5000 and points.outcome == stiefel.Outcome.REACHED
     np.testing.assert_allclose(points[4999].time, 5000 * np.pi, rtol=1e-10)
     assert all(point.multiplicity == 2 for point in points)
@@ -36,24 +36,24 @@ def test_many_points_come_in_parts(client):
 def test_beyond_the_first_conjugate_point_another_geodesic_is_shorter(client):
     """On an ellipsoid the first conjugate point ends the shortest ways, and just before it they are still minima."""
     inertia, Q, V = [1, 1.3, 2], np.array([[0.6, 0.64, 0.48]]), np.array([[0.8, -0.48, -0.36]])
-    first = client.conjugate_points(inertia, Q, V, time=9)[0].time
+    first = client.conjugate_points(inertia=inertia, Q=Q, Qdot=V, time=9)[0].time
     length = first * np.sqrt((V**2 @ inertia)[0])
     manifold = stiefel.manifold.Stiefel(1, 3, inertia, client=client)
     far = manifold.exp(Q, 1.05 * first * V)
-    assert np.sqrt(2 * client.geodesic(inertia, Q, far, restarts=8).energy) < 1.05 * length * (1 - 1e-6)
+    assert np.sqrt(2 * client.geodesics([(Q, far)], inertia=inertia, restarts=8)[0].energy) < 1.05 * length * (1 - 1e-6)
 
 
 def test_the_radius(client):
-    found = client.injectivity_radius([1, 1, 1], n=1, starts=2)
+    found = client.injectivity_radius(inertia=[1, 1, 1], n=1, starts=2)
     assert found.outcome == stiefel.Outcome.REACHED
     assert found.upper == pytest.approx(np.pi, rel=1e-9) and found.lower == pytest.approx(np.pi, rel=1e-14)
-    found = client.injectivity_radius([1, 1.5, 2], n=1, starts=4)
+    found = client.injectivity_radius(inertia=[1, 1.5, 2], n=1, starts=4)
     assert found.lower <= found.upper and found.starts <= 4 and found.loops >= 1 and found.Q.shape == (1, 3)
     assert found.upper == min(found.least_conjugate, found.least_loop)
     if found.witness == "conjugate_point":
-        points = client.conjugate_points([1, 1.5, 2], found.Q, found.Qdot, time=1.0001 * found.upper)
+        points = client.conjugate_points(inertia=[1, 1.5, 2], Q=found.Q, Qdot=found.Qdot, time=1.0001 * found.upper)
         assert points[0].time == pytest.approx(found.upper, rel=1e-10)
-    assert found == client.injectivity_radius([1, 1.5, 2], n=1, starts=4)
+    assert found == client.injectivity_radius(inertia=[1, 1.5, 2], n=1, starts=4)
 
 
 @pytest.mark.parametrize("change, field", [
@@ -69,10 +69,10 @@ def test_faults_of_the_radius(client):
     for inertia, n, field in (([1, 2, 3], 0, "n"), ([1, 2, 3], 4, "n"), (np.ones(30), 3, "n"),
                               ([1, -2, 3], 1, "inertia")):
         with pytest.raises(stiefel.InvalidArgument) as refused:
-            client.injectivity_radius(inertia, n)
+            client.injectivity_radius(inertia=inertia, n=n)
         assert refused.value.violations[0].field == field
     with pytest.raises(stiefel.InvalidArgument) as refused:
-        client.injectivity_radius([1, 2, 3], 1, starts=1001)
+        client.injectivity_radius(inertia=[1, 2, 3], n=1, starts=1001)
     assert refused.value.violations[0].field == "starts"
     request = pb.ConjugatePointsRequest(inertia=[1, 2, 3], radius=pb.RadiusSearch(n=1), time=1)
     with pytest.raises(stiefel.InvalidArgument, match="without Q, Qdot and time"):

@@ -18,7 +18,7 @@ def ends(n, N, seed):
 @pytest.mark.parametrize("n, N", [(1, 3), (2, 5), (3, 3), (4, 4)])
 def test_its_scene_arrives(client, n, N):
     Q_0, Q_T = ends(n, N, 7)
-    found = client.geodesic(np.linspace(1, 3, N), Q_0, Q_T, time=2.0, samples=8)
+    found = client.geodesics([(Q_0, Q_T)], inertia=np.linspace(1, 3, N), time=2.0, samples=8)[0]
     assert found.outcome == stiefel.Outcome.REACHED and found.residual <= 1e-11
     assert found.scene["system"] == ("rigid_body" if n == N else "stiefel")
     assert found.trajectory.shape == (9, n, N)
@@ -26,36 +26,36 @@ def test_its_scene_arrives(client, n, N):
     np.testing.assert_allclose(found.trajectory[-1], Q_T, atol=1e-10)
     with client.create(found.scene) as session:
         np.testing.assert_array_equal(session.step(8)["Q"], found.trajectory[-1])
-        energy, = session.diagnose(8, ["energy"]).invariants
+        energy, = session.diagnose(8, invariants=["energy"]).invariants
         assert energy.initial == pytest.approx(found.energy, rel=1e-13)
 
 
 def test_the_discrete_geodesic_is_a_trajectory_of_the_variational_step(client):
     Q_0, Q_T = ends(2, 5, 3)
-    found = client.geodesic(np.linspace(1, 3, 5), Q_0, Q_T, steps=32)
+    found = client.geodesics([(Q_0, Q_T)], inertia=np.linspace(1, 3, 5), steps=32)[0]
     assert found.scene["method"]["order"] == 2 and found.trajectory.shape == (33, 2, 5)
     with client.create(found.scene) as session:
         np.testing.assert_allclose(session.step(32)["Q"], Q_T, atol=1e-9)
 
 
 def test_a_search_proves_nothing(client):
-    assert client.geodesic([1, 2, 3, 4], *ends(2, 4, 3)).shortest == "none_shorter_found"
+    assert client.geodesics([ends(2, 4, 3)], inertia=[1, 2, 3, 4])[0].shortest == "none_shorter_found"
 
 
 def test_frames_of_single_precision_are_taken_and_repaired_as_in_a_scene(client):
     """Accepted up to max |Q Q^T - I| = 1e-6; the scene starts from the frame that replaces Q_0."""
     Q_0, Q_T = (Q.astype(np.float32) for Q in ends(2, 4, 3))
-    found = client.geodesic([1, 2, 3, 4], Q_0, Q_T)
+    found = client.geodesics([(Q_0, Q_T)], inertia=[1, 2, 3, 4])[0]
     start = np.array(found.scene["initial"]["Q"])
     np.testing.assert_allclose(start @ start.T, np.eye(2), rtol=0, atol=1e-15)
     np.testing.assert_allclose(start, Q_0, atol=1e-6)
     with pytest.raises(stiefel.InvalidArgument, match="orthonormal rows to 1e-06"):
-        client.geodesic([1, 2, 3, 4], Q_0 * (1 + 1e-6), Q_T)
+        client.geodesics([(Q_0 * (1 + 1e-6), Q_T)], inertia=[1, 2, 3, 4])[0]
 
 
 def test_unequal_determinants_have_a_reason_of_their_own(client):
     with pytest.raises(stiefel.InvalidArgument) as refused:
-        client.geodesic([1, 2, 3], np.eye(3), np.diag([1, 1, -1]))
+        client.geodesics([(np.eye(3), np.diag([1, 1, -1]))], inertia=[1, 2, 3])[0]
     assert refused.value.reason == "UNEQUAL_DETERMINANTS"
     assert refused.value.metadata == {"Q_0": "1", "Q_T": "-1"}
 
@@ -63,17 +63,17 @@ def test_unequal_determinants_have_a_reason_of_their_own(client):
 def test_many_pairs_come_in_their_order(client):
     pairs = [ends(2, 4, seed) for seed in range(3)]
     inertia = np.linspace(1, 2, 4)
-    many = client.connect(pairs, inertia=inertia, samples=4)
+    many = client.geodesics(pairs, inertia=inertia, samples=4)
     for (Q_0, Q_T), found in zip(pairs, many, strict=True):
-        alone = client.geodesic(inertia, Q_0, Q_T, samples=4)
+        alone = client.geodesics([(Q_0, Q_T)], inertia=inertia, samples=4)[0]
         assert (found.energy, found.residual, found.shortest) == (alone.energy, alone.residual, alone.shortest)
         np.testing.assert_array_equal(found.trajectory, alone.trajectory)
 
 
 def test_the_euclidean_metric_is_that_of_the_identity(client):
     pair = ends(2, 4, 1)
-    euclidean, = client.connect([pair], metric="euclidean")
-    assert euclidean.energy == client.geodesic(np.ones(4), *pair).energy
+    euclidean, = client.geodesics([pair], metric="euclidean")
+    assert euclidean.energy == client.geodesics([pair], inertia=np.ones(4))[0].energy
 
 
 def moved(Q, V, beta, t=1.0):
@@ -89,7 +89,7 @@ def moved(Q, V, beta, t=1.0):
 @pytest.mark.parametrize("metric, beta", [("canonical", 0.5), ("beta", 0.3)])
 def test_metrics_without_a_scene_have_a_velocity(client, metric, beta):
     Q_0, Q_T = ends(3, 8, 1)
-    found, = client.connect([(Q_0, Q_T)], metric=metric, beta=beta if metric == "beta" else None, time=2.0, samples=4)
+    found, = client.geodesics([(Q_0, Q_T)], metric=metric, beta=beta if metric == "beta" else None, time=2.0, samples=4)
     assert found.outcome == stiefel.Outcome.REACHED and found.scene is None and found.residual <= 1e-11
     for k, frame in enumerate(found.trajectory):
         np.testing.assert_allclose(frame, moved(Q_0, 2 * found.velocity, beta, k / 4), atol=1e-12)
@@ -100,8 +100,8 @@ def test_metrics_without_a_scene_have_a_velocity(client, metric, beta):
 
 def test_the_view_decides_whether_there_is_a_scene(client):
     pair = ends(2, 4, 1)
-    whole, = client.connect([pair], metric="euclidean")
-    bare, = client.connect([pair], metric="euclidean", scenes=False)
+    whole, = client.geodesics([pair], metric="euclidean")
+    bare, = client.geodesics([pair], metric="euclidean", scenes=False)
     assert bare.scene is None and whole.scene is not None
     np.testing.assert_array_equal(bare.velocity, whole.velocity)
     start = {name: np.array(block) for name, block in whole.scene["initial"].items()}
@@ -112,7 +112,7 @@ def test_frames_larger_than_a_reply_arrive(client):
     """The arrays of 2 x 200000 frames take 3.2 MB each, and a reply 4 MiB."""
     random = np.random.default_rng(5)
     Q_0, Q_T = (np.linalg.qr(random.standard_normal((200_000, 2)))[0].T for _ in range(2))
-    found, = client.connect([(Q_0, Q_T)], metric="euclidean")
+    found, = client.geodesics([(Q_0, Q_T)], metric="euclidean")
     np.testing.assert_allclose(found.velocity @ Q_0.T, -(found.velocity @ Q_0.T).T, atol=1e-14)
     assert len(found.scene["inertia"]) == 200_000
     np.testing.assert_array_equal(np.array(found.scene["initial"]["S"]), found.velocity)
@@ -121,8 +121,8 @@ def test_frames_larger_than_a_reply_arrive(client):
 def test_a_batch_has_the_bits_of_each_pair_alone(client):
     pairs = [ends(2, 5, seed) for seed in range(60)]
     inertia = np.geomspace(1, 100, 5)
-    for some, alone in zip(client.connect(pairs, inertia=inertia, scenes=False), pairs):
-        one, = client.connect([alone], inertia=inertia, scenes=False)
+    for some, alone in zip(client.geodesics(pairs, inertia=inertia, scenes=False), pairs):
+        one, = client.geodesics([alone], inertia=inertia, scenes=False)
         np.testing.assert_array_equal(some.velocity, one.velocity)
         assert (some.energy, some.residual, some.shortest) == (one.energy, one.residual, one.shortest)
 
@@ -133,7 +133,7 @@ def test_one_bad_pair_of_many_is_named_before_anything_moves(client):
         bad = pairs[137][1].copy()
         bad[0, 0] = poison
         with pytest.raises(stiefel.InvalidArgument, match=rf"pairs\[137\].Q_T.*{said}"):
-            client.connect([*pairs[:137], (pairs[137][0], bad), *pairs[138:]], metric="canonical")
+            client.geodesics([*pairs[:137], (pairs[137][0], bad), *pairs[138:]], metric="canonical")
 
 
 @pytest.mark.parametrize("change, fault", [
@@ -145,19 +145,19 @@ def test_one_bad_pair_of_many_is_named_before_anything_moves(client):
 def test_what_has_no_meaning_names_the_field(client, change, fault):
     problem = {"inertia": [1, 2, 3], "Q_0": [[1, 0, 0]], "Q_T": [[0, 1, 0]], **change}
     with pytest.raises(stiefel.InvalidArgument, match=fault):
-        client.connect([(problem.pop("Q_0"), problem.pop("Q_T"))], **problem)
+        client.geodesics([(problem.pop("Q_0"), problem.pop("Q_T"))], **problem)
 
 
 def test_frames_of_any_size_are_joined(client):
-    found = client.geodesic(np.ones(300), *ends(6, 300, 2))
+    found = client.geodesics([ends(6, 300, 2)], inertia=np.ones(300))[0]
     assert found.residual <= 1e-13
-    found = client.geodesic(np.geomspace(1, 10, 300), *ends(3, 300, 2))
+    found = client.geodesics([ends(3, 300, 2)], inertia=np.geomspace(1, 10, 300))[0]
     assert found.residual <= 1e-11
 
 
 def test_a_cancelled_search_ends_and_holds_up_nobody(client):
     Q_0, Q_T = ends(8, 16, 5)
     with pytest.raises(stiefel.DeadlineExceeded):
-        client.geodesic(np.geomspace(1, 100, 16), Q_0, Q_T, restarts=1000, timeout=0.3)
+        client.geodesics([(Q_0, Q_T)], inertia=np.geomspace(1, 100, 16), restarts=1000, timeout=0.3)[0]
     with client.create(scenes.rigid_body()) as session:
         assert session.step(1000, timeout=60).step == 1000

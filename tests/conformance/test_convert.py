@@ -49,7 +49,7 @@ def test_it_is_the_same_motion(client, system):
     assert other["method"]["name"] == "adaptive"
     with client.create(scene) as one, client.create(other) as two:
         other["initial"] = {name: two.step(1)[name] for name in other["initial"]}
-        there = client.convert(one.resolved(), "rigid_body").scene
+        there = client.convert(one._resolved(), "rigid_body").scene
         there["initial"] = {name: one.step(1)[name] for name in ("Q", "M")}
     home = client.convert(other, "rigid_body").scene
     for name in ("Q", "M"):

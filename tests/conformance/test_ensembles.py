@@ -85,8 +85,8 @@ def test_engineers_may_have_many_bodies(client):
     with client.create({**scene, "members": 2}) as together:
         second = scenes.body(attitude=None, angular_velocity=[1, 0, 0.5])
         with client.create(second) as alone:
-            np.testing.assert_array_equal(together.step(4, ["quaternion"])["quaternion"][1],
-                                          alone.step(4, ["quaternion"])["quaternion"])
+            np.testing.assert_array_equal(together.step(4, fields=["quaternion"])["quaternion"][1],
+                                          alone.step(4, fields=["quaternion"])["quaternion"])
 
 
 @pytest.mark.parametrize("changes, fault", [

@@ -56,7 +56,7 @@ def test_events_do_not_take_the_jump_for_a_zero(client):
     with client.create(scene) as session:
         for level in (0.0, 0.7, 3.1, np.pi, -3.1):
             event = {"field": "euler_angles_ZYX", "coefficients": [-1.5, 0, 0], "level": -1.5 * level}
-            found = session.events(1000, [event, {**event, "direction": "rising"}], fields="euler_angles_ZYX")
+            found = session.events(1000, events=[event, {**event, "direction": "rising"}], fields="euler_angles_ZYX")
             expected = ((level + 1) % (2 * np.pi) + 2 * np.pi * np.arange(32)) / 2
             expected = expected[(expected > 0) & (expected <= 100)]
             assert found.time == pytest.approx(expected, rel=1e-12), level
@@ -68,7 +68,7 @@ def test_are_there_for_every_member_and_in_every_call(client):
     both = {name: np.array([one[name], other[name]], float) for name in one}
     with client.create({**BODY, "body": both, "members": 2}) as session:
         run = session.trajectory(to=30, fields=["euler_angles_zyx"])
-        last = session.summarize(30, {"euler_angles_zyx": ["last", "min"]})["euler_angles_zyx"]["last"]
+        last = session.summarize(30, quantities={"euler_angles_zyx": ["last", "min"]})["euler_angles_zyx"]["last"]
         at = session.trajectory(times=[0.105], fields=["euler_angles_zyx", "euler_rates_XYX"])
     assert np.asarray(run["euler_angles_zyx"]).size == len(run.step) * 2 * 3
     assert np.array_equal(np.ravel(last), np.ravel(run["euler_angles_zyx"][-1]))
@@ -85,7 +85,7 @@ def test_an_unknown_sequence_is_refused_with_the_fields_that_are_taken(client, n
             session.step(to=1, fields=[name])
         assert name in str(refused.value)
         with pytest.raises(stiefel.InvalidArgument, match="euler_angles_SEQUENCE"):
-            session.events(10, {"field": name, "coefficients": [1, 0, 0]})
+            session.events(10, events={"field": name, "coefficients": [1, 0, 0]})
     with client.create(scenes.rigid_body(initial={"M": scenes.M3})) as session:  # which has no attitude
         with pytest.raises(stiefel.InvalidArgument, match="must be one of M, Omega, angular_velocity"):
             session.step(to=1, fields=["euler_angles_ZXZ"])
@@ -93,6 +93,6 @@ def test_an_unknown_sequence_is_refused_with_the_fields_that_are_taken(client, n
 
 def test_two_angles_that_jump_need_equal_coefficients(client):
     with client.create(BODY) as session:
-        session.events(10, {"field": "euler_angles_ZXZ", "coefficients": [1, 3, -1]})
+        session.events(10, events={"field": "euler_angles_ZXZ", "coefficients": [1, 3, -1]})
         with pytest.raises(stiefel.InvalidArgument, match=r"coefficients.*must be 0 or, without its sign, 1"):
-            session.events(10, {"field": "euler_angles_ZXZ", "coefficients": [1, 0, 2]})
+            session.events(10, events={"field": "euler_angles_ZXZ", "coefficients": [1, 0, 2]})

@@ -197,7 +197,7 @@ class Reported:
 
     def evaluated(self, session, form):
         u, v = (tangent(self.x, form.blocks, np.random.default_rng(seed)) for seed in (3, 4))
-        return u, v, session.diagnose(AT, ["energy"], forms=[(form.name, u, v)]).forms[0]
+        return u, v, session.diagnose(AT, invariants=["energy"], forms=[(form.name, u, v)]).forms[0]
 
 
 def tangent(x, blocks, random):
@@ -344,6 +344,6 @@ def test_the_right_momentum_belongs_to_the_left_one(client):
     values = []
     for scene in (left, right):
         with client.create(scene) as session:
-            values.append(np.array([i.value for i in session.diagnose(0, ["spatial_momentum"]).invariants]))
+            values.append(np.array([i.value for i in session.diagnose(0, invariants=["spatial_momentum"]).invariants]))
     assert np.abs(values[0]).max() > 1e-3
     assert values[1] == pytest.approx(-values[0], rel=1e-12, abs=1e-14)

@@ -7,7 +7,7 @@ import scenes
 import stiefel
 from stiefel import v1 as pb
 from stiefel._wire.failures import from_status
-from stiefel.scene import to_matrix
+from stiefel._scene import to_matrix
 
 INVALID, MISSING, EXISTS = stiefel.InvalidArgument, stiefel.NotFound, stiefel.AlreadyExists
 BIG = 2**53 + 1
@@ -262,7 +262,7 @@ def good(client):
 def ask(client, method, request):
     if method in ("Stream", "Convert", "MeasureTradeoff", "Connect", "Summarize"):
         try:
-            return list(getattr(client.stub, method)(request))
+            return list(getattr(client._stub, method)(request))
         except grpc.RpcError as failure:
             raise client._connection.error(failure) from None
     return client._connection.call(method, request)
@@ -271,7 +271,7 @@ def ask(client, method, request):
 @pytest.mark.parametrize("name", MALFORMED)
 def test_code_field_and_rule(client, good, name):
     (method, request), exception, field, words = MALFORMED[name]
-    before = client.get("good").message.cursor
+    before = client.get("good")._message.cursor
     with pytest.raises(exception, match=words) as caught:
         ask(client, method, request)
     error = caught.value
@@ -284,7 +284,7 @@ def test_code_field_and_rule(client, good, name):
     if method == "CreateSession" and exception is INVALID:
         with pytest.raises((MISSING, INVALID)):
             client.get(request.session_id)
-    assert client.get("good").message.cursor == before
+    assert client.get("good")._message.cursor == before
     assert good.step(to=before).step == before
 
 
@@ -310,5 +310,5 @@ def test_a_bad_request_does_not_end_a_drive(good):
 
 
 def test_a_drive_of_an_unknown_session(client):
-    reply = next(client.stub.Drive(iter([pb.DriveRequest(session_id="nobody", to=1)])))
+    reply = next(client._stub.Drive(iter([pb.DriveRequest(session_id="nobody", to=1)])))
     assert isinstance(from_status(reply.error), MISSING) and "nobody" in reply.error.message

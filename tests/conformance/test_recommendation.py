@@ -19,7 +19,7 @@ def recommended(client, system):
 ], ids=["N = 3", "momentum only", "body", "N = 4", "N = 6", "sphere", "V(2, 5)", "n = N"])
 def test_the_resolved_scene_has_one_that_describe_lists(client, scene):
     with client.create(without_method(scene)) as session:
-        method = session.resolved().method
+        method = session._resolved().method
         assert any(one.method.name == method.name and one.method.order == method.order
                    and one.method.tolerance == method.tolerance and one.method.arithmetic == method.arithmetic
                    for one in recommended(client, scene["system"]))

@@ -6,7 +6,7 @@ import pytest
 import scenes
 import stiefel
 from stiefel import v1 as pb
-from stiefel.scene import to_message
+from stiefel._scene import to_message
 
 
 @pytest.fixture
@@ -21,21 +21,21 @@ def test_the_same_id_and_scene_is_the_existing_session(client, id):
     first.step(to=10)
     again = client.create(scenes.rigid_body(), id=id)
     assert first.created and not again.created
-    assert again.message.create_time == first.message.create_time
-    assert again.resolved() == first.resolved()
+    assert again._message.create_time == first._message.create_time
+    assert again._resolved() == first._resolved()
 
 
 def test_the_resolved_scene_names_the_same_session(client, id):
     """A scene with every default written out is the same scene."""
     first = client.create(scenes.rigid_body(), id=id)
-    assert not client.create(first.resolved(), id=id).created
+    assert not client.create(first._resolved(), id=id).created
 
 
 def test_the_same_id_and_another_scene_is_refused(client, id):
     client.create(scenes.rigid_body(), id=id)
     with pytest.raises(stiefel.AlreadyExists, match=id):
         client.create(scenes.rigid_body(step=0.02), id=id)
-    assert client.get(id).resolved().step == 0.01
+    assert client.get(id)._resolved().step == 0.01
 
 
 def test_deleting_an_unknown_id_succeeds(client, id):
@@ -48,18 +48,18 @@ def test_deleting_an_unknown_id_succeeds(client, id):
 
 
 def test_every_default_is_resolved(client, id):
-    scene = client.create(scenes.rigid_body(), id=id).resolved()
+    scene = client.create(scenes.rigid_body(), id=id)._resolved()
     assert (scene.method.order, scene.method.substeps, scene.method.arithmetic) == (2, 1, "compensated")
 
 
 def test_a_discrete_system_resolves_without_method(client, id):
-    assert not client.create(scenes.moser_veselov(), id=id).resolved().HasField("method")
+    assert not client.create(scenes.moser_veselov(), id=id)._resolved().HasField("method")
 
 
 def test_get_tells_cursor_and_cached_steps(client, id):
     session = client.create(scenes.rigid_body(), id=id)
     session.step(to=1234)
-    message = client.get(id).message
+    message = client.get(id)._message
     assert message.cursor == 1234
     assert message.cached_steps[0] == 0 and list(message.cached_steps) == sorted(message.cached_steps)
     assert len(message.cached_steps) <= client.describe().limits.max_cached_steps
@@ -70,7 +70,7 @@ def test_get_tells_cursor_and_cached_steps(client, id):
 
 def test_a_reply_has_what_was_filled_in_and_a_view_asks_for_more(client, id):
     def created(view):
-        request = pb.CreateSessionRequest(session_id=id, scene=client.create(scenes.rigid_body(), id=id).resolved(),
+        request = pb.CreateSessionRequest(session_id=id, scene=client.create(scenes.rigid_body(), id=id)._resolved(),
                                           view=pb.SessionView(scene=view))
         return client._connection.call("CreateSession", request).session
 

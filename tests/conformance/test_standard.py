@@ -15,7 +15,7 @@ METHODS = [method.name for method in simulation_pb2.DESCRIPTOR.services_by_name[
 
 def raw(client, method, request, kind="unary_unary"):
     """Makes a call with a request of bytes, because these services have no stubs here."""
-    call = getattr(client.channel, kind)(method)
+    call = getattr(client._channel, kind)(method)
     return call(iter([request]) if kind.startswith("stream") else request, timeout=10)
 
 

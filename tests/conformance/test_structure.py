@@ -18,7 +18,7 @@ def test_the_canonical_dirac_bracket_is_skew_and_a_derivation(client):
     with client.create(scene) as session:
         Q, P = session.step(0)["Q"], session.step(0)["P"]
         FG, GF, FH, FGH = session.diagnose(
-            0, ["energy"], dirac_brackets=[(F, G), (G, F), (F, H), (F, G + H)]).dirac_brackets
+            0, invariants=["energy"], dirac_brackets=[(F, G), (G, F), (F, H), (F, G + H)]).dirac_brackets
     value = lambda f: np.sum(f[0][0] * Q) + np.sum(f[0][1] * P)
     assert FG == pytest.approx(-GF, rel=1e-12)
     assert FGH == pytest.approx(FG * value(H) + FH * value(G), rel=1e-12)
@@ -33,7 +33,7 @@ def test_the_canonical_dirac_bracket_is_skew_and_a_derivation(client):
         "frames rk4"])
 def test_whether_a_step_is_symplectic(client, scene, symplectic):
     with client.create({**scene, "step": 0.1}) as session:
-        defect = session.diagnose(5, ["energy"], symplectic=True).symplectic_defect
+        defect = session.diagnose(5, invariants=["energy"], symplectic=True).symplectic_defect
     assert defect < 1e-10 if symplectic else defect > 1e-9
 
 

@@ -57,16 +57,16 @@ def test_a_point_has_its_cost_and_its_times(measured):
 
 
 def test_points_arrive_one_by_one(client):
-    parts = client.tradeoff_parts(scene(), **SMALL)
+    parts = client._tradeoff_parts(scene(), **SMALL)
     kinds = [part.WhichOneof("part") for part in parts]
     assert kinds[0] == "setup" and kinds[-1] == "front" and set(kinds[1:-1]) == {"point"}
 
 
 def test_the_horizon_is_the_scenes_or_a_hundred_steps(client):
-    own = next(client.tradeoff_parts(scene(horizon=3.05), budget=1e8)).setup
+    own = next(client._tradeoff_parts(scene(horizon=3.05), budget=1e8)).setup
     assert own.steps == 31
-    assert next(client.tradeoff_parts(scene(), budget=1e8)).setup.steps == 100
-    assert next(client.tradeoff_parts(scene(step=-0.1), horizon=1.0, budget=1e8)).setup.steps == 10
+    assert next(client._tradeoff_parts(scene(), budget=1e8)).setup.steps == 100
+    assert next(client._tradeoff_parts(scene(step=-0.1), horizon=1.0, budget=1e8)).setup.steps == 10
 
 
 @pytest.mark.parametrize("change, request_change, fault", [
@@ -82,7 +82,7 @@ def test_what_has_no_meaning_names_the_field(client, change, request_change, fau
 
 def test_who_leaves_is_not_waited_for_and_nobody_is_held_up(client):
     """More measurements are begun and left than the server has threads."""
-    open_ones = [client.tradeoff_parts(scenes.free(6, step=0.1), budget=1e12, timeout=300) for _ in range(8)]
+    open_ones = [client._tradeoff_parts(scenes.free(6, step=0.1), budget=1e12, timeout=300) for _ in range(8)]
     for parts in open_ones:
         next(parts)
     with client.create(scenes.rigid_body()) as session:
@@ -90,7 +90,7 @@ def test_who_leaves_is_not_waited_for_and_nobody_is_held_up(client):
     for parts in open_ones:
         parts.close()
     # Their threads are free again, so that another measurement begins.
-    assert next(client.tradeoff_parts(scene(), budget=1e8, timeout=60)).setup.steps == 100
+    assert next(client._tradeoff_parts(scene(), budget=1e8, timeout=60)).setup.steps == 100
 
 
 def test_a_deadline_ends_it(client):
@@ -107,8 +107,8 @@ def chosen(**changes):
 
 def test_the_resolved_scene_has_a_method_and_says_why(client):
     with client.create(chosen()) as session:
-        resolved, choice = session.scene, session.message.choice
-        assert choice.method == session.resolved().method and choice.tolerance == 1e-8 and choice.horizon == 5.0
+        resolved, choice = session.scene, session._message.choice
+        assert choice.method == session._resolved().method and choice.tolerance == 1e-8 and choice.horizon == 5.0
         assert resolved["method"]["name"] in choice.reason and "1e-08" in choice.reason
         assert resolved["step"] == 0.1 and "tolerance" not in resolved and resolved["horizon"] == 5.0
         state = session.step(50)
@@ -123,7 +123,7 @@ def test_the_resolved_scene_is_created_again_as_it_is(client):
             assert again.scene == session.scene
             assert again.choice is None and session.choice is not None
         with client.create(chosen(), id=session.id) as same:  # the same scene gives the same session
-            assert not same.created and same.message.choice == session.message.choice
+            assert not same.created and same._message.choice == session._message.choice
 
 
 def test_another_server_of_the_build_chooses_alike(client, other):

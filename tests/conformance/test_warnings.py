@@ -13,8 +13,8 @@ def texts(client, scene):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         with client.create(scene) as session:
-            said = list(session.message.warnings)
-            again = list(client.get(session.id).message.warnings)
+            said = list(session._message.warnings)
+            again = list(client.get(session.id)._message.warnings)
     assert said == again == [str(w.message) for w in caught]
     assert all(w.category is stiefel.SceneWarning for w in caught)
     return said

@@ -51,7 +51,7 @@ def test_progress_is_seen(session, record):
             break
     seconds = time.monotonic() - start
     assert samples == list(range(0, len(samples) * 100_000, 100_000))
-    assert session.client.get(session.id).message.cached_steps[-1] > 0
+    assert session.client.get(session.id)._message.cached_steps[-1] > 0
     record("10^9 steps: progress", "steps a second, as samples arrive", samples[-1] / seconds)
 
 
@@ -85,7 +85,7 @@ def cancelled_diagnose(session):
 
 def cancelled_tradeoff(session):
     """Begins a trade-off and returns a function that cancels it while its points are measured."""
-    parts = session.client.tradeoff_parts(session.scene, budget=1e12)
+    parts = session.client._tradeoff_parts(session.scene, budget=1e12)
     next(parts)
     return parts.close
 
@@ -119,7 +119,7 @@ def test_a_deadline_stops_it(session, cpu_seconds, record):
 def test_nobody_starves(client, record):
     """Short requests are answered while four times as many long requests as threads run."""
     long = [client.create(BODY) for _ in range(8)]
-    running = [client.stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR)) for session in long]
+    running = [client._stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR)) for session in long]
     waits, count = [], 200 if LONG else 30
     with client.create(BODY) as short, client.create(BODY) as alone:
         for k in range(1, count + 1):
@@ -235,7 +235,7 @@ def test_max_step(client, limits, record):
 def test_max_cached_steps(client, limits, record):
     with client.create(BODY) as session:
         session.step(to=2_000_000)
-        kept = len(client.get(session.id).message.cached_steps)
+        kept = len(client.get(session.id)._message.cached_steps)
     record("limit: max_cached_steps", "checkpoints after 2 10^6 steps", kept, limits.max_cached_steps, "Describe")
     assert 1 < kept <= limits.max_cached_steps
 
@@ -245,7 +245,7 @@ def test_max_cached_bytes(client, limits, record):
     n = 256
     with client.create(large(n)) as session:
         session.step(to=200 if LONG else 20)
-        kept = len(client.get(session.id).message.cached_steps)
+        kept = len(client.get(session.id)._message.cached_steps)
         state = len(session.step(to=0, checkpoint=True).checkpoint)
     record("limit: max_cached_bytes", "bytes of checkpoints", kept * state, limits.max_cached_bytes, "Describe",
            method="rk4")
@@ -268,7 +268,7 @@ def test_idle_timeout(record):
 def test_max_message_bytes(client, limits, record):
     """A message at the limit is read and refused for its content; a larger one is not read."""
     with client.create(BODY) as session:
-        request = pb.CreateSessionRequest(session_id="large", scene=session.resolved())
+        request = pb.CreateSessionRequest(session_id="large", scene=session._resolved())
     room = limits.max_message_bytes - request.ByteSize() - 16
     request.checkpoint = bytes(room)
     request.session_id += "x" * (limits.max_message_bytes - request.ByteSize())
@@ -288,7 +288,7 @@ def with_method(**method):
 
 
 def frames(n, N):
-    return {"inertia": np.ones(N), "Q_0": np.eye(n, N), "Q_T": np.roll(np.eye(n, N), 1, axis=1)}
+    return {"inertia": np.ones(N), "pairs": [(np.eye(n, N), np.roll(np.eye(n, N), 1, axis=1))]}
 
 
 @pytest.mark.parametrize("tolerance, past", [(1e-15, 0.99e-15), (1.0, 1.01)])
@@ -311,6 +311,6 @@ def test_frames_of_too_many_rows(client, limits):
 
 
 def test_frames_are_as_large_as_the_memory_of_a_search(client):
-    assert client.geodesic(**frames(1, 4000)).outcome == "REACHED"
+    assert client.geodesics(**frames(1, 4000))[0].outcome == "REACHED"
     many = frames(5, 30_000) | {"inertia": np.linspace(1, 10, 30_000)}
-    refused(lambda: client.geodesic(**many), "Q_0", "5 x 30000", "at most 512 MiB")
+    refused(lambda: client.geodesics(**many)[0], "Q_0", "5 x 30000", "at most 512 MiB")

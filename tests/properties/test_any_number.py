@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 
 import scenes
 import stiefel
-from stiefel.scene import to_message
+from stiefel._scene import to_message
 
 EDGES = [0.0, -0.0, -1.0, 5e-324, 2.0**-1022, 1e-300, 1e-160, 1e-150, 1e-20, 1 + 2**-52, 1e6, 1e20, 1e150, 1e154,
          1e160, 1e300, 1.7976931348623157e308, math.inf, math.nan]

@@ -5,7 +5,7 @@ from hypothesis import given, strategies as st
 import scenes
 import stiefel
 from stiefel._wire.arrays import to_array
-from stiefel.scene import to_message
+from stiefel._scene import to_message
 
 # The error of a conversion through (Q, M) or (Q, S), which solves J and J_D: condition numbers of up to 1e3.
 ROUNDING = 1e3 * 100 * 2**-53
@@ -27,7 +27,7 @@ def test_there_and_back(client, pair, data):
     assert there.scene["system"] == target and there.scene["step"] == given["step"]
     assert all(margin > 0 for margin in there.margins.values())
     with client.create(given) as session:
-        start = blocks(session.resolved())
+        start = blocks(session._resolved())
         options = {name: session.scene[name] for name in ("epsilon", "parameter") if name in session.scene}
     home = blocks(client.convert(there.scene, given["system"], **options).scene)
     for name in start.keys() & home.keys():

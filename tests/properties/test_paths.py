@@ -34,12 +34,12 @@ def walk_drive(client, session, k):
 def walk_checkpoint(client, session, k):
     """Goes to step k in another session, which starts from a checkpoint of this one."""
     checkpoint = session.step(to=k // 2, checkpoint=True).checkpoint
-    with client.create(session.resolved(), checkpoint=checkpoint) as other:
+    with client.create(session._resolved(), checkpoint=checkpoint) as other:
         return bits(other.step(to=k).fields)
 
 
 def walk_resolved(client, session, k):
-    with client.create(session.resolved()) as other:
+    with client.create(session._resolved()) as other:
         return bits(other.step(to=k).fields)
 
 
@@ -67,7 +67,7 @@ def test_to_ask_twice_changes_nothing(client, pair, data):
     with client.create(scene, id="twice") as session:
         state = bits(session.step(to=k).fields)
         again = client.create(scene, id="twice")
-        assert not again.created and again.resolved() == session.resolved()
+        assert not again.created and again._resolved() == session._resolved()
         assert bits(again.step(to=k).fields) == state
         assert session.diagnose(to=k) == quiet(session.diagnose(to=k), session.diagnose(to=k))
         session.delete()
@@ -82,8 +82,8 @@ def quiet(first, second):
 
 @given(data=st.data())
 def test_a_resolved_scene_resolves_to_itself(client, pair, data):
-    with client.create(data.draw(scenes.scenes(pair))) as session, client.create(session.resolved()) as again:
-        assert again.resolved() == session.resolved()
+    with client.create(data.draw(scenes.scenes(pair))) as session, client.create(session._resolved()) as again:
+        assert again._resolved() == session._resolved()
 
 
 @given(data=st.data())

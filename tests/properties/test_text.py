@@ -5,7 +5,7 @@ from hypothesis import given, settings, strategies as st
 
 import scenes
 from stiefel.cli import main
-from stiefel.scene import to_dict, to_message
+from stiefel._scene import to_dict, to_message
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -15,7 +15,7 @@ def test_printed_and_read_in_python(client, pair, data):
     scene = to_message(data.draw(scenes.scenes(pair)))
     assert to_message(json.loads(json.dumps(to_dict(scene)))) == scene
     with client.create(scene) as session:
-        assert to_message(json.loads(json.dumps(session.scene))) == session.resolved()
+        assert to_message(json.loads(json.dumps(session.scene))) == session._resolved()
 
 
 @given(numbers=st.lists(finite, min_size=9, max_size=9), step=finite)

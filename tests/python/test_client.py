@@ -36,7 +36,7 @@ def test_what_comes_by_default_is_what_the_scene_was_given_in(client, members):
         np.testing.assert_allclose(first["angular_velocity"], np.tile([0.1, 2, 0.1], (*lead, 1)), rtol=1e-3)
         assert list(session.trajectory(to=9).fields) == list(next(session.stream(to=9)).fields) == given
         event = {"field": "angular_velocity", "coefficients": [1, 0, 0], "level": 1e9}
-        assert list(session.events(9, event).fields) == given and session.step_price.bytes == 7 * 8 * (members or 1)
+        assert list(session.events(9, events=event).fields) == given and session.step_price.bytes == 7 * 8 * (members or 1)
         with session.drive() as drive:
             assert list(drive.step(9)) == given and list(drive.step(9, fields="Q")) == ["Q"]
         assert list(session.trajectory(times=[0.015]).fields) == given

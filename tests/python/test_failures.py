@@ -116,7 +116,7 @@ SLOW = {"system": "rigid_body", "step": 1e-3, "method": {"name": "variational", 
 
 @pytest.mark.parametrize("late", [
     lambda session, to: session.step(to, timeout=0.3), lambda session, to: session.trajectory(to, every=to, timeout=0.3),
-    lambda session, to: session.diagnose(to, timeout=0.3), lambda session, to: session.summarize(to, {"M": "max"}, timeout=0.3)], ids=["step", "trajectory", "diagnose", "summarize"])
+    lambda session, to: session.diagnose(to, timeout=0.3), lambda session, to: session.summarize(to, quantities={"M": "max"}, timeout=0.3)], ids=["step", "trajectory", "diagnose", "summarize"])
 def test_a_call_that_took_too_long_says_how_long_it_takes(client, late):
     to = 10**9
     with client.create(SLOW) as session:

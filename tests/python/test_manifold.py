@@ -87,8 +87,8 @@ class Missing:
     def __init__(self, client):
         self._client = client
 
-    def connect(self, pairs, **more):
-        found = list(self._client.connect(pairs, **more))
+    def geodesics(self, pairs, **more):
+        found = list(self._client.geodesics(pairs, **more))
         stalled = stiefel.RunStatus(stiefel.Outcome.SOLVER_STALLED, message="no geodesic from Q_0 to Q_T was found")
         return [replace(one, velocity=None, run_status=stalled, shortest="unspecified") if k == 1 else one for k, one in enumerate(found)]
 
@@ -284,10 +284,10 @@ def test_velocities_of_an_energy_and_a_momentum(manifold):
     np.testing.assert_allclose(paired, np.sum(m * (B - B.T), axis=(-2, -1)) / 2, atol=1e-14)
     if manifold.n == manifold.N:
         with pytest.raises(ValueError, match="direction"):
-            manifold.velocity(Q, W, 0.5)
+            manifold.velocity(Q, W, energy=0.5)
         return
     asked = 0.1 * (B - B.T)
-    V = manifold.velocity(Q, W, 0.7, asked)
+    V = manifold.velocity(Q, W, energy=0.7, momentum=asked)
     np.testing.assert_allclose(manifold.inner(Q, V, V), 1.4, rtol=1e-14)
     np.testing.assert_allclose(manifold.momentum(Q, V), np.broadcast_to(asked, (4, *asked.shape)), atol=1e-14)
     np.testing.assert_allclose(manifold.tangent(Q, V), V, atol=1e-14)

@@ -70,7 +70,7 @@ def test_equal_are_those_with_the_same_numbers(answer, session):
     changed = copy.deepcopy(first)
     changed.fields["M"] = changed["M"] + 1e-16
     assert changed != first
-    assert first != dict(first.fields) and first != session.step(39, BLOCKS) and first != session.trajectory(39, fields=BLOCKS)
+    assert first != dict(first.fields) and first != session.step(39, fields=BLOCKS) and first != session.trajectory(39, fields=BLOCKS)
     with pytest.raises(TypeError, match="unhashable"):
         hash(first)
 
@@ -96,7 +96,7 @@ def test_a_client_is_pickled_by_its_address(client):
 def test_what_cannot_be_pickled_says_why(client, session):
     with stiefel.Client(client.address, token="secret") as with_token, session.drive() as drive:
         for thing, why in ((session, "send its `id`"), (drive, "an open stream"), (with_token, "STIEFEL_TOKEN"),
-                           (stiefel.Client(channel=client.channel), "give the client an address")):
+                           (stiefel.Client(channel=client._channel), "give the client an address")):
             with pytest.raises(TypeError, match=f"cannot be pickled.*{why}"):
                 pickle.dumps(thing)
 
@@ -132,7 +132,7 @@ FLIP = {"field": "angular_velocity", "coefficients": [1, 0, 0], "level": 0.05}
 ])
 def test_a_malformed_summary_is_named(session, asked, path):
     with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
-        session.summarize(10, asked)
+        session.summarize(10, quantities=asked)
     assert caught.value.violations[0].field == path
 
 
@@ -144,11 +144,11 @@ def test_a_malformed_summary_is_named(session, asked, path):
 ])
 def test_a_malformed_event_is_named(session, change, path):
     with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
-        session.events(10, {**FLIP, **change})
+        session.events(10, events={**FLIP, **change})
     assert caught.value.violations[0].field == path
     with pytest.raises(stiefel.InvalidArgument, match=r"^events\[0\].levl: unknown field; did you mean level[?] The fields are field, coeff"):
-        session.events(10, {**FLIP, "levl": 1})
+        session.events(10, events={**FLIP, "levl": 1})
     for wrong, place in ((3, "events"), ("FLIP", "events"), ([3], "events[0]")):
         with pytest.raises(stiefel.InvalidArgument, match="must be") as caught:
-            session.events(10, wrong)
+            session.events(10, events=wrong)
         assert caught.value.violations[0].field == place

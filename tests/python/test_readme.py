@@ -12,6 +12,7 @@ import pytest
 import catalogue_page
 import scene_types
 import stiefel
+from stiefel._server import find_server
 from stiefel.cli.options import COMMANDS, parse
 
 ROOT = Path(__file__).parents[2]
@@ -74,7 +75,7 @@ def test_the_commands_of_the_page_of_operations(tmp_path):
     """A server with TLS and a token, and its client, as printed."""
     page = (ROOT / "docs/operations.md").read_text(encoding="utf-8")
     started, asked = re.search(r"^### Certificates\n.*?```sh\n(.*?)```.*?```sh\n(.*?)```", page, re.DOTALL | re.MULTILINE).groups()
-    programs = Path(stiefel.server.find_server()).parent
+    programs = Path(find_server()).parent
     if not (programs / "stiefel").exists():
         pytest.skip("the command is not built")
     environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}

@@ -10,6 +10,7 @@ import pytest
 
 import stiefel
 from stiefel._programs import variables
+from stiefel._server import find_server
 from stiefel._wire import security
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
@@ -22,7 +23,7 @@ BEYOND = ["example.org:50551", "192.0.2.1:50551", "[2001:db8::1]:50551", "10.0.0
 @pytest.fixture(scope="module")
 def token(tmp_path_factory):
     """A token, and the file that admits it."""
-    done = subprocess.run([stiefel.server.find_server(), "token", "me"], capture_output=True, text=True, check=True)
+    done = subprocess.run([find_server(), "token", "me"], capture_output=True, text=True, check=True)
     token, line = done.stdout.splitlines()
     file = tmp_path_factory.mktemp("token") / "tokens"
     file.write_text(line)

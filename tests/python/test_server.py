@@ -10,7 +10,7 @@ import psutil
 import pytest
 
 import stiefel
-from stiefel.server import find_server
+from stiefel._server import find_server
 
 
 def gone(pid, seconds):
@@ -115,7 +115,7 @@ def test_a_program_that_ends_at_once(program):
 
 
 def test_a_program_that_a_signal_ends_is_started_once_more(program, tmp_path):
-    real = stiefel.server.find_server()
+    real = find_server()
     program(f"[ -e {tmp_path}/again ] && exec '{real}' \"$@\"; touch {tmp_path}/again; kill -ABRT $$")
     with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         assert client.describe().version
@@ -135,7 +135,7 @@ def test_where_it_is_looked_for(monkeypatch, tmp_path):
         (tmp_path / name).mkdir()
         (tmp_path / name / "stiefel-server").write_text("#!/bin/sh")
         (tmp_path / name / "stiefel-server").chmod(0o755)
-    monkeypatch.setattr("stiefel.server.__file__", str(tmp_path / "python/stiefel/server.py"))
+    monkeypatch.setattr("stiefel._server.__file__", str(tmp_path / "python/stiefel/_server.py"))
     monkeypatch.setenv("PATH", str(tmp_path / "path"))
     monkeypatch.setenv("STIEFEL_SERVER", str(tmp_path / "given/stiefel-server"))
     assert find_server() == str(tmp_path / "given/stiefel-server")

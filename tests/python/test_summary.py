@@ -27,13 +27,13 @@ def ensemble(count, step=0.05, **method):
 
 def test_statistics_are_those_of_the_samples(session):
     edges, fractions = [-2, -0.5, 0, 0.25, 2], [0, 0.1, 0.5, 1]
-    summary = session.summarize(1000, {"M": [*STATISTICS, {"quantiles": fractions, "edges": edges}]}, start=3, every=7)
+    summary = session.summarize(1000, quantities={"M": [*STATISTICS, {"quantiles": fractions, "edges": edges}]}, start=3, every=7)
     run = session.trajectory(1000, start=3, every=7, fields="M")
     M, found = run["M"], summary["M"]
     assert summary.samples == run.samples and summary.last_step == 1000 and summary.ended_by == -1
     assert summary.outcome == summary.outcomes == stiefel.Outcome.REACHED
     assert (found["last"] == M[-1]).all() and (found["min"] == M.min(0)).all() and (found["max"] == M.max(0)).all()
-    assert (found["drift"] == abs(M - session.step(0, "M")["M"]).max(0)).all()
+    assert (found["drift"] == abs(M - session.step(0, fields="M")["M"]).max(0)).all()
     np.testing.assert_allclose(found["mean"], M.astype(np.longdouble).mean(0).astype(float), rtol=1e-15, atol=1e-17)
     np.testing.assert_allclose(found["rms"], np.sqrt((M.astype(np.longdouble)**2).mean(0)).astype(float), rtol=1e-15)
     assert (found["quantiles"] == np.moveaxis(np.quantile(M, fractions, axis=0), 0, -1)).all()
@@ -63,7 +63,7 @@ def test_states_at_any_times(client, session):
     run = session.trajectory(times=times, fields=["Q", "M"])
     assert list(run.time) == times and run["Q"].shape == (6, 3, 3)
     assert list(run.step) == [60, 0, 2, 340, 340, 60]
-    assert (run["Q"][0] == session.step(60, "Q")["Q"]).all() and (run["Q"][1] == session.step(0, "Q")["Q"]).all()
+    assert (run["Q"][0] == session.step(60, fields="Q")["Q"]).all() and (run["Q"][1] == session.step(0, fields="Q")["Q"]).all()
     exact = {**TOP, "method": {"name": "exact"}}
     with client.create(exact) as closed:
         truth = closed.trajectory(times=times, fields=["Q", "M"])
@@ -105,7 +105,7 @@ def test_states_that_had_arrived_are_in_partial(session):
     partial = caught.value.partial
     assert 0 < partial.samples < 20_000 and partial.outcome == "CANCELLED" and "samples had arrived" in str(caught.value)
     assert list(partial.time) == list(times[-partial.samples:]), "in the order given"
-    assert (partial["M"][-1] == session.step(0, "M")["M"]).all()
+    assert (partial["M"][-1] == session.step(0, fields="M")["M"]).all()
 
 
 def test_results_of_an_ensemble_have_an_axis_of_members(client):
@@ -124,10 +124,10 @@ def test_results_of_an_ensemble_have_an_axis_of_members(client):
 @pytest.mark.parametrize("checkpoint_every", [0, 100])
 def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_every):
     asked = {"M": [*STATISTICS, {"quantiles": [0.5]}]}
-    whole = session.summarize(1000, asked)
+    whole = session.summarize(1000, quantities=asked)
     breaks = Breaks(session._connection.stub.Summarize, [2, 4, 1])
     monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
-    again = session.summarize(1000, asked, checkpoint_every=checkpoint_every)
+    again = session.summarize(1000, quantities=asked, checkpoint_every=checkpoint_every)
     if checkpoint_every:
         assert len(breaks.requests) == 4
         assert breaks.requests[1].checkpoint and breaks.requests[1].checkpoint != breaks.requests[2].checkpoint
@@ -141,7 +141,7 @@ def test_a_call_that_ends_at_its_price_goes_on(client):
     scene = {"system": "ellipsoid", "inertia": [1, 0.8, 1e-6], "step": 0.1, "method": {"name": "adaptive", "tolerance": 1e-12},
              "initial": {"q": [0, 0, 1], "qdot": [1, 0.1, 0]}}
     with client.create(scene) as session:
-        summary = session.summarize(400, {"q": STATISTICS}, every=2)
+        summary = session.summarize(400, quantities={"q": STATISTICS}, every=2)
         assert summary.samples == 201 and summary.outcome == "REACHED" and summary.computed_steps == 400
         q = session.trajectory(400, every=2, fields="q")["q"]
     assert (summary["q"]["last"] == q[-1]).all() and (summary["q"]["min"] == q.min(0)).all()
@@ -150,9 +150,9 @@ def test_a_call_that_ends_at_its_price_goes_on(client):
 
 def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses):
     many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]
-    whole = session.events(20_000, many, fields=["Q", "M", "Omega"])
+    whole = session.events(20_000, events=many, fields=["Q", "M", "Omega"])
     breaks = Breaks(session._connection.stub.Summarize, [3, 2, 6])
     monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
-    again = session.events(20_000, many, fields=["Q", "M", "Omega"])
+    again = session.events(20_000, events=many, fields=["Q", "M", "Omega"])
     assert len(breaks.requests) == 4 and again.count > 1000
     assert list(again.time) == list(whole.time) and (again["Q"] == whole["Q"]).all()

@@ -30,9 +30,9 @@ def test_the_resolved_scene_is_known_without_a_call(client):
         assert scene["body"]["moments"] == [1, 2, 3] and scene["method"]["order"] == 2
         assert client.get(session.id).scene == scene
         listed, = (other for other in client.list() if other.id == session.id)
-        assert not listed.message.HasField("scene") and listed.scene == scene
+        assert not listed._message.HasField("scene") and listed.scene == scene
         with client.create(scene) as again:
-            assert (again.step(70, "Q")["Q"] == session.step(70, "Q")["Q"]).all()
+            assert (again.step(70, fields="Q")["Q"] == session.step(70, fields="Q")["Q"]).all()
 
 
 def test_the_choice_is_the_session_s(client):

@@ -33,7 +33,7 @@ class Steps:
 
     def __init__(self, client: stiefel.Client):
         self._sessions = [client.create(SCENE) for _ in range(6)]
-        self._expected = self._sessions[0].step(100, "Q")["Q"].tobytes()
+        self._expected = self._sessions[0].step(100, fields="Q")["Q"].tobytes()
 
     def p99(self, holds: Any) -> float:
         """Seconds that a Step takes at most in 99 % of the calls, while `holds()`."""
@@ -41,7 +41,7 @@ class Steps:
         while holds():
             for session in self._sessions:
                 begin = time.monotonic()
-                state = session.step(100, "Q")
+                state = session.step(100, fields="Q")
                 seconds.append(time.monotonic() - begin)
                 assert state["Q"].tobytes() == self._expected
                 time.sleep(0.002)
@@ -91,7 +91,7 @@ def test_a_client_that_calls_too_often_is_told_when_to_come_back(proxy: str, mak
         refusals: list[Any] = []
         end = time.monotonic() + 60
         while not refusals and time.monotonic() < end:
-            many = [client.stub.ListSessions.future(stiefel.v1.ListSessionsRequest()) for _ in range(2000)]
+            many = [client._stub.ListSessions.future(stiefel.v1.ListSessionsRequest()) for _ in range(2000)]
             refusals = [error for call in many if (error := call.exception())]
         if not refusals:
             pytest.skip("this machine makes fewer calls a second than the proxy admits")

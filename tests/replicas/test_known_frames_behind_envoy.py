@@ -30,9 +30,9 @@ def test_behind_envoy_the_servers_do_not_notice(attacks: Any, make_cluster: Any)
     cluster = make_cluster("envoy")
     children = [replica.child for replica in cluster.replicas]
     with stiefel.Client(cluster.address) as client, client.create(SCENE) as session:
-        expected = session.step(100, "Q")["Q"].tobytes()
+        expected = session.step(100, fields="Q")["Q"].tobytes()
         for name, attack in attacks.items():
             attack(cluster.address)
             assert [child.poll() for child in children] == [None] * len(children), name
-            assert session.step(100, "Q")["Q"].tobytes() == expected, name
+            assert session.step(100, fields="Q")["Q"].tobytes() == expected, name
     assert cluster.proxy.poll() is None

@@ -140,7 +140,7 @@ class Use:
     def _diagnoses(self, client: stiefel.Client) -> None:
         session = self._create(client)
         while not self._over():
-            diagnosis = self._call("diagnose", lambda: session.diagnose(self._any(), "energy"))
+            diagnosis = self._call("diagnose", lambda: session.diagnose(self._any(), invariants="energy"))
             if diagnosis is not None and not diagnosis.invariants[0].drift < 1e-9:
                 self.differing += 1
 
@@ -149,7 +149,7 @@ class Use:
         last = {"Q": "last", "M": "last"}
         while not self._over():
             step = self._any()
-            summary = self._call("summarize", lambda: session.summarize(step, last, start=self.first))
+            summary = self._call("summarize", lambda: session.summarize(step, quantities=last, start=self.first))
             if summary is not None:
                 self._same(step, {block: summary[block]["last"] for block in last})
 

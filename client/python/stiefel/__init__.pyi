@@ -3,5 +3,3 @@ from stiefel import aio as aio, errors as errors, manifold as manifold, results 
 from stiefel._public import *
 from stiefel._sweep import ray as ray
 from stiefel.version import __version__ as __version__
-
-__all__: list[str]

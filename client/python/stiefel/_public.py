@@ -6,12 +6,12 @@ from stiefel._given.typed import Body, FieldName, Method, MethodName, Scene, Sys
 from stiefel._results.load import load, rerun
 from stiefel._sweep.failures import SweepFailed
 from stiefel._sweep.sweep import sweep
-from stiefel.client import Client, Tls
+from stiefel._client import Client, Tls
 from stiefel.errors import *  # noqa: F403
 from stiefel.results import *  # noqa: F403
-from stiefel.scene import SceneLike, to_dict, to_message
-from stiefel.server import Server
-from stiefel.session import Drive, Session
+from stiefel._scene import SceneLike, to_dict, to_message
+from stiefel._server import Server
+from stiefel._session import Drive, Session
 from stiefel.simulation import simulate
 
 __all__ = ["Body", "Client", "Drive", "FieldName", "Method", "MethodName", "Scene", "SceneLike", "Server", "Session",

@@ -25,7 +25,7 @@ from typing import Any, AsyncGenerator, Awaitable, Callable, Coroutine, Generato
 import grpc
 import grpc.aio
 
-from stiefel import client as blocking, session as blocking_session, simulation, v1 as pb
+from stiefel import _client as blocking, _session as blocking_session, simulation
 from stiefel._given.typed import Fields, Scene
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._sweep.dispatch import STOP
@@ -33,9 +33,8 @@ from stiefel._wire.security import Options, Tls, TlsLike, opener
 from stiefel._wire.waiting import Channel, Lock, run
 from stiefel.errors import InvalidArgument, StiefelError
 from stiefel.results import Choice, Price, Trajectory
-from stiefel.scene import SceneLike
+from stiefel._scene import SceneLike
 from stiefel._sweep.sweep import sweep as blocking_sweep
-from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 if sys.version_info >= (3, 10):
     from typing import Concatenate, ParamSpec
@@ -85,7 +84,7 @@ def _twin_of(function: Callable[P, T]) -> Callable[[Callable[..., Coroutine[Any,
 @_twin_of(simulation.simulate)
 async def simulate(scene: SceneLike, *, normalize: bool = False, **of_trajectory: Any) -> Trajectory:
     own = await _in_thread(simulation.own_client)
-    async with Client(own.address, own.timeout) as client, client.create(scene, normalize=normalize) as session:
+    async with Client(own.address, timeout=own.timeout) as client, client.create(scene, normalize=normalize) as session:
         return await session.trajectory(**of_trajectory)
 
 
@@ -126,27 +125,16 @@ class Client:
     `channel`: a channel of grpc.aio to use instead. Tasks of one loop may share a client.
     """
 
-    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, tls: TlsLike = None,
+    def __init__(self, address: Optional[str] = None, *, timeout: Optional[float] = 60.0, tls: TlsLike = None,
                  token: Optional[str] = None, channel: Optional[grpc.aio.Channel] = None, any_build: bool = False):
         warn_of_unknown()
         if isinstance(channel, grpc.Channel):
             raise InvalidArgument("channel: must be a channel of grpc.aio")
         given: Any = None if channel is None else Channel(lambda: channel)
-        self._blocking = _Client(address, timeout, tls, token, given, any_build)
-        opened: Any = self._blocking.channel
+        self._blocking = _Client(address, timeout=timeout, tls=tls, token=token, channel=given, any_build=any_build)
+        opened: Any = self._blocking._channel
         self._channel: Channel = opened
         self.address = self._blocking.address
-
-    @property
-    def channel(self) -> grpc.aio.Channel:
-        """The channel of grpc.aio of the running event loop."""
-        return self._channel.opened
-
-    @property
-    def stub(self) -> SimulationServiceStub:
-        """The gRPC stub of the service, for calls by hand. Raises `Closed` after `close`."""
-        self._blocking.stub
-        return SimulationServiceStub(self.channel)  # type: ignore[no-untyped-call]
 
     @property
     def timeout(self) -> Optional[float]:
@@ -168,12 +156,10 @@ class Client:
     get = _opened(blocking.Client.get)
     delete = _awaited(blocking.Client.delete)
     convert = _awaited(blocking.Client.convert)
-    geodesic = _awaited(blocking.Client.geodesic)
-    connect = _awaited(blocking.Client.connect)
+    geodesics = _awaited(blocking.Client.geodesics)
     conjugate_points = _awaited(blocking.Client.conjugate_points)
     injectivity_radius = _awaited(blocking.Client.injectivity_radius)
     tradeoff = _awaited(blocking.Client.tradeoff)
-    tradeoff_parts = _iterated(blocking.Client.tradeoff_parts)
     close = _awaited(blocking.Client.close)
     _sessions = _iterated(blocking.Client.list)
 
@@ -212,11 +198,6 @@ class Session:
         return self._blocking.id
 
     @property
-    def message(self) -> pb.Session:
-        """The server's reply; its scene may have only the fields that the server filled in."""
-        return self._blocking.message
-
-    @property
     def created(self) -> bool:
         """False if the session existed already."""
         return self._blocking.created
@@ -242,7 +223,6 @@ class Session:
         """The predicted price of one step."""
         return await run(lambda: self._blocking.step_price)
 
-    resolved = _awaited(blocking_session.Session.resolved)
     step = _awaited(blocking_session.Session.step)
     diagnose = _awaited(blocking_session.Session.diagnose)
     error_at = _awaited(blocking_session.Session.error_at)
@@ -250,7 +230,7 @@ class Session:
     delete = _awaited(blocking_session.Session.delete)
     stream = _iterated(blocking_session.Session.stream)
     trajectory = _awaited(blocking_session.Session.trajectory)
-    state_transition = _awaited(blocking_session.Session.state_transition)
+    linearize = _awaited(blocking_session.Session.linearize)
     covariance = _awaited(blocking_session.Session.covariance)
     lyapunov = _awaited(blocking_session.Session.lyapunov)
     summarize = _awaited(blocking_session.Session.summarize)

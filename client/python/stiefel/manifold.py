@@ -26,7 +26,7 @@ from stiefel._manifold.inertia import InertiaMetric
 from stiefel._manifold.means import Mean, mean_of
 from stiefel._results.extras import imported
 from stiefel._wire.streams import progress_bar
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.errors import StiefelError
 from stiefel.results import Geodesic
 from stiefel.simulation import own_client
@@ -108,12 +108,12 @@ class _Manifold:
         """Returns the frame that is nearest to the matrix Z, its polar factor."""
         return self._out(self._nearest(self._in(Z)))
 
-    def random(self, size: Union[int, tuple[int, ...]] = (), seed: Any = None) -> Array:
+    def random(self, size: Union[int, tuple[int, ...]] = (), *, seed: Any = None) -> Array:
         """Returns frames that are uniformly distributed, with `size` as leading axes."""
         axes = (size,) if isinstance(size, int) else tuple(size)
         return self._out(self._nearest(np.random.default_rng(seed).normal(size=axes + (self.n, self.N))))
 
-    def random_tangent(self, Q: ArrayLike, seed: Any = None) -> Array:
+    def random_tangent(self, Q: ArrayLike, *, seed: Any = None) -> Array:
         """Returns a random tangent vector of norm 1 at each frame of Q. `seed` may be that of `random`."""
         frames = self._in(Q)
         if seed is None or isinstance(seed, (int, np.integer)):  # the numbers of random(seed) span Q, and have no tangent part
@@ -126,7 +126,7 @@ class _Manifold:
         geodesic keeps it. In the metric of Lambda, m = SQ^T - QS^T with S = V Lambda."""
         return self._metric.momentum(self._in(Q), self._in(V))
 
-    def velocity(self, Q: ArrayLike, direction: ArrayLike, energy: float = 0.5, momentum: Optional[ArrayLike] = None) -> Array:
+    def velocity(self, Q: ArrayLike, direction: ArrayLike, *, energy: float = 0.5, momentum: Optional[ArrayLike] = None) -> Array:
         """Returns the velocity at Q with the energy inner(V, V) / 2 and the momentum (by default 0), n x n.
 
         It is the sum of the velocity of least energy with this momentum, which turns the frame in itself, and of a multiple
@@ -162,7 +162,7 @@ class _Manifold:
         frames = self._frame(Q)
         return self._out(self._metric.transport(*self._same(frames, self._vector(frames, V), self._vector(frames, W))))
 
-    def join(self, Q: ArrayLike, P: ArrayLike, restarts: int = 0, seed: int = 0, partial: bool = False, progress: bool = False) -> Joined:
+    def join(self, Q: ArrayLike, P: ArrayLike, *, restarts: int = 0, seed: int = 0, partial: bool = False, progress: bool = False) -> Joined:
         """Returns the geodesics from Q to P and what is known of them.
 
         `restarts`: how many searches for shorter geodesics start from random paths. `partial`: gives NaN where no geodesic is
@@ -175,7 +175,7 @@ class _Manifold:
         with progress_bar(len(starts), progress, "pair") as bar:
             for first in range(0, len(starts), some):
                 pairs = list(zip(starts[first:first + some], ends[first:first + some]))
-                found += self._client().connect(pairs, restarts=restarts, seed=seed, scenes=False, **self._metric.request)
+                found += self._client().geodesics(pairs, restarts=restarts, seed=seed, scenes=False, **self._metric.request)
                 bar.update(len(pairs))
         missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
         if missed and not partial:
@@ -187,12 +187,12 @@ class _Manifold:
         return Joined(self._out(V), length, np.where(there, np.reshape([one.residual for one in found], there.shape), np.nan),
                       np.where(there, np.reshape([one.shortest for one in found], there.shape), "unknown"))
 
-    def log(self, Q: ArrayLike, P: ArrayLike, partial: bool = False, progress: bool = False) -> Array:
+    def log(self, Q: ArrayLike, P: ArrayLike, *, partial: bool = False, progress: bool = False) -> Array:
         """Returns the velocity V of a geodesic with exp(Q, V) = P: the shortest one if P is nearer than the injectivity
         radius. `join` says what is known beyond, and what `partial` and `progress` do. Raises NotJoined if none is found."""
         return self.join(Q, P, partial=partial, progress=progress).velocity
 
-    def dist(self, Q: ArrayLike, P: ArrayLike, partial: bool = False, progress: bool = False) -> Array:
+    def dist(self, Q: ArrayLike, P: ArrayLike, *, partial: bool = False, progress: bool = False) -> Array:
         """Returns the length of the geodesic that `log` finds. Warns where it is not proved to be the shortest."""
         joined = self.join(Q, P, partial=partial, progress=progress)
         unproved = int(np.sum((joined.shortest != "yes") & np.isfinite(joined.distance)))
@@ -312,7 +312,7 @@ class Stiefel(_Manifold):
             return InertiaMetric(value, self._client)
         raise ValueError(f"metric: {metric!r}: must be 'euclidean', 'canonical', a positive number or {N} positive numbers")
 
-    def align(self, Q: ArrayLike, P: ArrayLike, signs: bool = False) -> Array:
+    def align(self, Q: ArrayLike, P: ArrayLike, *, signs: bool = False) -> Array:
         """Returns the frame of the subspace of P that is nearest to Q: RP with an orthogonal n x n matrix R. `signs`: R is
         diagonal, with the signs that make each vector nearest to that of Q."""
         frames, others = self._same(self._frame(Q), self._frame(P))

@@ -29,7 +29,7 @@ from stiefel._results.plots import Drawn, Logged
 from stiefel._results.reduced import *  # noqa: F403
 from stiefel._results.server_catalogue import *  # noqa: F403
 from stiefel._results.state_properties import *  # noqa: F403
-from stiefel.scene import member_of, to_dict
+from stiefel._scene import member_of, to_dict
 
 __all__ = ["Batch", "Export", "Motion", "Origin", "Outcome", "Price", "RunStatus", "State", "Trajectory"]
 __all__ += server_catalogue.__all__
@@ -152,7 +152,7 @@ class Trajectory(Drawn, Ended, Batch):
     @property
     def scene(self) -> Scene:
         """The resolved scene, which gives this trajectory on any server of the same build."""
-        scene = to_dict(self._known_origin().scene)
+        scene = to_dict(self._known_origin()._message)
         return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
 
     @property
@@ -174,7 +174,7 @@ class Trajectory(Drawn, Ended, Batch):
     @property
     def units(self) -> dict[str, str]:
         """The units of `time` and of those fields for which the scene gives one, which a scene with `body` does."""
-        in_si = self.origin is not None and self.origin.scene.HasField("body")
+        in_si = self.origin is not None and self.origin._message.HasField("body")
         known = {name: kind_of(name).unit for name in self.fields} if in_si else {}
         return {"time": "s", **{name: unit for name, unit in known.items() if unit is not None}}
 
@@ -238,14 +238,14 @@ class Trajectory(Drawn, Ended, Batch):
     def member(self, member: int) -> "Trajectory":
         """Returns the trajectory of one member of an ensemble: what its scene gives alone with the ensemble's method."""
         origin = self._known_origin()
-        if not origin.scene.members:
+        if not origin._message.members:
             raise ValueError("the trajectory is of a single motion")
-        member, status = range(origin.scene.members)[member], self.run_status
+        member, status = range(origin._message.members)[member], self.run_status
         fields = {name: values[:, member] for name, values in self.fields.items()}
         if status.member is not None and status.member != member and all(np.isfinite(one[-1:]).all() for one in fields.values()):
             status = RunStatus(Outcome.REACHED)
         return replace(self, fields=fields, run_status=replace(status, member=None), estimated_error=None, origin=Origin(
-            member_of(origin.scene, member), origin.build, origin._create, origin.to, origin.times, origin.epoch, origin.side))
+            member_of(origin._message, member), origin.build, origin._create, origin.to, origin.times, origin.epoch, origin.side))
 
     def as_rotation(self) -> Any:
         """Returns the attitudes as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
@@ -281,7 +281,7 @@ class Trajectory(Drawn, Ended, Batch):
         none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded."""
         return ccsds.to_aem(self, file, **options)
 
-    def to_ck(self, file: "str | os.PathLike[str]", instrument: int, **options: Any) -> Export:
+    def to_ck(self, file: "str | os.PathLike[str]", *, instrument: int, **options: Any) -> Export:
         """Writes a C-kernel of SPICE and the kernel of its clock, with spiceypy. `instrument`: the code of the body's frame,
         such as -999000. Options: `epoch`, `frame`, `segment`."""
         return spice.to_ck(self, file, instrument=instrument, **options)
@@ -296,11 +296,11 @@ class Trajectory(Drawn, Ended, Batch):
         Q[0,0], ..., and `utc` where that is known; `attrs` has units and what a file of `save` says."""
         return tables.to_dataframe(self)
 
-    def error_at(self, times: Any = None, timeout: Optional[float] = None) -> EstimatedErrors:
+    def error_at(self, times: Any = None, *, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, as `Session.error_at` does; by default at the samples. It makes a session of
         the scene at the server of the run, or at that of `stiefel.simulate` if the client of the run is closed."""
         with self._known_origin().session(self.scene) as session:
-            found: EstimatedErrors = session.error_at(self.time if times is None else times, timeout)
+            found: EstimatedErrors = session.error_at(self.time if times is None else times, timeout=timeout)
         return found
 
     def save(self, file: "str | os.PathLike[str]") -> None:

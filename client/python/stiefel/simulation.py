@@ -6,10 +6,10 @@ from typing import Any, Optional
 from stiefel._given.typed import Fields
 from stiefel._results.origin import Origin
 from stiefel._sweep.own_server import OwnServer, Share
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.results import Trajectory
-from stiefel.scene import SceneLike
-from stiefel.session import Session
+from stiefel._scene import SceneLike
+from stiefel._session import Session
 
 __all__ = ["simulate"]
 

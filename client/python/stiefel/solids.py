@@ -42,7 +42,7 @@ class Solid:
         return np.asarray(self.inertia_tensor + self.mass * (d @ d * np.eye(3) - np.outer(d, d)))
 
 
-def box(mass: float, size: Any, at: Any = ORIGIN, attitude: Any = None) -> Solid:
+def box(mass: float, size: Any, *, at: Any = ORIGIN, attitude: Any = None) -> Solid:
     """A box with edges `size` along its axes x, y, z. `at`: its centre of mass in the axes of the body. `attitude`: its
     axes in those of the body, a quaternion with the scalar first, a rotation matrix or a Rotation of scipy; numbers that
     were rounded to a few digits stand for the nearest rotation."""
@@ -50,20 +50,20 @@ def box(mass: float, size: Any, at: Any = ORIGIN, attitude: Any = None) -> Solid
     return _placed(mass, (squares.sum() - squares) / 12, at, attitude)
 
 
-def ellipsoid(mass: float, semi_axes: Any, at: Any = ORIGIN, attitude: Any = None) -> Solid:
+def ellipsoid(mass: float, semi_axes: Any, *, at: Any = ORIGIN, attitude: Any = None) -> Solid:
     """An ellipsoid with these semi-axes along x, y, z. `at` and `attitude` are those of `box`."""
     squares = _lengths("semi_axes", semi_axes, 3) ** 2
     return _placed(mass, (squares.sum() - squares) / 5, at, attitude)
 
 
-def cylinder(mass: float, radius: float, height: float, at: Any = ORIGIN, attitude: Any = None) -> Solid:
+def cylinder(mass: float, radius: float, height: float, *, at: Any = ORIGIN, attitude: Any = None) -> Solid:
     """A cylinder about its axis z. `at` and `attitude` are those of `box`."""
     r, h = _lengths("radius", radius, 1)[0], _lengths("height", height, 1)[0]
     across = (3 * r * r + h * h) / 12
     return _placed(mass, np.array([across, across, r * r / 2]), at, attitude)
 
 
-def cone(mass: float, radius: float, height: float, at: Any = ORIGIN, attitude: Any = None) -> Solid:
+def cone(mass: float, radius: float, height: float, *, at: Any = ORIGIN, attitude: Any = None) -> Solid:
     """A cone about its axis z. `at`: its centre of mass, which is height / 4 above the base. `attitude` is that of `box`."""
     r, h = _lengths("radius", radius, 1)[0], _lengths("height", height, 1)[0]
     across = 3 * (4 * r * r + h * h) / 80

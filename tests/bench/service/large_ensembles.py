@@ -57,7 +57,7 @@ class Walk:
         """The same in a summary, without what it takes before its first step."""
         def taken(steps: int) -> float:
             start = self.processor()
-            self.session.summarize(steps, {"angular_velocity": "last"}, every=steps)
+            self.session.summarize(steps, quantities={"angular_velocity": "last"}, every=steps)
             return self.processor() - start
         return 1e9 * (taken(5 * self.steps) - taken(self.steps)) / (4 * self.members * self.steps)
 

@@ -42,7 +42,7 @@ def server():
 def wait_until_it_runs(server):
     """Until a session of the server has computed something."""
     with stiefel.Client(server.address) as client:
-        while not any(max(client.get(session.id).message.cached_steps, default=0) for session in client.list()):
+        while not any(max(client.get(session.id)._message.cached_steps, default=0) for session in client.list()):
             time.sleep(0.01)
 
 

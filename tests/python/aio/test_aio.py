@@ -16,7 +16,8 @@ import pytest
 import fake
 import stiefel
 import stiefel.aio
-from stiefel import client as blocking_client, session as blocking_session, v1 as pb
+from stiefel import _client as blocking_client, _session as blocking_session, v1 as pb
+from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 TWINS = [(blocking_client.Client, stiefel.aio.Client), (blocking_session.Session, stiefel.aio.Session),
          (blocking_session.Drive, stiefel.aio.Drive)]
@@ -74,16 +75,16 @@ def test_answers_are_those_of_the_blocking_client(server):
                 found = await client.get(session.id)
                 assert session.id in [one.id async for one in client.list()] and found.id == session.id
                 return (steps, driven, batches, await session.trajectory(to=300, every=7), await fork.step(5), await session.scene,
-                        await session.summarize(300, {"energy": "drift"}), await session.lyapunov(to=4000),
-                        await session.state_transition(30), await session.events(300, {"field": "Q", "coefficients": [1] * 9}))
+                        await session.summarize(300, quantities={"energy": "drift"}), await session.lyapunov(to=4000),
+                        await session.linearize(30), await session.events(300, events={"field": "Q", "coefficients": [1] * 9}))
 
     steps, driven, batches, run, forked, scene, *others = asyncio.run(main())
     with blocking_client.Client(server.address) as client, client.create(SCENE) as session:
         assert [session.step(k) for k in range(40)] == steps == driven and session.scene == scene
         assert session.trajectory(to=300, every=7) == run
         assert np.array_equal(np.concatenate([batch["quaternion"] for batch in batches]), run["quaternion"])
-        assert others == [session.summarize(300, {"energy": "drift"}), session.lyapunov(to=4000), session.state_transition(30),
-                          session.events(300, {"field": "Q", "coefficients": [1] * 9})]
+        assert others == [session.summarize(300, quantities={"energy": "drift"}), session.lyapunov(to=4000), session.linearize(30),
+                          session.events(300, events={"field": "Q", "coefficients": [1] * 9})]
         with session.fork(at=3) as fork:
             assert fork.step(5) == forked
 
@@ -139,7 +140,8 @@ def test_a_lost_server_is_waited_for_and_a_broken_stream_goes_on(tmp_path):
 async def ended(client, id, seconds=20):
     """Waits until the server has ended the call of a new session, whose cursor moves at the end of a call."""
     end = asyncio.get_running_loop().time() + seconds
-    while not (await client.stub.GetSession(pb.GetSessionRequest(session_id=id))).session.cursor:
+    stub = SimulationServiceStub(client._channel.opened)
+    while not (await stub.GetSession(pb.GetSessionRequest(session_id=id))).session.cursor:
         assert asyncio.get_running_loop().time() < end
         await asyncio.sleep(0.05)
 

@@ -56,7 +56,7 @@ def test_the_columns_of_frames_cost_no_call_each(client, metric, monkeypatch):
         Q = manifold.random(seed=1)
         P = manifold.exp(Q, 0.5 * manifold.random_tangent(Q, seed=2))
         for _ in range(2):  # the first call imports
-            (found,), count = calls(lambda: client.connect([(Q, P)], metric=metric))
+            (found,), count = calls(lambda: client.geodesics([(Q, P)], metric=metric))
         counts.append(count)
     assert counts[1] < counts[0] + 100 and sent[-1] == sent[1] < 2000
     assert found.velocity.shape == (3, 10_000) and pickle.loads(pickle.dumps(found)) == found

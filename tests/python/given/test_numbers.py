@@ -79,10 +79,10 @@ MINUTE = [60.0, np.timedelta64(1, "m"), datetime.timedelta(minutes=1), Quantity(
 @pytest.mark.parametrize("minute", MINUTE)
 def test_every_time_may_have_a_unit(client, session, minute):
     frame, other = [[1.0, 0.0]], [[0.0, 1.0]]
-    turned = client.geodesic([1, 1], frame, other, time=minute)
+    turned = client.geodesics([(frame, other)], inertia=[1, 1], time=minute)[0]
     # A quarter of a circle in 60 s: 1/2 (pi/2/60)^2 60 for Lambda = I.
     assert turned.energy == pytest.approx(np.pi**2 / 8 / 3600, rel=1e-12)
-    assert client.connect([(frame, other)], [1, 1], time=minute)[0].energy == turned.energy
+    assert client.geodesics([(frame, other)], inertia=[1, 1], time=minute)[0].energy == turned.energy
     scene = stiefel.to_message({**SCENE, "step": minute, "horizon": minute, "tolerance": 1e-6})
     assert (scene.step, scene.horizon) == (60, 60)
     with session.fork(at=0, step=minute) as fork:
@@ -92,7 +92,7 @@ def test_every_time_may_have_a_unit(client, session, minute):
         assert other_client.timeout == 60 and other_client.describe().systems
     found = stiefel.sweep(SCENE, {"step": [0.5, minute]}, to=1, summarize={"energy": "last"}, servers=[client])
     assert list(found["step"].values if hasattr(found["step"], "values") else found["step"]) == [0.5, 60]
-    part = next(client.tradeoff_parts({**SCENE, "step": 10.0}, horizon=minute, budget=1e8, repeats=1))
+    part = next(client._tradeoff_parts({**SCENE, "step": 10.0}, horizon=minute, budget=1e8, repeats=1))
     assert part.setup.horizon == 60
 
 
@@ -100,7 +100,7 @@ def test_every_time_may_have_a_unit(client, session, minute):
 def test_no_time_drops_its_unit(client, session, wrong):
     frame = [[1.0, 0.0]]
     for name, call in {
-        "time": lambda: client.geodesic([1, 1], frame, frame, time=wrong),
+        "time": lambda: client.geodesics([(frame, frame)], inertia=[1, 1], time=wrong)[0],
         "horizon": lambda: client.tradeoff(SCENE, horizon=wrong),
         "timeout": lambda: session.step(to=1, timeout=wrong),
         "scene.horizon": lambda: client.create({**SCENE, "horizon": wrong}),
@@ -134,10 +134,10 @@ def test_a_whole_number_may_be_of_any_type(session, client, given):
     assert list(session.trajectory(to=given, every=given).step) == [0, 30]
     assert [batch.step[-1] for batch in session.stream(to=given)][-1] == session.diagnose(to=given).step == 30
     with session.drive() as drive, session.fork(at=given) as fork:
-        assert drive.step(given).step == 30 and (fork.step(0, "Q")["Q"] == session.step(30, "Q")["Q"]).all()
-    assert session.summarize(given, {"energy": "last"}, every=given).samples == 2
-    assert session.events(given, {"field": "Q", "coefficients": np.ones(9), "limit": given}).run_status.outcome == "REACHED"
-    assert client.geodesic([1, 1], [[1, 0]], [[0, 1]], samples=given, steps=given).trajectory.shape == (31, 1, 2)
+        assert drive.step(given).step == 30 and (fork.step(0, fields="Q")["Q"] == session.step(30, fields="Q")["Q"]).all()
+    assert session.summarize(given, quantities={"energy": "last"}, every=given).samples == 2
+    assert session.events(given, events={"field": "Q", "coefficients": np.ones(9), "limit": given}).run_status.outcome == "REACHED"
+    assert client.geodesics([([[1, 0]], [[0, 1]])], inertia=[1, 1], samples=given, steps=given)[0].trajectory.shape == (31, 1, 2)
 
 
 @pytest.mark.parametrize("given", [100.5, np.float64(0.1), "3", True, None, 1j, [3], np.array([3]), np.nan, np.inf, datetime.timedelta(3),
@@ -145,7 +145,7 @@ def test_a_whole_number_may_be_of_any_type(session, client, given):
 def test_what_is_no_whole_number_is_refused_by_name(session, given):
     needed = {} if given is None else {"to": session.step, "at": session.fork}  # without them the time must be given
     for name, call in {**needed, "start": lambda start: session.trajectory(to=3, start=start),
-                       "every": lambda every: session.summarize(3, {"energy": "last"}, every=every)}.items():
+                       "every": lambda every: session.summarize(3, quantities={"energy": "last"}, every=every)}.items():
         with pytest.raises(stiefel.InvalidArgument, match=f"^{name}: .*: must be a whole number of at least [01].* `times` of"):
             call(given)
 
@@ -167,9 +167,16 @@ def test_samples_are_at_least_a_step_apart_and_times_before_0_need_a_negative_st
     (lambda client, session: session.diagnose(to=3, forms=[["omega"]]), r"forms\[0\]: \['omega'\]: must be a name and two"),
     (lambda client, session: session.diagnose(to=3, forms=[["omega", 1, 2]]), r"forms\[0\].first: 1: must be a mapping"),
     (lambda client, session: session.diagnose(to=3, dirac_brackets=[[1, 2]]), r"dirac_brackets\[0\].first: 1: must be a list"),
-    (lambda client, session: client.connect(3, [1, 1]), "pairs: 3: must be several pairs of frames"),
-    (lambda client, session: client.geodesic([1, 1], [[1, 0]], [[0, 1]], restarts=2**32), "restarts: 4294967296: .* below 2.32$"),
-    (lambda client, session: client.injectivity_radius([1, 1, 4], 9), "n: 9: must be 1 to 3")])
+    (lambda client, session: client.geodesics(3, inertia=[1, 1]), "pairs: 3: must be several pairs of frames"),
+    (lambda client, session: client.geodesics([([[1, 0]], [[0, 1]])], inertia=[1, 1], restarts=2**32)[0], "restarts: 4294967296: .* below 2.32$"),
+    (lambda client, session: client.injectivity_radius(inertia=[1, 1, 4], n=9), "n: 9: must be 1 to 3"),
+    (lambda client, session: client.get(3), "id: 3: must be a text"),
+    (lambda client, session: client.delete(3), "id: 3: must be a text"),
+    (lambda client, session: client.create(SCENE, id=3), "id: 3: must be a text"),
+    (lambda client, session: client.convert(SCENE, 3), "system: 3: must be a text"),
+    (lambda client, session: session.fork(at=0, system=3), "system: 3: must be a text"),
+    (lambda client, session: stiefel.Client(3), "address: 3: must be a text"),
+    (lambda client, session: session.covariance(np.diag([1, 1, 1, 1, 1, np.nan]), to=3), "P0: nan: must be finite")])
 def test_an_argument_of_a_wrong_kind_is_named(client, session, call, told):
     with pytest.raises(stiefel.InvalidArgument, match=f"^{told}"):
         call(client, session)

@@ -116,18 +116,18 @@ def test_a_number_that_all_members_share_is_one_number(name):
 
 def test_frames_and_lists_of_calls(client):
     frame = np.eye(1, 3)
-    for given in (frame[np.newaxis], np.ones((2, 1, 3)), np.ones(())):
-        with pytest.raises(stiefel.InvalidArgument, match=r"^Q_0: the shape .*: must be \(rows, cols\)"):
-            client.geodesic([1, 2, 3], given, frame)
+    for given in (frame[np.newaxis], np.ones((2, 1, 3))):
+        with pytest.raises(stiefel.InvalidArgument, match=r"^pairs\[0\].Q_0: the shape .*: must be \(rows, cols\)"):
+            client.geodesics([(given, frame)], inertia=[1, 2, 3])[0]
     with pytest.raises(stiefel.InvalidArgument, match=r"^inertia: the shape \(3, 3\): must be \(numbers\)"):
-        client.geodesic(np.diag([1, 2, 3]), frame, frame)
-    with pytest.raises(stiefel.InvalidArgument, match=r"^Q_T: the shape \(3, 1\): it looks transposed"):
-        client.geodesic([1, 2, 3], frame, frame.T)
-    for pairs in ((frame, frame), np.stack([frame, frame]), [(frame, frame, frame)], [frame, frame], [3]):
+        client.geodesics([(frame, frame)], inertia=np.diag([1, 2, 3]))[0]
+    with pytest.raises(stiefel.InvalidArgument, match=r"^pairs\[0\].Q_T: the shape \(3, 1\): it looks transposed"):
+        client.geodesics([(frame, frame.T)], inertia=[1, 2, 3])[0]
+    for pairs in ((frame, frame), [(np.ones(()), frame)], np.stack([frame, frame]), [(frame, frame, frame)], [frame, frame], [3]):
         with pytest.raises(stiefel.InvalidArgument, match=r"^pairs\[0\]: must be two frames \(Q_0, Q_T\)"):
-            client.connect(pairs, metric="euclidean")
+            client.geodesics(pairs, metric="euclidean")
     with pytest.raises(stiefel.InvalidArgument, match="^inertia: is empty: .* or metric be euclidean, canonical or beta"):
-        client.connect([(frame, frame)])
+        client.geodesics([(frame, frame)])
 
 
 @pytest.mark.parametrize("mark", ["\ufeff", ""])

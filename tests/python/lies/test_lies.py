@@ -19,15 +19,15 @@ CALLS = {  # the RPC, and a call
     "stream": ("Stream", lambda c, s: s.trajectory(to=100, every=7, fields=["Q", "M"])),
     "diagnose": ("Diagnose", lambda c, s: s.diagnose(to=5)),
     "convert": ("Convert", lambda c, s: c.convert(SCENE, "velocity")),
-    "connect": ("Connect", lambda c, s: c.geodesic([1, 2, 3], [[1, 0, 0]], [[0, 0.6, 0.8]], samples=3)),
-    "conjugate points": ("ConjugatePoints", lambda c, s: c.conjugate_points([1, 2, 3], [[1, 0, 0]], [[0, 1, 0.5]], time=9)),
-    "radius": ("ConjugatePoints", lambda c, s: c.injectivity_radius([1, 2, 3], 1, starts=1)),
+    "connect": ("Connect", lambda c, s: c.geodesics([([[1, 0, 0]], [[0, 0.6, 0.8]])], inertia=[1, 2, 3], samples=3)[0]),
+    "conjugate points": ("ConjugatePoints", lambda c, s: c.conjugate_points(inertia=[1, 2, 3], Q=[[1, 0, 0]], Qdot=[[0, 1, 0.5]], time=9)),
+    "radius": ("ConjugatePoints", lambda c, s: c.injectivity_radius(inertia=[1, 2, 3], n=1, starts=1)),
     "tradeoff": ("MeasureTradeoff", lambda c, s: c.tradeoff(SCENE, horizon=0.05, budget=1e7, repeats=1)),
-    "summarize": ("Summarize", lambda c, s: s.summarize(100, STATISTICS)),
-    "events": ("Summarize", lambda c, s: s.events(300, ZEROS, fields="angular_velocity")),
+    "summarize": ("Summarize", lambda c, s: s.summarize(100, quantities=STATISTICS)),
+    "events": ("Summarize", lambda c, s: s.events(300, events=ZEROS, fields="angular_velocity")),
     "times": ("Summarize", lambda c, s: s.trajectory(times=[0.123, 0.02, 0.5], fields="Q")),
     "lyapunov": ("LyapunovSpectrum", lambda c, s: s.lyapunov(to=40, every=20, interval=1)),
-    "linearize": ("Linearize", lambda c, s: s.state_transition(to=20, every=10, inertia=True)),
+    "linearize": ("Linearize", lambda c, s: s.linearize(to=20, every=10, inertia=True)),
 }
 
 

@@ -51,10 +51,10 @@ CALLS = {
     "trajectory": lambda s, to: s.trajectory(to=to)["quaternion"],
     "stream": lambda s, to: np.concatenate([batch["quaternion"] for batch in s.stream(to=to)]),
     "times": lambda s, to: s.trajectory(times=[0.005, to * 0.01])["quaternion"],
-    "summarize": lambda s, to: s.summarize(to, {"quaternion": ["last", "mean"]}, checkpoint_every=to // 7)["quaternion"]["mean"],
-    "events": lambda s, to: s.events(to, {"field": "angular_velocity", "coefficients": [1, 0, 0]}).time,
+    "summarize": lambda s, to: s.summarize(to, quantities={"quaternion": ["last", "mean"]}, checkpoint_every=to // 7)["quaternion"]["mean"],
+    "events": lambda s, to: s.events(to, events={"field": "angular_velocity", "coefficients": [1, 0, 0]}).time,
     "lyapunov": lambda s, to: s.lyapunov(to).exponents,
-    "linearize": lambda s, to: s.state_transition(to).matrix,
+    "linearize": lambda s, to: s.linearize(to).matrix,
     "diagnose": lambda s, to: np.array([one.drift for one in s.diagnose(to).invariants]),
     "fork": lambda s, to: s.fork(to, step=0.02).step(10)["quaternion"],
 }

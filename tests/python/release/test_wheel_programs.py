@@ -9,6 +9,7 @@ import pytest
 
 import stiefel
 from stiefel._programs import invocation
+from stiefel._server import find_server
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "client" / "python" / "wheel"))
 import bundle  # noqa: E402
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.skipif("STIEFEL_SANITIZED" in os.environ, reason="no wh
 @pytest.fixture(scope="module")
 def programs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("of the wheel")
-    bundle.bundle([Path(stiefel.server.find_server())], folder)
+    bundle.bundle([Path(find_server())], folder)
     return folder
 
 

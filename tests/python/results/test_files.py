@@ -51,12 +51,12 @@ def test_written_read_and_run_again(client, tmp_path, name):
         assert loaded.epoch == run.epoch and loaded.units == run.units and loaded.estimated_error == run.estimated_error
         loaded.save(copy)
         assert copy.read_bytes() == file.read_bytes()
-    again = stiefel.rerun(file, client)
+    again = stiefel.rerun(file, client=client)
     same_bits(again, run)
     assert again.estimated_error == run.estimated_error
     for part in (slice(2, None), slice(None, -1), slice(None, None, -1)) if name in ("body", "stopped") else ():
         run[part].save(file)
-        same_bits(stiefel.rerun(file, client), run[part])
+        same_bits(stiefel.rerun(file, client=client), run[part])
 
 
 @pytest.mark.parametrize("name", ["body", "ensemble", "complex"])

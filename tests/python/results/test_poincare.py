@@ -15,7 +15,7 @@ def test_joachimsthal_s_integral_is_constant_on_the_section(client):
     with client.create(ELLIPSOID) as session:
         section = session.poincare(EQUATOR, to=20_000, coordinates=[
             lambda s: (s["q"]**2 @ (1 / SQUARES)) * (s["qdot"]**2).sum(axis=1), {"qdot": [0, 0, 1]}], fields=["q", "qdot"])
-        events = session.events(20_000, {"field": "q", "coefficients": [0, 0, 1], "direction": "rising"}, fields=["q", "qdot"])
+        events = session.events(20_000, events={"field": "q", "coefficients": [0, 0, 1], "direction": "rising"}, fields=["q", "qdot"])
     assert section.count == events.count > 100 and (section.time == events.time).all()
     assert section.run_status.outcome == "REACHED"
     assert np.ptp(section.points[:, 0]) < 1e-10 * section.points[0, 0] and (section.points[:, 1] > 0).all()

@@ -51,7 +51,7 @@ def turning_row(others, inertia):
 def monodromy(client, scene):
     """The derivative of half a turn followed by the isometry that turns the plane of the first two axes by pi."""
     with client.create(scene) as session:
-        moved = session.state_transition(to=200)
+        moved = session.linearize(to=200)
     back = np.where(np.arange(moved.basis.shape[2]) < 2, -1.0, 1.0)
     return np.einsum("iab,jab->ij", moved.start_basis, moved.basis * back) @ moved.matrix
 

@@ -25,7 +25,7 @@ def drives(client, session):
 
 def summaries(client, session):
     while True:
-        yield session.summarize(10**5, {"energy": ["last"]})
+        yield session.summarize(10**5, quantities={"energy": ["last"]})
 
 
 USES = {

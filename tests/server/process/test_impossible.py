@@ -82,7 +82,7 @@ def small():
     velocities = np.random.default_rng(1).uniform(0.5, 1, size=(MEMBERS, 3))
     with stiefel.Server.start(arguments=["--memory", "128M"]) as server, stiefel.Client(server.address) as client:
         client.create({**BODY, "members": MEMBERS, "body": {"moments": [1, 2, 3], "angular_velocity": velocities}}, id="many")
-        yield simulation_pb2_grpc.SimulationServiceStub(client.channel)
+        yield simulation_pb2_grpc.SimulationServiceStub(client._channel)
 
 
 @pytest.mark.parametrize("name", IMPOSSIBLE)

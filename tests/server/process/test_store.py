@@ -46,7 +46,7 @@ def create(client, id, number=1, n=3):
     """Creates a session of 16n² bytes or, for n = 3, 300, without the client's retries; returns the reason of a refusal."""
     scene = scene_of(number if n == 3 else 8 * number, n)
     try:
-        client.stub.CreateSession(pb.CreateSessionRequest(session_id=id, scene=scene), timeout=60)
+        client._stub.CreateSession(pb.CreateSessionRequest(session_id=id, scene=scene), timeout=60)
     except grpc.RpcError as error:
         return reason(error)
     return None
@@ -112,7 +112,7 @@ def test_a_server_whose_store_is_removed_acknowledges_nothing(serve, tmp_path, s
         os.rename(tmp_path / f"store{suffix}", tmp_path / "elsewhere")
         assert create(client, "second") == "STORE_UNAVAILABLE"
         with pytest.raises(grpc.RpcError) as refusal:
-            client.stub.DeleteSession(pb.DeleteSessionRequest(session_id=first.id), timeout=60)
+            client._stub.DeleteSession(pb.DeleteSessionRequest(session_id=first.id), timeout=60)
         assert reason(refusal.value) == "STORE_UNAVAILABLE" and f"store{suffix} was removed" in refusal.value.details()
         assert kept.step(10).step == 10
         assert eventually(lambda: check(b"") == b"\x08\x02"), "not serving"
@@ -181,7 +181,7 @@ def test_a_backup_of_a_running_server_is_a_store(serve, tmp_path, way):
     process = serve("--store", str(tmp_path / "store"))
     with stiefel.Client(process.address) as client:
         session = client.create(scene_of(8))
-        bits = session.step(30, "Q")["Q"].tobytes()
+        bits = session.step(30, fields="Q")["Q"].tobytes()
         live = sqlite3.connect(f"file:{tmp_path / 'store'}?mode=ro", uri=True)
         if way == "backup":
             with sqlite3.connect(tmp_path / "copy") as copy:
@@ -193,4 +193,4 @@ def test_a_backup_of_a_running_server_is_a_store(serve, tmp_path, way):
         client.create(BODY)  # the server goes on writing
     with stiefel.Client(serve("--store", str(tmp_path / "copy")).address) as client:
         assert [one.id for one in client.list()] == [session.id]
-        assert client.get(session.id).step(30, "Q")["Q"].tobytes() == bits
+        assert client.get(session.id).step(30, fields="Q")["Q"].tobytes() == bits

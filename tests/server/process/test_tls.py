@@ -141,7 +141,7 @@ def test_a_certificate_exchanged_under_load_loses_no_call(serve, authority, iden
         while not stop.is_set():
             with stiefel.Client(process.address, tls=authority.ca) as client:
                 try:
-                    client.stub.Describe(stiefel.v1.DescribeRequest(), timeout=60)
+                    client._stub.Describe(stiefel.v1.DescribeRequest(), timeout=60)
                     calls[1] += 1
                 except Exception as error:
                     lost.append(error)

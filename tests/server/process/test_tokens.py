@@ -99,7 +99,7 @@ def test_what_a_proxy_says_of_the_caller_is_not_believed(guarded):
         for name in ("x-forwarded-user", "x-forwarded-client-cert", "x-forwarded-email", "x-real-user"):
             code, _ = code_of(channel, SERVICE.methods_by_name["ListSessions"], (name, "alice"))
             assert code == grpc.StatusCode.UNAUTHENTICATED
-            assert not bob.stub.ListSessions(pb.ListSessionsRequest(), metadata=[(name, "alice")]).sessions
+            assert not bob._stub.ListSessions(pb.ListSessionsRequest(), metadata=[(name, "alice")]).sessions
 
 
 def test_health_needs_no_token(guarded):

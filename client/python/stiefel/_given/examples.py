@@ -15,7 +15,7 @@ class Examples(Mapping[str, Any]):
     A name may stand for a scene in every call, as in `stiefel.simulate("toutatis")`. There is a scene for every system,
     by the system's name; "toutatis", an asteroid with an epoch, whose moments are relative to the smallest; "envisat"
     and "tumbling_spacecraft"; "tradeoff", with a tolerance; "rigid_body_8", in eight dimensions. "frames" is no scene but
-    the arguments of `Client.geodesic`.
+    the arguments of `Client.geodesics`.
     """
 
     def __getitem__(self, name: str) -> Any:

@@ -80,6 +80,13 @@ def step_index(path: str, given: Any, least: int = 0) -> int:
     return whole(path, given, least, ", because it counts steps; for states between steps, use `time`, or `times` of Session.trajectory")
 
 
+def text(path: str, given: Any) -> str:
+    """Returns a text, such as the id of a session."""
+    if not isinstance(given, str):
+        raise refused(path, f"{shown(given)}: must be a text")
+    return given
+
+
 def timeout(given: Any) -> Optional[float]:
     """Returns seconds; None for no end, which infinitely many seconds mean too."""
     seconds = optional("timeout", given, SECONDS)

@@ -7,7 +7,7 @@ from stiefel import v1 as pb
 from stiefel._given.mappings import Walk, several
 from stiefel._given.numbers import numbers, refused
 from stiefel._given.shown import shown
-from stiefel.scene import to_matrix
+from stiefel._scene import to_matrix
 
 #: A statistic, several of them, or a mapping with the keys statistics, quantiles, edges, over_members.
 Statistics = Union[str, Mapping[str, Any], Iterable[Union[str, Mapping[str, Any]]]]

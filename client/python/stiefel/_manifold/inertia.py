@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stiefel._given.typed import FieldName, Method, Scene
 from stiefel._manifold.beta import transposed
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.results import Outcome
 
 Array = NDArray[np.float64]

@@ -58,7 +58,7 @@ def template() -> str:
 def data(session: Session, to: int, name: Optional[str] = None, member: int = 0, estimate_error: bool = True,
          tradeoff: Optional[bool] = None) -> dict[str, Any]:
     """Returns what the page shows, as its script reads it."""
-    if not 0 <= member < (session.resolved().members or 1):
+    if not 0 <= member < (session._resolved().members or 1):
         raise refused("member", f"{member}: is not a member of the scene")
     run = run_data.accuracy(session, to, estimate_error)
     drawn = run_data.samples(session, run)
@@ -120,7 +120,7 @@ def _packed(values: Array, dtype: Any) -> dict[str, str]:
 def _tradeoff(session: Session, asked: Optional[bool], horizon: float) -> Optional[dict[str, Any]]:
     """Measures error against cost at the end of the run, by default if that is cheap. Returns None where the scene has no trade-off, such as that
     of a discrete system, and where a measurement that was not asked for fails."""
-    scene = session.resolved()
+    scene = session._resolved()
     if asked is False or (asked is None and (scene.HasField("members") or not scene.HasField("method"))):
         return None
     try:

@@ -43,7 +43,7 @@ def asked(run: Trajectory) -> dict[str, Any]:
     step, time, origin, fields = run.step, run.time, run.origin, list(run.fields)
     if not len(run):
         return {"times": [], "fields": fields}
-    if (time != step * origin.scene.step).any() or not _even(step):
+    if (time != step * origin._message.step).any() or not _even(step):
         times = time if run.success or origin.times is None else origin.times
         return {"times": np.asarray(times, float).tolist(), "fields": fields}
     every = int(step[1] - step[0]) if len(step) > 1 else 1

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from stiefel._results import about
 from stiefel._results.origin import Origin
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.results import Trajectory
-from stiefel.scene import to_message
+from stiefel._scene import to_message
 from stiefel.simulation import own_client
 
 Read = tuple[NDArray[Any], NDArray[Any], dict[str, NDArray[Any]], Mapping[str, Any]]  # step, time, fields, description
@@ -44,7 +44,7 @@ def load(file: "str | os.PathLike[str]") -> Trajectory:
         raise ValueError(f"{path}: is not a file of a trajectory: {fault}") from fault
 
 
-def rerun(file: "str | os.PathLike[str]", client: Optional[Client] = None) -> Trajectory:
+def rerun(file: "str | os.PathLike[str]", *, client: Optional[Client] = None) -> Trajectory:
     """Runs the scene of a file again and returns the same samples, with the same bits if the build is the same.
 
     `client`: that of the server to use; by default the server of `stiefel.simulate`. The result's `build` tells which

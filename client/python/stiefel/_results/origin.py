@@ -40,7 +40,7 @@ class Origin:
         self.side = side
 
     @property
-    def scene(self) -> pb.Scene:
+    def _message(self) -> pb.Scene:
         """The resolved scene."""
         if not isinstance(self._scene, pb.Scene):
             self._scene = self._scene()
@@ -48,11 +48,11 @@ class Origin:
 
     def session(self, scene: Mapping[str, Any]) -> Any:
         """Returns a new session of the scene, at the server of the run or, without its connection, at the process's own."""
-        found = None if self._create is None else self._create(self.scene)
+        found = None if self._create is None else self._create(self._message)
         return Origin.elsewhere(scene) if found is None else found
 
     def __reduce__(self) -> Any:
-        return _restored, (self.scene.SerializeToString(), self.build, None, self.to, self.times, self.epoch, self.side)
+        return _restored, (self._message.SerializeToString(), self.build, None, self.to, self.times, self.epoch, self.side)
 
 
 def _restored(scene: bytes, *rest: Any) -> Origin:

@@ -116,7 +116,7 @@ class Section(Events):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StateTransition(Ended, ByValue):
-    """The derivative of the computed steps, from `Session.state_transition`.
+    """The derivative of the computed steps, from `Session.linearize`.
 
     Column k of `matrix`, (d, m), is what became of vector k, in the coordinates at `step`; behind these columns stand
     those of the `parameters`. With `every` the results stand along a first axis of `step`, `time`, `matrix`, `vectors`

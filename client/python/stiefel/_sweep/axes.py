@@ -16,7 +16,7 @@ from stiefel._given.numbers import numbers, refused
 from stiefel._given.shapes import FIELDS, LISTS, NUMBERS, TENSOR, count_of, of_symmetric, owner_of, unit_of
 from stiefel._given.shown import shown
 from stiefel.errors import InvalidArgument
-from stiefel.scene import to_dict, to_message, to_method
+from stiefel._scene import to_dict, to_message, to_method
 
 #: Fields that all members of an ensemble share. Points that differ in one of them belong to different ensembles.
 COMMON = (*(path for path in NUMBERS if "." not in path), "method", *(path for path in FIELDS if path.startswith("method.")))

@@ -13,7 +13,7 @@ from stiefel._given.numbers import refused
 from stiefel._sweep.failures import check
 from stiefel._sweep.own_server import TIMEOUT, OwnServer, Share
 from stiefel._sweep.plan import Plan, Task
-from stiefel.client import Client
+from stiefel._client import Client
 
 AHEAD = 4  #: tasks in flight per worker
 UNKNOWN = 512  #: tasks in flight at an executor that does not say how many workers it has

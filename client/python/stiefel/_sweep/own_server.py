@@ -7,8 +7,8 @@ import threading
 from typing import Callable, NamedTuple, Optional, TypeVar
 
 from stiefel._sweep.failures import GONE
-from stiefel.client import Client
-from stiefel.server import Server
+from stiefel._client import Client
+from stiefel._server import Server
 
 TIMEOUT = 600.0  #: seconds for one call; a chunk takes a few seconds
 T = TypeVar("T")

@@ -14,7 +14,7 @@ from stiefel import v1 as pb
 from stiefel._given.shapes import owner_of
 from stiefel._sweep.axes import COMMON, Axes, set_common
 from stiefel._wire.arrays import decode, put_block, to_array
-from stiefel.scene import to_dict, to_method
+from stiefel._scene import to_dict, to_method
 
 WORK = 2.0**34  #: instructions of a chunk, about a second of one core
 CREATION = 2.0**20  #: instructions for checking and setting up one member

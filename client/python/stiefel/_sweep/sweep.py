@@ -22,9 +22,9 @@ from stiefel._sweep.plan import Asked, Plan, Resolved, Task, make_plan
 from stiefel._sweep.result import Store, Table, canonical
 from stiefel._sweep.worker import compute, resolve
 from stiefel._wire.streams import progress_bar
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.errors import StiefelError, warn_of_scene
-from stiefel.scene import SceneLike
+from stiefel._scene import SceneLike
 
 # "member 1: TEXT (2 members have a warning like this)", in which both additions may be absent.
 _WARNING = re.compile(r"(?:member (\d+): )?(.*?)(?: \(\d+ members have a warning like this\))?", re.DOTALL)

@@ -19,10 +19,10 @@ from stiefel._results.base import Array
 from stiefel._sweep.failures import GONE, LostServer
 from stiefel._sweep.own_server import OwnServer, Share
 from stiefel._sweep.plan import Resolved, Task
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.errors import SCENE_WARNINGS
 from stiefel.results import Summary
-from stiefel.session import Session
+from stiefel._session import Session
 
 PAUSE = 0.5  #: seconds before a worker without a usable server takes another task, so that it does not get them all
 T = TypeVar("T")
@@ -71,7 +71,7 @@ def _in_session(task: Task, scene: pb.Scene, servers: Any, function: Callable[[C
 
     def use(client: Client) -> T:
         with client.create(scene) as session:
-            numerics_id = session.message.numerics_id
+            numerics_id = session._message.numerics_id
             if task.numerics_id not in ("", numerics_id):
                 raise LostServer(f"{client.address} has the numerics id {numerics_id}, the sweep {task.numerics_id}: install one "
                                  "build on all workers")

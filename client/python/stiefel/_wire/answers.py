@@ -18,7 +18,7 @@ from stiefel._wire.resolved import put
 from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, EstimatedError, EstimatedErrors, Events, Geodesic, InjectivityRadius,
                              Invariant,
                              Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
-from stiefel.scene import to_dict
+from stiefel._scene import to_dict
 
 T = TypeVar("T")
 

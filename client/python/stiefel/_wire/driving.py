@@ -36,7 +36,7 @@ class Drive:
         self._requests: Any = None
         self._replies: Any = None
 
-    def step(self, to: int, fields: Optional[Fields] = None, checkpoint: bool = False) -> State:
+    def step(self, to: int, *, fields: Optional[Fields] = None, checkpoint: bool = False) -> State:
         """Returns the state at step `to`, or the last good one before it. `fields` stay in force until others are
         named. `checkpoint`: asks for `State.checkpoint`."""
         to, wanted = step_index("to", to), names("fields", fields) or self._fields

@@ -19,7 +19,7 @@ from stiefel._wire.sampling import Samples
 from stiefel._wire.summarizing import Summarizing
 from stiefel.errors import StiefelError
 from stiefel.results import Choice, Outcome, Price, RunStatus, State
-from stiefel.scene import to_dict
+from stiefel._scene import to_dict
 
 
 class Held:
@@ -30,7 +30,7 @@ class Held:
         """`message`: the server's reply, with its scene, except of a session from `Client.list`. `sent`: the scene that made
         it, if it is known. `owner`: whether this handle created the session, with `checkpoint`."""
         self._connection = connection
-        self.message = message  #: the server's reply; its scene may lack arrays that are too large for one
+        self._message = message  #: the server's reply; its scene may lack arrays that are too large for one
         self.created = created  #: False if the session existed already
         #: The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
         #: `Client.get` and `Client.list`, because the server does not know it.
@@ -44,7 +44,7 @@ class Held:
     @property
     def id(self) -> str:
         """The id by which every client finds the session."""
-        return self.message.session_id
+        return self._message.session_id
 
     @property
     def scene(self) -> Scene:
@@ -53,34 +53,34 @@ class Held:
         This makes a call only the first time, for sessions from `Client.list` and for arrays that are too large for a
         reply.
         """
-        scene = to_dict(with_blocks_as_matrices(self.resolved()))
+        scene = to_dict(with_blocks_as_matrices(self._resolved()))
         return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
 
     @property
     def choice(self) -> Optional[Choice]:
         """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
         self._known_scene()
-        return answers.choice(self.message)
+        return answers.choice(self._message)
 
     @property
     def step_price(self) -> Price:
         """The predicted price of one step."""
         self._known_scene()
-        return price(self.message.step_price)
+        return price(self._message.step_price)
 
     def _side(self) -> Optional[str]:
         """Returns how the frame of the system moves, as `Origin.side`; None if the server does not say it at once."""
         try:
-            return side_of(self.message.system, lambda: self._connection.call("Describe", pb.DescribeRequest(), 5.0, waits=False).systems)
+            return side_of(self._message.system, lambda: self._connection.call("Describe", pb.DescribeRequest(), 5.0, waits=False).systems)
         except StiefelError:
             return None
 
-    def resolved(self) -> pb.Scene:
+    def _resolved(self) -> pb.Scene:
         """Returns the resolved scene as a message. Do not change it: the session keeps it."""
         scene = self._known_scene()
         with self._lock:
             if self._arrived is None:
-                arrays, missing = scene_arrays(self._recreation, self.id), self.message.left_out
+                arrays, missing = scene_arrays(self._recreation, self.id), self._message.left_out
                 require(arrays.keys() >= set(missing), f"arrays of the scene are missing: {missing}")
                 put({path: arrays[path] for path in missing}, scene)
                 self._arrived, self._sent = scene, None
@@ -89,15 +89,15 @@ class Held:
     def _known_scene(self) -> pb.Scene:
         """Returns the resolved scene, possibly without the arrays that are too large for a reply."""
         with self._lock:
-            if not self.message.HasField("scene"):
+            if not self._message.HasField("scene"):
                 request = pb.GetSessionRequest(session_id=self.id, view=pb.SessionView(scene=pb.SCENE_VIEW_FULL))
                 reply = self._recreation.call("GetSession", request)
                 require(reply.session.HasField("scene"), "the session has no scene")
                 self._take(described(reply.session, self.id))
-            return self.message.scene
+            return self._message.scene
 
     def _take(self, message: pb.Session) -> None:
-        self.message = message
+        self._message = message
         if message.HasField("scene"):
             require(message.scene.system == message.system, f"the scene is of {message.scene.system!r}")
             if not message.left_out:
@@ -111,7 +111,7 @@ class Held:
         """Returns the names of the blocks of the scene's initial state."""
         scene = self._known_scene()
         return {*scene.initial, *scene.initial_tensors,
-                *(path[len("initial."):] for path in self.message.left_out if path.startswith("initial."))}
+                *(path[len("initial."):] for path in self._message.left_out if path.startswith("initial."))}
 
     def _field_count(self) -> int:
         """Returns the number of fields that a reply has where none are named: those of `body`, or the blocks."""

@@ -50,12 +50,14 @@ def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int,
             raise refused("times", f"{float(after.min() + start) * scene.step!r}: is before step {start}, where P0 is given")
         every = int(np.gcd.reduce(after)) or 1
         to, which = int(after.max()) + start, after // every
-    moved = session.state_transition(to, start, every, timeout=timeout, time=time)
+    moved = session.linearize(to, start=start, every=every, timeout=timeout, time=time)
     if moved.outcome is not Outcome.REACHED:
         raise FailedPrecondition(f"the step cannot be reached: {moved.run_status.message}")
     Phi, size = moved.matrix, moved.matrix.shape[-1]
     if given.shape != (size, size):
         raise refused("P0", f"the shape {given.shape}: must be ({size}, {size})")
+    if not np.isfinite(given).all():
+        raise refused("P0", f"{given[~np.isfinite(given)][0]}: must be finite")
     if rates:
         if size != 6 or scene.system not in ("rigid_body", "right_rigid_body", "moser_veselov"):
             raise refused("rates", f"True: must be False, because {scene.system} has no attitude and momentum of a body in 3D")

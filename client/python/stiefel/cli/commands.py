@@ -22,11 +22,11 @@ import stiefel.cli.shown as shown
 from stiefel.cli.given import BadInput
 from stiefel.cli.options import told_as_errors
 from stiefel.cli.progress import Progress
-from stiefel.client import Client
+from stiefel._client import Client
 from stiefel.errors import DeadlineExceeded, InvalidArgument, StiefelError, Unavailable
 from stiefel.results import Outcome, RunStatus
-from stiefel.server import Server
-from stiefel.session import Session
+from stiefel._server import Server
+from stiefel._session import Session
 
 REACHED, FAILED, BAD_INPUT, NUMERICAL_STOP, NO_SERVER, CLOSED_PIPE = 0, 1, 2, 3, 4, 141
 Given = argparse.Namespace
@@ -112,7 +112,7 @@ def _end(given: Given, session: Session) -> tuple[dict[str, Any], int]:
     """Returns the end of a run as an argument, and the step at or after it. Without one it is the scene's horizon."""
     if given.to is not None:
         return {"to": given.to}, given.to
-    scene, time = session.resolved(), given.time
+    scene, time = session._resolved(), given.time
     if time is None:
         if not scene.HasField("horizon"):
             raise BadInput("--to is required, or --time: the scene has no horizon")
@@ -148,7 +148,7 @@ def run(given: Given, client: Client) -> int:
 
 
 def rerun(given: Given, client: Client) -> int:
-    again = run_again(given.file, client)
+    again = run_again(given.file, client=client)
     with ExitStack() as ends:
         file = given.output or f"{ends.enter_context(tempfile.TemporaryDirectory())}/again{Path(given.file).suffix}"
         again.save(file)
@@ -212,7 +212,7 @@ def tradeoff(given: Given, client: Client) -> int:
 
 
 def convert(given: Given, client: Client) -> int:
-    found = client.convert(given.description, given.system, given.epsilon, given.parameter)
+    found = client.convert(given.description, given.system, epsilon=given.epsilon, parameter=given.parameter)
     if given.output is None:
         print(shown.in_json(shown.plain(found)))
         return REACHED
@@ -233,16 +233,12 @@ def _called(given: Given, function: Callable[..., Any]) -> Any:
 
 
 def connect(given: Given, client: Client) -> int:
-    if "pairs" not in given.more:
-        found = [_called(given, client.geodesic)]
-        shown.tell(given, shown.as_table(found[0]), found[0])
-    else:
-        if isinstance(given.more["pairs"], list):
-            given.more["pairs"] = [tuple(one.values()) if isinstance(one, dict) else one for one in given.more["pairs"]]
-        found = list(_called(given, client.connect))
-        columns = ("outcome", "energy", "residual", "shortest")
-        shown.tell(given, lambda: text_table(f"{len(found)} geodesics", ("pair", *columns), [
-            (k, *(getattr(one, name) for name in columns)) for k, one in enumerate(found)]), {"geodesics": found})
+    if isinstance(given.more.get("pairs"), list):
+        given.more["pairs"] = [tuple(one.values()) if isinstance(one, dict) else one for one in given.more["pairs"]]
+    found = list(_called(given, client.geodesics))
+    columns = ("outcome", "energy", "residual", "shortest")
+    shown.tell(given, lambda: text_table(f"{len(found)} geodesics", ("pair", *columns), [
+        (k, *(getattr(one, name) for name in columns)) for k, one in enumerate(found)]), {"geodesics": found})
     for k, one in enumerate(found):
         if one.outcome is not Outcome.REACHED:
             return _conclude(one.run_status, what=f"pair {k}: ")
@@ -275,9 +271,9 @@ def describe(given: Given, client: Client) -> int:
 
 
 _FUNCTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
-    "diagnose": (Session.diagnose,), "summarize": (Session.summarize, Session.events), "state-transition": (Session.state_transition,),
-    "connect": (Client.geodesic, Client.connect), "conjugate-points": (Client.conjugate_points, Client.injectivity_radius)}
+    "diagnose": (Session.diagnose,), "summarize": (Session.summarize, Session.events), "linearize": (Session.linearize,),
+    "connect": (Client.geodesics,), "conjugate-points": (Client.conjugate_points, Client.injectivity_radius)}
 _COMMANDS: dict[str, Callable[[Given, Client], int]] = {
     "run": run, "rerun": rerun, "tradeoff": tradeoff, "convert": convert, "connect": connect, "summarize": summarize,
     "conjugate-points": conjugate_points, "report": report, "describe": describe,
-    **dict.fromkeys(("diagnose", "poincare", "state-transition", "lyapunov"), of_session)}
+    **dict.fromkeys(("diagnose", "poincare", "linearize", "lyapunov"), of_session)}

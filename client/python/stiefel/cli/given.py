@@ -12,7 +12,7 @@ from typing import Any, Callable, Iterator, Optional
 
 from stiefel.cli.options import names
 from stiefel.errors import StiefelError
-from stiefel.scene import parse_json, read
+from stiefel._scene import parse_json, read
 
 _OPTIONS = {"to": "system", "address": "server"}  #: the options of arguments of another name, where there is none of the same
 _HINTS = {"`times` of Session.trajectory": "--times of stiefel run", "Session.step and Session.trajectory take any time":

@@ -180,7 +180,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "step": dict(_FLAG, help="add the derivative by the step"),
     "arguments": dict(metavar="FILE.json", help=(
         "a file with more arguments of the Python function: forms and dirac_brackets of Session.diagnose; quantities, events and "
-        "fields of Session.summarize and Session.events; vectors of Session.state_transition")),
+        "fields of Session.summarize and Session.events; vectors of Session.linearize")),
     "count": dict(type=whole, metavar="K", help="the K largest exponents; all by default"),
     "interval": dict(type=whole, metavar="STEPS", help="steps between two orthonormalisations; by default about a radian of the motion"),
     "seed": dict(type=whole, help="of the random first vectors; 0 by default"),
@@ -188,8 +188,8 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "a file of where the exponents end. Where it exists the command goes on from there, with the same scene and options but a "
         "later last step; it writes the new one there")),
     "request": dict(metavar="FILE", help=(
-        "a JSON file with the arguments of a Python function; - for stdin. `connect`: those of Client.geodesic, {inertia, Q_0, Q_T, "
-        "time}, as the example frames has them, or of Client.connect, {inertia, pairs: [[Q_0, Q_T], ...], time}. "
+        "a JSON file with the arguments of a Python function; - for stdin. `connect`: those of Client.geodesics, {inertia, pairs: "
+        "[[Q_0, Q_T], ...], time}, as the example frames has them. "
         "`conjugate-points`: those of Client.conjugate_points, {inertia, Q, Qdot, time}, or of Client.injectivity_radius, {inertia, n}")),
     "member": dict(type=whole, metavar="I", help="the member of an ensemble to draw; 0 by default"),
     "tradeoff": dict(_SWITCH, help=(
@@ -215,7 +215,7 @@ COMMANDS = {  # what each does, and its options; "!" marks those that are requir
                   "scene set to time start every quantities arguments output"),
     "poincare": ("Prints where a motion crosses a plane in the space of states",
                  "scene set to time start section! level direction coordinates fields output"),
-    "state-transition": ("Prints the derivative of the computed steps: the state transition matrix",
+    "linearize": ("Prints the derivative of the computed steps: the state transition matrix",
                          "scene set to time start every inertia step arguments output"),
     "lyapunov": ("Prints Lyapunov exponents with error bars: regular, chaotic or undecided",
                  "scene set to time start every count interval seed checkpoint output"),

@@ -36,7 +36,7 @@ class Progress:
     def _step(self) -> int:
         told: int = self._session._recreation.reached
         try:
-            held: list[int] = [*self._client.get(self._session.id).message.cached_steps]
+            held: list[int] = [*self._client.get(self._session.id)._message.cached_steps]
         except StiefelError:
             return told  # the call that is watched fails with a better message
         return max([told, *(step for step in held if step <= self._to)])

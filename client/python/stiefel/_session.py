@@ -12,7 +12,7 @@ from stiefel import v1 as pb
 from stiefel._given.instants import instant
 from stiefel._given.mappings import Names, names
 from stiefel._given.normalized import normalized, with_hint
-from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, whole
+from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, text, whole
 from stiefel._given.shown import shown
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
@@ -33,7 +33,7 @@ from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, StiefelError, Unavailable, warn_of_scene)
 from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
-from stiefel.scene import to_method, with_changes
+from stiefel._scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
 
@@ -50,8 +50,8 @@ class Session(Held):
     has arrived, and goes on. A deleted session is not created again, whoever deleted it.
     """
 
-    def step(self, to: Optional[int] = None, fields: Optional[Fields] = None, checkpoint: bool = False,
-             timeout: Optional[float] = None, time: Any = None) -> State:
+    def step(self, to: Optional[int] = None, *, time: Any = None, fields: Optional[Fields] = None, checkpoint: bool = False,
+             timeout: Optional[float] = None) -> State:
         """Returns the state at step `to` or at `time`, or the last good one if the run ends before; see `State.outcome`.
 
         `fields`: a name or several; by default the variables in which the scene is given: quaternion and
@@ -78,9 +78,9 @@ class Session(Held):
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
         return Drive(self._recreation, self.id, fields, self._state, self._step_in_parts)
 
-    def diagnose(self, to: Optional[int] = None, invariants: Names = (), forms: Sequence[Form] = (),
-                 dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False,
-                 timeout: Optional[float] = None, estimate_error: Optional[bool] = False, time: Any = None) -> Diagnosis:
+    def diagnose(self, to: Optional[int] = None, *, time: Any = None, invariants: Names = (), forms: Sequence[Form] = (),
+                 dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False, estimate_error: Optional[bool] = False,
+                 timeout: Optional[float] = None) -> Diagnosis:
         """Returns the invariants at step `to`, or at a `time` that is a step's, with their values at step 0.
 
         `invariants`: names of families or of single invariants; by default every family. `forms`: two-forms, each the
@@ -98,14 +98,15 @@ class Session(Held):
         put_structure(request, forms, dirac_brackets)
         return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request, self._known_scene().HasField("body"))
 
-    def error_at(self, times: Any, timeout: Optional[float] = None) -> EstimatedErrors:
+    def error_at(self, times: Any, *, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
         one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
         return errors_at(self, times, timeout)
 
-    def fork(self, at: Optional[int] = None, method: Union[Method, MethodName, None] = None, step: Optional[float] = None,
-             system: Optional[str] = None, id: Optional[str] = None, timeout: Optional[float] = None, time: Any = None,
-             body: Optional[Body] = None, initial: Optional[Blocks] = None, normalize: bool = False) -> Session:
+    def fork(self, at: Optional[int] = None, *, time: Any = None, method: Union[Method, MethodName, None] = None,
+             step: Optional[float] = None, system: Optional[str] = None, body: Optional[Body] = None,
+             initial: Optional[Blocks] = None, id: Optional[str] = None, normalize: bool = False,
+             timeout: Optional[float] = None) -> Session:
         """Creates a session that starts from this one's state at step `at`, or at a `time` that is a step's, with the given
         method, step, system, fields of `body` or blocks of `initial`.
 
@@ -122,9 +123,9 @@ class Session(Held):
         """
         at = self._step_of("at", at, time)
         changed = body is not None or initial is not None
-        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None or changed else id,
-                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), system=system,
-                                        view=_FULL)
+        request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None or changed else text("id", id),
+                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), view=_FULL,
+                                        system=None if system is None else text("system", system))
         if method is not None:
             request.method.CopyFrom(to_method(method))
         reply = self._recreation.call("ForkSession", request, timeout)
@@ -132,11 +133,11 @@ class Session(Held):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
         forked = Session(self._connection, described(reply.session, request.session_id), reply.created, owner=True,
                          epoch=self._epoch_after(at))
-        forked.resolved()  # with which the handle can create the session again elsewhere
+        forked._resolved()  # with which the handle can create the session again elsewhere
         if not changed:
             return forked
         with forked:
-            scene = with_changes(forked.resolved(), body, initial, normalize)
+            scene = with_changes(forked._resolved(), body, initial, normalize)
         return created(self._connection, scene, id, b"", forked.epoch, normalize)
 
     def _epoch_after(self, step: int) -> Optional[str]:
@@ -150,8 +151,8 @@ class Session(Held):
         self._recreation.end()
         self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id), waits=waits)
 
-    def stream(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = None, fields: Optional[Fields] = None,
-               timeout: Optional[float] = None, time: Any = None) -> Iterator[Batch]:
+    def stream(self, to: Optional[int] = None, *, time: Any = None, start: int = 0, every: Optional[int] = None,
+               fields: Optional[Fields] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
         """Yields the samples at start, start + every, ... and at `to`, batch by batch.
 
         `time`: instead of `to`, the time of a step. `every`: by default what makes about 1000 samples. `fields`: as in `step`.
@@ -163,9 +164,9 @@ class Session(Held):
         for batch in self._samples(to, start, every_of(every, to - start), names("fields", fields), timeout):
             yield batch._of(self._side)
 
-    def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = None,
-                   fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
-                   times: Any = None, time: Any = None, estimate_error: bool = False) -> Trajectory:
+    def trajectory(self, to: Optional[int] = None, *, time: Any = None, times: Any = None, start: int = 0, every: Optional[int] = None,
+                   fields: Optional[Fields] = None, progress: bool = False, estimate_error: bool = False,
+                   timeout: Optional[float] = None) -> Trajectory:
         """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
         `time`: instead of `to`, the last time in seconds; one between two steps is a sample too. Without `to`, `time` and
@@ -193,9 +194,8 @@ class Session(Held):
         end = self.diagnose(to=max(0, int(run.step.max())), timeout=timeout, estimate_error=True)
         return replace(run, estimated_error=end.estimated_error)
 
-    def state_transition(self, to: Optional[int] = None, start: int = 0, every: int = 0, vectors: Any = None,
-                         inertia: bool = False, step: bool = False, timeout: Optional[float] = None,
-                         time: Any = None) -> StateTransition:
+    def linearize(self, to: Optional[int] = None, *, time: Any = None, start: int = 0, every: int = 0, vectors: Any = None,
+                         inertia: bool = False, step: bool = False, timeout: Optional[float] = None) -> StateTransition:
         """Returns the derivative of the state at step `to`, or at a `time` that is a step's, by the state at `start`: that of
         the computed steps, not of the flow that they approximate. `matrix` has it in the coordinates that `StateTransition`
         names, `basis` and `start_basis` their vectors.
@@ -211,17 +211,17 @@ class Session(Held):
         put_vectors(request, vectors)
         return linearized(self._recreation, request, self._known_scene().step, timeout)
 
-    def covariance(self, P0: Any, to: Optional[int] = None, start: int = 0, every: int = 0, timeout: Optional[float] = None,
-                   time: Any = None, rates: bool = False, times: Any = None) -> NDArray[np.float64]:
+    def covariance(self, P0: Any, *, to: Optional[int] = None, time: Any = None, times: Any = None, start: int = 0, every: int = 0,
+                   rates: bool = False, timeout: Optional[float] = None) -> NDArray[np.float64]:
         """Returns the covariance Phi P0 Phi^T of the state at step `to`, or at a `time`, to first order; `P0` is that at
-        `start`. Both are in the coordinates of `state_transition`, for a body in three dimensions of (eta, dm): eta turns
+        `start`. Both are in the coordinates of `linearize`, for a body in three dimensions of (eta, dm): eta turns
         the attitude about body axes. `rates`: both are of (eta, domega), with dm = I domega. With `every`, and at `times`
         that are steps', given as in `trajectory`, they are (results, d, d)."""
         return covariance(self, P0, to, start, every, timeout, time, rates, times)
 
-    def lyapunov(self, to: Optional[int] = None, count: Optional[int] = None, start: int = 0, every: int = 0,
-                 interval: int = 0, seed: int = 0, checkpoint: bytes = b"", timeout: Optional[float] = None,
-                 time: Any = None) -> LyapunovSpectrum:
+    def lyapunov(self, to: Optional[int] = None, *, time: Any = None, count: Optional[int] = None, start: int = 0, every: int = 0,
+                 interval: int = 0, seed: int = 0, checkpoint: bytes = b"",
+                 timeout: Optional[float] = None) -> LyapunovSpectrum:
         """Returns the Lyapunov exponents of the motion from `start` to step `to`, or to a `time` that is a step's, with
         error bars, and a verdict: regular, chaotic or undecided. Chaotic is said of the flow: what looks chaotic is
         followed again, by a method of the highest order, which may take many times the work.
@@ -239,13 +239,12 @@ class Session(Held):
         setattr(request, "from", start)
         return grown(self._recreation, request, timeout)
 
-    def summarize(self, to: Optional[int] = None, quantities: Optional[Quantities] = None, start: int = 0, every: int = 1,
-                  timeout: Optional[float] = None, checkpoint_every: int = 0, checkpoint: bytes = b"",
-                  time: Any = None) -> Summary:
+    def summarize(self, to: Optional[int] = None, *, time: Any = None, quantities: Quantities, start: int = 0, every: int = 1,
+                  checkpoint_every: int = 0, checkpoint: bytes = b"", timeout: Optional[float] = None) -> Summary:
         """Returns statistics of fields and invariants over the samples at start, start + every, ... and at `to`.
 
-            session.summarize(10**6, {"energy": "drift", "quaternion": ["last"],
-                                      "angular_velocity": ["rms", {"quantiles": [0.05, 0.95]}]})
+            session.summarize(10**6, quantities={"energy": "drift", "quaternion": ["last"],
+                                                 "angular_velocity": ["rms", {"quantiles": [0.05, 0.95]}]})
 
         `quantities`: for each field, invariant or family of invariants, names of statistics (last, min, max, mean, rms,
         sign_changes, drift), "quantiles" at fractions in [0, 1], and "edges" of a histogram. In an ensemble each member
@@ -254,8 +253,6 @@ class Session(Held):
         it begins anew. `checkpoint`: a `Summary.checkpoint` of an earlier call from which to go on. `timeout`: seconds
         for the whole call; none by default. `time`: instead of `to`, the time of a step.
         """
-        if quantities is None:
-            raise refused("quantities", "must be given")
         between = step_index("checkpoint_every", checkpoint_every)
         request = self._summarize_request(*self._range(to, start, every, time), checkpoint_every=between, checkpoint=checkpoint,
                                           return_checkpoint=between > 0, quantities=to_quantities(quantities))
@@ -264,12 +261,12 @@ class Session(Held):
             pass
         return running.summary()
 
-    def events(self, to: Optional[int] = None, events: Union[EventDescription, Sequence[EventDescription]] = (),
-               start: int = 0, fields: Optional[Fields] = None, timeout: Optional[float] = None, time: Any = None) -> Events:
+    def events(self, to: Optional[int] = None, *, time: Any = None, events: Union[EventDescription, Sequence[EventDescription]],
+               start: int = 0, fields: Optional[Fields] = None, timeout: Optional[float] = None) -> Events:
         """Returns the zeros of g = sum(coefficients * field) - level after step `start`, up to step `to`.
 
-            flips = session.events(10**5, {"field": "angular_velocity", "coefficients": [0, 1, 0],
-                                           "direction": "rising"})
+            flips = session.events(10**5, events={"field": "angular_velocity", "coefficients": [0, 1, 0],
+                                                  "direction": "rising"})
 
         Each event is a mapping with the keys field and coefficients, and optionally level (default 0), direction
         ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all), terminal (whether the
@@ -286,9 +283,9 @@ class Session(Held):
             parts = [answers.no_events(fields_of_a_state, self._known_scene().HasField("members"))]
         return answers.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
 
-    def poincare(self, section: Mapping[str, Any], to: Optional[int] = None, level: float = 0.0, direction: str = "rising",
-                 coordinates: Sequence[Coordinate] = (), start: int = 0, fields: Optional[Fields] = None,
-                 timeout: Optional[float] = None, time: Any = None) -> Section:
+    def poincare(self, section: Mapping[str, Any], *, to: Optional[int] = None, time: Any = None, level: float = 0.0,
+                 direction: str = "rising", coordinates: Sequence[Coordinate] = (), start: int = 0,
+                 fields: Optional[Fields] = None, timeout: Optional[float] = None) -> Section:
         """Returns the crossings of the plane g = sum(coefficients * field) - level after step `start`, up to step `to`.
 
             session.poincare({"q": [0, 0, 1]}, to=10**5, coordinates=[{"q": [1, 0, 0]}, {"qdot": [1, 0, 0]}]).points
@@ -306,16 +303,15 @@ class Session(Held):
             if one not in wanted:
                 wanted.append(one)
         try:
-            found = self.events(to, event, start, wanted, timeout, time)
+            found = self.events(to, events=event, start=start, fields=wanted, timeout=timeout, time=time)
         except InvalidArgument as error:
             raise of_section(error, asked) from None
         residual = column("section", found, section) - event["level"]
         return Section(found.event, found.step, found.fraction, found.time, found.member, found.fields, found.run_status,
                        columns(found, coordinates), residual)
 
-    def stream_events(self, to: Optional[int] = None, events: Union[EventDescription, Sequence[EventDescription]] = (),
-                      start: int = 0, fields: Optional[Fields] = None, timeout: Optional[float] = None,
-                      time: Any = None) -> Iterator[Events]:
+    def stream_events(self, to: Optional[int] = None, *, time: Any = None, events: Union[EventDescription, Sequence[EventDescription]],
+                      start: int = 0, fields: Optional[Fields] = None, timeout: Optional[float] = None) -> Iterator[Events]:
         """Yields what `events` returns in batches, as they are found. Leaving the iteration ends the search."""
         for part in self._summarizing(self._events_request(to, events, start, fields, time), timeout):
             if isinstance(part, Events):
@@ -330,7 +326,7 @@ class Session(Held):
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._arrived is not None else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch, self._side())
+        return Origin(scene if self._arrived is not None else self._resolved, self._message.numerics_id, self._again, to, times, self.epoch, self._side())
 
     def _again(self, scene: pb.Scene) -> Optional[Session]:
         """Creates a session of the same scene; None after the client was closed."""
@@ -353,9 +349,9 @@ class Session(Held):
                 raise
 
     def __repr__(self) -> str:
-        scene = self.message.scene
+        scene = self._message.scene
         if not scene.system:
-            return f"<stiefel.Session {self.id}: {self.message.system}>"
+            return f"<stiefel.Session {self.id}: {self._message.system}>"
         return f"<stiefel.Session {self.id}: {f'{scene.system} {scene.method.name}'.rstrip()}, step {scene.step!r}>"
 
 
@@ -363,17 +359,13 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
             epoch: Optional[str] = None, normalize: bool = False) -> Session:
     """Creates a session of a scene, and warns of what the server warns of. `normalize`: whether the scene is normalized."""
     sent = with_momenta(scene, connection.systems)
-    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent, checkpoint=checkpoint,
+    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else text("id", id), scene=sent, checkpoint=checkpoint,
                                       view=_FULL)
     try:
         reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     except InvalidArgument as error:
         raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene) from None
     session = described(reply.session, request.session_id)
-    for text in session.warnings:
-        warn_of_scene(text)
+    for warning in session.warnings:
+        warn_of_scene(warning)
     return Session(connection, session, reply.created, sent, owner=True, checkpoint=checkpoint, epoch=epoch)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

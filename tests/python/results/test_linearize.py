@@ -30,22 +30,22 @@ def session(client):
 
 
 def test_vectors_as_blocks_and_by_coordinates_agree(session):
-    whole = session.state_transition(to=30)
-    by_coordinates = session.state_transition(to=30, vectors=np.eye(6)[[1, 4]])
-    blocks = session.state_transition(to=30, vectors=whole.start_basis[[1, 4]])
+    whole = session.linearize(to=30)
+    by_coordinates = session.linearize(to=30, vectors=np.eye(6)[[1, 4]])
+    blocks = session.linearize(to=30, vectors=whole.start_basis[[1, 4]])
     assert (by_coordinates.matrix == whole.matrix[:, [1, 4]]).all() and blocks.matrix is None
     np.testing.assert_allclose(np.einsum("dk,drc->krc", by_coordinates.matrix, whole.basis), blocks.vectors, atol=1e-13)
 
 
 def test_results_on_the_way_are_those_of_calls_of_their_own(session):
-    run = session.state_transition(to=25, start=5, every=10)
+    run = session.linearize(to=25, start=5, every=10)
     assert run.step.tolist() == [5, 15, 25] and np.allclose(run.matrix[0], np.eye(6), rtol=0, atol=1e-15)
-    assert (run.matrix[1] == session.state_transition(to=15, start=5).matrix).all()
+    assert (run.matrix[1] == session.linearize(to=15, start=5).matrix).all()
 
 
 def test_a_covariance_is_moved(session):
     P0 = np.diag([1e-6, 2e-6, 3e-6, 1e-4, 2e-4, 3e-4])
-    Phi = session.state_transition(to=20).matrix
+    Phi = session.linearize(to=20).matrix
     np.testing.assert_allclose(session.covariance(P0, to=20), Phi @ P0 @ Phi.T, rtol=1e-15)
     with pytest.raises(stiefel.InvalidArgument, match="P0"):
         session.covariance(np.eye(5), to=20)
@@ -95,7 +95,7 @@ def test_rates_are_of_a_body_in_three_dimensions(client):
 def test_a_gradient_by_state_inertia_and_step(client, session):
     """Of m_1 at the last state."""
     slope = np.eye(6)[3]
-    gradient = session.state_transition(to=20, inertia=True, step=True).gradient(slope)
+    gradient = session.linearize(to=20, inertia=True, step=True).gradient(slope)
     assert gradient.shape == (10,)
     for k in range(4):
         ends = []
@@ -118,6 +118,6 @@ def test_a_large_state_has_no_coordinates(client):
              "initial": {"Q": np.eye(N), "M": M}}
     with client.create(scene) as session:
         with pytest.raises(stiefel.InvalidArgument, match="vectors: absent: must be given as blocks: .* up to 1024 numbers"):
-            session.state_transition(to=10**6)
-        moved = session.state_transition(to=2, vectors=np.concatenate([np.zeros((N, N)), M])[np.newaxis])
+            session.linearize(to=10**6)
+        moved = session.linearize(to=2, vectors=np.concatenate([np.zeros((N, N)), M])[np.newaxis])
     assert moved.vectors.shape == (1, 2 * N, N) and np.isfinite(moved.vectors).all()

@@ -137,7 +137,7 @@ def to_method(method: Union[Mapping[str, Any], str]) -> pb.Method:
 
 def _read_scene(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
     if isinstance(file, str) and file in examples and "system" not in (example := examples[file]):
-        raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesic: {', '.join(example)}")
+        raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesics: {', '.join(example)}")
     return read(file)
 
 
@@ -207,7 +207,3 @@ def to_matrix(block: Any, path: str = "matrix") -> pb.Matrix:
     """Returns the message of an array, nested list or mapping. `path` is its name in errors."""
     given = as_block(path, block)
     return Walk().read(given, pb.Matrix(), path) if isinstance(given, Mapping) else matrix(given)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

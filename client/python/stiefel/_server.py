@@ -45,7 +45,7 @@ class Server:
         _running.add(self)
 
     @classmethod
-    def start(cls, listen: Optional[str] = None, arguments: Sequence[str] = (), timeout: float = 30.0,
+    def start(cls, listen: Optional[str] = None, *, arguments: Sequence[str] = (), timeout: float = 30.0,
               environment: Optional[Mapping[str, str]] = None) -> Server:
         """Starts a server on a Unix socket that only this user can reach, or on the address `listen`.
 
@@ -269,7 +269,3 @@ def _stop(process: "subprocess.Popen[bytes]", socket: Path, errors: _Errors) -> 
         if pipe is not None:
             pipe.close()
     socket.unlink(missing_ok=True)  # which a server that was killed leaves
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)

@@ -11,7 +11,7 @@ import numpy as np
 
 from stiefel import v1 as pb
 from stiefel._given.normalized import normalized, orthonormal, with_hint
-from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
+from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, text, timeout as checked, whole
 from stiefel._given.shown import shown
 from stiefel._given.velocities import with_momenta
 from stiefel._manifold.beta import SMALL, span_of
@@ -27,8 +27,8 @@ from stiefel._wire.streams import progress_bar
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
-from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
-from stiefel.session import Session, created
+from stiefel._scene import SceneLike, to_matrix, to_message, with_epoch
+from stiefel._session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 
 __all__ = ["Client", "Tls"]
@@ -65,7 +65,7 @@ class Client:
 
     _open_channel = staticmethod(open_channel)
 
-    def __init__(self, address: Optional[str] = None, timeout: Optional[float] = 60.0, tls: TlsLike = None,
+    def __init__(self, address: Optional[str] = None, *, timeout: Optional[float] = 60.0, tls: TlsLike = None,
                  token: Optional[str] = None, channel: Optional[grpc.Channel] = None, any_build: bool = False):
         if channel is not None and not (address is None and tls is None and token is None):
             raise InvalidArgument("channel: address, tls and token are those of the channel")
@@ -74,7 +74,7 @@ class Client:
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
         seconds, knows_tls = checked(timeout), None
         if channel is None:
-            check(self.address)
+            check(text("address", self.address))
             secret = token_from_environment() if token is None else token
             opened: Callable[[], Any] = functools.partial(self._open_channel, self.address, tls, secret, _OPTIONS)
             knows_tls = has_tls(tls, self.address)
@@ -84,7 +84,7 @@ class Client:
         self._connection = Connection(opened, self.address, seconds, any_build, knows_tls, reopens=self._own_channel)
 
     @property
-    def channel(self) -> grpc.Channel:
+    def _channel(self) -> grpc.Channel:
         """The gRPC channel. A fork of the process closes it and opens another."""
         return self._connection.channel
 
@@ -99,7 +99,7 @@ class Client:
         return self._connection.any_build
 
     @property
-    def stub(self) -> SimulationServiceStub:
+    def _stub(self) -> SimulationServiceStub:
         """The gRPC stub of the service, for calls by hand. Raises `Closed` after `close`."""
         return self._connection.stub
 
@@ -109,7 +109,7 @@ class Client:
         require(bool(reply.systems) and bool(reply.methods), "the catalogue is empty")
         return Catalogue(reply)
 
-    def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"", normalize: bool = False) -> Session:
+    def create(self, scene: SceneLike, *, id: Optional[str] = None, checkpoint: bytes = b"", normalize: bool = False) -> Session:
         """Creates a session of `scene`, or returns the existing one with this `id` and scene.
 
         `id` is by default a new UUID. `checkpoint`: a `State.checkpoint` of the same scene, possibly from another
@@ -125,7 +125,7 @@ class Client:
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
         view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
-        reply = self._connection.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
+        reply = self._connection.call("GetSession", pb.GetSessionRequest(session_id=text("id", id), view=view), metadata=route(id))
         return Session(self._connection, described(reply.session, id), created=False)
 
     def list(self) -> Iterator[Session]:
@@ -144,9 +144,9 @@ class Client:
 
     def delete(self, id: str) -> None:
         """Deletes a session. Deleting an unknown id succeeds."""
-        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=id), metadata=route(id))
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=text("id", id)), metadata=route(id))
 
-    def convert(self, scene: SceneLike, system: str, epsilon: Optional[float] = None,
+    def convert(self, scene: SceneLike, system: str, *, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:
         """Converts a motion to a scene of another `system`, or to the blocks of "velocity", "angular_velocity" or
         "interpolation".
@@ -155,74 +155,55 @@ class Client:
         parametric system, the scene's when absent. Raises InvalidArgument if the motion has no such form.
         """
         request = pb.ConvertRequest(
-            scene=with_momenta(to_message(scene), self._connection.systems), to=system, epsilon=optional("epsilon", epsilon),
-            parameter=optional("parameter", parameter), view=pb.SCENE_VIEW_FULL)
+            scene=with_momenta(to_message(scene), self._connection.systems), to=text("system", system),
+            epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter), view=pb.SCENE_VIEW_FULL)
         return answers.conversion(self._connection.call_all("Convert", request))
 
-    def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
-                 samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
-                 timeout: Optional[float] = None, normalize: bool = False) -> Geodesic:
-        """Returns the geodesic from the frame Q_0 at time 0 to the frame Q_T at `time`.
-
-        `steps` > 0 solves the discrete problem of as many steps of the variational method. `samples`: samples of the
-        trajectory after the first, 0 for none. `seed` and `restarts`: the seed and the number of the searches that
-        start from random frames. `normalize`: takes the nearest frames of what was rounded to a few digits.
-        """
-        try:
-            return self._connect([(Q_0, Q_T)], [""], inertia=inertia, time=time, steps=steps, samples=samples, seed=seed,
-                                 restarts=restarts, timeout=timeout, normalize=normalize)[0]
-        except StiefelError as error:
-            error._relative_to("pairs[0]")
-            raise
-
-    def connect(self, pairs: Iterable[tuple[Any, Any]], inertia: Any = (), metric: str = "lambda", time: float = 1.0,
-                steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
-                timeout: Optional[float] = None, beta: Optional[float] = None, scenes: bool = True,
-                normalize: bool = False) -> tuple[Geodesic, ...]:
-        """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs.
+    def geodesics(self, pairs: Iterable[tuple[Any, Any]], *, inertia: Any = (), metric: str = "lambda", beta: Optional[float] = None,
+                  time: float = 1.0, steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
+                  scenes: bool = True, normalize: bool = False, timeout: Optional[float] = None) -> tuple[Geodesic, ...]:
+        """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs, from Q_0 at time 0
+        to Q_T at `time`: `client.geodesics([(Q_0, Q_T)], inertia=[1, 2, 3])[0]`.
 
         `metric`: "lambda" (that of `inertia`), "euclidean" (Lambda = I), "canonical", or "beta" with the number `beta`
-        (Hüper, Markina and Silva Leite 2021); the last three without `inertia`. `scenes`: whether each answer has its
-        scene beside its velocity, where the metric has one. The other arguments are those of `geodesic`.
+        (Hüper, Markina and Silva Leite 2021); the last three without `inertia`. `steps` > 0 solves the discrete problem of as
+        many steps of the variational method. `samples`: samples of the trajectory after the first, 0 for none. `seed` and
+        `restarts`: the seed and the number of the searches that start from random frames. `scenes`: whether each answer has its
+        scene beside its velocity, where the metric has one. `normalize`: takes the nearest frames of what was rounded to a few
+        digits.
         """
         if not isinstance(pairs, Iterable):
             raise refused("pairs", f"{shown(pairs)}: must be several pairs of frames (Q_0, Q_T)")
-        given = list(pairs)
+        given: Sequence[tuple[Any, Any]] = list(pairs)
         for i, pair in enumerate(given):
             if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or np.ndim(pair[0]) < 2 and not isinstance(pair[0], Mapping):
                 raise refused(f"pairs[{i}]", "must be two frames (Q_0, Q_T)")
         if metric == "lambda" and not np.size(inertia):
             raise refused("inertia", "is empty: must have the N numbers of Lambda, or metric be euclidean, canonical or beta")
-        return self._connect(given, [f"pairs[{i}]." for i in range(len(given))], inertia=inertia, metric=_metric(metric),
-                             time=time, steps=steps, samples=samples, seed=seed, restarts=restarts, timeout=timeout, beta=beta,
-                             scenes=scenes, normalize=normalize)
 
-    def _connect(self, pairs: Sequence[tuple[Any, Any]], paths: Sequence[str], timeout: Optional[float], inertia: Any, time: Any,
-                 restarts: Optional[int], normalize: bool, metric: Any = None, beta: Optional[float] = None, scenes: bool = True,
-                 **counts: int) -> tuple[Geodesic, ...]:
         def messages(normalize: bool) -> list[pb.FramePair]:
-            return [_frame_pair(Q_0, Q_T, path, normalize) for (Q_0, Q_T), path in zip(pairs, paths)]
+            return [_frame_pair(Q_0, Q_T, f"pairs[{i}].", normalize) for i, (Q_0, Q_T) in enumerate(given)]
         lambdas = _lambdas(inertia)
-        span = None if counts["steps"] or normalize else span_of(pairs, lambdas)
+        span = None if steps or normalize else span_of(given, lambdas)
         if span is not None:
-            pairs, lambdas = list(zip(span.start, span.end)), lambdas[:span.end.shape[-1]]
+            given, lambdas = list(zip(span.start, span.end)), lambdas[:span.end.shape[-1]]
         request = pb.ConnectRequest(
-            pairs=messages(normalize), metric=metric, inertia=lambdas, time=number("time", time, SECONDS),
+            pairs=messages(normalize), metric=_metric(metric), inertia=lambdas, time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts, bits=32),
             beta=None if beta is None else number("beta", beta),
             view=pb.GEODESIC_VIEW_SCENE if scenes else pb.GEODESIC_VIEW_VELOCITY,
-            **{name: whole(name, count, bits=63 if name == "seed" else 32) for name, count in counts.items()})
+            steps=whole("steps", steps, bits=32), samples=whole("samples", samples, bits=32), seed=whole("seed", seed, bits=63))
         replies: dict[int, Any] = {}
         try:
             for reply in self._connection.call_all("Connect", request, timeout):
                 replies.setdefault(reply.pair, []).append(reply)
         except InvalidArgument as error:
             raise error if normalize else with_hint(error, lambda: messages(True) != list(request.pairs)) from None
-        if sorted(replies) != list(range(len(pairs))):
-            raise CorruptReply(f"the server answered {len(replies)} of {len(pairs)} pairs")
-        return tuple(answers.geodesic(replies[pair], request, span) for pair in range(len(pairs)))
+        if sorted(replies) != list(range(len(given))):
+            raise CorruptReply(f"the server answered {len(replies)} of {len(given)} pairs")
+        return tuple(answers.geodesic(replies[pair], request, span) for pair in range(len(given)))
 
-    def conjugate_points(self, inertia: Any, Q: Any, Qdot: Any, time: float = 1.0,
+    def conjugate_points(self, Q: Any, Qdot: Any, *, inertia: Any, time: float = 1.0,
                          timeout: Optional[float] = None) -> ConjugatePoints:
         """Returns the conjugate points up to `time` along the geodesic that starts at the frame Q with the velocity Qdot.
 
@@ -233,7 +214,7 @@ class Client:
                                             time=number("time", time, SECONDS))
         return answers.conjugate_points(self._connection.call_all("ConjugatePoints", request, timeout), request)
 
-    def injectivity_radius(self, inertia: Any, n: int, starts: Optional[int] = None, seed: int = 0,
+    def injectivity_radius(self, n: int, *, inertia: Any, starts: Optional[int] = None, seed: int = 0,
                            timeout: Optional[float] = None) -> InjectivityRadius:
         """Returns bounds of the injectivity radius of V(n, N) in the metric tr(Lambda Qdot^T Qdot), of SO(N) for n = N.
 
@@ -249,7 +230,7 @@ class Client:
             error._relative_to("radius")
             raise
 
-    def tradeoff(self, scene: SceneLike, horizon: Optional[float] = None, budget: Optional[float] = None,
+    def tradeoff(self, scene: SceneLike, *, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None, progress: bool = False) -> Tradeoff:
         """Measures error against cost of every method on `scene`, whose own method is ignored.
 
@@ -267,11 +248,11 @@ class Client:
                         yield part
                 return answers.tradeoff(counted())
         tradeoff = Attempts(self._connection, timeout).run(measured)
-        for text in tradeoff.warnings:
-            warn_of_scene(text)
+        for warning in tradeoff.warnings:
+            warn_of_scene(warning)
         return tradeoff
 
-    def tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
+    def _tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
                        budget: Optional[float] = None, repeats: Optional[int] = None,
                        timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
         """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
@@ -294,7 +275,7 @@ class Client:
 
     def _measuring(self, request: pb.MeasureTradeoffRequest,
                    timeout: Optional[float]) -> Generator[pb.MeasureTradeoffResponse, None, None]:
-        stream = self.stub.MeasureTradeoff(request, timeout=timeout)
+        stream = self._stub.MeasureTradeoff(request, timeout=timeout)
         try:
             for part in stream:
                 yield self._connection.answered(part)
@@ -354,12 +335,8 @@ def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
     return pair
 
 
-def _metric(name: str) -> int:
+def _metric(name: str) -> Any:
     known: dict[str, int] = {value[len("METRIC_"):].lower(): number for value, number in pb.Metric.items()}
     if name not in known:
         raise refused("metric", f"{name!r}: must be one of {', '.join(key for key in known if key != 'unspecified')}")
     return known[name]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
