@@ -72,7 +72,7 @@ def test_frames_that_are_joined_in_their_span_have_the_geodesics_of_whole_frames
     V = manifold.random_tangent(Q, seed=2)
     ends = [Q, manifold.exp(Q, 2 * V), manifold.exp(Q, 1e-9 * V)]
     request = {"metric": metric} if isinstance(metric, str) else {"metric": "beta", "beta": metric}
-    found, whole = (client.connect([(Q, P) for P in ends], samples=3, normalize=given, **request) for given in (False, True))
+    found, whole = (client.geodesics([(Q, P) for P in ends], samples=3, normalize=given, **request) for given in (False, True))
     for one, other in zip(found, whole):
         assert one.shortest == other.shortest and bool(one.scene) == bool(other.scene)
         for array, of_whole in ((one.velocity, other.velocity), (one.trajectory, other.trajectory)):
@@ -294,4 +294,4 @@ def test_velocities_of_an_energy_and_a_momentum(manifold):
     assert (manifold.inner(Q, V, W) > 0).all()
     if manifold.n > 1:
         with pytest.raises(ValueError, match="energy: 0.001: must be at least"):
-            manifold.velocity(Q, W, 0.001, asked)
+            manifold.velocity(Q, W, energy=0.001, momentum=asked)

@@ -43,19 +43,19 @@ def test_statistics_are_those_of_the_samples(session):
         assert found["sign_changes"][i, j] == (signs[1:] != signs[:-1]).sum()
     assert found["histogram"].dtype == np.int64 and found["last"].shape == (3, 3)
     assert summary.price.bound == "expected" and summary.price.work > 0
-    energy, last = session.summarize(1000, {"energy": "drift"}, start=1000)["energy"], session.diagnose(1000, invariants="energy")
+    energy, last = session.summarize(1000, quantities={"energy": "drift"}, start=1000)["energy"], session.diagnose(1000, invariants="energy")
     assert energy["drift"] == last.invariants[0].drift and energy["drift"].shape == ()
 
 
 def test_events_have_directions_limits_and_an_end(session):
-    both = session.events(2000, FLIP, fields="M")
+    both = session.events(2000, events=FLIP, fields="M")
     assert (abs(both["M"][:, 0, 2]) < 1e-13).all() and ((0 < both.fraction) & (both.fraction <= 1)).all() and both.member is None
     assert (both.step * 0.05 <= both.time).all() and (both.time <= (both.step + 1) * 0.05).all() and both.run_status.outcome == "REACHED"
-    up, down = (session.events(2000, {**FLIP, "direction": way}) for way in ("rising", "falling"))
+    up, down = (session.events(2000, events={**FLIP, "direction": way}) for way in ("rising", "falling"))
     assert sorted([*up.time, *down.time]) == list(both.time) and abs(up.count - down.count) <= 1
-    two = session.events(2000, [{**FLIP, "limit": 3, "terminal": True}, {**FLIP, "level": 0.1}])
+    two = session.events(2000, events=[{**FLIP, "limit": 3, "terminal": True}, {**FLIP, "level": 0.1}])
     assert (two.event == 0).sum() == 3 and two.time.max() == both.time[2]
-    assert [time for part in session.stream_events(2000, FLIP) for time in part.time] == list(both.time)
+    assert [time for part in session.stream_events(2000, events=FLIP) for time in part.time] == list(both.time)
 
 
 def test_states_at_any_times(client, session):
@@ -113,8 +113,8 @@ def test_results_of_an_ensemble_have_an_axis_of_members(client):
     scene = ensemble(12, step=0.1)
     scene["body"]["angular_velocity"][3 * 5:3 * 5 + 3] = [40.0, 30.0, 20.0]
     with client.create(scene) as session:
-        summary = session.summarize(100, {"M": ["last", "max"], "energy": {"statistics": "max", "over_members": True}})
-        events = session.events(100, FLIP)
+        summary = session.summarize(100, quantities={"M": ["last", "max"], "energy": {"statistics": "max", "over_members": True}})
+        events = session.events(100, events=FLIP)
     assert summary["M"]["last"].shape == (12, 3, 3) and np.isfinite(summary["M"]["last"]).all() and summary["energy"]["max"].shape == ()
     assert summary.outcome is stiefel.Outcome.LEFT_DOMAIN and summary.outcomes[5] == "LEFT_DOMAIN" and summary.run_status.member == 5
     assert (np.delete(summary.outcomes, 5) == "REACHED").all() and (np.delete(summary.last_step, 5) == 100).all()

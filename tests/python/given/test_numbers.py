@@ -152,7 +152,7 @@ def test_what_is_no_whole_number_is_refused_by_name(session, given):
 
 def test_samples_are_at_least_a_step_apart_and_times_before_0_need_a_negative_step(session):
     for call in (lambda: session.trajectory(to=3, every=0), lambda: next(session.stream(to=3, every=0)),
-                 lambda: session.trajectory(time=0.055, every=0), lambda: session.summarize(3, {"energy": "last"}, every=0)):
+                 lambda: session.trajectory(time=0.055, every=0), lambda: session.summarize(3, quantities={"energy": "last"}, every=0)):
         with pytest.raises(stiefel.InvalidArgument, match="^every: 0: must be a whole number of at least 1$"):
             call()
     with pytest.raises(stiefel.InvalidArgument, match="^to: -1: must be .* for times before 0, use a negative step in the scene"):
