@@ -78,16 +78,6 @@ TEST_F(SessionTest, StreamsTheGridAndTheLastSample) {
   EXPECT_THAT(steps, ElementsAre(2, 6, 10, 11));
 }
 
-TEST_F(SessionTest, AFloatSceneHasFloats) {
-  v1::Scene scene = tumbling();
-  scene.mutable_method()->set_scalar("float");
-  const auto session = client_.create(scene);
-  for (const Sample& sample : session.stream({.from = 10, .to = 10, .fields = {"Q"}})) {
-    EXPECT_NEAR(sample.field<float>("Q").norm(), std::sqrt(3.f), 1e-6f);
-    EXPECT_THROW(sample.field("Q"), std::invalid_argument);
-  }
-}
-
 TEST_F(SessionTest, ASampleLargerThanAMessageComesWhole) {
   const auto session = client_.temporary(resting(512));
   const std::vector<std::string> fields = {"Q", "M", "Omega"};  // 6 MiB
@@ -119,17 +109,6 @@ TEST_F(SessionTest, ADriveGoesBackAndForthAndOutlivesAWrongRequest) {
   EXPECT_EQ(error_of([&] { drive.step(42); }).code(), grpc::StatusCode::FAILED_PRECONDITION);
 }
 
-TEST_F(SessionTest, AWrongSceneIsToldFieldByField) {
-  v1::Scene scene = tumbling();
-  scene.mutable_body()->set_moments(0, -1);
-  scene.set_step(0);
-  const Error error = error_of([&] { client_.create(scene); });
-  EXPECT_EQ(error.code(), grpc::StatusCode::INVALID_ARGUMENT);
-  std::vector<std::string> fields;
-  for (const auto& violation : error.violations()) fields.push_back(violation.field);
-  EXPECT_THAT(fields, testing::UnorderedElementsAre("scene.body.moments", "scene.step"));
-}
-
 TEST_F(SessionTest, OnlyATemporarySessionGoesWithItsHandles) {
   std::string kept, gone;
   {
@@ -159,13 +138,10 @@ TEST_F(SessionTest, SamplesKeepATemporarySession) {
   EXPECT_TRUE(client_.list().empty());
 }
 
-TEST_F(SessionTest, ListsMoreThanAPage) {
-  for (int i = 0; i < 101; ++i) client_.create(tumbling());
-  EXPECT_EQ(client_.list().size(), 101u);
-}
-
 TEST_F(SessionTest, HasTheResolvedScene) {
   const auto session = client_.create(tumbling());
+  for (int i = 0; i < 100; ++i) client_.create(tumbling());
+  EXPECT_EQ(client_.list().size(), 101u) << "which is more than a page";
   const v1::Scene& scene = session.description().scene();
   EXPECT_EQ(scene.method().order(), 2u);
   EXPECT_EQ(scene.body().moments_size(), 3);

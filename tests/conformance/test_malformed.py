@@ -229,6 +229,30 @@ MALFORMED = {
 }
 
 
+SUMMARIES = [
+    (dict(quantities=[pb.Quantity(name="enrgy", statistics=[1])]), "quantities[0].name"),
+    (dict(quantities=[pb.Quantity(name="energy", statistics=[99])]), "quantities[0].statistics"),
+    (dict(quantities=[pb.Quantity(name="energy")]), "quantities[0].statistics"),
+    (dict(quantities=[pb.Quantity(name="energy", statistics=[1])] * 65), "quantities"),
+    (dict(quantities=[pb.Quantity(name="M", quantiles=[0.5])], to=2**20), "quantities"),
+    (dict(quantities=[pb.Quantity(name="M", edges=[2, 1])]), "quantities[0].edges"),
+    (dict(events=[pb.Event(field="M", coefficients=[1])]), "events[0].coefficients"),
+    (dict(events=[pb.Event(field="M", coefficients=[float("nan")] * 9)]), "events[0]"),
+    (dict(events=[pb.Event(field="M", coefficients=[1] * 9, direction=7)]), "events[0].direction"),
+    (dict(events=[pb.Event(field="M", coefficients=[1] * 9, plus=[pb.LinearTerm(field="M", coefficients=[0] * 9)] * 65)]), "events[0].plus"),
+    (dict(times=[0.5, 0.2]), "times[1]"),
+    (dict(times=[float("inf")]), "times[0]"),
+    (dict(times=[6.0]), "times[0]"),
+    (dict(fields=["nothing"]), "fields[0]"),
+    (dict(to=-1), "to"),
+    (dict(every=-1), "every"),
+    (dict(checkpoint_every=-1), "checkpoint_every"),
+    (dict(checkpoint=b"x"), "checkpoint"),
+]
+MALFORMED |= {f"a summary whose {field} is wrong, {k}": (("Summarize", pb.SummarizeRequest(session_id="good", **{"to": 100, **change})), INVALID, field, "")
+              for k, (change, field) in enumerate(SUMMARIES)}
+
+
 @pytest.fixture(scope="module", autouse=True)
 def good(client):
     with client.create(scenes.rigid_body(), id="good") as session:
@@ -236,7 +260,7 @@ def good(client):
 
 
 def ask(client, method, request):
-    if method in ("Stream", "Convert", "MeasureTradeoff", "Connect"):
+    if method in ("Stream", "Convert", "MeasureTradeoff", "Connect", "Summarize"):
         try:
             return list(getattr(client._stub, method)(request))
         except grpc.RpcError as failure:

@@ -43,7 +43,7 @@ def test_orekit_reads_attitude_messages(server: stiefel.Server, tmp_path: Path) 
     assert "ANGVEL" not in (tmp_path / "quaternions.aem").read_text()
 
 
-def test_every_format_with_the_packages_of_today(start: Any) -> None:
+def test_every_format_with_the_packages_of_today() -> None:
     """The client's own tests of files, none of which may be skipped."""
     programs, tests = from_pypi("files"), Path(__file__).resolve().parents[1] / "python/results"
     done = subprocess.run([programs / "python", "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", tests / "test_files.py",

@@ -23,11 +23,6 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         run.log_to_rerun(recording=recording)
         for batch in session.stream(to=30):
             batch.log_to_rerun(session.scene, entity="stream", recording=recording)
-        try:
-            batch.log_to_rerun(recording=recording)
-            sys.exit("a batch does not know its scene")
-        except ValueError as error:
-            assert "session.scene" in str(error)
     with client.create(three) as session:
         many = session.trajectory(to=20, fields=["quaternion", "angular_velocity"])
         many.log_to_rerun(entity="many", recording=recording)
@@ -63,11 +58,7 @@ assert parts["/stream/body", "Transform3D:mat3x3"] == parts["/stiefel/body", "Tr
 for member in range(3):
     logged = np.array(parts[f"/many/{member}/fields/angular_velocity", "Scalars:scalars"])
     assert np.array_equal(logged, many["angular_velocity"][:, member])
-centres = {tuple(parts[f"/many/{member}/body", "Transform3D:translation"][0][0]) for member in range(3)}
-assert len(centres) == 3
-arrows = np.array(parts["/frame/frame", "Arrows3D:vectors"])
-assert np.allclose(arrows, frames["Q"][:, :, :3], atol=1e-6)
-assert ("/stiefel/body/box", "Boxes3D:half_sizes") in parts and len(parts["/stiefel/body/axes", "Arrows3D:labels"][0]) == 3
+assert np.allclose(np.array(parts["/frame/frame", "Arrows3D:vectors"]), frames["Q"][:, :, :3], atol=1e-6)
 print("read back")
 """
 
@@ -81,10 +72,3 @@ def test_what_is_logged_is_read_back(python, tmp_path):
     done = subprocess.run([python, "-c", SCRIPT], cwd=tmp_path, capture_output=True, text=True, timeout=300,
                           env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
     assert done.returncode == 0 and done.stdout == "read back\n", done.stderr
-
-
-def test_without_the_package_the_extra_is_named():
-    import stiefel
-
-    with pytest.raises(ImportError, match=r"pip install 'stiefel\[rerun\]'"):
-        stiefel.simulate("tumbling_spacecraft", to=3).log_to_rerun()

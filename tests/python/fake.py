@@ -37,12 +37,6 @@ def sample_at(step):
     return pb.Sample(step=step, time=0.5 * step, fields=[pb.Field(name="x", value=tensor(np.array([[float(step)]])))])
 
 
-def setup(steps):
-    """The first part of a trade-off."""
-    return pb.MeasureTradeoffResponse(setup=pb.TradeoffSetup(
-        machine="a machine", numerics_id="of the fake", reference="a reference", steps=steps, price=PRICE))
-
-
 TOO_LARGE = pb.Status(code=3, message="too large")
 TOO_LARGE.details.add(type_url="type.googleapis.com/google.rpc.ErrorInfo",
                       value=pb.ErrorInfo(reason="REPLY_TOO_LARGE", domain="stiefel").SerializeToString())
@@ -65,12 +59,10 @@ def refusal(delay=None):
 
 class Fake(SimulationServiceServicer):
     """`failures` is how the next calls fail, first come first served: with a code, or with a `refusal`; a number breaks
-    a stream after so many messages, with the code `break_code`. A stream computes what it tells of, and calls
-    `before_message` before each message. `spoil` changes a message of a stream, or the first part of a trade-off."""
+    a stream after so many messages. A stream computes what it tells of, and calls
+    `before_message` before each message."""
 
-    break_code = grpc.StatusCode.UNAVAILABLE
     before_message = staticmethod(lambda: None)
-    spoil = staticmethod(lambda message: message)
 
     def __init__(self):
         self.failures = []
@@ -130,18 +122,9 @@ class Fake(SimulationServiceServicer):
         messages[0].price.CopyFrom(PRICE)
         for count, message in enumerate(messages):
             if count == breaks or (breaks == -1 and message is messages[-1]):
-                context.abort(self.break_code, "on purpose")
+                context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
             self.before_message()
-            yield self.spoil(message)
-
-    def MeasureTradeoff(self, request, context):
-        """Two parts, with the number of this call as the steps that the first one tells of."""
-        self._receive(request, context)
-        yield self.spoil(setup(len(self.requests)))
-        if self.failures:
-            self.failures.clear()
-            context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
-        yield pb.MeasureTradeoffResponse(front=pb.TradeoffFront())
+            yield message
 
     def _messages(self, request):
         """Ten samples a message, or four numbers; the last has the run status alone."""
@@ -175,8 +158,23 @@ def serve(folder):
     return fake, server, address
 
 
-class Broken(grpc.RpcError):
-    """What a call raises whose connection broke."""
+class Breaks(grpc.RpcError):
+    """A call of a stub whose stream breaks after so many messages, once for each number, and the error that it raises then."""
+
+    def __init__(self, call, after):
+        self.call, self.after, self.requests = call, list(after), []
+
+    def __call__(self, request, timeout=None, metadata=None):
+        self.requests.append(type(request).FromString(request.SerializeToString()))
+        return self
+
+    def __iter__(self):
+        stream, left = self.call(self.requests[-1]), self.after.pop(0) if self.after else None
+        for count, message in enumerate(stream):
+            if count == left:
+                stream.cancel()
+                raise self
+            yield message
 
     def code(self):
         return grpc.StatusCode.UNAVAILABLE
@@ -187,5 +185,7 @@ class Broken(grpc.RpcError):
     def initial_metadata(self):
         return ()
 
-    def trailing_metadata(self):
-        return ()
+    trailing_metadata = initial_metadata
+
+    def cancel(self):
+        pass

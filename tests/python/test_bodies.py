@@ -47,8 +47,6 @@ def test_a_body_of_solids_is_that_of_its_points():
     assert np.allclose(whole.inertia_tensor, sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, d)), rtol=1e-13)
     R = turn([1, 2, 3], 0.7)
     assert np.allclose(solids.box(3, (1, 2, 4), attitude=R).inertia_tensor, R @ np.diag([5, 4.25, 1.25]) @ R.T, rtol=1e-14)
-    rounded = solids.box(3, (1, 2, 4), attitude=np.round(R, 4)).inertia_tensor
-    assert np.allclose(rounded, R @ np.diag([5, 4.25, 1.25]) @ R.T, rtol=0, atol=1e-3) and np.trace(rounded) == pytest.approx(10.5, rel=1e-14)
     turned = solids.box(3, (1, 2, 4), attitude=[1, 0, 0, 1]).inertia_tensor
     assert np.allclose(turned, np.diag([4.25, 5, 1.25]), rtol=1e-14, atol=1e-14), "a quarter turn about z"
     assert stiefel.body_scene(inertia_tensor=half, angular_velocity=[0, 0, 1])["body"]["inertia_tensor"] == pytest.approx(
@@ -62,8 +60,6 @@ def test_solids_of_an_ensemble_are_a_list_for_each_member(client):
     expected = [one.inertia_tensor for one in (solid[0], solid[1] + solid[2])]
     for scene in (stiefel.body_scene(inertia_tensor=[solid[:1], solid[1:]], members=2, angular_velocity=omega, step=0.1),
                   {"system": "rigid_body", "step": 0.1, "members": 2,
-                   "body": {"inertia_tensor": [solid[0], solid[1:]], "angular_velocity": omega}},
-                  {"system": "rigid_body", "step": 0.1, "members": 2,
                    "body": {"inertia_tensor": [solid[:1], solid[1:]], "angular_momentum": [I @ w for I, w in zip(expected, omega)]}}):
         with client.create(scene) as session:
             tensor = np.reshape(session.scene["body"]["inertia_tensor"], (2, 6))
@@ -72,10 +68,8 @@ def test_solids_of_an_ensemble_are_a_list_for_each_member(client):
         assert np.allclose(state["angular_velocity"], omega, rtol=0, atol=1e-15)
     shared = {"inertia_tensor": solid, "members": 2, "angular_velocity": [0, 0, 1]}
     assert np.shape(stiefel.body_scene(**shared)["body"]["inertia_tensor"]) == (6,), "three solids for two members are one body"
-    for make in (lambda: stiefel.body_scene(**{**shared, "inertia_tensor": solid[:2]}),
-                 lambda: stiefel.to_message({"members": 2, "body": {"inertia_tensor": solid[:2], "angular_velocity": [0, 0, 1]}})):
-        with pytest.raises(stiefel.InvalidArgument, match=r"inertia_tensor: 2 solids for 2 members: must be \[\[solid\], ...\]"):
-            make()
+    with pytest.raises(stiefel.InvalidArgument, match=r"inertia_tensor: 2 solids for 2 members: must be \[\[solid\], ...\]"):
+        stiefel.body_scene(**{**shared, "inertia_tensor": solid[:2]})
 
 
 class Rotation:
@@ -103,13 +97,6 @@ def test_a_step_is_a_hundredth_of_a_turn(omega, step):
     members = len(omega) if np.ndim(omega) == 2 else None
     assert stiefel.body_scene(moments=[1, 2, 3], angular_velocity=omega, members=members)["step"] == step
     assert stiefel.body_scene(moments=[1, 2, 3], angular_velocity=omega, members=members, step=7.5)["step"] == 7.5
-
-
-def test_scipy_s_rotation_is_taken():
-    Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
-    R = Rotation.from_euler("zyx", [0.3, -1, 2])
-    scene = stiefel.body_scene(moments=[1, 2, 3], attitude=R, angular_velocity=[0, 0, 0.1])
-    assert np.allclose(stiefel.simulate(scene, to=1, fields="Q")["Q"][0], R.as_matrix(), atol=1e-15)
 
 
 def test_velocity_and_momentum_in_both_frames(client):
@@ -149,34 +136,33 @@ def test_euler_angles_and_their_rates(client, sequence):
         assert np.allclose(stiefel.to_message(made).body.attitude, scene.body.attitude, rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize("forms, told", [
-    ({"euler_angles": [1, 2, 3]}, r"scene\.body\.sequence: None: must be three of X, Y, Z for axes that turn with the body, or of x, y, z"),
-    ({"euler_angles": [1, 2, 3], "sequence": "ZXx"}, r"sequence: 'ZXx': must be three of"), ({"euler_angles": [1, 2, 3], "sequence": 313}, "sequence: 313: must"),
-    ({"euler_angles": [1, 2, 3], "sequence": "ZZX"}, "sequence: 'ZZX': must be three of .* no two equal in a row"),
-    ({"euler_angles": [1, 2], "sequence": "ZXZ"}, r"euler_angles: the shape \(2,\): must be \(3\)"),
-    ({"euler_angles": [1, 2, 3], "sequence": "ZXZ", "attitude": [1, 0, 0, 0]}, "attitude: must be absent where euler_angles is given"),
+EULER = {"euler_angles": [1, 2, 3], "sequence": "ZXZ"}
+
+
+@pytest.mark.parametrize("given, told", [
+    ({"euler_angles": [1, 2, 3]}, r"sequence: None: must be three of X, Y, Z for axes that turn with the body, or of x, y, z"),
+    ({**EULER, "sequence": "ZXx"}, r"sequence: 'ZXx': must be three of"), ({**EULER, "sequence": 313}, "sequence: 313: must"),
+    ({**EULER, "sequence": "ZZX"}, "sequence: 'ZZX': must be three of .* no two equal in a row"),
+    ({**EULER, "euler_angles": [1, 2]}, r"euler_angles: the shape \(2,\): must be \(3\)"),
+    ({**EULER, "attitude": [1, 0, 0, 0]}, "attitude: must be absent where euler_angles is given"),
     ({"euler_rates": [1, 2, 3]}, "euler_rates: must be absent where euler_angles is not given"), ({"sequence": "ZXZ"}, "sequence: must be absent where"),
-    ({"euler_angles": [1, 2, 3], "sequence": "ZXZ", "euler_rates": [1, 2, 3], "angular_velocity": [1, 2, 3]}, "angular_velocity: must be absent where"),
-    ({"euler_angles": [1, 2, 3], "sequence": "ZXZ", "euler_rates": [1, 2, 3], "frame": "space"}, "frame: must be absent where angular_velocity or"),
-    ({"euler_angles": "ZXZ", "sequence": "ZXZ"}, "euler_angles: 'ZXZ': must be numbers in rad, or a quantity that converts to it"),
+    ({**EULER, "euler_rates": [1, 2, 3], "angular_velocity": [1, 2, 3]}, "angular_velocity: must be absent where"),
+    ({**EULER, "euler_angles": "ZXZ"}, "euler_angles: 'ZXZ': must be numbers in rad, or a quantity that converts to it"),
     ({"order": "zyx"}, "order: 'zyx': must be one of wxyz, xyzw"), ({"order": "xyzw"}, "order: must be absent where attitude is not given"),
     ({"mrp": [0, 0]}, r"mrp: the shape \(2,\): must be \(3\)"), ({"mrp": [0, 0, 0], "attitude": [1, 0, 0, 0]}, "attitude: must be absent where mrp")])
-def test_forms_that_do_not_fit_are_refused(forms, told):
-    with pytest.raises(stiefel.InvalidArgument, match=told):
-        stiefel.to_message({"system": "rigid_body", "body": {"moments": [1, 2, 3], **forms}})
+def test_forms_that_do_not_fit_are_refused(given, told):
+    with pytest.raises(stiefel.InvalidArgument, match=rf"scene\.body\.{told}"):
+        stiefel.to_message({"system": "rigid_body", "body": {"moments": [1, 2, 3], **given}})
 
 
 @pytest.mark.parametrize("given, told", [
     (dict(attitude=[0.7071, 0.7071, 0, 0]), "attitude: .* of norm 0.9999904.*: must have norm 1 to 1e-06; normalize=True makes it so"),
-    (dict(attitude=np.round(turn([1, 2, 3], 1), 5)), "attitude: max .* = .*e-06: must be a rotation .*; normalize=True"),
-    (dict(attitude=[1, 1, 0, 0]), "of norm 1.41.*: must have norm 1 to 1e-06; normalize=True makes it so"),
+    (dict(attitude=np.round(turn([1, 2, 3], 1), 5)), "attitude: max .* = .*e-06: must be a rotation .*; normalize=True makes it so"),
     (dict(attitude=[0, 0, 0, 0]), "of norm 0: must have norm 1 to 1e-06$"),
-    (dict(attitude=[0, 0, 0, 0], normalize=True), r"attitude: \[0.0, 0.0, 0.0, 0.0\]: must have a finite norm above 0"),
-    (dict(attitude=np.diag([1, 1, -1.0])), "the determinant is -1"), (dict(attitude=[1, 0, 0]), r"the shape \(3,\)"),
-    (dict(attitude=[1, 0, 0, 0], order="wxzy"), "order: 'wxzy'"), (dict(frame="inertial"), "frame: 'inertial'"),
+    (dict(attitude=np.diag([1, 1, -1.0])), "the determinant is -1"), (dict(attitude=[1, 0, 0]), r"the shape \(3,\)"), (dict(frame="inertial"), "frame: 'inertial'"),
     (dict(inertia_tensor=[[1, 0.1, 0], [0, 2, 0], [0, 0, 2]], moments=None), r"inertia_tensor: max \|I - I\^T\| = 0.1"),
-    (dict(inertia_tensor=np.eye(3)), "moments: exactly one"), (dict(angular_momentum=[1, 0, 0]), "exactly one of angular_velocity"),
-])
+    (dict(attitude=[0, 0, 0, 0], normalize=True), r"attitude: \[0.0, 0.0, 0.0, 0.0\]: must have a finite norm above 0"),
+    (dict(inertia_tensor=np.eye(3)), "moments: exactly one"), (dict(angular_momentum=[1, 0, 0]), "exactly one of angular_velocity")])
 def test_what_is_wrong_is_refused_with_its_rule(given, told):
     with pytest.raises(stiefel.InvalidArgument, match=told):
         stiefel.body_scene(**{"moments": [1, 2, 3], "angular_velocity": [0, 0, 1], **given})
@@ -193,12 +179,7 @@ def test_a_scene_takes_what_a_body_takes(client):
     both = stiefel.to_dict({"members": 2, "body": {"inertia_tensor": solids.box(6, (1, 2, 3), at=(1, 0, 0)), "attitude": [Q, Q.T]}})["body"]
     assert np.allclose(both["attitude"], [*q, *q * np.array([1, -1, -1, -1])], rtol=0, atol=1e-15)
     assert np.allclose(both["inertia_tensor"], [6.5, 5, 2.5, 0, 0, 0], rtol=1e-15)  # m (b^2 + c^2) / 12
-    for attitude, told in ((np.round(Q, 5), r"max .* = .*e-06: must be a rotation .*; normalize=True makes it so"), (-Q, "the determinant is -1")):
-        with pytest.raises(stiefel.InvalidArgument, match=f"scene.body.attitude: {told}"):
-            stiefel.to_dict({"body": {"attitude": attitude}})
     rounded = {"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], "attitude": [0.7071, 0, 0, 0.7071], "angular_velocity": [1, 2, 3]}}
-    with pytest.raises(stiefel.InvalidArgument, match="norm"):
-        client.create(rounded)
     assert client.create({**rounded, "normalize": True}).scene["body"]["attitude"] == pytest.approx([0.5**0.5, 0, 0, 0.5**0.5])
 
 
@@ -238,9 +219,8 @@ def test_a_frame_by_its_velocity(client, system):
     scene = {"system": system, "inertia": [1, 2, 3, 4, 5], "step": 0.01, "initial": {"Q": Q, "Qdot": Qdot}}
     with client.create(scene) as session:
         assert np.allclose(session.step(to=0, fields="Qdot")["Qdot"], Qdot, rtol=0, atol=1e-13)
-    with pytest.raises(stiefel.InvalidArgument, match="initial.Qdot: must be absent where S is given"):
-        client.create({**scene, "initial": {**scene["initial"], "S": Qdot}})
-    for change, told in (({"initial": {"Q": Q.T, "Qdot": Qdot.T}}, r"initial.Qdot: the shape \(5, 2\): .* it looks transposed"),
+    for change, told in (({"initial": {"Q": Q.T, "Qdot": Qdot.T}}, r"^scene.initial.Qdot: the shape \(5, 2\): .* it looks transposed"),
+                         ({"initial": {"Q": Q, "Qdot": Qdot, "S": Qdot}}, "initial.Qdot: must be absent where S is given"),
                          ({"inertia": None}, "scene.inertia: absent"), ({"inertia": [1, 2, 3]}, r"the shape \(2, 5\): .* has numbers, 3$"),
                          ({"inertia": [1, 2]}, r"the shape \(2, 5\): .* has numbers, 2$")):
         with pytest.raises(stiefel.InvalidArgument, match=told):
@@ -251,15 +231,3 @@ def test_a_frame_by_its_velocity(client, system):
         client.create({**scene, "system": "stiefel", "initial": {"Q": Q, "Omega": U}})
 
 
-def test_an_error_names_what_was_given(client):
-    """Omega and Qdot, of which the client makes the blocks that the server knows."""
-    W = np.array([[0, 1, 2, 3], [-1, 0, 4, 5], [-2, -4, 0, 6], [-3, -5, -6, 0.5]])
-    body = {"system": "rigid_body", "step": 0.1, "inertia": [1, 2, 3, 4], "initial": {"Q": np.eye(4), "Omega": W}}
-    frame = {"system": "stiefel", "step": 0.1, "inertia": [1, 2, 3], "initial": {"Q": np.eye(2, 3), "Qdot": np.ones((2, 3))}}
-    for scene, name in ((body, "Omega"), (frame, "Qdot")):
-        with pytest.raises(stiefel.InvalidArgument, match=rf"^scene\.initial\.{name}: ") as caught:
-            client.create(scene)
-        assert caught.value.violations[0].field == f"scene.initial.{name}"
-    frame["initial"] = {"Q": np.eye(3, 2), "Qdot": np.ones((3, 2))}
-    with pytest.raises(stiefel.InvalidArgument, match=r"as many columns as inertia has numbers, 3; it looks transposed"):
-        client.create(frame)

@@ -1,7 +1,6 @@
 """Retries, resumption, deadlines and exceptions, against a server that fails on purpose."""
 import re
 import socket
-import threading
 
 import grpc
 import numpy as np
@@ -78,7 +77,7 @@ def test_a_server_that_went_is_waited_for_until_the_deadline(service, clock, cap
             service.failures, begin = list(never), clock.now
             with pytest.raises(stiefel.Unavailable, match="on purpose"):
                 call(to=5)
-            assert seconds - 1 < clock.now - begin <= seconds + 1
+            assert seconds - 1 < clock.now - begin <= seconds + 1.6, "a pause at most after it"
         told = capsys.readouterr().err.splitlines()
         assert [line.partition("; ")[0] for line in told] == ["stiefel: on purpose"] * 4 and "; waits for up to 36.9 s more" in told[0]
         service.failures = list(never[:40])
@@ -130,23 +129,6 @@ def test_a_call_that_took_too_long_says_how_long_it_takes(client, late):
         assert seconds == pytest.approx(work / 5e9, rel=0.1)
 
 
-def test_a_server_with_tls_is_told_from_a_silent_one(client):
-    """A client without TLS finds its connection closed."""
-    def closes(listener):
-        while True:
-            try:
-                listener.accept()[0].close()
-            except OSError:
-                return
-
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        threading.Thread(target=closes, args=[listener], daemon=True).start()
-        with stiefel.Client(f"127.0.0.1:{listener.getsockname()[1]}") as plain, pytest.raises(stiefel.Unavailable) as caught:
-            plain.describe()
-        listener.shutdown(socket.SHUT_RDWR)
-    assert str(caught.value).endswith(": it closes the connection, as a server with TLS does to a client without: give `tls`")
-
-
 @pytest.mark.parametrize("breaks", [[2], [1, 1, 1], [0, 0, 3], [UNAVAILABLE, 2, UNAVAILABLE, 1], [-1]],
                          ids=lambda breaks: " ".join(str(b) for b in breaks))
 def test_a_broken_stream_resumes_where_it_stopped(service, session, breaks):
@@ -173,48 +155,20 @@ def test_a_timeout_is_that_of_the_whole_trajectory(service, session, clock):
     assert partial.computed_steps == 14 * 9
 
 
-def test_without_one_a_stream_that_brings_something_goes_on(service, session):
-    """The client's deadline comes three times, each time after a message."""
-    service.break_code, service.failures = grpc.StatusCode.DEADLINE_EXCEEDED, [2, 1, 1]
-    run = session.trajectory(to=99)
-    assert run.outcome == "REACHED" and run.samples == 100
-    assert len([request for request in service.requests if hasattr(request, "every")]) == 4
-
-
-def test_other_errors_have_what_arrived_too(service, session):
-    service.failures = [2, EXHAUSTED]
-    with pytest.raises(stiefel.ResourceExhausted) as caught:
-        session.trajectory(to=100)
-    assert list(caught.value.partial.step) == list(range(20))
-    with pytest.raises(stiefel.ResourceExhausted) as caught:
-        service.failures = [EXHAUSTED]
-        session.step(to=5)
-    assert caught.value.partial is None
-
-
 def test_a_refusal_with_a_time_is_made_again_after_it(service, session, monkeypatch):
+    """Nobody waits for more than five minutes at a time, whether its call, drive or stream has a deadline or not."""
     slept = []
     monkeypatch.setattr(session._connection, "rest", lambda seconds, away: slept.append(seconds))
     service.failures, begin = [fake.refusal(0.25)] * 3, len(service.requests)
-    assert session.step(to=5).step == 5
-    assert len(service.requests) - begin == 4 and len(slept) == 3
-    for attempt, pause in enumerate(slept):
-        assert 0.25 <= pause <= 0.25 + 0.01 * 2**attempt
-
-
-@pytest.mark.parametrize("delay", [301.0, 1e6, 1e9])
-def test_nobody_waits_for_ever(service, session, monkeypatch, delay):
-    """A call without a deadline, a drive and a stream wait for at most five minutes at a time."""
-    slept = []
-    monkeypatch.setattr(session._connection, "rest", lambda seconds, away: slept.append(seconds))
+    assert session.step(to=5).step == 5 and len(service.requests) - begin == 4
+    assert len(slept) == 3 and all(0.25 <= pause <= 0.25 + 0.01 * 2**attempt for attempt, pause in enumerate(slept))
     session._connection.timeout = None
-    with session.drive() as drive:
-        for call in (session.step, drive.step, session.trajectory):
-            service.failures = [fake.refusal(299.0), fake.refusal(delay)]
-            with pytest.raises(stiefel.ResourceExhausted) as caught:
-                call(to=5)
-            assert caught.value.retry_delay == delay
-    assert len(slept) == 3 and all(299 <= pause <= 300 for pause in slept)
+    for call in (session.step, session.drive().step, session.trajectory):
+        service.failures = [fake.refusal(299.0), fake.refusal(301.0)]
+        with pytest.raises(stiefel.ResourceExhausted) as caught:
+            call(to=5)
+        assert caught.value.retry_delay == 301
+    assert len(slept) == 6 and all(299 <= pause <= 300 for pause in slept[3:])
 
 
 def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
@@ -227,11 +181,3 @@ def test_a_stream_and_a_drive_that_are_refused_go_on(service, session):
         with pytest.raises(stiefel.ResourceExhausted):
             drive.step(5)
         assert drive.step(6).step == 6
-
-
-@pytest.mark.parametrize("call", [lambda s: s.summarize(10, quantities={"energy": "drift"}), lambda s: s.diagnose(to=1),
-                                  lambda s: s.linearize(to=1), lambda s: next(s.client.list())])
-def test_a_call_that_an_older_server_does_not_have_says_which_version_it_needs(session, call):
-    with pytest.raises(stiefel.StiefelError, match=f"does not have this call.*stiefel-server {stiefel.__version__}") as caught:
-        call(session)
-    assert caught.value.code is grpc.StatusCode.UNIMPLEMENTED

@@ -1,8 +1,5 @@
 """Manifolds of frames: geodesics against exponentials of whole matrices, parallel transport against its definition."""
-import re
-import sys
 from dataclasses import replace
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -67,32 +64,21 @@ def test_the_logarithm_is_the_inverse_of_exp(manifold):
 
 
 @pytest.mark.parametrize("metric", ["euclidean", "canonical", 0.7])
-@pytest.mark.parametrize("n, N", [(1, 80), (2, 50), (5, 40)])
+@pytest.mark.parametrize("n, N", [(1, 80), (5, 40)])
 def test_frames_that_are_joined_in_their_span_have_the_geodesics_of_whole_frames(metric, n, N, client):
     """`normalize` sends whole frames."""
     manifold = Stiefel(n, N, metric=metric, client=client)
     Q = manifold.random(seed=1)
     V = manifold.random_tangent(Q, seed=2)
-    turn = np.zeros((n, N))
-    turn[0] = manifold.tangent(Q, np.eye(n)[:1].T @ V[:1])[0]  # one vector leaves the span of Q
-    ends = [Q, manifold.exp(Q, 2 * V), manifold.exp(Q, 1e-9 * V), manifold.exp(Q, 1e-4 * V),
-            manifold.exp(Q, manifold.tangent(Q, turn)), manifold.exp(Q, 2 * V).astype(np.float32).astype(float)]
-    requests = [{"metric": metric} if isinstance(metric, str) else {"metric": "beta", "beta": metric}]
-    requests += [{"inertia": [2.5] * N}] * (metric == "euclidean")
-    joined = manifold.join(Q, np.array(ends))
-    for request in requests:
-        found = client.geodesics([(Q, P) for P in ends], samples=3, **request)
-        whole = client.geodesics([(Q, P) for P in ends], samples=3, normalize=True, **request)
-        for k, (one, other) in enumerate(zip(found, whole)):
-            assert one.shortest == other.shortest == joined.shortest[k] and bool(one.scene) == bool(other.scene)
-            np.testing.assert_allclose(manifold.exp(Q, one.velocity), ends[k], atol=1e-13 if k < 5 else 1e-7)
-            np.testing.assert_allclose(one.energy, other.energy, atol=1e-13)
-            for array, of_whole in ((one.velocity, other.velocity), (joined.velocity[k], other.velocity), (one.trajectory, other.trajectory)):
-                np.testing.assert_allclose(array, of_whole, atol=1e-14)
-            if other.scene:
-                assert {**one.scene, "initial": 0} == {**other.scene, "initial": 0}
-                for name, block in other.scene["initial"].items():
-                    np.testing.assert_allclose(one.scene["initial"][name], block, atol=1e-13)
+    ends = [Q, manifold.exp(Q, 2 * V), manifold.exp(Q, 1e-9 * V)]
+    request = {"metric": metric} if isinstance(metric, str) else {"metric": "beta", "beta": metric}
+    found, whole = (client.geodesics([(Q, P) for P in ends], samples=3, normalize=given, **request) for given in (False, True))
+    for one, other in zip(found, whole):
+        assert one.shortest == other.shortest and bool(one.scene) == bool(other.scene)
+        for array, of_whole in ((one.velocity, other.velocity), (one.trajectory, other.trajectory)):
+            np.testing.assert_allclose(array, of_whole, atol=1e-14)
+        for name, block in other.scene["initial"].items() if other.scene else ():
+            np.testing.assert_allclose(one.scene["initial"][name], block, atol=1e-13)
 
 
 class Missing:
@@ -124,14 +110,6 @@ def test_a_pair_that_is_not_joined_does_not_lose_the_others(client):
     assert "2 pairs, 1 not joined" in repr(T.join(Q[:2], P[0, :2], partial=True))
 
 
-def test_a_pair_without_a_geodesic_is_told_in_the_words_of_geometry(client):
-    Q, P = Stiefel(3, 4).random(2, seed=1)
-    with pytest.raises(stiefel.manifold.NotJoined, match="Pair 0: no geodesic from Q_0 to Q_T was found; partial=True"):
-        Stiefel(3, 4, 1e4, client=client).log(Q, P)
-    missed = client.geodesics([(np.eye(2, 3), -np.eye(2, 3))], inertia=np.geomspace(1, 1e10, 3))[0]
-    assert missed.run_status.message == f"no geodesic from Q_0 to Q_T was found; the best one misses Q_T by {missed.residual:.2g}"
-
-
 def test_dist_warns_where_a_geodesic_is_not_proved_to_be_the_shortest(client, recwarn):
     S = Stiefel(2, 4, client=client)
     Q = S.random(seed=1)
@@ -147,20 +125,14 @@ def test_dist_warns_where_a_geodesic_is_not_proved_to_be_the_shortest(client, re
 @pytest.mark.parametrize("layout", ["rows", "columns"])
 def test_aligned_frames_are_as_far_apart_as_their_subspaces(layout):
     """The distance of subspaces is that of the angles between them, the arccosines of the singular values of QP^T."""
-    S = Stiefel(3, 9, layout=layout)
-    Q, P = S.random((2, 20), seed=1)
-    P = S.exp(Q, 0.8 * S.random_tangent(Q, seed=3))
-    R = Stiefel(3, 3).random(20, seed=2)
-    turned = R @ P if layout == "rows" else P @ R
-    product = (lambda A, B: A @ np.swapaxes(B, -1, -2)) if layout == "rows" else (lambda A, B: np.swapaxes(A, -1, -2) @ B)
-    angles = np.arccos(np.clip(np.linalg.svd(product(Q, turned), compute_uv=False), 0, 1))
-    np.testing.assert_allclose(S.dist(Q, S.align(Q, turned)), np.linalg.norm(angles, axis=-1), atol=1e-7)
-    aligned = S.align(Q, turned)
-    projector = (lambda A: np.swapaxes(A, -1, -2) @ A) if layout == "rows" else (lambda A: A @ np.swapaxes(A, -1, -2))
-    np.testing.assert_allclose(projector(aligned), projector(P), atol=1e-14)
-    signs = np.where(np.random.default_rng(4).random(3) < 0.5, -1.0, 1.0)
-    flipped = signs[:, None] * Q if layout == "rows" else Q * signs
-    assert (S.align(Q, flipped, signs=True) == Q).all()
+    S, rows = Stiefel(3, 9, layout=layout), lambda A: A if layout == "rows" else np.swapaxes(A, -1, -2)
+    Q = S.random(20, seed=1)
+    P = rows(S.exp(Q, 0.8 * S.random_tangent(Q, seed=3)))
+    aligned = S.align(Q, rows(Stiefel(3, 3).random(20, seed=2) @ P))
+    angles = np.arccos(np.clip(np.linalg.svd(rows(Q) @ np.swapaxes(P, -1, -2), compute_uv=False), 0, 1))
+    np.testing.assert_allclose(S.dist(Q, aligned), np.linalg.norm(angles, axis=-1), atol=1e-7)
+    np.testing.assert_allclose(np.swapaxes(rows(aligned), -1, -2) @ rows(aligned), np.swapaxes(P, -1, -2) @ P, atol=1e-14)
+    assert (S.align(Q, rows(np.array([[1], [-1], [-1]]) * rows(Q)), signs=True) == Q).all()
 
 
 def test_what_is_tangent_is_so_beside_its_own_length(client):
@@ -179,43 +151,10 @@ def test_what_is_tangent_is_so_beside_its_own_length(client):
         manifold.exp(Q, sum([V, 0.3 * V, -1.3 * V]))
 
 
-def test_an_adapter_projects_what_an_optimiser_gives(client, monkeypatch):
-    """The difference of two vectors is tangent to their rounding alone."""
-    made = ModuleType("pymanopt.manifolds.manifold")
-    made.Manifold = type("Manifold", (), {"__init__": lambda self, name, dimension: None})
-    monkeypatch.setitem(sys.modules, made.__name__, made)
-    S = Stiefel(5, 50, layout="columns", client=client)
-    Q = S.random(seed=1)
-    V, W = S.random_tangent(Q, seed=2), S.random_tangent(Q, seed=3)
-    short = (1e6 * V + 1e-7 * W) - 1e6 * V
-    with pytest.raises(ValueError, match="must be tangent"):
-        S.exp(Q, short)
-    space = S.to_pymanopt()
-    np.testing.assert_allclose(space.retraction(Q, short), S.exp(Q, 1e-7 * W), atol=2e-9)
-    np.testing.assert_allclose(space.transport(Q, space.exp(Q, W), short), S.transport(Q, W, 1e-7 * W), atol=2e-9)
-
-
 def least(f, start):
     optimize = pytest.importorskip("scipy.optimize", reason="python3-scipy is not installed")
     found = optimize.minimize(f, start, method="BFGS", options={"gtol": 1e-7})
     return found.x
-
-
-def test_means_are_minima_of_distances_in_closed_form():
-    """On the sphere the distance is the angle; of rotations it is sqrt(2) times the angle between them."""
-    rng, sphere, turns = np.random.default_rng(1), Stiefel(1, 3), SpecialOrthogonal(3)
-    weights = rng.uniform(0.1, 1, 20)
-    for manifold, distance in ((sphere, lambda Q, P: np.arccos(np.clip(np.sum(Q * P, axis=(-2, -1)), -1, 1))),
-                               (turns, lambda Q, P: np.arccos(np.clip((np.sum(Q * P, axis=(-2, -1)) - 1) / 2, -1, 1)) * np.sqrt(2))):
-        centre = manifold.random(seed=1)
-        basis = manifold.tangent(centre, np.eye(centre.size).reshape(-1, *centre.shape))
-        points = manifold.exp(centre, rng.uniform(0, 1.2, (20, 1, 1)) * manifold.random_tangent(np.broadcast_to(centre, (20, *centre.shape)), seed=2))
-        mean = manifold.mean(points, weights=weights)
-        f = lambda x, w=weights: w @ distance(manifold.exp(centre, np.tensordot(x, basis, 1)), points)**2  # noqa: E731
-        minimum = manifold.exp(centre, np.tensordot(least(f, np.zeros(len(basis))), basis, 1))
-        np.testing.assert_allclose(mean.frame, minimum, atol=1e-6)
-        assert mean.residual < 1e-12 and mean.converged and mean.proved and mean.iterations < 10
-        np.testing.assert_allclose(mean.variance, weights @ distance(mean.frame, points)**2 / weights.sum(), rtol=1e-12)
 
 
 def test_a_mean_has_the_least_sum_of_squared_distances(manifold):
@@ -227,6 +166,7 @@ def test_a_mean_has_the_least_sum_of_squared_distances(manifold):
     assert means.frame.shape == (2, *Q.shape) and means.residual.max() < 1e-12 and means.converged.all()
     alone = manifold.mean(points[1], weights=[2, 2, 2, 2, 2])
     np.testing.assert_allclose(alone.frame, means.frame[1], atol=1e-12)
+    np.testing.assert_allclose(alone.variance, np.mean(manifold.join(alone.frame, points[1]).distance**2), rtol=1e-10)
     two = manifold.mean(points[0, :2], weights=[3, 1])
     np.testing.assert_allclose(two.frame, manifold.exp(points[0, 0], manifold.log(points[0, 0], points[0, 1]) / 4), atol=1e-11)
     W = manifold.random_tangent(np.broadcast_to(means.frame[0], (2, *Q.shape)), seed=3)
@@ -318,19 +258,15 @@ def test_frames_and_tangents_are_what_they_are_called(manifold):
 
 
 @pytest.mark.parametrize("make, said", [
-    (lambda: Stiefel(4, 3), "n = 4, N = 3: must be 1 <= n <= N"),
     (lambda: Stiefel(8, 3), "N = 3: .*; Stiefel\\(n, N\\) has n vectors of N numbers"),
     (lambda: Stiefel(2, 3, "round"), "metric: 'round': must be"),
-    (lambda: Stiefel(2, 3, [1, 2]), "3 positive numbers"),
     (lambda: SpecialOrthogonal(3, [1, -2, 3]), "sum of any two"),
     (lambda: Stiefel(2, 3, layout="C"), "layout: 'C'"),
     (lambda: Stiefel(2, 3).exp(np.eye(3), np.eye(3)), r"the shape \(3, 3\): must end with \(2, 3\)"),
     (lambda: Stiefel(2, 3).log(np.eye(3, 2), np.eye(3, 2)), "layout 'rows'; layout='columns' takes this one$"),
     (lambda: Stiefel(2, 3, layout="columns").project(np.eye(2, 3)), "layout 'columns'; layout='rows' takes this one$"),
     (lambda: Stiefel(2, 3).log(np.ones((4, 1, 1)) * np.eye(2, 3), np.ones((3, 1, 1)) * np.eye(2, 3)), r"axes \(4,\) and \(3,\) do not broad"),
-    (lambda: Stiefel(2, 3).exp(np.ones((4, 1, 1)) * np.eye(2, 3), np.zeros((3, 2, 3))), r"axes \(4,\) and \(3,\) do not broadcast"),
     (lambda: Stiefel(2, 3).exp(2 * np.eye(2, 3), np.zeros((2, 3))), r"max \|QQ\^T - I\| = 3.0e\+00: frames must .*; project"),
-    (lambda: Stiefel(2, 3).log(np.eye(2, 3), np.full((2, 3), np.nan)), r"= nan: frames must"),
     (lambda: Stiefel(2, 3).exp(np.eye(2, 3), np.eye(2, 3)), r"max \|VQ\^T \+ QV\^T\| = 2.0e\+00: must be tangent at Q"),
     (lambda: Stiefel(2, 3).transport(np.eye(2, 3), np.zeros((2, 3)), np.ones((2, 3))), "must be tangent at Q"),
 ])
@@ -359,14 +295,3 @@ def test_velocities_of_an_energy_and_a_momentum(manifold):
     if manifold.n > 1:
         with pytest.raises(ValueError, match="energy: 0.001: must be at least"):
             manifold.velocity(Q, W, energy=0.001, momentum=asked)
-
-
-def test_a_geodesic_keeps_its_momentum(client):
-    manifold = Stiefel(3, 5, LAMBDA, client=client)
-    Q = manifold.random(seed=1)
-    m = np.array([[0, 0.1, -0.2], [-0.1, 0, 0.3], [0.2, -0.3, 0]])
-    V = manifold.velocity(Q, manifold.random_tangent(Q, seed=2), energy=0.5, momentum=m)
-    scene = {"system": "stiefel", "inertia": LAMBDA, "step": 0.1, "initial": {"Q": Q, "Qdot": V}}
-    with client.create(scene) as session:
-        last = session.step(to=100)
-    np.testing.assert_allclose(manifold.momentum(last["Q"], last["S"] / LAMBDA), m, atol=1e-12)

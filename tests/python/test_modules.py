@@ -1,7 +1,5 @@
 """The package's modules: which are public, that no imports form a circle, and what completion shows."""
 import ast
-import dataclasses
-import enum
 import importlib
 import inspect
 import re
@@ -85,27 +83,6 @@ def test_completion_shows_of_a_module_what_is_public(name):
     assert all(not inspect.ismodule(getattr(module, one)) for one in shown)
     defined = {one for one, value in vars(module).items() if inspect.isclass(value) and value.__module__ == module.__name__}
     assert {one for one in defined if not one.startswith("_")} <= set(shown), "a class without an underscore is public"
-
-
-@pytest.mark.parametrize("kind", [getattr(stiefel, name) for name in dir(stiefel) if inspect.isclass(getattr(stiefel, name))],
-                         ids=lambda kind: kind.__name__)
-def test_what_completion_shows_of_a_class_is_documented(kind):
-    fields = {field.name for field in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else set()
-    told = set(kind.__annotations__) | set(getattr(stiefel.StiefelError, "__annotations__", ())) | fields
-    for name in dir(kind):
-        if name.startswith("_") or name in told or hasattr(OSError, name) or hasattr(str, name) and issubclass(kind, enum.Enum):
-            continue
-        value = inspect.getattr_static(kind, name)
-        assert inspect.getdoc(getattr(value, "fget", None) or value) or isinstance(value, (enum.Enum, int)), f"{kind.__name__}.{name}"
-        assert not isinstance(value, staticmethod), f"{kind.__name__}.{name}"
-
-
-def test_what_completion_shows_of_an_object(client):
-    """The names of its class, which the test above reads, and these attributes."""
-    with client.create({"system": "rigid_body", "step": 0.1, "body": {"moments": [1, 2, 3], "angular_velocity": [1, 0, 1]}}) as session:
-        more = {kind: {name for name in set(dir(one)) - set(dir(kind)) if not name.startswith("_")}
-                for one in (client, session, session.drive()) for kind in [type(one)]}
-    assert list(more.values()) == [{"address"}, {"created", "epoch"}, set()]
 
 
 def test_an_optional_package_belongs_to_an_extra():

@@ -63,17 +63,6 @@ def test_arrays_of_the_scene_that_a_reply_leaves_out_are_fetched_once(service, s
     assert len(service.requests) == calls_made
 
 
-def test_the_warnings_of_a_tradeoff_are_issued(service, session):
-    def warned(part):
-        if part.HasField("setup"):
-            part.setup.warnings.append("the work of a step of heun is estimated")
-        return part
-    service.spoil = warned
-    with pytest.warns(stiefel.SceneWarning, match="the work of a step of heun is estimated") as caught:
-        session.client.tradeoff({"system": "rigid_body"})
-    assert len(caught) == 1
-
-
 @pytest.mark.parametrize("offsets", [[4], [0, 8], [0, 4], [0, 4, 4]], ids=str)
 def test_a_part_that_is_missing_is_noticed(offsets):
     found = {part.offset: part for part in fake.parts("large", large(1))}

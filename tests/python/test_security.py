@@ -110,20 +110,12 @@ def test_a_channel_of_the_callers(client):
             stiefel.Client(channel=client._channel, **more)
 
 
-@pytest.mark.parametrize("token", ["", "a\nb", "ä", " x", "x\x00"])
-def test_what_is_no_token(token):
-    with pytest.raises(stiefel.InvalidArgument, match="token: it must be printable ASCII") as refused:
-        stiefel.Client("unix:/x", token=token)
-    assert not token or token not in str(refused.value)
-
-
-def test_files_that_are_not_there():
-    for tls in ("/none/ca.pem", stiefel.Tls(certificate="/none/c.pem", key="/none/k.pem")):
-        with pytest.raises(stiefel.InvalidArgument, match="/none/.*No such file"):
-            stiefel.Client("127.0.0.1:1", tls=tls)
-    with pytest.raises(stiefel.InvalidArgument, match="test_security.py: must hold certificates in PEM"):
-        stiefel.Client("127.0.0.1:1", tls=__file__)
-    with pytest.raises(stiefel.InvalidArgument, match="one needs the other"):
-        stiefel.Client("127.0.0.1:1", tls=stiefel.Tls(certificate=os.devnull))
-    with pytest.raises(stiefel.InvalidArgument, match="a Unix socket has no TLS"):
-        stiefel.Client("unix:/x", tls=True)
+@pytest.mark.parametrize("given, told", [
+    *(({"token": token}, "token: it must be printable ASCII") for token in ("", "a\nb", "ä", " x", "x\x00")),
+    ({"tls": "/none/ca.pem"}, "/none/.*No such file"), ({"tls": stiefel.Tls(certificate="/none/c.pem", key="/none/k.pem")}, "/none/.*No such file"),
+    ({"tls": __file__}, "test_security.py: must hold certificates in PEM"), ({"tls": stiefel.Tls(certificate=os.devnull)}, "one needs the other"),
+    ({"tls": True, "address": "unix:/x"}, "a Unix socket has no TLS")])
+def test_what_is_no_token_and_no_certificate(given, told):
+    with pytest.raises(stiefel.InvalidArgument, match=told) as refused:
+        stiefel.Client(**{"address": "127.0.0.1:1", **given})
+    assert "\n" not in str(refused.value) and "ä" not in str(refused.value)

@@ -2,14 +2,13 @@
 import json
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
-import psutil
 import pytest
 
 import stiefel
+from test_server import gone
 
 EXAMPLES = Path(__file__).parents[2] / "client" / "examples" / "scenes"
 TOP = {"system": "rigid_body", "step": 0.1, "epoch": "2016-12-31T23:59:50Z",
@@ -86,14 +85,6 @@ if __name__ == "__main__":
 """
 
 
-def runs(pid):
-    """Whether the process is there and no zombie."""
-    try:
-        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return False
-
-
 def test_a_process_has_one_server_and_a_child_its_own(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
     done = subprocess.run([sys.executable, tmp_path / "script.py"], capture_output=True, text=True, timeout=120)
@@ -102,10 +93,7 @@ def test_a_process_has_one_server_and_a_child_its_own(tmp_path):
     states, servers = zip(*(pair for pairs in found.values() for pair in pairs))
     assert all(state == states[0] for state in states)
     assert len(found["here"]) == 11 and len({pid for _, pid in found["here"]}) == 1 and len(set(servers)) == 3
-    end = time.monotonic() + 30
-    while any(runs(pid) for pid in servers) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert not any(runs(pid) for pid in servers), "they end with their processes"
+    assert all(gone(pid, 30) for pid in servers), "they end with their processes"
 
 
 FORKS = """
@@ -158,12 +146,9 @@ Q = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0.0]])  # body axes x, y, z are z, 
 @pytest.mark.parametrize("given, omega, attitude", [
     ({"angular_velocity": [1, 2, 3], "frame": "space", "attitude": Q}, [3, -1, -2], Q),
     ({"angular_momentum": [2, 4, 3]}, [1, 2, 3], None),
-    ({"angular_momentum": [0, 0, 3.0], "moments": [3, 4, 6]}, [0, 0, 0.5], None),
-    ({"angular_velocity": [0, 0, 1], "inertia_tensor": np.diag([4, 5, 6.0])}, [0, 0, 1], None),
     ({"attitude": [0.5005, 0.5005, -0.5005, -0.5005], "order": "xyzw", "normalize": True}, None,
      [[0, 0, -1], [1, 0, 0], [0, -1, 0]]),
-    ({"mrp": [0, 0, np.tan(np.pi / 8)]}, None, [[0, -1, 0], [1, 0, 0], [0, 0, 1]]),
-], ids=["space", "momentum", "moments", "tensor", "xyzw", "mrp"])
+], ids=["space", "momentum", "xyzw"])
 def test_a_fork_takes_a_body_in_every_form(client, given, omega, attitude):
     """What is not given is that of the state at the fork, in space axes too."""
     given = dict(given)
@@ -177,24 +162,17 @@ def test_a_fork_takes_a_body_in_every_form(client, given, omega, attitude):
 
 
 @pytest.mark.parametrize("system", ["rigid_body", "right_rigid_body", "symmetric_rigid_body", "mclachlan_scovel"])
-@pytest.mark.parametrize("members", [None, 2])
-def test_a_fork_takes_velocities_in_n_dimensions(client, system, members):
-    """Twice the velocity is twice the momentum, and the frame stays."""
-    inertia, rng = np.array([1, 2, 3, 4.0]), np.random.default_rng(3)
-    Omega = rng.standard_normal((4, 4)) / 5
-    Omega = Omega - Omega.T
-    scene = {"system": system, "step": 0.1, "inertia": inertia, "initial": {"Q": np.eye(4), "Omega": Omega}}
-    if members:
-        scene = {**scene, "members": members, "initial": {"Q": np.stack([np.eye(4)] * 2), "Omega": np.stack([Omega, -Omega])}}
+def test_a_fork_takes_velocities_in_n_dimensions(client, system):
+    """Twice the velocity is twice the momentum, and the frames stay, of both members."""
+    W = np.random.default_rng(3).standard_normal((2, 4, 4)) / 5
+    scene = {"system": system, "step": 0.1, "members": 2, "inertia": [1, 2, 3, 4.0],
+             "initial": {"Q": np.stack([np.eye(4)] * 2), "Omega": W - W.swapaxes(1, 2)}}
     with client.create(scene) as session:
         state = session.step(to=5, fields=["Q", "Omega"])
         Qdot = state["Omega"] @ state["Q"] if system.startswith("right") else state["Q"] @ state["Omega"]
         for initial in ({"Omega": 2 * state["Omega"]}, {"Qdot": 2 * Qdot}):
             with session.fork(at=5, initial=initial) as fork:
                 first = fork.step(to=0, fields=["Q", "Omega"])
-            assert np.allclose(first["Omega"], 2 * state["Omega"], rtol=0, atol=1e-14), initial
-            assert np.allclose(first["Q"], state["Q"], rtol=0, atol=1e-14)
-        for wrong, told in ((np.ones_like(Qdot), "scene.initial.Omega: max .*: must be skew-symmetric"),
-                            (Qdot[..., :2, :], r"initial.Omega: the shape \(.*2, 4\): must be \(.*4, 4\)")):
-            with pytest.raises(stiefel.InvalidArgument, match=told):
-                session.fork(at=5, initial={"Omega": wrong})
+            assert np.allclose(first["Omega"], 2 * state["Omega"], rtol=0, atol=1e-14) and np.allclose(first["Q"], state["Q"], rtol=0, atol=1e-14)
+        with pytest.raises(stiefel.InvalidArgument, match="scene.initial.Omega: max .*: must be skew-symmetric"):
+            session.fork(at=5, initial={"Omega": np.ones_like(Qdot)})

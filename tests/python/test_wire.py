@@ -2,7 +2,6 @@
 the details of errors."""
 import socket
 
-import grpc
 import numpy as np
 import pytest
 
@@ -76,7 +75,6 @@ def test_up_to_n_512_everything_works(client, vast):
      "ARES_SUCCESS qtype=A name=host is_balancer=0: Domain name not found]", "cannot reach host:1: the name is unknown"),
     ("failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:7: Failed to connect to remote host: "
      "Connection refused", "cannot reach [::1]:7: the connection is refused, nothing listens there"),
-    ("failed to connect to all addresses", "cannot reach the server: failed to connect to all addresses"),
     # As gRPC 1.51 and 1.85 say it.
     *((f"failed to connect to all addresses; last error: UNKNOWN: ipv4:10.0.0.1:7: {said}", f"cannot reach 10.0.0.1:7: {plain}")
       for said, plain in {
@@ -92,13 +90,9 @@ def test_up_to_n_512_everything_works(client, vast):
           "Failed parsing HTTP/2 (Expected SETTINGS frame as the first frame, got frame type 80)": "nothing that speaks gRPC answers there",
           "Socket closed": "it closes the connection", "recvmsg:Connection reset by peer": "it closes the connection"}.items()),
     ("Socket closed", "the connection to the server broke"), ("Stream removed", "the connection to the server broke"),
-    ("Stream removed (sendmsg: Broken pipe (32))", "the connection to the server broke"),
-    ("Received RST_STREAM with error code 2", "the connection to the server broke"),
     ("Received RST_STREAM with error code 11", "the server or a proxy before it refuses the call as too much: the call's metadata, "
      "such as its token, is too large, or too many calls or bytes come at once"),
-    ("GOAWAY received", "the connection to the server broke"),
     ("Received http2 header with status: 404", "a web server answers there, not a stiefel server"),
-    ("Deadline Exceeded", "the call took longer than its timeout"),
     ("session_id: x: there is no such session", "session_id: x: there is no such session"),
 ])
 def test_grpcs_words_are_translated(grpc_says, plain):
@@ -115,11 +109,6 @@ def test_a_name_of_two_addresses_of_which_one_accepts():
         assert in_plain_words(refused, True, name) == (
             f"cannot reach {name}: it accepts the connection, and then the TLS handshake fails")
     assert in_plain_words(refused, False, name).endswith("]:" + name[10:] + ": the connection is refused, nothing listens there")
-
-
-def test_details_that_cannot_be_read_are_left_out():
-    error = failures.make_error(13, "told", b"\xff\xff no message")
-    assert error.code is grpc.StatusCode.INTERNAL and str(error) == "told" and error.violations == ()
 
 
 def test_a_quota_is_told_with_the_time_to_wait():

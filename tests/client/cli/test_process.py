@@ -47,8 +47,7 @@ def wait_until_it_runs(server):
 
 
 @pytest.mark.parametrize("line, how", [
-    (f"run body.json --to {FAR} --every {FAR} --output out.csv", signal.SIGINT), (f"diagnose body.json --to {FAR}", signal.SIGTERM),
-    (f"run body.json --to {FAR} --every {FAR} --output out.npz", signal.SIGHUP)])
+    (f"run body.json --to {FAR} --every {FAR} --output out.csv", signal.SIGINT), (f"diagnose body.json --to {FAR}", signal.SIGTERM)])
 def test_an_interrupt_says_the_step_and_leaves_no_file(start, server, tmp_path, line, how):
     run = start(f"{line} --server {server.address}")
     wait_until_it_runs(server)
@@ -78,13 +77,6 @@ def test_an_interrupt_ends_it_while_it_waits_for_its_input(start, tmp_path):
         run.send_signal(signal.SIGTERM)
         assert run.wait(timeout=60) == -signal.SIGTERM
     assert run.stderr.read() == "stiefel: interrupted\n"
-
-
-def test_what_the_caller_ignores_stays_ignored(start):
-    """As nohup does."""
-    run = start("run body.json --to 20000", preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
-    run.send_signal(signal.SIGHUP)
-    assert json.loads(run.communicate(timeout=60)[0])["outcome"] == "REACHED" and run.returncode == 0
 
 
 def test_a_closed_pipe_and_a_full_disk(start, tmp_path):

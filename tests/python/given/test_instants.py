@@ -12,10 +12,9 @@ BODY = {"system": "rigid_body", "step": 0.5, "body": {"moments": [1, 2, 3], "ang
 
 
 @pytest.mark.parametrize("text, told", [
-    ("2020-06-30T23:59:60Z", "second must be in 0..59; no leap second is taken"), ("2016-12-31T23:59:60Z", "no leap second"),
-    ("2026-02-29", "day is out of range for month"), ("0000-01-01", "year 0 is out of range"), ("2026-01-01T24:00Z", "hour must be in 0..23"),
-    ("0001-01-01T00:00+02:00", "date value out of range"), ("2024-1-1", "must be an instant of ISO 8601 in UTC such as"),
-    ("20240229", "must be an instant"), ("2026-01-01T00:00:00 XYZ", "must be in UTC where astropy is not installed|Scale 'xyz'"),
+    ("2020-06-30T23:59:60Z", "second must be in 0..59; no leap second is taken"), ("2026-02-29", "day is out of range for month"),
+    ("2024-1-1", "must be an instant of ISO 8601 in UTC such as"),
+    ("2026-01-01T00:00:00 XYZ", "must be in UTC where astropy is not installed|Scale 'xyz'"),
     (3.5, "must be an instant"), (None, "must be an instant")])
 def test_what_is_no_instant_is_refused(text, told):
     with pytest.raises(stiefel.InvalidArgument, match=f"^epoch: {text!r}: .*({told})".replace("+", r"\+")):
@@ -59,9 +58,6 @@ def test_utc_comes_out_where_it_went_in(tmp_path):
     assert stiefel.load(tmp_path / "run.csv") == run and (stiefel.load(tmp_path / "run.csv").utc == run.utc).all()
     frame = pytest.importorskip("pandas") and run.to_dataframe()
     assert (frame["utc"].to_numpy() == run.utc).all()
-    with pytest.importorskip("matplotlib").rc_context():
-        run.report(tmp_path / "run.html", estimate_error=False, tradeoff=False)
-    assert '"utc":{"dtype":"float64"' in (tmp_path / "run.html").read_text()
 
 
 @pytest.mark.parametrize("epoch", [None, "1960-01-01 UTC"])
@@ -69,10 +65,3 @@ def test_without_an_epoch_since_1972_there_is_no_utc(epoch, tmp_path):
     run = stiefel.simulate({**BODY, **({"epoch": epoch} if epoch else {})}, to=2)
     run.save(tmp_path / "run.csv")
     assert run.utc is None and "utc" not in run.to_dataframe() and "utc" not in (tmp_path / "run.csv").read_text().splitlines()[2]
-
-
-def test_utc_of_far_times():
-    """pandas before version 2 counts nanoseconds up to the year 2262."""
-    run = stiefel.simulate({**BODY, "step": 3e9, "method": {"name": "exact"}, "epoch": datetime.datetime(2026, 3, 1)}, to=4)
-    assert run.utc[4] == np.datetime64("2026-03-01") + np.timedelta64(12 * 10**15, "us")
-    assert str(run.to_dataframe()["utc"].iloc[4])[:4] == "2406"

@@ -1,4 +1,5 @@
 """A server that lies: it passes calls on to a right one, and changes one message of the replies."""
+import functools
 from concurrent.futures import ThreadPoolExecutor
 
 import grpc
@@ -13,33 +14,27 @@ class Liar(grpc.GenericRpcHandler):
 
     def __init__(self, channel):
         self._channel = channel
-        self._answers = {}
-        self.truth()
+        self.lie()
 
-    def truth(self):
-        self.method, self.index, self.instead, self.told = "", 0, [], {}
-
-    def lie(self, method, index, instead):
+    def lie(self, method="", index=0, instead=()):
+        """Without a method it tells the truth."""
         self.method, self.index, self.instead = method, index, instead
+        if not method:
+            self.told = {}
 
     def service(self, details):
         return grpc.stream_stream_rpc_method_handler(lambda requests, context: self._answer(details.method, requests))
 
+    @functools.lru_cache(maxsize=None)
+    def _right(self, path, requests):
+        return list(self._channel.stream_stream(path)(iter(requests)))
+
     def _answer(self, path, requests):
         method = path.rpartition("/")[2]
-        for k, reply in enumerate(self._right(path, method, requests)):
+        replies = self._channel.stream_stream(path)(requests) if method == "Drive" else self._right(path, tuple(requests))
+        for k, reply in enumerate(replies):
             self.told.setdefault(method, []).append(reply)
             yield from self.instead if (method, k) == (self.method, self.index) else [reply]
-
-    def _right(self, path, method, requests):
-        """What the right server says. It is asked once for each request, but over and over in a Drive."""
-        call = self._channel.stream_stream(path)
-        if method == "Drive":
-            return call(requests)
-        asked = tuple(requests)
-        if (path, asked) not in self._answers:
-            self._answers[path, asked] = list(call(iter(asked)))
-        return self._answers[path, asked]
 
 
 def serve(folder, right):

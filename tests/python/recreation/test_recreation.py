@@ -70,7 +70,7 @@ def test_a_call_has_the_same_bits_at_a_server_that_lost_the_session(place, clien
 
 
 @pytest.mark.parametrize("call, to", [("step", 10**6), ("drive", 10**6), ("trajectory", 10**6), ("diagnose", 10**6), ("summarize", 10**6),
-                                      ("lyapunov", 60_000), ("linearize", 10**6)])
+                                      ("lyapunov", 300_000), ("linearize", 10**6)])
 def test_a_rolling_update_is_survived(place, client, call, to):
     """SIGTERM ends the server while it computes, and a new one listens at the same address."""
     expected, session, answers = CALLS[call](client.create(BODY), to), client.create(BODY), []
@@ -92,17 +92,6 @@ def computing(pid):
     before = ticks()
     while ticks() < before + 5:
         time.sleep(0.002)
-
-
-def test_a_stream_goes_on_where_it_broke(place, client):
-    session = client.create(BODY)
-    whole, parts = session.trajectory(to=20_000, every=1), []
-    for batch in session.stream(to=20_000, every=1):
-        parts.append(batch)
-        if len(parts) in (1, 5):
-            place.replace()
-    assert np.array_equal(np.concatenate([batch.step for batch in parts]), whole.step)
-    assert np.array_equal(np.concatenate([batch["quaternion"] for batch in parts]), whole["quaternion"])
 
 
 def test_it_goes_on_from_the_last_checkpoint(place, client, monkeypatch):
@@ -161,15 +150,6 @@ def test_a_deleted_session_stays_deleted(place, client):
     assert list(client.list()) == []
 
 
-def test_a_server_that_comes_back_after_seconds_is_waited_for(place, client, capsys):
-    session = client.create(BODY)
-    expected = session.step(300)
-    place.stop()
-    threading.Timer(4, place.replace).start()
-    assert session.step(300) == expected
-    assert capsys.readouterr().err.count("; waits for up to 5") == 1
-
-
 class OtherBuild(fake.Fake):
     """The fake with the numerics id "other"."""
 
@@ -192,9 +172,3 @@ def test_another_build_is_gone_on_at_only_on_request(tmp_path, monkeypatch):
         session = stiefel.Session(client._connection, message, True, owner=True)
         assert session.step(1).step == 1 and session.trajectory(to=10).samples == 11
     server.stop(None)
-
-
-@pytest.mark.parametrize("id", ["no name", "line\nbreak", "ü", "x" * 129, ""])
-def test_a_name_that_no_server_takes_is_refused(client, id):
-    with pytest.raises(stiefel.InvalidArgument, match="session_id"):
-        client.get(id)

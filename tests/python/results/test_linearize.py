@@ -29,24 +29,6 @@ def session(client):
         yield session
 
 
-def test_the_matrix_is_that_of_differences(client, session):
-    moved = session.linearize(to=40)
-    assert moved.matrix.shape == (6, 6) and moved.step == 40 and moved.outcome == "REACHED"
-    last, d = session.step(to=40, fields=["Q", "M"]), 1e-4
-    for k in range(6):
-        ends = []
-        for sign in (1, -1):
-            v = sign * d * np.eye(6)[k]
-            Q = exp(v[:3]) if k < 3 else np.eye(3)
-            M = np.array(BODY["initial"]["M"]) + hat(v[3:])
-            with client.create({**BODY, "initial": {"Q": Q, "M": M}}) as other:
-                state = other.step(to=40, fields=["Q", "M"])
-            ends.append((state["Q"], state["M"]))
-        eta = last["Q"].T @ (ends[0][0] - ends[1][0]) / (2 * d)
-        slope = np.hstack([vee((eta - eta.T) / 2), vee(ends[0][1] - ends[1][1]) / (2 * d)])
-        np.testing.assert_allclose(moved.matrix[:, k], slope, atol=1e-6)
-
-
 def test_vectors_as_blocks_and_by_coordinates_agree(session):
     whole = session.linearize(to=30)
     by_coordinates = session.linearize(to=30, vectors=np.eye(6)[[1, 4]])
@@ -126,28 +108,6 @@ def test_a_gradient_by_state_inertia_and_step(client, session):
             with client.create({**BODY, "inertia": inertia, "step": step}) as other:
                 ends.append(vee(other.step(to=20, fields="M")["M"])[0])
         assert gradient[6 + k] == pytest.approx((ends[0] - ends[1]) / 2e-5, rel=1e-5, abs=1e-7)
-
-
-def test_frames_have_an_orthonormal_basis(client):
-    scene = {"system": "stiefel", "method": {"name": "variational"}, "step": 0.02, "inertia": [1, 2, 3, 4, 5],
-             "initial": {"Q": np.eye(2, 5), "S": np.hstack([np.zeros((2, 2)), [[1, 0.2, 0.3], [0.1, -1, 0.5]]])}}
-    with client.create(scene) as session:
-        moved = session.linearize(to=10)
-    d = 2 * 10 - 6
-    assert moved.matrix.shape == (d, d) and moved.basis.shape == (d, 4, 5)
-    flat = moved.basis.reshape(d, -1)
-    np.testing.assert_allclose(flat @ flat.T, np.eye(d), atol=1e-14)
-
-
-def test_what_has_no_tangent_is_refused(client):
-    with client.create({**BODY, "method": {"name": "adaptive"}}) as session:
-        with pytest.raises(stiefel.InvalidArgument, match="method"):
-            session.linearize(to=3)
-    with client.create(BODY) as session:
-        with pytest.raises(stiefel.InvalidArgument, match="vectors"):
-            session.linearize(to=3, vectors=np.ones((1, 6, 3)))
-        with pytest.raises(stiefel.InvalidArgument, match="vectors"):
-            session.linearize(to=3, vectors=np.ones((1, 5)))
 
 
 def test_a_large_state_has_no_coordinates(client):

@@ -1,12 +1,9 @@
 """Lyapunov exponents by the client: the numbers are those of the engine's tests; here is what the call promises."""
-import math
-
 import numpy as np
 import pytest
 
 import stiefel
-from fake import Broken
-from stiefel import v1 as pb
+from fake import Breaks
 
 INERTIA = np.array([1.0, 2, 5, 10])
 BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.1,
@@ -23,23 +20,6 @@ def geodesic(seed):
             "initial": {"Q": Q, "S": V * INERTIA}}
 
 
-def test_a_chaotic_geodesic(client):
-    """Written out, without a library that rounds in its own way: on a chaotic motion the last bits decide the numbers."""
-    inertia, Q = np.array([1.0, 2, 5, 10, 20]), np.array([[0.6, 0.8, 0, 0, 0], [0, 0, 0.6, 0.8, 0]])
-    V = np.array([[-0.8, 0.6, 0.2, 0, 0.5], [-0.2, 0, -0.24, 0.18, -0.8]])
-    V /= math.sqrt(math.fsum((V * V * inertia).ravel().tolist()))
-    scene = {"system": "stiefel", "inertia": inertia, "step": 0.1, "method": {"name": "variational", "order": 4},
-             "initial": {"Q": Q, "S": V * inertia}}
-    with client.create(scene) as session:
-        found = session.lyapunov(to=30_000)
-    assert found.verdict == "chaotic" and str(found.verdict) == "chaotic", found.reason
-    assert found.exponents.shape == found.errors.shape == (14,) and found.gali.shape == (13,)
-    assert found.exponents[0] > 3 * found.errors[0]
-    pairs = found.exponents + found.exponents[::-1]
-    assert (np.abs(pairs) <= found.errors + found.errors[::-1]).all()
-    assert "chaotic" in repr(found) and found.step == 30_000 and found.outcome == "REACHED"
-
-
 def test_numbers_on_the_way_and_a_regular_body(client):
     with client.create(BODY) as session:
         found = session.lyapunov(to=20_000, every=4000, count=2)
@@ -52,26 +32,12 @@ def test_numbers_on_the_way_and_a_regular_body(client):
         assert (half.exponents == found.history[1]).all() and (half.log_gali == found.log_gali_history[1]).all()
 
 
-def test_a_run_goes_on_with_the_same_bits(client):
-    options = {"start": 100, "seed": 5}
-    with client.create(geodesic(2)) as session:
-        whole = session.lyapunov(to=6000, **options)
-        part = session.lyapunov(to=2222, **options)
-        later = session.lyapunov(to=6000, checkpoint=part.checkpoint, **options)
-    assert later == whole and later.checkpoint == whole.checkpoint
-    with client.create(geodesic(2)) as session, pytest.raises(stiefel.InvalidArgument, match="checkpoint"):
-        session.lyapunov(to=6000, checkpoint=part.checkpoint, **{**options, "seed": 6})
-
-
-class BreaksAtCheckpoints:
+class BreaksAtCheckpoints(Breaks):
     """LyapunovSpectrum, whose first streams break when a checkpoint has come."""
 
     def __init__(self, call, streams):
-        self.call, self.left, self.requests, self.steps, self.checkpoints = call, streams, [], [], []
-
-    def __call__(self, request, timeout=None, metadata=None):
-        self.requests.append(pb.LyapunovSpectrumRequest.FromString(request.SerializeToString()))
-        return self
+        super().__init__(call, [])
+        self.left, self.steps, self.checkpoints = streams, [], []
 
     def __iter__(self):
         stream, checkpoint = self.call(self.requests[-1]), b""
@@ -84,13 +50,7 @@ class BreaksAtCheckpoints:
                 self.steps.append(part.step)
                 self.checkpoints.append(checkpoint)
                 stream.cancel()
-                raise Broken()
-
-    def initial_metadata(self):
-        return ()
-
-    def cancel(self):
-        pass
+                raise self
 
 
 def test_a_broken_run_goes_on_from_its_checkpoints(client, monkeypatch, without_pauses):

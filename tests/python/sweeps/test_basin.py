@@ -1,5 +1,4 @@
 """The example basin.py, beside an integration that shares nothing with the engine."""
-import subprocess
 import sys
 from pathlib import Path
 
@@ -46,16 +45,3 @@ def test_bodies_turn_over_as_often_as_they_do_by_another_method(result):
     found = np.asarray(result["angular_velocity.sign_changes"])[:, :, 1]
     assert np.array_equal(found, independent_flips())
     assert found.min() > 5 and found.max() > 40 and np.asarray(result["energy.drift"]).max() < 1e-13
-
-
-def test_the_program_writes_its_picture(tmp_path, result):
-    said = subprocess.run([sys.executable, EXAMPLES / "basin.py", "--pixels", str(PIXELS), "--output", tmp_path],
-                          check=True, capture_output=True, text=True).stdout
-    assert f"SHA-256 of the result: {result.attrs['sha256']}" in said and said.startswith("36 bodies, 2000 steps each")
-    assert (tmp_path / "basin.png").stat().st_size > 10_000
-
-
-def test_where_it_computes_is_one_argument(client):
-    assert basin.workers("cores") == {} and basin.workers("a:1,b:2") == {"servers": ["a:1", "b:2"]}
-    assert basin.flips(2, basin.workers(client.address)).attrs["sha256"] == \
-        basin.flips(2, {}).attrs["sha256"]

@@ -1,5 +1,4 @@
 """The study of integrability: its proof's formulas against the engine, its verdicts on controls, and its bytes."""
-import json
 import multiprocessing
 import sys
 from concurrent.futures import ProcessPoolExecutor
@@ -170,11 +169,3 @@ def test_the_bytes_do_not_depend_on_who_computes():
     assert len({task["group"] for task in work}) >= 8 and len({row["exponent"] for row in here}) == len(work)
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as executor:
         assert integrability.digest(list(executor.map(integrability.measured, work))) == integrability.digest(here)
-
-
-def test_the_program_writes_its_results_and_its_picture(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["integrability.py", "--scenes", "8", "--steps", "1000", "--orbits", "1", "--output", str(tmp_path)])
-    integrability.main()
-    rows = json.loads((tmp_path / "integrability.json").read_text())
-    assert len(rows) == 8 and {row["steps_done"] for row in rows} == {1000} and integrability.digest(rows) in capsys.readouterr().out
-    assert (tmp_path / "integrability.png").read_bytes().startswith(b"\x89PNG")

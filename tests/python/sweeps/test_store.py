@@ -71,7 +71,7 @@ import stiefel._sweep.plan
 from cases import sweep
 stiefel._sweep.plan.LARGEST = 4
 try:
-    sweep(to=50_000, store=sys.argv[1], threads=1)
+    sweep(to=200_000, store=sys.argv[1], threads=1)
 except KeyboardInterrupt as error:
     print(error, (error.partial["outcome"].values == 1).sum())
 """
@@ -89,5 +89,5 @@ def test_a_sweep_that_was_interrupted_goes_on(tmp_path, computed, sent):
     assert 2 <= done < 15 and children and psutil.wait_procs(children, timeout=60)[1] == []
     interrupted = f"{done} of 15 chunks are done; they are in the store, and the same call goes on from there {4 * done}\n"
     assert said == (interrupted if sent == signal.SIGINT else "")
-    assert sweep(to=50_000, store=tmp_path).attrs["sha256"] == sweep(to=50_000).attrs["sha256"]
+    assert sweep(to=200_000, store=tmp_path).attrs["sha256"] == sweep(to=200_000).attrs["sha256"]
     assert len(computed) == 15 - done + 15

@@ -72,21 +72,6 @@ def test_a_grid_of_all_kinds_of_fields(client):
     assert orders["method.order"].values.tolist() == [2, 4] and orders["quaternion.last"].shape == (2, 4)
 
 
-def test_blocks_and_common_blocks(client):
-    """The axes set M; every member gets the scene's Q."""
-    rng = np.random.default_rng(1)
-    momenta = rng.normal(size=(6, 5, 5))
-    momenta -= momenta.transpose(0, 2, 1)
-    Q = np.linalg.qr(rng.normal(size=(5, 5)))[0]
-    scene = {"system": "rigid_body", "step": 0.01, "inertia": [1, 2, 3, 4, 5], "initial": {"Q": Q},
-             "method": {"name": "variational"}}
-    found = sweep(scene=scene, axes={"initial.M": momenta}, summarize={"Q": "last", "M": "last"})
-    for k in range(6):
-        run, _ = alone(client, {**scene, "initial": {"Q": Q, "M": momenta[k]}}, ["Q", "M"])
-        for name in ("Q", "M"):
-            assert found[f"{name}.last"].values[k].tobytes() == run[name][-1].tobytes()
-
-
 def test_the_recommended_method_is_that_of_the_most_demanding_point(client, monkeypatch):
     spins = np.outer(np.linspace(0.1, 300, 12), [0.1, 1, 0.1])  # the last point needs the most substeps
     one = sweep(scene=WITHOUT_METHOD, axes={"body.angular_velocity": spins})

@@ -13,7 +13,6 @@ from cases import failures, processes, small_chunks, sweep  # noqa: F401
 
 import stiefel
 from stiefel._sweep import worker
-from stiefel._sweep.failures import LostServer, is_lost_worker
 from stiefel._sweep.plan import Asked, Task
 
 pytestmark = pytest.mark.usefixtures("small_chunks")
@@ -89,12 +88,6 @@ def test_a_pool_whose_workers_die_is_not_made_anew():
     with processes(1, initializer=os._exit, initargs=(1,)) as pool:
         with pytest.raises(stiefel.SweepFailed, match="the executor takes no more tasks: BrokenProcessPool: "):
             sweep(executor=pool)
-
-
-def test_which_errors_are_the_workers():
-    lost, others = [LostServer("gone"), ConnectionResetError(), KilledWorker()], [stiefel.InvalidArgument("scene"), MemoryError()]
-    assert [is_lost_worker(error) for error in (*lost, *others)] == [True] * 3 + [False] * 2
-    assert all(type(pickle.loads(pickle.dumps(error))) is type(error) for error in (*lost, *others))
 
 
 POOL = f"""
