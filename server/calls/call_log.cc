@@ -12,7 +12,7 @@
 
 #include "server/convert/errors.h"
 #include "server/scheduling/account.h"
-#include "server/scheduling/scheduler.h"
+#include "server/scheduling/job.h"
 
 namespace stiefel::server {
 namespace {
@@ -24,7 +24,7 @@ std::string new_request_id() {
 
 /// Tells gRPC's retries of a refused call when to come back, in the trailing metadata
 /// `grpc-retry-pushback-ms`: after the delay of the status, or never (-1) if it has none.
-void push_back(const grpc::Status& status, grpc::CallbackServerContext& context) {
+void push_back(const grpc::Status& status, grpc::ServerContextBase& context) {
   if (status.error_code() != grpc::RESOURCE_EXHAUSTED) return;
   const auto delay = errors::retry_delay(status);
   context.AddTrailingMetadata("grpc-retry-pushback-ms",
@@ -45,14 +45,14 @@ constexpr double long_work = instructions_a_second * CallLog::is_long.count() / 
 
 }  // namespace
 
-std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
+std::string_view trace_id_of(const grpc::ServerContextBase& context) {
   const auto [first, last] = context.client_metadata().equal_range("traceparent");
   // A call with several headers has no valid trace id.
   if (first == last || std::next(first) != last) return {};
   return trace_id({first->second.data(), first->second.size()});
 }
 
-CallLog::CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
+CallLog::CallLog(const Log& log, const grpc::ServerContextBase& context, const char* method,
                  Metrics* metrics)
     : log_(&log),
       method_(method),
@@ -77,9 +77,7 @@ bool CallLog::tell_price(bool at_most) const {
 }
 
 void CallLog::worked() {
-  if (!details_) return;
-  work_ += take_slice_work();
-  if (details_->begins) begin_if_long();
+  if (details_ && details_->begins) begin_if_long();
 }
 
 void CallLog::name(std::string_view session_id) {

@@ -27,7 +27,7 @@ struct Metrics {
 
 /// Returns the trace id of the call's metadata `traceparent` (W3C Trace Context); empty without a
 /// valid one.
-std::string_view trace_id_of(const grpc::CallbackServerContext& context);
+std::string_view trace_id_of(const grpc::ServerContextBase& context);
 
 /// Writes the log line of one RPC, with the message "rpc" however the call ended: request id (the
 /// caller's `x-request-id`, or a new one), trace id if there is one, method, session, peer,
@@ -37,14 +37,14 @@ std::string_view trace_id_of(const grpc::CallbackServerContext& context);
 /// the call in the metrics, if there are any.
 class CallLog {
  public:
-  CallLog(const Log& log, const grpc::CallbackServerContext& context, const char* method,
+  CallLog(const Log& log, const grpc::ServerContextBase& context, const char* method,
           Metrics* metrics = nullptr);
   CallLog(CallLog&&) = default;
   static constexpr std::chrono::milliseconds is_long{10};
 
   /// Sets who pays for the call, and the context by which a refusal tells when to try again. Call
   /// it before `finish`.
-  void bill(Account& account, grpc::CallbackServerContext& context) {
+  void bill(Account& account, grpc::ServerContextBase& context) {
     account_ = &account;
     context_ = &context;
   }
@@ -109,7 +109,7 @@ class CallLog {
   const Log* log_;
   const char* method_;
   Account* account_ = nullptr;
-  grpc::CallbackServerContext* context_ = nullptr;
+  grpc::ServerContextBase* context_ = nullptr;
   std::unique_ptr<Details> details_;
   Metrics* metrics_ = nullptr;
   CallMetrics::Running running_;

@@ -11,7 +11,7 @@ from stiefel._programs import variables
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 NUMBERS = ["--threads", "--max-sessions", "--max-connections", "--store-limit", "--principal-sessions"]
-AMOUNTS = ["--max-call-work", "--principal-memory"]
+AMOUNTS = ["--max-call-seconds", "--principal-memory"]
 SECONDS = ["--grace", "--idle-timeout", "--max-connection-age", "--self-watch"]
 
 

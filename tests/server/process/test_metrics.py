@@ -113,14 +113,14 @@ def test_a_reader_that_does_not_read_is_behind(metered):
 
 
 def test_refusals_name_the_limit_inside_a_drive_too(metered):
-    server = metered("--max-call-work", "1e8", "--max-sessions", "1")
+    server = metered("--max-call-seconds", "0.01", "--max-sessions", "1")
     with stiefel.Client(server.address) as client, grpc.insecure_channel(server.address) as channel:
         stub, session = rpc.SimulationServiceStub(channel), client.create(BODY)
         with pytest.raises(grpc.RpcError):
             stub.Step(pb.StepRequest(session_id=session.id, to=10**9), timeout=60)
         reply = next(stub.Drive(iter([pb.DriveRequest(session_id=session.id, to=10**9)]), timeout=60))
         assert reply.error.code == grpc.StatusCode.RESOURCE_EXHAUSTED.value[0]
-        assert server.value("stiefel_refusals_total", reason="OVER_QUOTA", limit="call_work") == 2
+        assert server.value("stiefel_refusals_total", reason="OVER_QUOTA", limit="call_seconds") == 2
         with pytest.raises(grpc.RpcError):
             stub.Step(pb.StepRequest(session_id=session.id, to=-1), timeout=60)
         assert server.value("stiefel_refusals_total", reason="INVALID_ARGUMENT") == 1

@@ -59,7 +59,7 @@ TEST(Log, AnInternalErrorIsToldAtEveryLevel) {
   for (const char* level : {"debug", "error"}) {
     const Lines lines = logged([&] {
       const server::Log log(level, true);
-      const grpc::CallbackServerContext context;
+      const grpc::ServerContext context;
       server::CallLog(log, context, "Step").finish({grpc::INTERNAL, "out of \"luck\""});
       server::CallLog(log, context, "Describe").finish(grpc::Status::OK);
     });
@@ -77,7 +77,7 @@ TEST(Log, ShortCallsAreCountedTogether) {
   constexpr int good = 300, bad = 50;
   const Lines lines = logged([] {
     const server::Log log("info", true);
-    const grpc::CallbackServerContext context;
+    const grpc::ServerContext context;
     for (int i = 0; i < good; ++i) server::CallLog(log, context, "Step").finish(grpc::Status::OK);
     for (int i = 0; i < bad; ++i)
       server::CallLog(log, context, "GetSession").finish({grpc::NOT_FOUND, "no such session"});
