@@ -15,7 +15,7 @@ PREFIX ?= /usr/local
 PYTHON := /usr/bin/python3
 
 # $(call cmake_build,PRESET,TARGETS)
-cmake_build = $(PYTHON) docker/build.py $(1) $(JOBS) $(2)
+cmake_build = cmake --build --preset $(1) --target $(2) -j $(JOBS)
 
 # $(call configure,PRESET,OPTIONS). The output is shown only when it fails.
 configure = mkdir -p build/$(1) && cmake --preset $(1) $(2) > build/$(1)/configure.log 2>&1 \
@@ -49,8 +49,8 @@ build/fuzz/build.ninja: | packages packages-fuzz
 build/%/build.ninja: | packages-build
 	@$(call configure,$*,$(options))
 
-# `make run` installs no package of the tests. Their failpoints are compiled in, so that they find the objects compiled.
-build/release/build.ninja: options = -DSTIEFEL_TESTS=OFF -DSTIEFEL_FAILPOINTS=ON
+# `make run` installs no package of the tests.
+build/release/build.ninja: options = -DSTIEFEL_TESTS=OFF
 
 build: build/release/build.ninja ## compile library, server and clients into build/release
 	@$(call cmake_build,release,all)
@@ -126,7 +126,7 @@ dist: wheel ## make what a release needs in build/dist: wheels, sources, image, 
 
 docs: packages-run build-programs ## build the site of the documentation into build/docs/html, tutorials run and pictures drawn
 	@docker/packages.sh docs
-	@$(PYTHON) docs/site/build_site.py build/release build/docs
+	@$(PYTHON) -m sphinx -W --keep-going -q -b html -c docs/site -d build/docs/doctrees . build/docs/html
 	@echo "wrote build/docs/html/index.html"
 
 bare: ## run and test a fresh clone in a bare Debian 12, or SUITE=trixie for 13, as root

@@ -6,10 +6,12 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "server/calls/durability.h"
@@ -22,7 +24,6 @@
 #include "server/connections/exporter.h"
 #include "server/connections/listener.h"
 #include "server/connections/reflection_limit.h"
-#include "server/connections/self_watch.h"
 #include "server/connections/watched_files.h"
 #include "server/observability/log.h"
 #include "server/observability/metrics.h"
@@ -133,8 +134,7 @@ struct Server::Parts {
                       [this](const Principal& principal, std::uint64_t bytes) {
                         host.registry.evict(bytes, &principal);
                       }),
-             Registry(options.max_sessions, options.idle_timeout, options.clock,
-                      checkpoint_keys(options.access.checkpoint_key), host.memory),
+             Registry(options.max_sessions, options.idle_timeout, options.clock, host.memory),
              Lifecycle(),
              options.identify,
              options.metrics.empty() ? nullptr : std::make_shared<Metrics>(method_names()),
@@ -151,7 +151,6 @@ struct Server::Parts {
                                   {{"count", static_cast<std::int64_t>(dropped)}});
                 }),
         freed_memory(host.memory) {
-    if (options.takes_grpc_log) grpc_log.emplace(host.log);
     guard(options.access);
     host.description = description(host);
     gate.emplace(host, callers ? &*callers : nullptr);
@@ -160,7 +159,7 @@ struct Server::Parts {
   /// Loads the certificates and the tokens, and watches their files.
   void guard(const AccessOptions& access);
   void listen(const std::vector<std::string>& at, const AccessOptions& access);
-  void accept(const ConnectionOptions& options);
+  void accept();
   void export_metrics(const std::string& address, bool insecure);
 
   const std::chrono::milliseconds grace;
@@ -178,13 +177,10 @@ struct Server::Parts {
   std::optional<Exporter> exporter;
   std::vector<std::string> addresses;
   std::vector<Listener> listeners;  // until the acceptor takes them
-  std::vector<SocketAddress> sockets;
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections, tls_connections;
   std::unique_ptr<grpc::Server> grpc;
   std::optional<Acceptor> acceptor;
-  std::optional<SelfWatch> self_watch;
   std::once_flag shut_down;
-  std::optional<GrpcLog> grpc_log;
 };
 
 void Server::Parts::guard(const AccessOptions& access) {
@@ -214,50 +210,43 @@ void Server::Parts::listen(const std::vector<std::string>& at, const AccessOptio
   for (const std::string& address : at) {
     auto some = checked_listeners(address, access);
     addresses.push_back(with_port(address, some.front().port));
-    for (Listener& one : some) {
-      sockets.push_back(one.address);
-      listeners.push_back(std::move(one));
-    }
+    for (Listener& one : some) listeners.push_back(std::move(one));
   }
 }
 
 void Server::Parts::export_metrics(const std::string& address, bool insecure) {
   if (address.empty()) return;
-  if (const auto fault = address_fault(address).or_else(
-          [&] { return metrics_fault(address, certificates || insecure); }))
+  if (const auto fault =
+          address_fault(address).or_else([&] { return metrics_fault(address, insecure); }))
     throw std::runtime_error("cannot serve metrics on " + address + ": " + *fault);
-  const ServerMetrics::Parts parts{host.registry, host.turns, host.open_calls, host.threads, host.memory,
+  const ServerMetrics::Parts parts{host.registry, host.turns, host.threads, host.memory,
                                    STIEFEL_VERSION};
-  exporter.emplace(address,
-                   Exporter::Metrics{{host.metrics, &host.metrics->calls},
-                                     {host.metrics, &host.metrics->streams},
-                                     std::make_shared<ServerMetrics>(parts)},
-                   certificates ? &*certificates : nullptr);
+  exporter.emplace(address, Exporter::Metrics{{host.metrics, &host.metrics->calls},
+                                              {host.metrics, &host.metrics->streams},
+                                              std::make_shared<ServerMetrics>(parts)});
   host.log.line(Log::Level::info, "metrics", {{"url", exporter->url()}});
 }
 
-void Server::Parts::accept(const ConnectionOptions& options) {
+void Server::Parts::accept() {
   if (listeners.empty()) return;
-  const std::size_t most = possible_connections(options.most);
-  const auto count = [](std::size_t number) { return static_cast<std::int64_t>(number); };
+  const std::size_t limit = descriptor_limit();
+  const int most =
+      static_cast<int>(limit > reserved_descriptors ? limit - reserved_descriptors : 1);
   acceptor.emplace(
-      std::move(listeners), Acceptor::Limits{most, options.patience},
+      std::move(listeners), most,
       [this](int connection) {
         grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
         parameters.fd = connection;
         const bool encrypted = tls_connections && !is_unix_socket(connection);
         (encrypted ? tls_connections : connections)->HandleNewConnection(&parameters);
       },
-      [this, most, count](std::size_t refused) {
+      [this](std::size_t refused) {
         host.log.line(Log::Level::warn, "connections refused",
-                      {{"count", count(refused)}, {"max_connections", count(most)}});
+                      {{"count", static_cast<std::int64_t>(refused)}});
       });
-  if (options.self_watch.count() > 0)
-    self_watch.emplace(sockets, options.self_watch, options.unreachable,
-                       certificates ? client_hello() : "");
   for (const std::string& address : addresses)
     host.log.line(Log::Level::info, "listening",
-                  {{"address", address}, {"max_connections", count(most)}});
+                  {{"address", address}, {"descriptors", static_cast<std::int64_t>(most)}});
 }
 
 Server::Server(Options options) {
@@ -285,7 +274,7 @@ Server::Server(Options options) {
   builder.RegisterService(&parts_->health);
   parts_->grpc = builder.BuildAndStart();
   if (!parts_->grpc) throw std::runtime_error("cannot start the server");
-  parts_->accept(options.connections);
+  parts_->accept();
 }
 
 Server::~Server() {
@@ -317,15 +306,12 @@ void Server::shutdown() {
     host.lifecycle.interrupt();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
-    waits_for("the connection to the server's own address");
-    parts_->self_watch.reset();
     waits_for("the thread that accepts connections");
     parts_->acceptor.reset();
     waits_for("connections to close");
     parts_->grpc->Shutdown(std::chrono::system_clock::now() + delivery_time);
     waits_for("running calls to end after their connections");
     host.lifecycle.wait_idle(std::chrono::hours(1));
-    host.log.tell_counted();
     host.log.line(Log::Level::info, "stopped");
   });
 }

@@ -21,11 +21,7 @@ namespace stiefel::server {
 
 /// How the server treats its connections.
 struct ConnectionOptions {
-  /// The most connections at once; 0 means as many as the process's limit of descriptors allows,
-  /// which is also the upper bound.
-  std::size_t most = 0;
-  /// The time after which a connection is closed that has not sent a byte, or has not finished
-  /// HTTP/2's handshake.
+  /// The time after which a connection is closed that has not finished HTTP/2's handshake.
   std::chrono::milliseconds patience = std::chrono::seconds(10);
   /// The age at which a connection takes no new calls and ends with its last one; 0 means never.
   std::chrono::milliseconds max_age = std::chrono::milliseconds(0);
@@ -37,10 +33,6 @@ struct ConnectionOptions {
   std::chrono::milliseconds keepalive_timeout = std::chrono::seconds(10);
   /// A client that pings more often than this three times in a row loses its connection.
   std::chrono::milliseconds least_ping_interval = std::chrono::seconds(9);
-  /// The server connects to its own addresses and calls `unreachable` when one has not answered for
-  /// this time; 0 means that it does not.
-  std::chrono::milliseconds self_watch = std::chrono::milliseconds(0);
-  std::function<void()> unreachable = {};
 };
 
 struct Options {
@@ -61,10 +53,7 @@ struct Options {
   /// fails or takes 10 ms, at debug for every RPC.
   std::string log_level = "warn";
   bool log_json = false;
-  /// Whether the lines that gRPC itself logs, in the whole process, go to this server's log
-  /// (observability/log.h). For a process with one server.
-  bool takes_grpc_log = false;
-  /// The host:port on which metrics are served over HTTP; empty means no metrics.
+  /// The host:port on which metrics are served over plain HTTP; empty means no metrics.
   std::string metrics = {};
   ConnectionOptions connections = {};
   AccessOptions access = {};
@@ -88,10 +77,9 @@ Quota limits_of_principals(const Options& options);
 /// one; a program can embed its own. Thread-safe.
 class Server {
  public:
-  /// Throws std::runtime_error when an address is not valid (address.h), cannot be listened on
-  /// (transport/listener.h) or can be reached by other machines without TLS and `insecure` (for
-  /// metrics: metrics/exporter.h); when a file does not hold what it must (access/); and when the
-  /// store cannot be used (store/store_file.h).
+  /// Throws std::runtime_error when an address is not valid , cannot be listened on
+  /// or can be reached by other machines without TLS and `insecure`; when a file does not hold what
+  /// it must; and when the store cannot be used.
   explicit Server(Options options);
   /// Shuts down, without a grace period if `shutdown` was not called.
   ~Server();

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "stiefel/v1/error.pb.h"
+#include "stiefel/v1/common.pb.h"
 
 namespace stiefel::client {
 namespace {
@@ -15,47 +15,18 @@ bool unpack(const google::protobuf::Any& any, std::string_view name, Message& me
   return url.substr(url.rfind('/') + 1) == name && message.ParseFromString(any.value());
 }
 
-/// Returns serialized error details that hold only a reason.
-std::string with_reason(const char* reason) {
-  v1::ErrorInfo info;
-  info.set_reason(reason);
-  info.set_domain("stiefel");
-  v1::Status status;
-  auto* any = status.add_details();
-  any->set_type_url("type.googleapis.com/google.rpc.ErrorInfo");
-  any->set_value(info.SerializeAsString());
-  return status.SerializeAsString();
-}
-
 }  // namespace
 
 Error::Error(const grpc::Status& status)
-    : Error(status.error_code(), status.error_message(), status.error_details()) {}
+    : std::runtime_error(status.error_message()), code_(status.error_code()) {
+  v1::Status details;
+  if (details.ParseFromString(status.error_details())) read(details);
+}
 
 Error::Error(const v1::Status& status)
     : std::runtime_error(status.message()), code_(static_cast<grpc::StatusCode>(status.code())) {
   read(status);
 }
-
-Error::Error(grpc::StatusCode code, const std::string& message, const std::string& details)
-    : std::runtime_error(message), code_(code) {
-  v1::Status status;
-  if (status.ParseFromString(details)) read(status);
-}
-
-Error session_deleted(const std::string& session_id) {
-  return Error(grpc::StatusCode::NOT_FOUND,
-               "session_id: " + session_id + ": this session was deleted",
-               with_reason("SESSION_DELETED"));
-}
-
-BuildChanged::BuildChanged(const std::string& session_id, std::string began_with, std::string now)
-    : Error(grpc::StatusCode::FAILED_PRECONDITION,
-            "session " + session_id + " began with the numerics id " + began_with +
-                ", the server has " + now + ": the bits could differ",
-            with_reason("BUILD_CHANGED")),
-      began_with_(std::move(began_with)),
-      now_(std::move(now)) {}
 
 void Error::read(const v1::Status& status) {
   for (const auto& any : status.details()) {
@@ -67,7 +38,7 @@ void Error::read(const v1::Status& status) {
     v1::QuotaFailure quota;
     if (unpack(any, "google.rpc.QuotaFailure", quota)) {
       for (const auto& violation : quota.violations())
-        quota_violations_.push_back({violation.subject(), violation.description()});
+        violations_.push_back({violation.subject(), violation.description()});
     }
     v1::RetryInfo retry;
     if (unpack(any, "google.rpc.RetryInfo", retry)) {

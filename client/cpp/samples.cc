@@ -1,90 +1,148 @@
 #include "stiefel/client/samples.h"
 
+#include <algorithm>
+#include <functional>
+#include <numeric>
 #include <stdexcept>
-#include <string>
 
 namespace stiefel::client {
 namespace {
 
-[[noreturn]] void throw_no_field(std::string_view name) {
-  throw std::out_of_range("no field \"" + std::string(name) + "\" in this sample");
+template <class Scalar>
+constexpr v1::DataType type_of = v1::DATA_TYPE_UNSPECIFIED;
+template <>
+constexpr v1::DataType type_of<double> = v1::DATA_TYPE_FLOAT64;
+template <>
+constexpr v1::DataType type_of<std::complex<double>> = v1::DATA_TYPE_COMPLEX128;
+template <>
+constexpr v1::DataType type_of<float> = v1::DATA_TYPE_FLOAT32;
+template <>
+constexpr v1::DataType type_of<std::int64_t> = v1::DATA_TYPE_INT64;
+
+std::uint64_t bytes_a_number(v1::DataType type) {
+  return type == v1::DATA_TYPE_COMPLEX128 ? 16 : type == v1::DATA_TYPE_FLOAT32 ? 4 : 8;
 }
 
-template <class Number>
-std::span<const Number> numbers(const v1::Tensor& tensor) {
-  const std::string& bytes = tensor.data();
-  return {reinterpret_cast<const Number*>(bytes.data()), bytes.size() / sizeof(Number)};
+[[noreturn]] void throw_incomplete(const std::string& what) {
+  throw Error({grpc::StatusCode::DATA_LOSS, "the reply is incomplete: " + what});
 }
 
-template <class Number>
-std::span<const Number> part(std::span<const Number> all, std::size_t index, std::size_t size) {
-  return all.empty() ? all : all.subspan(index * size, size);
+/// Throws Error if the tensor has other than the bytes of its shape.
+void check_bytes(const v1::Tensor& tensor) {
+  std::uint64_t bytes = bytes_a_number(tensor.data_type());
+  bool overflows = false;
+  for (const std::uint64_t extent : tensor.shape())
+    overflows |= __builtin_mul_overflow(bytes, extent, &bytes);
+  if (overflows || bytes != tensor.data().size())
+    throw_incomplete("an array has " + std::to_string(tensor.data().size()) +
+                     " bytes, other than its shape says");
 }
 
-/// Returns a view of one sample of a field. The tensor's last two axes are rows and columns; before
-/// them come the samples if `batched`, then the members of an ensemble.
-FieldView view(const v1::Field& field, std::size_t sample, bool batched) {
-  const auto& tensor = field.value();
+std::uint64_t extent(const v1::Tensor& tensor, int from_last) {
+  const int axis = tensor.shape_size() - 1 - from_last;
+  return axis < 0 ? 1 : tensor.shape(axis);
+}
+
+/// Returns the product of the axes before rows and columns.
+std::size_t matrices(const v1::Tensor& tensor) {
   const auto& shape = tensor.shape();
-  const bool ensemble = shape.size() == (batched ? 4 : 3);
-  const std::size_t members = ensemble ? shape[shape.size() - 3] : 0;
-  const std::size_t rows = shape.size() < 2 ? 1 : shape[shape.size() - 2];
-  const std::size_t cols = shape.empty() ? 1 : shape[shape.size() - 1];
-  const bool complex = tensor.data_type() == v1::DATA_TYPE_COMPLEX128;
-  const std::size_t size = rows * cols * (complex ? 2 : 1) * (ensemble ? members : 1);
-  return {field.name(),
-          rows,
-          cols,
-          part(values(tensor), sample, size),
-          part(floats(tensor), sample, size),
-          complex,
-          members};
+  return std::accumulate(shape.begin(), std::max(shape.begin(), shape.end() - 2), std::size_t{1},
+                         std::multiplies<>());
 }
 
 }  // namespace
 
-std::span<const double> values(const v1::Tensor& tensor) {
-  if (tensor.data_type() == v1::DATA_TYPE_FLOAT32) return {};
-  return numbers<double>(tensor);
+template <class Scalar>
+MatrixView<Scalar> matrix(const v1::Tensor& tensor, std::size_t index) {
+  if (tensor.data_type() != type_of<Scalar>)
+    throw std::invalid_argument("the tensor has numbers of another type, " +
+                                v1::DataType_Name(tensor.data_type()));
+  check_bytes(tensor);
+  if (index >= matrices(tensor))
+    throw std::out_of_range("the tensor has no matrix " + std::to_string(index));
+  const auto rows = static_cast<Eigen::Index>(extent(tensor, 1)),
+             cols = static_cast<Eigen::Index>(extent(tensor, 0));
+  const auto* numbers = reinterpret_cast<const Scalar*>(tensor.data().data());
+  return {numbers + static_cast<Eigen::Index>(index) * rows * cols, rows, cols};
+}
+template MatrixView<double> matrix(const v1::Tensor&, std::size_t);
+template MatrixView<std::complex<double>> matrix(const v1::Tensor&, std::size_t);
+template MatrixView<float> matrix(const v1::Tensor&, std::size_t);
+template MatrixView<std::int64_t> matrix(const v1::Tensor&, std::size_t);
+
+std::vector<std::string_view> Sample::fields() const {
+  std::vector<std::string_view> names;
+  for (const auto& field : *fields_) names.push_back(field.name());
+  return names;
 }
 
-std::span<const float> floats(const v1::Tensor& tensor) {
-  if (tensor.data_type() != v1::DATA_TYPE_FLOAT32) return {};
-  return numbers<float>(tensor);
+const v1::Tensor& Sample::find(std::string_view name) const {
+  const auto found = std::ranges::find(*fields_, name, &v1::Field::name);
+  if (found == fields_->end())
+    throw std::out_of_range("no field \"" + std::string(name) + "\" in this sample");
+  return found->value();
 }
 
-v1::Matrix to_matrix(const v1::Tensor& tensor) {
-  v1::Matrix matrix;
-  std::uint64_t rows = 1;
-  for (int axis = 0; axis + 1 < tensor.shape_size(); ++axis) rows *= tensor.shape(axis);
-  matrix.set_rows(static_cast<std::uint32_t>(rows));
-  matrix.set_cols(static_cast<std::uint32_t>(
-      tensor.shape().empty() ? 1 : tensor.shape(tensor.shape_size() - 1)));
-  const bool complex = tensor.data_type() == v1::DATA_TYPE_COMPLEX128;
-  const std::size_t parts = complex ? 2 : 1;
-  const auto all = values(tensor);
-  for (std::size_t i = 0; i < all.size(); i += parts) matrix.add_values(all[i]);
-  for (std::size_t i = 1; complex && i < all.size(); i += parts) matrix.add_imaginary(all[i]);
-  for (const float number : floats(tensor)) matrix.add_values(number);
-  return matrix;
+std::size_t Sample::first(const v1::Tensor& tensor, std::size_t member) const {
+  const std::size_t members = matrices(tensor) / samples_;
+  if (member >= members)
+    throw std::out_of_range("member " + std::to_string(member) + " of " + std::to_string(members));
+  return index_ * members;
 }
 
-FieldView field(const v1::Sample& sample, std::string_view name) {
-  for (const auto& field : sample.fields()) {
-    if (field.name() == name) return view(field, 0, false);
+void Parts::take(v1::Field* array) {
+  if (array->whole_shape().empty()) {
+    *arrays_.Add() = std::move(*array);
+    return;
   }
-  throw_no_field(name);
-}
-
-FieldView SampleView::field(int i) const {
-  return view(batch_->fields(i), static_cast<std::size_t>(index_), true);
-}
-
-FieldView SampleView::field(std::string_view name) const {
-  for (int i = 0; i < field_count(); ++i) {
-    if (batch_->fields(i).name() == name) return field(i);
+  if (array->offset() == 0) {
+    *array->mutable_value()->mutable_shape() = array->whole_shape();
+    array->clear_whole_shape();
+    *arrays_.Add() = std::move(*array);
+    return;
   }
-  throw_no_field(name);
+  v1::Field* begun = arrays_.empty() ? nullptr : &arrays_[arrays_.size() - 1];
+  std::uint64_t begin = 0;
+  if (!begun || begun->name() != array->name() ||
+      __builtin_mul_overflow(array->offset(), bytes_a_number(array->value().data_type()), &begin) ||
+      begin != begun->value().data().size())
+    throw_incomplete("a part of the array " + array->name() + " is missing");
+  *begun->mutable_value()->mutable_data() += array->value().data();
+}
+
+Sample::Fields Parts::finish() {
+  Sample::Fields done;
+  done.Swap(&arrays_);
+  for (const auto& array : done) check_bytes(array.value());
+  return done;
+}
+
+const v1::StreamResponse* Samples::next_batch() {
+  while (v1::StreamResponse* reply = replies_.next()) {
+    if (reply->has_checkpoint()) take(reply->checkpoint());
+    if (reply->has_run_status()) run_status_ = reply->run_status();
+    parts_.take(reply->mutable_fields());
+    if (reply->sample_continues() || reply->steps().empty()) continue;
+    *reply->mutable_fields() = parts_.finish();
+    for (const auto& field : reply->fields())
+      if (reply->times_size() != reply->steps_size() || field.value().shape().empty() ||
+          std::cmp_not_equal(field.value().shape(0), reply->steps_size()))
+        throw_incomplete("the field " + field.name() + " has not as many samples as steps");
+    return reply;
+  }
+  return nullptr;
+}
+
+void Samples::take(const v1::CheckpointPart& part) {
+  if (part.offset() == 0) {
+    arriving_ = part;
+  } else {
+    if (part.offset() != arriving_.data().size())
+      throw_incomplete("a part of the checkpoint of step " + std::to_string(part.step()) +
+                       " is missing");
+    *arriving_.mutable_data() += part.data();
+  }
+  if (arriving_.data().size() == part.size()) checkpoint_ = std::move(arriving_);
 }
 
 }  // namespace stiefel::client

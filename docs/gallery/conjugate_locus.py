@@ -1,13 +1,10 @@
-"""Where geodesics stop being the shortest.
+"""
+Where geodesics stop being the shortest
+=======================================
 
 Geodesics from one point of the ellipsoid with semi-axes 1, 1.2 and 1.6, drawn up to their first conjugate points. These form
 the conjugate locus opposite to the point, a curve with four cusps (Jacobi's last geometric statement).
 """
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
@@ -31,6 +28,8 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         near.plot(*way[-10:].T, linewidth=0.5, color="tab:blue")
 locus = np.array(ends + ends[:1])
 assert np.allclose(np.sum((locus / semi_axes)**2, axis=1), 1, atol=1e-12)
+along = np.diff(locus, axis=0)  # which turns back at a cusp
+assert (np.sum(along * np.roll(along, 1, axis=0), axis=1) < 0).sum() == 4
 for axes in (whole, near):
     axes.plot(*locus.T, color="tab:red", linewidth=1.5)
     axes.set_axis_off()
@@ -43,4 +42,4 @@ near.set(xlim=centre[0] + width * np.array([-0.6, 0.6]), ylim=centre[1] + width 
 near.set_box_aspect((1, 1, 1), zoom=1.5)
 whole.set_title("geodesics up to their first conjugate point")
 near.set_title("the conjugate locus has four cusps")
-figure.savefig(sys.argv[1] if len(sys.argv) > 1 else "conjugate_points.png", dpi=100)
+plt.show()

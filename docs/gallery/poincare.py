@@ -1,16 +1,14 @@
-"""Order and chaos on V(2, 3).
+"""
+Order and chaos on V(2, 3)
+==========================
 
 Poincaré sections of geodesics of two-frames in space, at one energy and one momentum of the turns of the frame in its plane. A point
 is the direction of the plane's normal, where M₁₃ = 0 and rises. Left, two of the three numbers of Λ are equal: a third integral,
 M₁₂, keeps every geodesic on curves. Right, they differ: islands lie in a sea, and no third integral exists
 (docs/integrability.md).
 """
-import sys
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import stiefel
@@ -39,4 +37,4 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
         axes.set(title=f"Λ = {inertia}: M₁₂ varies by {spread:.1g}", xlabel="azimuth of the normal, °", xlim=(-180, 180))
         assert (spread < 1e-9) == (inertia[0] == inertia[1])
 both[0].set(ylabel="its height along the second axis", ylim=(-1, 1))
-figure.savefig(sys.argv[1], dpi=100)
+plt.show()

@@ -84,8 +84,7 @@ MotionError error_of(const MotionState& state, const MotionState& exact) {
 
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need) {
   if (auto closed_form = make_exact_reference(scene, need)) return closed_form;
-  if (auto series = make_taylor_reference(scene, need)) return series;
-  return make_extrapolated_reference(scene, need);
+  return make_taylor_reference(scene, need);
 }
 
 }  // namespace stiefel

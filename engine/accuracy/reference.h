@@ -67,9 +67,8 @@ struct ReferenceNeed {
 
 /// Returns the best reference for the scene within the budget: a closed form where there is one
 /// that is well-conditioned up to that time; else Taylor series of the motion, started from the
-/// scene's own blocks, in quadruple precision where the budget suffices, else in extended; for a
-/// system without a series an extrapolation of its vector field. Returns null where the system's
-/// entry has none of these.
+/// scene's own blocks, in quadruple precision where the budget suffices, else in extended. Returns
+/// null where the system's entry has neither.
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
 
 /// Returns a closed form as reference; null where there is none whose error estimate holds.
@@ -77,9 +76,5 @@ std::unique_ptr<Reference> make_exact_reference(const Scene& scene, const Refere
 /// Returns the Taylor series in (Q, M), (Q, M_μ), (Q, S) or (Q, P); null without
 /// SystemEntry::motion.
 std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need);
-/// Returns an extrapolation of the equations in extended precision; null without
-/// SystemEntry::vector_field.
-std::unique_ptr<Reference> make_extrapolated_reference(const Scene& scene,
-                                                       const ReferenceNeed& need);
 
 }  // namespace stiefel

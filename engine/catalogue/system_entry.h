@@ -16,7 +16,6 @@ class SceneDraft;
 struct MotionStart;
 struct Representation;
 struct TwoForm;
-struct VectorField;
 
 /// The meaning of `Simulation::rate` for a scene in three dimensions.
 enum class Rate {
@@ -55,10 +54,8 @@ struct SystemEntry {
   bool dirac_bracket = false;
   /// The correspondence with (Q, M) and (Q, S).
   const Representation* representation = nullptr;
-  /// For references: the start of the Taylor series of the motion; or, for a system without a
-  /// series, the vector field in extended precision (vector_field.h).
+  /// For references: the start of the Taylor series of the motion.
   const MotionStart* motion = nullptr;
-  VectorField (*vector_field)(const Scene&) = nullptr;
   Rate rate = Rate::other;
   /// For a discrete system: the continuous system with the same state, which is defined for every
   /// step.

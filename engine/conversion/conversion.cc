@@ -5,7 +5,6 @@
 
 #include "engine/catalogue/representation.h"
 #include "engine/catalogue/system_entry.h"
-#include "engine/conversion/conversion_of_members.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/near_name.h"
 #include "stiefel/catalogue.h"
@@ -62,6 +61,20 @@ ConversionRefusal in_request(OutsideDomain refusal, const ConversionTarget& targ
   return refusal;
 }
 
+Place place_of_result(const ConversionTarget& target) {
+  Place place = Place::made_of(target.to);
+  if (target.epsilon) place.with("epsilon", "epsilon");
+  if (target.parameter) place.with("parameter", "parameter");
+  return place;
+}
+
+std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
+  const auto& given = scene.description().method;
+  for (const auto& on : system.methods)
+    if (given && on.method == given->name) return given;
+  return std::nullopt;
+}
+
 SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,
                           const Expression& expression) {
   SceneDescription out;
@@ -109,20 +122,6 @@ double conversion_products(std::string_view to) {
   return target ? target->work : 0;
 }
 
-Place place_of_result(const ConversionTarget& target) {
-  Place place = Place::made_of(target.to);
-  if (target.epsilon) place.with("epsilon", "epsilon");
-  if (target.parameter) place.with("parameter", "parameter");
-  return place;
-}
-
-std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
-  const auto& given = scene.description().method;
-  for (const auto& on : system.methods)
-    if (given && on.method == given->name) return given;
-  return std::nullopt;
-}
-
 std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target) {
   const Representation* from = representation_of(scene.system());
@@ -146,7 +145,9 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
         target.scene.violation("system", scene.system(), "cannot be converted to other variables"));
   if (to == nullptr)
     return refuse({target.to, target.name, "cannot be reached from " + scene.system()});
-  if (!scene.members().empty()) return convert_members(scene, target);
+  if (const std::size_t members = scene.members().size(); members > 0)
+    return refuse(target.scene.violation("members", std::to_string(members),
+                                         "must be absent: convert the scene of each member"));
   if (from->square && !scene.has_frame())
     return refuse(target.scene.violation("initial.Q", "absent",
                                          "must be given: a momentum alone cannot be converted"));

@@ -78,6 +78,7 @@ Diagnosis diagnose(const Scene& scene, const Simulation& now, std::span<const st
     stop_point();
     if (scene.dimension() <= largest_domain_search)
       diagnosis.largest_step = now.largest_step(domain_search_limit * h);
+    diagnosis.motion = body_motion(scene);
     return true;
   });
   return diagnosis;

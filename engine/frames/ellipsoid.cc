@@ -68,6 +68,8 @@ SystemEntry ellipsoid_entry() {
                       "p = Lambda q' if not given",
                       "[ST] (17)-(19)"},
                      {family::orthogonality, "q^T q = 1", ""}};
+  info.momentum = "p";
+  info.velocity = "qdot";
   info.name = "ellipsoid";
   info.summary = "geodesics on the ellipsoid with semi-axes lambda_i^1/2, n = 1";
   info.equations = "q'' = -((q'^T q') / (q^T Lambda^-1 q)) Lambda^-1 q";

@@ -14,6 +14,8 @@ namespace stiefel {
 
 SystemInfo stiefel_info(BlockInfo other) {
   SystemInfo info{};
+  info.momentum = other.name;
+  info.velocity = "Qdot";
   info.blocks = {{"Q", "n x N", true, "frame, orthonormal rows"}, other};
   info.fields = {{"Q", "n x N", "frame, orthonormal rows"},
                  {other.name, other.shape, other.description},

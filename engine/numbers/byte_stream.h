@@ -45,6 +45,12 @@ class ByteReader {
   template <class Number>
   requires std::is_arithmetic_v<Number>
   void get(Number& number) { copy(&number, sizeof number); }
+  void get(bool& flag) {
+    std::uint8_t byte = flag;
+    get(byte);
+    require(byte <= 1);
+    flag = byte == 1;
+  }
   void get(long double& number) { copy(&number, ByteWriter::extended_bytes); }
   /// Reads as many numbers as the vector has.
   template <class Number>
@@ -64,6 +70,8 @@ class ByteReader {
     copy(numbers.data(), size * sizeof(Number));
   }
 
+  /// Makes `sound` false where what was read breaks a rule.
+  void require(bool rule) { sound_ = sound_ && rule; }
   bool sound() const { return sound_; }
   /// Whether everything was read without a fault.
   bool complete() const { return sound_ && left_.empty(); }

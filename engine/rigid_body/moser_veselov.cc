@@ -12,6 +12,7 @@ SystemEntry moser_veselov_entry() {
   info.source = "[RB] (4.5)";
   info.file = "engine/rigid_body/moser_veselov/moser_veselov.h";
   info.discrete = true;
+  info.velocity = {};
   info.invariants.push_back(discrete_hamiltonian_info);
   entry.continuous = "rigid_body";
   return entry;

@@ -72,6 +72,8 @@ SystemEntry moser_veselov_pair_entry() {
   info.source = "[RB] (4.4)";
   info.file = "engine/rigid_body/moser_veselov/moser_veselov_pair.h";
   info.discrete = true;
+  info.velocity = {};
+  info.momentum = {};
   info.invariants.push_back(discrete_hamiltonian_info);
   return {.info = info,
           .check = check,

@@ -168,9 +168,20 @@ SystemEntry rigid_body_family() {
       {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
       {"angular_velocity_space", "1 x 3", "N = 3: the vector of Q Omega Q^T, in space axes"},
       {"momentum_space", "1 x 3", "N = 3: the vector of Q M Q^T, in space axes"},
+      {"euler_angles_SEQUENCE", "1 x 3",
+       "N = 3, det Q = 1: angles in rad in one of SciPy's sequences, euler_angles_ZXZ about axes "
+       "of "
+       "the body, euler_angles_zxz of space; the first and the third jump by 2 pi, and a client "
+       "unwraps them along a run; within 1e-7 of gimbal lock the third is 0"},
+      {"euler_rates_SEQUENCE", "1 x 3",
+       "N = 3, det Q = 1: the time derivatives of these angles; the largest double where infinite, "
+       "at gimbal lock"},
   };
   info.invariants = rigid_body_invariant_infos();
   info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});
+  info.side = Side::left;
+  info.momentum = "M";
+  info.velocity = "Omega";
   return {.info = info,
           .check = check_momentum_or_body,
           .two_forms = {&form},

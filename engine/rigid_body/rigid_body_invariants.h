@@ -8,9 +8,6 @@
 
 namespace stiefel {
 
-/// The side on which the rotation group acts: Q̇ = QΩ on the left, Q̇ = ΩQ on the right.
-enum class Side { left, right };
-
 /// Returns the invariants of (Q, M) in the rigid body's catalogue entry, without orthogonality.
 std::vector<InvariantInfo> rigid_body_invariant_infos(Side side = Side::left);
 

@@ -28,6 +28,9 @@ SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side) {
     info.invariants.push_back({family::PQt, left ? "P Q^T" : "P^T Q", "[RB] (8.2)"});
   }
   info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});
+  info.side = side;
+  info.momentum = "M";
+  info.velocity = "Omega";
   return info;
 }
 

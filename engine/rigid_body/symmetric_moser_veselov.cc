@@ -11,6 +11,7 @@ SystemEntry symmetric_moser_veselov_entry() {
   info.source = "[RB] (4.7)";
   info.file = "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h";
   info.discrete = true;
+  info.velocity = {};
   info.invariants.push_back(discrete_hamiltonian_info);
   entry.check = [](SceneDraft& draft) { check_symmetric(draft, false, draft.step()); };
   entry.dirac_bracket = true;

@@ -199,7 +199,7 @@ void Ensemble::restore(std::int64_t step, std::span<const double> saved) {
 
 void Ensemble::write(std::size_t index, std::span<double> out) const {
   constexpr double of_member = 100;  // nanoseconds
-  const auto each = static_cast<std::size_t>(members_.front()->fields()[index].size());
+  const auto each = field_size(members_.front()->fields(), index);
   for_each_in_parallel(std::span(groups_), of_member * static_cast<double>(members_.size()),
                        [&](const Group& group) {
                          bring_up_to_date(group);

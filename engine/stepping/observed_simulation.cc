@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/linalg/iteration/continuation.h"
+#include "engine/linalg/lie/euler_angles.h"
 #include "stiefel/price.h"
 #include "stiefel/stop.h"
 
@@ -42,6 +43,17 @@ RunStatus ObservedSimulation::advance(std::int64_t steps, const std::stop_token&
     undo();
     return {Outcome::cancelled, std::nullopt};
   }
+}
+
+void ObservedSimulation::write_euler(std::size_t code, std::span<double> out) const {
+  Eigen::Vector4d q;
+  Eigen::Vector3d omega;
+  const auto read = [&](std::string_view name, double* numbers, std::size_t size) {
+    observables_->write(point(), *find_field(fields_, name), {numbers, size});
+  };
+  read("quaternion", q.data(), 4);
+  read("angular_velocity", omega.data(), 3);
+  Eigen::Map<Eigen::Vector3d>(out.data()) = EulerField::with_code(code).value(q, omega);
 }
 
 std::optional<Eigen::MatrixXd> ObservedSimulation::image(const Eigen::MatrixXd& x) const {

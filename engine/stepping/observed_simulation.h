@@ -15,7 +15,10 @@ class ObservedSimulation : public Simulation {
   RunStatus advance(std::int64_t steps, const std::stop_token& stop) final;
 
   void write(std::size_t index, std::span<double> out) const final {
-    observables_->write(point(), index, out);
+    if (index < fields_.size())
+      observables_->write(point(), index, out);
+    else
+      write_euler(index - fields_.size(), out);
   }
   void invariants(InvariantList& out) const final { observables_->invariants(point(), out); }
   std::optional<double> orthogonality() const final { return observables_->orthogonality(point()); }
@@ -25,6 +28,10 @@ class ObservedSimulation : public Simulation {
 
   /// The state as a point of the Observables.
   virtual const Eigen::MatrixXd& point() const = 0;
+
+ private:
+  /// Writes the EulerField with this code, from the fields quaternion and angular_velocity.
+  void write_euler(std::size_t code, std::span<double> out) const;
 
  protected:
   ObservedSimulation(const Scene& scene, SharedObservables observables);

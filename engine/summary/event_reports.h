@@ -27,9 +27,9 @@ class EventReports {
   bool any() const { return !plan_.what.events.empty(); }
   /// Whether any event of the member has not reached its limit.
   bool waits(const Member& member) const;
-  /// Sets the values of g at the first state.
-  void begin(Member& member, const Simulation& now) {
-    if (any()) functions_.values(now, member.g);
+  /// Sets the values of g at the first state, of step k.
+  void begin(Member& member, std::int64_t k, const Simulation& now, const std::stop_token& stop) {
+    if (any()) values(member, k, now, member.g, stop);
   }
   /// Reports the events in the last step of a member, number `index` of the ensemble, up to the one
   /// that ends it.
@@ -44,6 +44,13 @@ class EventReports {
     double fraction;
   };
   std::vector<Zero> zeros(Member& member, const LastStep& step, const std::stop_token& stop);
+  /// Computes g, or of an extremum g', of all events at the state of `now`, of step k.
+  void values(Member& member, std::int64_t k, const Simulation& now, std::vector<double>& g,
+              const std::stop_token& stop);
+  /// Returns the derivative of g with respect to the step at step k + fraction; nullopt where a
+  /// step near it has no solution. `saved` is the state at step k.
+  std::optional<double> slope(Member& member, std::size_t event, std::int64_t k, double fraction,
+                              std::span<const double> saved, const std::stop_token& stop);
 
   const Plan& plan_;
   EventFunctions functions_;

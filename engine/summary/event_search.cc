@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <numbers>
 
 namespace stiefel {
 namespace {
@@ -15,22 +16,23 @@ EventFunctions::EventFunctions(const std::vector<EventDescription>& events,
                                const Simulation& start) {
   for (const EventDescription& event : events) {
     Function& function = functions_.emplace_back(Function{{}, event.level});
-    function.terms.push_back(term(start, event.field, event.coefficients));
-    for (const LinearTerm& more : event.plus)
-      function.terms.push_back(term(start, more.field, more.coefficients));
+    add(start, event.field, event.coefficients, function);
+    for (const LinearTerm& more : event.plus) add(start, more.field, more.coefficients, function);
   }
 }
 
-EventFunctions::Term EventFunctions::term(const Simulation& start, const std::string& field,
-                                          const std::vector<double>& coefficients) {
-  const auto found = std::ranges::find(start.fields(), field, &Field::name);
-  const auto index = static_cast<std::size_t>(found - start.fields().begin());
+void EventFunctions::add(const Simulation& start, const std::string& field,
+                         const std::vector<double>& coefficients, Function& to) {
+  const std::size_t index = find_field(start.fields(), field).value();
   auto read = std::ranges::find(fields_, index, &Read::index);
   if (read == fields_.end()) {
     fields_.push_back({index, std::vector<double>(coefficients.size())});
     read = fields_.end() - 1;
   }
-  return {static_cast<std::size_t>(read - fields_.begin()), &coefficients};
+  to.terms.push_back({static_cast<std::size_t>(read - fields_.begin()), &coefficients});
+  if (!field_at(start.fields(), index).angles) return;
+  for (const double c : {coefficients[0], coefficients[2]})
+    if (c != 0) to.period = 2 * std::numbers::pi_v<long double> * std::abs(c);
 }
 
 double EventFunctions::sum(const Function& function) const {
@@ -41,7 +43,8 @@ double EventFunctions::sum(const Function& function) const {
     for (std::size_t i = 0; i < numbers.size(); ++i)
       if (coefficients[i] != 0) g += static_cast<long double>(coefficients[i]) * numbers[i];
   }
-  return static_cast<double>(g - function.level);
+  g -= function.level;
+  return static_cast<double>(function.period > 0 ? std::remainder(g, function.period) : g);
 }
 
 void EventFunctions::values(const Simulation& now, std::vector<double>& g) {
@@ -71,7 +74,7 @@ bool crosses(double before, double after, Direction direction) {
 }
 
 double zero_fraction(const std::function<std::optional<double>(double)>& g, double before,
-                     double after) {
+                     double after, double width) {
   if (after == 0) return 1;
   double best = 1, least = std::abs(after);
   const auto at = [&](double fraction) {
@@ -83,10 +86,10 @@ double zero_fraction(const std::function<std::optional<double>(double)>& g, doub
     }
     return *value;
   };
-  const auto to_rounding = [](double a, double b) { return b - a <= 0x1p-52; };
+  const auto close = [width](double a, double b) { return b - a <= width; };
   std::uintmax_t most = 100;
   try {
-    boost::math::tools::toms748_solve(at, 0.0, 1.0, before, after, to_rounding, most);
+    boost::math::tools::toms748_solve(at, 0.0, 1.0, before, after, close, most);
   } catch (const NoState&) {
     return 1;
   }

@@ -63,7 +63,8 @@ void Member::restore_end(const Plan& plan, ByteReader& in) {
   in.get(end->last_step);
   in.get(end->ended_by);
   in.get(end->rate);
-  end->status.outcome = static_cast<Outcome>(outcome);
+  in.require(outcome >= 0 && outcome <= static_cast<std::int32_t>(Outcome::cancelled));
+  if (in.sound()) end->status.outcome = static_cast<Outcome>(outcome);
   if (has_step) end->status.largest_step = largest;
   for (std::size_t q = 0; q < plan.reads.size(); ++q) {
     last[q].resize(plan.reads[q].size);

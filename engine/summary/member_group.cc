@@ -124,7 +124,7 @@ bool MemberGroup::go_by_samples(std::int64_t to, const std::stop_token& stop) {
 void MemberGroup::begin() {
   begun_ = true;
   for (std::size_t i = 0; i < left(); ++i) {
-    events_.begin(member(i), motion_.state(i));
+    events_.begin(member(i), step(), motion_.state(i), stop_);
     times_.write(member(i), index(i), last_step(i), 1, stop_);
     sampler_.take(member(i), motion_.state(i), stop_);
     if (step() == plan_.what.to) finish(i, motion_.state(i), step(), {});

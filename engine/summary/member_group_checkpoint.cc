@@ -35,7 +35,7 @@ void MemberGroup::restore(std::int64_t step, bool begun, ByteReader& in) {
   if (!begun) return;
   next_sample_ = plan_.next_sample(step);
   times_.pass(step);
-  for (std::size_t i = 0; i < left(); ++i) events_.begin(member(i), motion_.state(i));
+  for (std::size_t i = 0; i < left(); ++i) events_.begin(member(i), step, motion_.state(i), {});
 }
 
 }  // namespace stiefel

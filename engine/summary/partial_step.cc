@@ -1,5 +1,7 @@
 #include "engine/summary/partial_step.h"
 
+#include <cmath>
+
 #include "engine/scene/scene_draft.h"
 #include "engine/stepping/moves_to_times.h"
 
@@ -30,7 +32,7 @@ const Simulation* PartialStep::at(std::int64_t k, double fraction, std::span<con
     return at_first_of({&time, 1}, stop);
   }
   if (stop.stop_requested()) return nullptr;
-  const bool moves = fraction >= (scene_.in_float() ? least_in_float : least_in_double);
+  const bool moves = std::abs(fraction) >= (scene_.in_float() ? least_in_float : least_in_double);
   simulation_ = make_simulation(
       moves ? with_step(scene_, fraction * scene_.step(), scene_.substeps()) : scene_);
   simulation_->restore(0, saved);

@@ -17,10 +17,11 @@ class PartialStep {
   /// `direct` is Simulation::direct of the scene's simulation.
   PartialStep(const Scene& scene, bool direct) : scene_(scene), direct_(direct) {}
 
-  /// Returns a simulation in the state at step k + fraction, 0 < fraction < 1, valid until the next
-  /// call; null where the shorter step has no solution, or on a stop request. `saved` is the state
-  /// at step k; it is the result where the fraction is so small that no number would change. The
-  /// step index of the returned simulation has no meaning.
+  bool direct() const { return direct_; }
+  /// Returns a simulation in the state at step k + fraction, −1 < fraction < 2, valid until the
+  /// next call; null where the shorter step has no solution, or on a stop request. `saved` is the
+  /// state at step k; it is the result where the fraction is so small that no number would change.
+  /// The step index of the returned simulation has no meaning.
   const Simulation* at(std::int64_t k, double fraction, std::span<const double> saved,
                        const std::stop_token& stop);
   /// Returns a simulation in the state at the first of several times, for a closed form only; valid

@@ -49,12 +49,12 @@ class Check {
   }
   /// Whether enough is said: the loops over what the caller gives end.
   bool full() const { return violations_.size() >= most_violations; }
-  const Field* field(const std::string& name) const {
-    const auto found = std::ranges::find(start_.fields(), name, &Field::name);
-    return found == start_.fields().end() ? nullptr : &*found;
+  std::optional<Field> field(const std::string& name) const {
+    const auto index = find_field(start_.fields(), name);
+    return index ? std::optional(field_at(start_.fields(), *index)) : std::nullopt;
   }
   std::string names(bool invariants) const {
-    std::string all = listed(start_.fields(), &Field::name);
+    std::string all = field_names(start_.fields());
     if (invariants)
       all += ", or the invariants " +
              listed(catalogue().system(scene_.system())->invariants, &InvariantInfo::name);
@@ -82,8 +82,8 @@ class Check {
       refuse(at("quantities", i, ".name"), asked.name, "is named twice");
     read.size = reading->size();
     read.shape = reading->shape();
-    const Field* of = field(asked.name);
-    read.complex = of != nullptr && of->complex;
+    const auto of = field(asked.name);
+    read.complex = of && of->complex;
     statistics(i, asked, read);
     plan_.reads_on_the_way = plan_.reads_on_the_way || read.on_the_way;
     plan_.reads.push_back(std::move(read));
@@ -126,23 +126,30 @@ class Check {
   void event(std::size_t i) {
     const EventDescription& asked = plan_.what.events[i];
     bool any = false;
+    double angle = 0;  // the coefficients of angles that jump by 2π
     const std::string place = at("events", i);
-    if (!term(place, asked.field, asked.coefficients, any)) return;
+    if (!term(place, asked.field, asked.coefficients, any, angle)) return;
     for (std::size_t k = 0; k < asked.plus.size(); ++k)
-      if (!term(place + at(".plus", k), asked.plus[k].field, asked.plus[k].coefficients, any))
+      if (!term(place + at(".plus", k), asked.plus[k].field, asked.plus[k].coefficients, any,
+                angle))
         return;
+    if (asked.extremum && plan_.discrete)
+      refuse(place + ".extremum", "true",
+             "must be false: " + scene_.system() +
+                 " is a discrete system, which has no derivative along its motion");
     if (!std::isfinite(asked.level))
       refuse(place, asked.field, "coefficients and level must be finite");
     else if (!any)
       refuse(place + ".coefficients", to_text(asked.coefficients), "must not all be 0");
   }
 
-  /// Returns whether the term of an event is sound. Sets `any` where a coefficient is not 0.
+  /// Returns whether the term of an event is sound. Sets `any` where a coefficient is not 0, and
+  /// `angle` to the absolute value of one of an angle that jumps by 2π.
   bool term(const std::string& place, const std::string& name,
-            const std::vector<double>& coefficients, bool& any) {
+            const std::vector<double>& coefficients, bool& any, double& angle) {
     const std::size_t before = violations_.size();
-    const Field* of = field(name);
-    if (of == nullptr)
+    const auto of = field(name);
+    if (!of)
       refuse(place + ".field", name,
              "must be one of " + names(false) + did_you_mean(name, start_.fields(), &Field::name));
     else if (of->complex)
@@ -153,14 +160,22 @@ class Check {
     else if (!std::ranges::all_of(coefficients, [](double c) { return std::isfinite(c); }))
       refuse(place, name, "coefficients and level must be finite");
     any = any || std::ranges::any_of(coefficients, [](double c) { return c != 0; });
+    if (violations_.size() > before || !of->angles) return violations_.size() == before;
+    for (const double c : {std::abs(coefficients[0]), std::abs(coefficients[2])}) {
+      if (angle != 0 && c != 0 && c != angle)
+        refuse(place + ".coefficients", to_text(c),
+               "must be 0 or, without its sign, " + to_text(angle) +
+                   ", as for the other angle that jumps by 2π");
+      if (c != 0) angle = c;
+    }
     return violations_.size() == before;
   }
 
   void fields() {
     const auto& named = plan_.what.fields;
     for (std::size_t i = 0; i < named.size() && !full(); ++i) {
-      const Field* of = field(named[i]);
-      if (of == nullptr)
+      const auto of = find_field(start_.fields(), named[i]);
+      if (!of)
         refuse(at("fields", i), named[i],
                "must be one of " + names(false) +
                    did_you_mean(named[i], start_.fields(), &Field::name));
@@ -168,11 +183,11 @@ class Check {
                                  named[i]) != named.begin() + static_cast<std::ptrdiff_t>(i))
         refuse(at("fields", i), named[i], "is named twice");
       else
-        plan_.fields.push_back(static_cast<std::size_t>(of - start_.fields().data()));
+        plan_.fields.push_back(*of);
     }
     if (named.empty()) plan_.fields = default_fields(scene_, start_.fields(), start_.block_count());
     for (const std::size_t index : plan_.fields)
-      plan_.state_size += static_cast<std::size_t>(start_.fields()[index].size());
+      plan_.state_size += field_size(start_.fields(), index);
   }
 
   void times() {

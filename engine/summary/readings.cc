@@ -16,9 +16,9 @@ namespace {
 class FieldReading final : public Reading {
  public:
   FieldReading(const Simulation& start, std::size_t index)
-      : index_(index), start_(static_cast<std::size_t>(start.fields()[index].size())) {
+      : index_(index), start_(field_size(start.fields(), index)) {
     size_ = start_.size();
-    const Field& field = start.fields()[index];
+    const Field field = field_at(start.fields(), index);
     shape_ = {static_cast<std::size_t>(field.rows), static_cast<std::size_t>(field.cols)};
     start.write(index, start_);
   }
@@ -133,10 +133,8 @@ std::unique_ptr<Reading> energy_reading(const Scene& scene, const Simulation& st
 
 std::unique_ptr<Reading> make_reading(const Scene& scene, const Simulation& start,
                                       const std::string& name) {
-  const auto field = std::ranges::find(start.fields(), name, &Field::name);
-  if (field != start.fields().end())
-    return std::make_unique<FieldReading>(start,
-                                          static_cast<std::size_t>(field - start.fields().begin()));
+  if (const auto field = find_field(start.fields(), name))
+    return std::make_unique<FieldReading>(start, *field);
   if (!is_invariant(scene, name)) return nullptr;
   if (name == family::energy)
     if (auto fast = energy_reading(scene, start)) return fast;

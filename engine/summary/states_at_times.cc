@@ -10,7 +10,7 @@ std::vector<double> written_fields(const Plan& plan, const Simulation& now) {
   std::vector<double> numbers(plan.state_size);
   auto left = std::span(numbers);
   for (const std::size_t index : plan.fields) {
-    const auto size = static_cast<std::size_t>(now.fields()[index].size());
+    const auto size = field_size(now.fields(), index);
     now.write(index, left.first(size));
     left = left.subspan(size);
   }
@@ -37,7 +37,7 @@ void StatesAtTimes::write(Member& member, std::size_t index, const LastStep& ste
     const std::size_t members = out.size() / plan_.state_size;
     std::size_t from = 0;
     for (const std::size_t field : plan_.fields) {
-      const auto size = static_cast<std::size_t>(now->fields()[field].size());
+      const auto size = field_size(now->fields(), field);
       const std::size_t to = from * members + index * size;
       std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(from), size,
                   out.begin() + static_cast<std::ptrdiff_t>(to));

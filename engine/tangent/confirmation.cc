@@ -139,7 +139,8 @@ bool Confirmation::restore(const std::vector<char>& saved) {
   in.get(state);
   LyapunovHeader header;
   header.each([&](auto& number) { in.get(number); });
-  if (!in.sound() || header.interval != run_->interval() || header.step > run_->what().to)
+  if (!in.sound() || header.interval != run_->interval() || header.step < run_->what().from ||
+      header.step > run_->what().to)
     return false;
   motion_->restore(header.step, state);
   state_ = std::move(state);

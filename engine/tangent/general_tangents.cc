@@ -1,6 +1,5 @@
 #include <string_view>
 
-#include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/gauss4.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
@@ -11,7 +10,7 @@ namespace {
 
 /// The general methods of a fixed step. A method that chooses its own substeps has no tangent: the
 /// choice is no smooth function of the state.
-using Methods = TypeList<MuntheKaas4, CrouchGrossman3, Gauss4, Rk4>;
+using Methods = TypeList<MuntheKaas4, Gauss4, Rk4>;
 
 }  // namespace
 

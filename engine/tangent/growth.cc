@@ -171,6 +171,7 @@ void Growth::restore(ByteReader& in) {
     get(in, block.growth);
   };
   get_block(open_);
+  in.require(open_length_ < block_length_);
   blocks_.assign(std::min<std::uint64_t>(blocks, most_blocks), {});
   for (Block& block : blocks_) get_block(block);
 }

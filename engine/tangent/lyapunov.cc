@@ -43,9 +43,9 @@ std::expected<LyapunovExponents, Violations> LyapunovExponents::resume(
   header.each([&](auto& number) { in.get(number); });
   const LyapunovHeader asked = LyapunovHeader::of(what);
   if (!in.sound() || header.is != LyapunovHeader::format || header.step != now.step() ||
-      header.step > what.to || header.interval < 1 || header.from != asked.from ||
-      header.count != asked.count || header.asked_interval != asked.asked_interval ||
-      header.seed != asked.seed)
+      header.step < what.from || header.step > what.to || header.interval < 1 ||
+      header.from != asked.from || header.count != asked.count ||
+      header.asked_interval != asked.asked_interval || header.seed != asked.seed)
     return refused();
   auto run = std::make_unique<LyapunovRun>(scene, what);
   if (auto violations = run->prepare(now, place, header); !violations.empty())

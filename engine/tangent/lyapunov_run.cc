@@ -228,6 +228,7 @@ bool LyapunovRun::restore(ByteReader& in, const Simulation& now) {
   in.get(attempt_);
   in.get(confirmed_to_);
   in.get_up_to(std::numeric_limits<std::int32_t>::max(), saved_confirmation_);
+  in.require(attempt_ >= 0 && attempt_ < Confirmation::most_attempts);
   if (!in.complete() || !V_.allFinite()) return false;
   vectors_->set_weights(weights);
   if (at_ == what_.to) {

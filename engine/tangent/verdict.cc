@@ -59,9 +59,9 @@ Judgement judge_growth(const Growth& growth, double rate) {
                               number(rise) + " in the last doubling of the time, by " +
                               number(before) + " in the one before";
   const std::string volumes =
-      many ? "; ln GALI_2 fell by " + number(fall_2) +
+      many ? "; ln GALI_2 changed by " + number(-fall_2) +
                  (growth.count() > 2
-                      ? " and ln GALI_" + std::to_string(growth.count()) + " by " + number(fall_k)
+                      ? " and ln GALI_" + std::to_string(growth.count()) + " by " + number(-fall_k)
                       : "") +
                  " in the last doubling"
            : "";

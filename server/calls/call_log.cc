@@ -12,7 +12,7 @@
 
 #include "server/convert/errors.h"
 #include "server/scheduling/account.h"
-#include "server/scheduling/job.h"
+#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
@@ -31,17 +31,13 @@ void push_back(const grpc::Status& status, grpc::ServerContextBase& context) {
                               delay ? std::to_string(delay->count()) : "-1");
 }
 
-/// Returns instructions as an integer; a price may exceed the largest one.
+constexpr const char* numerics_key = "stiefel-numerics-id";
+
+/// Returns instructions as an integer, at most 2⁶².
 std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work, 0x1p62)); }
 
 /// Returns the first 128 bytes, the most that an id may have.
 std::string cut(std::string_view text) { return std::string(text.substr(0, 128)); }
-
-/// The least price that is told when a call begins, in instructions: a fifth of a second, beside
-/// which the message that tells it takes nothing.
-constexpr double told_from = instructions_a_second / 5;
-/// The work of a call that takes `CallLog::is_long`, in instructions.
-constexpr double long_work = instructions_a_second * CallLog::is_long.count() / 1000;
 
 }  // namespace
 
@@ -52,10 +48,11 @@ std::string_view trace_id_of(const grpc::ServerContextBase& context) {
   return trace_id({first->second.data(), first->second.size()});
 }
 
-CallLog::CallLog(const Log& log, const grpc::ServerContextBase& context, const char* method,
+CallLog::CallLog(const Log& log, grpc::ServerContextBase& context, const char* method,
                  Metrics* metrics)
     : log_(&log),
       method_(method),
+      context_(&context),
       metrics_(metrics),
       running_(metrics ? &metrics->calls : nullptr, method) {
   if (!log.enabled(Log::Level::info)) return;
@@ -67,17 +64,9 @@ CallLog::CallLog(const Log& log, const grpc::ServerContextBase& context, const c
       std::chrono::steady_clock::now()});
 }
 
-bool CallLog::tell_price(bool at_most) const {
-  if (price_ < told_from) return false;
-  std::array<char, 16> text;
-  std::snprintf(text.data(), text.size(), "%.2e", price_);
-  context_->AddInitialMetadata("stiefel-work", text.data());
-  if (at_most) context_->AddInitialMetadata("stiefel-work-bound", "at_most");
-  return true;
-}
-
-void CallLog::worked() {
-  if (details_ && details_->begins) begin_if_long();
+void CallLog::tell_numerics() {
+  if (!std::exchange(numerics_told_, true))
+    context_->AddInitialMetadata(numerics_key, numerics_id());
 }
 
 void CallLog::name(std::string_view session_id) {
@@ -87,26 +76,6 @@ void CallLog::name(std::string_view session_id) {
 void CallLog::begin() noexcept {
   try {
     if (metrics_) stream_ = std::make_unique<OpenStreams::Stream>(metrics_->streams);
-  } catch (const std::exception&) {
-  }
-  if (!details_) return;
-  details_->begins = true;
-  if (price_ >= long_work)
-    tell_begin(Log::Level::info);
-  else if (log_->enabled(Log::Level::debug))
-    tell_begin(Log::Level::debug);
-}
-
-void CallLog::begin_if_long() noexcept {
-  if (std::chrono::steady_clock::now() - details_->start >= is_long) tell_begin(Log::Level::info);
-}
-
-void CallLog::tell_begin(Log::Level level) noexcept {
-  details_->begins = false;
-  try {
-    Log::Facts line = facts();
-    line.push_back({"price", whole(price_)});
-    log_->line(level, "rpc begins", line);
   } catch (const std::exception&) {
   }
 }
@@ -120,56 +89,53 @@ void CallLog::refuse(const grpc::Status& status) const noexcept {
   }
 }
 
-void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
+void CallLog::finish(const grpc::Status& status) noexcept {
   refuse(status);
   running_.end(status.error_code());
   stream_.reset();
   try {
-    if (context_) push_back(status, *context_);
-    worked();
-    write(status, steps_ + steps);
+    push_back(status, *context_);
+    // gRPC's clients do not repeat a call whose initial metadata has arrived.
+    if (status.ok())
+      tell_numerics();
+    else if (!numerics_told_)
+      context_->AddTrailingMetadata(numerics_key, numerics_id());
+    write(status);
   } catch (const std::exception&) {
   }
   details_.reset();
-}
-
-Log::Facts CallLog::facts() const {
-  Log::Facts facts;
-  if (details_) {
-    facts.push_back({"request_id", details_->request_id});
-    if (!details_->trace_id.empty()) facts.push_back({"trace_id", details_->trace_id});
-  }
-  facts.push_back({"method", method_});
-  if (!details_) return facts;
-  facts.push_back({"session", details_->session_id});
-  facts.push_back({"peer", details_->peer});
-  if (account_ && !account_->principal().name.empty())
-    facts.push_back({"principal", account_->principal().name});
-  return facts;
 }
 
 std::optional<Log::Level> CallLog::level(const grpc::Status& status,
                                          std::chrono::nanoseconds took) const {
   if (status.error_code() == grpc::INTERNAL) return Log::Level::error;
   if (!details_) return std::nullopt;
-  if (took >= is_long || (!status.ok() && log_->tells_failure())) return Log::Level::info;
-  if (log_->enabled(Log::Level::debug)) return Log::Level::debug;
-  log_->count(!status.ok());
-  return std::nullopt;
+  if (took >= is_long || !status.ok()) return Log::Level::info;
+  return Log::Level::debug;
 }
 
-void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
+void CallLog::write(const grpc::Status& status) const {
   const auto took = details_ ? std::chrono::steady_clock::now() - details_->start
                              : std::chrono::steady_clock::duration();
   const std::optional<Log::Level> level = this->level(status, took);
-  if (!level) return;
-  Log::Facts facts = this->facts();
+  if (!level || !log_->enabled(*level)) return;
+  Log::Facts facts;
+  if (details_) {
+    facts.push_back({"request_id", details_->request_id});
+    if (!details_->trace_id.empty()) facts.push_back({"trace_id", details_->trace_id});
+  }
+  facts.push_back({"method", method_});
+  if (details_) {
+    facts.push_back({"session", details_->session_id});
+    facts.push_back({"peer", details_->peer});
+  }
+  if (account_ && !account_->principal().name.empty())
+    facts.push_back({"principal", account_->principal().name});
   facts.push_back({"code", code_name(status.error_code())});
   if (!status.ok()) facts.push_back({"error", status.error_message()});
   if (details_) {
     facts.push_back({"milliseconds", std::chrono::duration<double, std::milli>(took).count()});
-    facts.push_back({"steps", steps});
-    facts.push_back({"price", whole(price_)});
+    facts.push_back({"steps", steps_});
     facts.push_back({"work", whole(work_)});
   }
   log_->line(*level, "rpc", facts);

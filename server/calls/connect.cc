@@ -13,9 +13,8 @@ void Connect(ServerCall& call, const v1::ConnectRequest& request,
   ConnectTask task = value_of(read(request));
   constexpr std::uint64_t part_of_memory = 8;
   const std::uint64_t workspace = connect_workspace(request);
-  const std::size_t at_once =
-      searches_at_once(request, workspace, call.host().threads,
-                       call.account().memory().limit() / part_of_memory);
+  const std::size_t at_once = searches_at_once(request, workspace, call.host().threads,
+                                               call.account().memory().limit() / part_of_memory);
   call.memory().grow_to(call.memory().bytes() + at_once * workspace +
                         waiting_answers_bytes(request));
   ConnectAnswer answer(std::move(task), call.memory().bytes(), at_once);
@@ -27,7 +26,8 @@ void Connect(ServerCall& call, const v1::ConnectRequest& request,
   };
   do {
     call.pass();
-    answer.join(call.stop(), [] { return false; }, send);
+    answer.join(
+        call.stop(), [] { return false; }, send);
     call.pass();  // a search that a stop interrupted has no answer
     send();
   } while (!answer.done());

@@ -6,12 +6,10 @@
 #include "server/convert/convert.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/work_price.h"
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 void CreateSession(ServerCall& call, const v1::CreateSessionRequest& request,
                    v1::CreateSessionResponse* response) {
-  failpoint("call.create");
   Host& host = call.host();
   MemoryBudget& memory = call.account().memory();
   if (host.lifecycle.refusing()) throw StatusError(errors::shutting_down());
@@ -20,8 +18,8 @@ void CreateSession(ServerCall& call, const v1::CreateSessionRequest& request,
   call.hold(memory_price({.request = held_by(request)}));
   const v1::Scene& given = request.scene();
   MemoryLease resolving(memory, scene_workspace(given));
-  ResolvedScene scene = value_of(read_scene(
-      request.has_scene(), given, "scene", [&] { resolving.grow_to(choice_workspace(given)); }));
+  ResolvedScene scene = value_of(read_scene(request.has_scene(), given, "scene",
+                                            [&] { resolving.grow_to(choice_workspace(given)); }));
   const std::uint64_t to_resolve = resolving.bytes();
   resolving = {};  // the session pays for its scene
   // A session is made only if its first step and the reply fit beside it. The state may have twice
@@ -33,8 +31,8 @@ void CreateSession(ServerCall& call, const v1::CreateSessionRequest& request,
                                    request.checkpoint(), request.recreate()));
   to_proto(*made.session, resolution, host.registry, request.view(), response->mutable_session());
   response->set_created(made.created);
-  response->set_checkpoint_ignored(made.checkpoint_ignored);
-  if (const double work = wants_choice(given) ? most_choice_work() : recommendation_work(given); work > 0)
+  if (const double work = wants_choice(given) ? most_choice_work() : recommendation_work(given);
+      work > 0)
     to_proto(work, 0, v1::PRICE_BOUND_AT_MOST, std::max(to_resolve, step.bytes()),
              response->mutable_price());
   call.hold(memory_price({.reply = response->ByteSizeLong()}));

@@ -1,11 +1,12 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
+#include "server/calls/step.h"
 #include "server/convert/diagnose_task.h"
 #include "server/convert/memory_price.h"
-#include "server/calls/step.h"
 
 namespace stiefel::server {
-void Diagnose(ServerCall& call, const v1::DiagnoseRequest& request, v1::DiagnoseResponse* response) {
+void Diagnose(ServerCall& call, const v1::DiagnoseRequest& request,
+              v1::DiagnoseResponse* response) {
   const SessionLease session = call.session(request.session_id());
   check(check_step("to", request.to()));
   call.hold(memory_price({held_by(request), diagnosis_workspace(*session)}));

@@ -19,7 +19,8 @@ class Driven {
     if (call.host().lifecycle.refusing()) throw StatusError(errors::shutting_down());
     const SessionLease session = find(call, request.session_id());
     check(check_step("to", request.to()));
-    if (request.fields_size() > 0) task_.fields = value_of(select_fields(*session, request.fields()));
+    if (request.fields_size() > 0)
+      task_.fields = value_of(select_fields(*session, request.fields()));
     task_.to = request.to();
     task_.return_checkpoint = request.return_checkpoint();
     check_size(*session, task_);
@@ -56,8 +57,9 @@ void Drive(ServerCall& call,
   bool first = true;
   for (; call.next(stream, request); first = false) {
     if (!request.read(call.account().memory()))
-      throw StatusError(errors::invalid("request", "its bytes are not a DriveRequest",
-                                        first ? "the first message must name a session" : "must be one"));
+      throw StatusError(
+          errors::invalid("request", "its bytes are not a DriveRequest",
+                          first ? "the first message must name a session" : "must be one"));
     response.has_step() ? response.mutable_step()->Clear() : response.Clear();
     try {
       call.run([&] { driven.answer(call, request.message(), response.mutable_step()); });
@@ -71,7 +73,8 @@ void Drive(ServerCall& call,
   }
   if (call.caller_left()) throw StatusError(errors::cancelled());
   if (first)
-    throw StatusError(errors::invalid("request", "absent", "the first message must name a session"));
+    throw StatusError(
+        errors::invalid("request", "absent", "the first message must name a session"));
 }
 
 }  // namespace stiefel::server

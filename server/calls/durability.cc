@@ -92,14 +92,13 @@ StoredSession to_row(const Session& session) {
           resolution.choice};
 }
 
-Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
-                  std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory) {
+Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock, MemoryBudget& memory) {
   auto scene = scene_of(row.session.scene);
   if (!scene) return std::unexpected(std::move(scene.error()));
   auto session = std::make_shared<Session>(
       row.session.id, *std::move(scene), std::move(clock),
       Resolution{{split(row.session.filled_in), split(row.session.cleared)}, row.session.choice},
-      std::move(keys), memory);
+      memory);
   if (row.session.numerics_id == numerics_id() && row.session.identity != hash(session->identity()))
     return std::unexpected("this build reads its scene as a different scene");
   session->set_owner(row.session.principal);
@@ -129,7 +128,7 @@ Journal::Hooks Durability::hooks() {
 /// longer fits into it is charged to the whole server alone.
 Restored Durability::restored(const Store::Row& row, Account& account) const {
   const auto with = [&](MemoryBudget& memory) {
-    return from_row(row, host_.registry.clock(), host_.registry.keys(), memory);
+    return from_row(row, host_.registry.clock(), memory);
   };
   try {
     return with(account.memory());
@@ -158,8 +157,7 @@ void Durability::restore_sessions(const std::function<void(const Store::Row&)>& 
   host_.memory.allow_excess(true);
   {
     std::vector<std::jthread> threads;
-    for (int i = 0; i < host_.threads; ++i)
-      threads.emplace_back([&] { rows.work(use); });
+    for (int i = 0; i < host_.threads; ++i) threads.emplace_back([&] { rows.work(use); });
   }
   host_.memory.allow_excess(false);
   rows.rethrow();

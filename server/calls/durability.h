@@ -23,7 +23,6 @@ using Restored = std::expected<std::shared_ptr<Session>, std::string>;
 /// Returns the session of a row, with the state of its checkpoint in its cache; or why this build
 /// cannot restore it. A row with the same numerics id gives the stored scene, bit for bit.
 Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock,
-                  std::shared_ptr<const CheckpointKeys> keys = nullptr,
                   MemoryBudget& memory = MemoryBudget::unlimited());
 
 /// Keeps the sessions of a host in a store: restores those that are there and writes every change

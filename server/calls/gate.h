@@ -1,8 +1,8 @@
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
-#include <deque>
 
 #include "server/calls/server_call.h"
 #include "server/calls/service.h"

@@ -1,13 +1,13 @@
 #pragma once
 
+#include <grpcpp/grpcpp.h>
+
 #include <condition_variable>
 #include <cstddef>
 #include <map>
 #include <mutex>
 #include <string>
 #include <utility>
-
-#include "grpc/health/v1/health.grpc.pb.h"
 
 namespace stiefel::server {
 
@@ -17,19 +17,14 @@ namespace stiefel::server {
 /// gRPC's own, as every service of the callback API, would give the server threads that poll its
 /// connections for a second and then sleep for 0.1 s (gRPC 1.51, CallbackAlternativeCQ), while no
 /// call begins.
-class HealthService final : public grpc::health::v1::Health::Service {
+class HealthService final : public grpc::Service {
  public:
   /// The most Watches of one connection, those of all Unix sockets together counting as one, and of
   /// all connections.
   static constexpr std::size_t most_of_connection = 16, most = 64;
 
   /// `service`: the full name of the service that is healthy beside the server itself.
-  explicit HealthService(std::string service) : service_(std::move(service)) {}
-
-  using Request = grpc::health::v1::HealthCheckRequest;
-  using Response = grpc::health::v1::HealthCheckResponse;
-  grpc::Status Check(grpc::ServerContext*, const Request*, Response*) override;
-  grpc::Status Watch(grpc::ServerContext*, const Request*, grpc::ServerWriter<Response>*) override;
+  explicit HealthService(std::string service);
 
   /// Says NOT_SERVING while the server is not able to keep what it would acknowledge.
   void set_able(bool able) {
@@ -45,14 +40,20 @@ class HealthService final : public grpc::health::v1::Health::Service {
   }
 
  private:
+  /// The values of grpc.health.v1.HealthCheckResponse.ServingStatus.
+  enum class Status : char { serving = 1, not_serving = 2, service_unknown = 3 };
+
+  grpc::Status check(const grpc::ByteBuffer& request, grpc::ByteBuffer* response);
+  grpc::Status watch(grpc::ServerContext& context, const grpc::ByteBuffer& request,
+                     grpc::ServerWriter<grpc::ByteBuffer>& writer);
   bool knows(const std::string& service) const { return service.empty() || service == service_; }
   /// Requires the lock.
-  Response::ServingStatus status(bool known) const {
-    if (!known) return Response::SERVICE_UNKNOWN;
-    return able_ && !stopped_ ? Response::SERVING : Response::NOT_SERVING;
+  Status status(bool known) const {
+    if (!known) return Status::service_unknown;
+    return able_ && !stopped_ ? Status::serving : Status::not_serving;
   }
   /// Tells one caller the status, and again at every change, until the caller leaves.
-  void tell(grpc::ServerContext& context, bool known, grpc::ServerWriter<Response>& writer);
+  void tell(grpc::ServerContext& context, bool known, grpc::ServerWriter<grpc::ByteBuffer>& writer);
 
   const std::string service_;
   std::mutex mutex_;

@@ -21,7 +21,8 @@ void move_vectors(ServerCall& call, const Request& request, grpc::ServerWriter<R
   check(check_step("from", request.from()));
   check(check_step("to", request.to(), request.from()));
   if (request.every() < 0)
-    throw StatusError(errors::invalid("every", std::to_string(request.every()), "must be at least 0"));
+    throw StatusError(
+        errors::invalid("every", std::to_string(request.every()), "must be at least 0"));
   if (const auto members = session->scene().members().size(); members > 0)
     throw StatusError(errors::invalid("session_id", std::to_string(members) + " members",
                                       "the scene must have no `members`"));

@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/scheduling/failpoint.h"
 #include "server/scheduling/memory_budget.h"
 
 namespace stiefel::server {
@@ -105,7 +104,6 @@ class ReadRequest {
   /// before it is allocated. Throws MemoryExhausted; a small request is never refused, so that a
   /// caller beyond the limits can still delete its sessions.
   bool read(MemoryBudget& budget) const {
-    failpoint("request.read");
     try {
       if (parse(budget)) return true;
     } catch (...) {

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "server/convert/errors.h"
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
@@ -26,7 +25,6 @@ grpc::Status check_routing(const grpc::ServerContextBase& context, std::string_v
 OrStatus<SessionLease> find_session(const Host& host, const grpc::ServerContextBase& context,
                                     const Principal& principal, std::string_view id,
                                     const char* field) {
-  failpoint("call.find_session");
   if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
   if (const auto status = check_routing(context, id, field); !status.ok())
     return std::unexpected(status);
@@ -58,7 +56,6 @@ grpc::Status check_step(const char* field, std::int64_t value, std::int64_t low)
 
 OrStatus<Registry::Created> admit(Host& host, Account& account, const std::string& id,
                                   ResolvedScene scene, std::string_view checkpoint, bool recreate) {
-  failpoint("call.admit");
   auto admission = account.admit_session();
   // A request for an existing session takes no permit.
   if (admission.refusal && !host.registry.find(account.principal(), id))
@@ -88,7 +85,6 @@ OrStatus<Registry::Created> admit(Host& host, Account& account, const std::strin
       return std::unexpected(
           errors::invalid("checkpoint", value, "must come from a session of the same scene"));
     case CheckpointFault::corrupt:
-    case CheckpointFault::foreign:  // which Registry::create ignores
       break;
   }
   return std::unexpected(errors::invalid(

@@ -4,7 +4,6 @@
 
 #include "server/calls/requests.h"
 #include "server/convert/errors.h"
-#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 
@@ -13,7 +12,6 @@ ServerCall::ServerCall(Host& host, grpc::ServerContext& context, const char* nam
       context_(context),
       log_(std::in_place, host.log, context, name, host.metrics.get()),
       shutdown_(host.lifecycle.stop_token(), RequestStop{stop_source_}) {
-  context.AddInitialMetadata("stiefel-numerics-id", numerics_id());
   if (const auto trace = trace_id_of(context); !trace.empty())
     context.AddTrailingMetadata("stiefel-trace-id", std::string(trace));
   host_.lifecycle.enter();
@@ -32,11 +30,11 @@ void ServerCall::admit(Callers* callers) {
       throw StatusError(*refused == Refused::token_missing ? errors::token_missing()
                                                            : errors::token_unknown());
   }
-  account_ =
-      &host_.accounts.of(host_.identify ? host_.identify(context_) : admitted_.principal());
-  log_->bill(*account_, context_);
-  turn_.emplace(host_.turns, account_->share(), stop_source_,
-                [this] { return context_.IsCancelled(); }, account_->most_time());
+  account_ = &host_.accounts.of(host_.identify ? host_.identify(context_) : admitted_.principal());
+  log_->bill(*account_);
+  turn_.emplace(
+      host_.turns, account_->share(), stop_source_, [this] { return context_.IsCancelled(); },
+      account_->most_time());
   if (const auto refusal = account_->enter_call(host_.open_calls))
     throw StatusError(errors::over_quota(*refusal));
   counted_ = true;

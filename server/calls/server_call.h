@@ -41,12 +41,12 @@ Value value_of(std::expected<Value, Error> checked) {
     throw StatusError(errors::invalid(checked.error()));
 }
 
-/// Sends the messages of an answer, and lets it `advance` by one piece of work at a time while it has
-/// no results. A message without results, which tells the progress, follows the one before by
+/// Sends the messages of an answer, and lets it `advance` by one piece of work at a time while it
+/// has no results. A message without results, which tells the progress, follows the one before by
 /// `longest_wait`.
 template <class Response, class Call, class Writer, class Answer, class Advance>
-void send_results(Call& call, Writer& writer, Answer& answer, std::chrono::milliseconds longest_wait,
-                  const Advance& advance) {
+void send_results(Call& call, Writer& writer, Answer& answer,
+                  std::chrono::milliseconds longest_wait, const Advance& advance) {
   Response message;
   try {
     for (bool last = false; !last;) {
@@ -68,8 +68,9 @@ void send_results(Call& call, Writer& writer, Answer& answer, std::chrono::milli
   }
 }
 
-/// A call while its handler runs, on a thread of its own: who makes it and pays for it, its log, its
-/// turn, its stop. The stop is requested when the caller leaves and when the server ends its calls.
+/// A call while its handler runs, on a thread of its own: who makes it and pays for it, its log,
+/// its turn, its stop. The stop is requested when the caller leaves and when the server ends its
+/// calls.
 class ServerCall {
  public:
   ServerCall(Host& host, grpc::ServerContext& context, const char* name);

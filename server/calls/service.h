@@ -4,7 +4,6 @@
 
 #include "server/calls/read_request.h"
 #include "server/calls/server_call.h"
-#include "server/scheduling/failpoint.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 
 namespace stiefel::server {
@@ -12,7 +11,6 @@ namespace stiefel::server {
 /// Writes a message to `bytes`; copies of the buffer share its memory.
 template <class Message>
 void serialize(const Message& message, grpc::ByteBuffer& bytes) {
-  failpoint("wire.serialize");
   bytes.Clear();
   bool own = false;
   if (!grpc::SerializationTraits<Message>::Serialize(message, &bytes, &own).ok())

@@ -5,7 +5,6 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/memory_price.h"
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
 
@@ -20,7 +19,6 @@ std::size_t reply_bytes(const Session& session, const StepTask& task) {
 /// Writes the reply at the step where the cursor ended.
 void answer_step(const Session& session, const Cursor& cursor, const StepTask& task,
                  v1::StepResponse* response) {
-  failpoint("call.answer_step");
   to_proto(cursor, session.scene(), response->mutable_run_status());
   to_proto(session, cursor.simulation(), task.fields, response->mutable_sample());
   demand_finite(is_finite(response->sample().fields()), response->mutable_run_status());

@@ -7,7 +7,6 @@
 #include "server/convert/errors.h"
 #include "server/convert/summarize_answer.h"
 #include "server/convert/work_price.h"
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -22,14 +21,13 @@ void Summarize(ServerCall& call, const v1::SummarizeRequest& request,
   SessionLease session = call.session(request.session_id());
   check(check_range(request));
   const ReadingWork reading = reading_work(*session, request);
-  const double step_cost = session->step_cost() +
-                           reading.each / instructions_a_nanosecond /
-                               static_cast<double>(std::max<std::int64_t>(request.every(), 1));
+  const double step_cost =
+      session->step_cost() + reading.each / instructions_a_nanosecond /
+                                 static_cast<double>(std::max<std::int64_t>(request.every(), 1));
   SummarizeAnswer answer(std::move(session), request, reading.total);
   check(answer.read(call.account().memory()));
   check(answer.make());
   check(answer.start());
-  failpoint("call.summary_message");
   send_results<v1::SummarizeResponse>(call, writer, answer, longest_silence, [&] {
     if (answer.price_reached()) throw StatusError(errors::price_reached(*answer.price_reached()));
     answer.advance(slice_fraction(step_cost), call.stop());

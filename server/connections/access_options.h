@@ -17,10 +17,8 @@ struct TlsFiles {
 struct AccessOptions {
   /// TLS for every address but Unix sockets.
   TlsFiles tls = {};
-  /// A file of tokens (tokens.h); empty means that every caller is the principal "".
+  /// A file of tokens (callers.h); empty means that every caller is the principal "".
   std::string tokens = {};
-  /// A file of keys (checkpoints/secrets.h); empty means a random key.
-  std::string checkpoint_key = {};
   /// Allows addresses without TLS that other machines can reach.
   bool insecure = false;
 };

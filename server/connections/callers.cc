@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
@@ -89,7 +88,6 @@ Callers::Callers(const std::string& file, Report report) : report_(std::move(rep
 }
 
 std::optional<Refused> Callers::admit(grpc::ServerContextBase& context, AdmittedCall& call) {
-  failpoint("tokens.admit");
   if (call.call_ != nullptr) return std::nullopt;
   const auto& metadata = context.client_metadata();
   if (!metadata.contains("authorization")) return Refused::token_missing;
@@ -107,7 +105,6 @@ std::optional<Refused> Callers::admit(grpc::ServerContextBase& context, Admitted
 }
 
 void Callers::take(const WatchedFiles::Contents& contents) {
-  failpoint("tokens.reload");
   if (!contents[0]) {
     replace({});
     return report_({0, {contents[0].error() + ": every call is refused"}});

@@ -68,7 +68,7 @@ class AdmittedCall : public boost::intrusive::list_base_hook<> {
  private:
   friend class Callers;
   Principal principal_;
-  Bytes32 digest_{};  // SHA-256 of the token
+  Bytes32 digest_{};           // SHA-256 of the token
   grpc_call* call_ = nullptr;  // null: not admitted
 };
 

@@ -9,6 +9,7 @@
 #include <sys/un.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
@@ -16,7 +17,6 @@
 #include <expected>
 #include <filesystem>
 #include <memory>
-#include <regex>
 #include <stdexcept>
 #include <thread>
 
@@ -32,13 +32,15 @@ bool is_ip(int family, std::string_view host) {
   return inet_pton(family, std::string(host).c_str(), address) == 1;
 }
 
-/// Whether a host is a name: labels of letters, digits, '-' and '_' with dots between them, the
-/// last label not of digits only, which only IPv4 addresses have.
+/// Whether a host may be a name: letters, digits, '-', '_' and dots, and not digits alone, which
+/// only IPv4 addresses have.
 bool is_host_name(std::string_view host) {
-  static const std::regex name(
-      "([A-Za-z0-9_]([A-Za-z0-9_-]*[A-Za-z0-9_])?\\.)*"
-      "(?![0-9]+\\.?$)[A-Za-z0-9_]([A-Za-z0-9_-]*[A-Za-z0-9_])?\\.?");
-  return host.size() <= longest_host && std::regex_match(host.begin(), host.end(), name);
+  const auto letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+  const auto allowed = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.';
+  };
+  return host.size() <= longest_host && std::ranges::all_of(host, allowed) &&
+         std::ranges::any_of(host, letter);
 }
 
 bool is_host(std::string_view host) {
@@ -194,16 +196,6 @@ Listener listen_on_unix(const std::string& address) {
   return listener;
 }
 
-std::optional<std::string> unix_fault(const std::string& address) {
-  const std::string path(unix_path(address));
-  struct stat found;
-  if (lstat(path.c_str(), &found) == 0 && !S_ISSOCK(found.st_mode)) return other_file;
-  const auto folder = folder_of(path);
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
-    return folder.string() + ": " + std::strerror(errno);
-  return std::nullopt;
-}
-
 }  // namespace
 
 bool is_unix(std::string_view address) { return address.starts_with("unix:"); }
@@ -278,12 +270,6 @@ std::vector<Listener> listen_on(const std::string& address) {
   std::vector<Listener> one;
   one.push_back(listen_on_unix(address));
   return one;
-}
-
-std::optional<std::string> listen_fault(const std::string& address) {
-  if (is_unix(address)) return unix_fault(address);
-  const auto resolved = resolve(address);
-  return resolved ? std::nullopt : std::optional(resolved.error());
 }
 
 }  // namespace stiefel::server

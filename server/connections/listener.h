@@ -58,11 +58,6 @@ struct Listener {
 /// reason, also if another server listens on the Unix socket or the path is another kind of file.
 std::vector<Listener> listen_on(const std::string& address);
 
-/// Returns why `listen_on` would fail, as far as that shows without listening: a host without IP
-/// address, a folder that cannot be written, a path that is another kind of file. A server that
-/// listens there already is not a fault.
-std::optional<std::string> listen_fault(const std::string& address);
-
 /// Returns the IP addresses of host:port; none if the host has none.
 std::vector<SocketAddress> tcp_addresses(const std::string& address);
 
@@ -71,7 +66,7 @@ bool is_local(const SocketAddress& address);
 
 /// Returns why a server must not listen on `address` (one that address_fault accepts) without TLS:
 /// other machines can reach one of its IP addresses. Returns nothing for an address that only this
-/// machine can reach, and for a name without an IP address, which listen_fault refuses.
+/// machine can reach, and for a name without an IP address.
 std::optional<std::string> exposure_fault(const std::string& address);
 
 }  // namespace stiefel::server

@@ -40,8 +40,4 @@ class WatchedFiles {
 /// Returns the current contents of the files.
 WatchedFiles::Contents read_texts(const std::vector<std::string>& paths);
 
-/// Returns the keys in a file (checkpoints/secrets.h); null if `file` is empty. Throws
-/// std::runtime_error with the flag, the file and the rule that it breaks, never with a key.
-std::shared_ptr<const CheckpointKeys> checkpoint_keys(const std::string& file);
-
 }  // namespace stiefel::server

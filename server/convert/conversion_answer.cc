@@ -17,24 +17,10 @@ namespace stiefel::server {
 namespace {
 
 /// Returns the most operations that a conversion may take. The inverse of J_D outside its domain
-/// takes the most, 8·10⁴ N³, because it looks for the edge. Each member of an ensemble may be
-/// converted twice.
+/// takes the most, 8·10⁴ N³, because it looks for the edge.
 double most_work(const Scene& scene) {
-  const double N = whole_dimension(scene), members = static_cast<double>(scene.members().size());
-  return (1e5 * N * N * N + 1e6) * std::max(1.0, 2 * members);
-}
-
-/// Returns a block (rows, cols) as a field; for an ensemble with shape (members, rows, cols).
-v1::Field block_field(const std::string& name, const Eigen::MatrixXd& block, const Scene& scene) {
-  const RowMatrix rows = block;
-  v1::Field field = to_field({name, rows.rows(), rows.cols(), rows.data(), nullptr});
-  const auto members = static_cast<std::int64_t>(scene.members().size());
-  if (members == 0) return field;
-  auto* shape = field.mutable_value()->mutable_shape();
-  shape->Clear();
-  for (const Eigen::Index extent : {members, rows.rows() / members, rows.cols()})
-    shape->Add(static_cast<std::uint64_t>(extent));
-  return field;
+  const double N = whole_dimension(scene);
+  return 1e5 * N * N * N + 1e6;
 }
 
 }  // namespace
@@ -82,7 +68,11 @@ grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
       if (std::ranges::find(left_out, array.path) != left_out.end())
         scene_arrays_.add(to_field(array));
   }
-  for (const auto& [name, block] : converted->blocks) blocks_.add(block_field(name, block, scene));
+  for (const auto& [name, block] : converted->blocks) {
+    const RowMatrix rows = block;
+    blocks_.add(to_field({name, rows.rows(), rows.cols(), rows.data(), nullptr}));
+  }
+
   for (const auto& [domain, margin] : converted->margins) {
     auto* to = response.add_margins();
     to->set_domain(domain);

@@ -15,15 +15,11 @@
 #include "stiefel/error_estimate.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
-#include "stiefel/v1/outcome.pb.h"
-#include "stiefel/v1/price.pb.h"
+#include "stiefel/v1/common.pb.h"
 #include "stiefel/v1/scene.pb.h"
 #include "stiefel/v1/simulation.pb.h"
-#include "stiefel/v1/tensor.pb.h"
 
 /// Converts between the wire's types and the engine's; no other code sees both.
-
-/// The last look at a reply: none says OUTCOME_REACHED and carries a number that is not finite.
 
 namespace stiefel::server {
 
@@ -69,9 +65,9 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
                                                                   const FieldNames& names);
 
 /// Writes the name, type and shape of a field: {samples, members, rows, cols}, without `samples`
-/// when that is absent and with `members` in ensembles only.
-void describe_field(const Session& session, const Field& field, std::optional<std::size_t> samples,
-                    v1::Field* out);
+/// when that is absent and with `members` in ensembles only, unless it is that of one member.
+void describe_field(const Session& session, std::size_t index, std::optional<std::size_t> samples,
+                    bool of_member, v1::Field* out);
 /// Writes the simulation's current state.
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out);

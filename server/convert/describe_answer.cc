@@ -8,6 +8,12 @@ namespace {
 
 std::string text(std::string_view view) { return std::string(view); }
 
+v1::Side side_of(Side side) {
+  return side == Side::none   ? v1::SIDE_UNSPECIFIED
+         : side == Side::left ? v1::SIDE_LEFT
+                              : v1::SIDE_RIGHT;
+}
+
 void describe(const SystemInfo& system, v1::SystemInfo* out) {
   out->set_name(text(system.name));
   out->set_summary(text(system.summary));
@@ -15,6 +21,9 @@ void describe(const SystemInfo& system, v1::SystemInfo* out) {
   out->set_source(text(system.source));
   out->set_file(text(system.file));
   out->set_discrete(system.discrete);
+  out->set_side(side_of(system.side));
+  out->set_momentum(text(system.momentum));
+  out->set_velocity(text(system.velocity));
   for (const BlockInfo& block : system.blocks) {
     auto* to = out->add_blocks();
     to->set_name(text(block.name));

@@ -221,10 +221,6 @@ grpc::Status outside_domain(const OutsideDomain& outside) {
       {},
       "OUTSIDE_DOMAIN",
       {{"domain", std::string(outside.domain)}, {"value", value}, {"bound", bound}}};
-  if (outside.member) {
-    violation.metadata["member"] = std::to_string(*outside.member);
-    where = "member " + violation.metadata["member"] + ": " + where;
-  }
   violation.rule = where + ": the value is " + value + ", the bound " + bound;
   return invalid({std::move(violation)});
 }

@@ -15,10 +15,10 @@
 #include "server/sessions/write_ahead_log.h"
 #include "stiefel/outside_domain.h"
 #include "stiefel/scene.h"
-#include "stiefel/v1/error.pb.h"
+#include "stiefel/v1/common.pb.h"
 
 /// All errors with which the service answers; no other code makes one. The message is for people,
-/// the details say the same to programs (error.proto).
+/// the details say the same to programs (common.proto).
 namespace stiefel::server::errors {
 
 /// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest; at the end "and N more"

@@ -5,7 +5,6 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/parts.h"
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/field_bytes.h"
 
 namespace stiefel::server {
@@ -42,7 +41,6 @@ void StreamMessages::add_scene(const SceneDescription& resolved) {
 
 void StreamMessages::pack(const Session& session, const std::vector<std::size_t>& fields,
                           Batch& batch, EncodedCheckpoint checkpoint, v1::StreamResponse& message) {
-  failpoint("stream.pack");
   message.mutable_steps()->Assign(batch.steps.begin(), batch.steps.end());
   message.mutable_times()->Assign(batch.times.begin(), batch.times.end());
   message.clear_sample_continues();
@@ -53,7 +51,7 @@ void StreamMessages::pack(const Session& session, const std::vector<std::size_t>
     const int index = static_cast<int>(i);
     auto* field =
         index < message.fields_size() ? message.mutable_fields(index) : message.add_fields();
-    describe_field(session, session.fields()[fields[i]], batch.size(), field);
+    describe_field(session, fields[i], batch.size(), false, field);
     field->clear_whole_shape();
     field->clear_offset();
     field->mutable_value()->mutable_data()->swap(batch.fields[i]);
@@ -78,7 +76,6 @@ void StreamMessages::unpack(v1::StreamResponse& message, Batch& batch) {
 }
 
 void StreamMessages::next(v1::StreamResponse& message) {
-  failpoint("stream.next");
   message.Clear();
   if (!scene_arrays_.empty()) {
     scene_arrays_.take(part_bytes, message.mutable_scene_arrays());
@@ -105,13 +102,11 @@ void StreamMessages::next_checkpoint_part(v1::StreamResponse& message) {
 
 SummaryMessages::SummaryMessages(const Session& session, const SummaryDescription& what)
     : session_(session), members_(std::max<std::size_t>(1, session.scene().members().size())) {
-  for (const std::string& name : what.fields) {
-    const auto found = std::ranges::find(session.fields(), name, &Field::name);
-    fields_.push_back(static_cast<std::size_t>(found - session.fields().begin()));
-  }
+  for (const std::string& name : what.fields)
+    fields_.push_back(find_field(session.fields(), name).value());
   if (fields_.empty()) fields_ = session.default_fields();
   for (const std::size_t index : fields_)
-    event_numbers_ += static_cast<std::size_t>(session.fields()[index].size()) / members_;
+    event_numbers_ += field_size(session.fields(), index) / members_;
 }
 
 void SummaryMessages::add(std::vector<Event> events) {
@@ -133,12 +128,10 @@ void SummaryMessages::split_fields(const Items& items, bool by_members) {
   batch_ = std::min(items.size(), std::max<std::size_t>(1, max_reply_bytes / each));
   std::size_t from = 0;
   for (const std::size_t index : fields_) {
-    Field field = session_.fields()[index];
-    if (!by_members) field.members = 0;
-    const auto size = static_cast<std::size_t>(field.size());
+    const std::size_t size = field_size(session_.fields(), index) / (by_members ? 1 : members_);
     v1::Field whole;
-    describe_field(session_, field, batch_, &whole);
-    const bool narrow = is_float(session_, field);
+    describe_field(session_, index, batch_, !by_members, &whole);
+    const bool narrow = is_float(session_, index);
     std::string& data = *whole.mutable_value()->mutable_data();
     data.reserve(batch_ * size * (narrow ? sizeof(float) : sizeof(double)));
     for (std::size_t i = 0; i < batch_; ++i) {

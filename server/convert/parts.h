@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "server/sessions/identity.h"
+#include "stiefel/v1/common.pb.h"
 #include "stiefel/v1/scene.pb.h"
 #include "stiefel/v1/session.pb.h"
-#include "stiefel/v1/tensor.pb.h"
 
 namespace stiefel::server {
 

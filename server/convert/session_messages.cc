@@ -124,35 +124,33 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
     violations.push_back({"fields[" + std::to_string(i) + "]", names[i], std::move(rule)});
   };
   for (int i = 0; i < names.size() && violations.size() < 16; ++i) {
-    const auto found = std::ranges::find(offered, names[i], &Field::name);
-    const auto index = static_cast<std::size_t>(found - offered.begin());
-    if (found == offered.end()) {
-      std::string rule;
-      for (const Field& field : offered) rule += (rule.empty() ? "" : ", ") + field.name;
+    const auto index = find_field(offered, names[i]);
+    if (!index) {
       const bool no_frame = names[i] == "Q" && !session.scene().has_frame();
-      refuse(i, "must be one of " + rule +
+      refuse(i, "must be one of " + field_names(offered) +
                     (no_frame ? "; the initial state has no Q"
                               : did_you_mean(names[i], offered, &Field::name)));
-    } else if (std::ranges::find(selected, index) != selected.end()) {
+    } else if (std::ranges::find(selected, *index) != selected.end()) {
       refuse(i, "is named twice");
     } else {
-      selected.push_back(index);
+      selected.push_back(*index);
     }
   }
   if (!violations.empty()) return std::unexpected(std::move(violations));
   return selected;
 }
 
-void describe_field(const Session& session, const Field& field, std::optional<std::size_t> samples,
-                    v1::Field* out) {
+void describe_field(const Session& session, std::size_t index, std::optional<std::size_t> samples,
+                    bool of_member, v1::Field* out) {
+  const Field field = field_at(session.fields(), index);
   out->set_name(field.name);
   v1::Tensor* tensor = out->mutable_value();
   tensor->set_data_type(field.complex              ? v1::DATA_TYPE_COMPLEX128
-                        : is_float(session, field) ? v1::DATA_TYPE_FLOAT32
+                        : is_float(session, index) ? v1::DATA_TYPE_FLOAT32
                                                    : v1::DATA_TYPE_FLOAT64);
   tensor->clear_shape();
   if (samples) tensor->add_shape(*samples);
-  if (field.members > 0) tensor->add_shape(static_cast<std::uint64_t>(field.members));
+  if (field.members > 0 && !of_member) tensor->add_shape(static_cast<std::uint64_t>(field.members));
   tensor->add_shape(static_cast<std::uint64_t>(field.rows));
   tensor->add_shape(static_cast<std::uint64_t>(field.cols));
 }
@@ -162,11 +160,10 @@ void to_proto(const Session& session, const Simulation& simulation,
   out->set_step(simulation.step());
   out->set_time(session.scene().time(simulation.step()));
   for (const std::size_t index : fields) {
-    const Field& field = session.fields()[index];
     v1::Field* to = out->add_fields();
-    describe_field(session, field, std::nullopt, to);
+    describe_field(session, index, std::nullopt, false, to);
     std::string& bytes = *to->mutable_value()->mutable_data();
-    bytes.resize(field_bytes(session, field));
+    bytes.resize(field_bytes(session, index));
     write_field(session, simulation, index, bytes.data());
   }
 }

@@ -89,10 +89,7 @@ grpc::Status SummarizeAnswer::restore() {
                ? grpc::Status::OK
                : refuse(request_, {CheckpointFault::corrupt, {}});
   }
-  checkpoint_ignored_ = content.error().fault == CheckpointFault::foreign;
-  if (!checkpoint_ignored_) return refuse(request_, content.error());
-  go_to_first_state();
-  return grpc::Status::OK;
+  return refuse(request_, content.error());
 }
 
 void SummarizeAnswer::set_price() {
@@ -162,7 +159,7 @@ void SummarizeAnswer::add_checkpoint(std::int64_t step) {
   const std::string saved = summary_->save();
   const std::uint64_t digest = digest_of(request_);
   messages_->add_checkpoint(step,
-                            sign_checkpoint(*session_, summary_format, {bytes_of(digest), saved}));
+                            seal_checkpoint(*session_, summary_format, {bytes_of(digest), saved}));
 }
 
 bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
@@ -172,7 +169,6 @@ bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
   if (price_.bound() != v1::PRICE_BOUND_UNSPECIFIED) {
     message.mutable_price()->Swap(&price_);
     price_.Clear();
-    message.set_checkpoint_ignored(checkpoint_ignored_);
   }
   if (has_results()) messages_->next(message);
   // Members that an event has ended have no states at later times.

@@ -57,7 +57,7 @@ class SummarizeAnswer {
   bool interrupted() const { return summary_->interrupted(); }
   /// Whether nothing is left to compute. False before the start.
   bool done() const { return done_; }
-  /// Set when the steps have taken the price of the call (attempts.h), which is to end with it once
+  /// Set when the steps have taken the price of the call, which is to end with it once
   /// there are no more results to send.
   const std::optional<PriceReached>& price_reached() const { return price_reached_; }
   /// 0 before the start.
@@ -94,7 +94,7 @@ class SummarizeAnswer {
   v1::Price price_;  ///< empty once it is sent
   std::optional<AttemptLimit> limit_;
   std::optional<PriceReached> price_reached_;
-  bool has_checkpoint_, checkpoint_ignored_ = false;
+  bool has_checkpoint_;
   std::int64_t first_step_ = 0;  ///< of this call
   std::int64_t last_mark_ = 0;
   bool done_ = false;

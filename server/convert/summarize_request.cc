@@ -50,6 +50,7 @@ void read(const v1::Event& from, const Path& path, EventDescription& to, Faults&
   to.level = from.level();
   to.limit = from.limit();
   to.terminal = from.terminal();
+  to.extremum = from.extremum();
   switch (from.direction()) {
     case v1::DIRECTION_UNSPECIFIED:
       to.direction = Direction::both;

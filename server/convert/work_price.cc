@@ -44,17 +44,16 @@ double dimension(const v1::Scene& scene) {
 double of_creation(double N, double members) {
   return members * (40 * N * N * N + 4000 * N * N + 1e4);
 }
-double of_conversion(const std::string& to, double N, double members) {
-  return members * (conversion_products(to) * N * N * N + 1e5);
+double of_conversion(const std::string& to, double N) {
+  return conversion_products(to) * N * N * N + 1e5;
 }
 
 /// Returns the predicted instructions of reading a field, or the invariants of that name, from one
 /// state of all members. 0 for a name that is neither.
 double reading_work(const Session& session, std::string_view name) {
-  const auto found = std::ranges::find(session.fields(), name, &Field::name);
-  if (found != session.fields().end())
-    return 4 * static_cast<double>(found->size()) +
-           field_work(session, static_cast<std::size_t>(found - session.fields().begin()));
+  if (const auto index = find_field(session.fields(), name))
+    return 4 * static_cast<double>(field_size(session.fields(), *index)) +
+           field_work(session, *index);
   if (!is_invariant(session.scene(), name)) return 0;
   // Matrix products in extended precision: one for the energy, norms or Casimirs, N²/2 for all
   // Manakov coefficients, and Jacobi's method for the singular values.
@@ -83,13 +82,13 @@ bool converts(const Session& from, const v1::ForkSessionRequest& request) {
 }
 
 double conversion_work(const v1::ConvertRequest& request) {
-  return of_conversion(request.to(), dimension(request.scene()), members_of(request.scene()));
+  return of_conversion(request.to(), dimension(request.scene()));
 }
 
 double fork_work(const Session& from, const v1::ForkSessionRequest& request) {
   const double N = whole_dimension(from.scene()), members = members_of(from);
   return of_creation(N, members) +
-         (converts(from, request) ? of_conversion(request.system(), N, members) : 0);
+         (converts(from, request) ? of_conversion(request.system(), N) : 0);
 }
 
 double tradeoff_work(const v1::MeasureTradeoffRequest& request) {
@@ -112,9 +111,13 @@ ReadingWork reading_work(const Session& session, const v1::SummarizeRequest& req
     (last_only(quantity) ? once : on_the_way) += reading_work(session, quantity.name());
   double at_events = 0;
   for (const v1::Event& event : request.events()) {
-    at_events += reading_work(session, event.field());
-    for (const v1::LinearTerm& term : event.plus())
-      at_events += reading_work(session, term.field());
+    double of_event = reading_work(session, event.field());
+    for (const v1::LinearTerm& term : event.plus()) of_event += reading_work(session, term.field());
+    // The derivative takes six states, each by a simulation that is made for it.
+    constexpr double states = 6, of_making = 5e4;
+    if (event.extremum())
+      of_event += states * (of_event + session.work(0, 1) + of_making * members_of(session));
+    at_events += of_event;
   }
   const auto steps = static_cast<double>(request.to() - request.from());
   const double samples =

@@ -1,13 +1,13 @@
 #include "server/observability/log.h"
 
+#include <spdlog/async_logger.h>
+#include <spdlog/details/thread_pool.h>
+#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string_view>
-
-#include "server/observability/stderr_sink.h"
-#include "server/scheduling/failpoint.h"
 
 namespace stiefel::server {
 namespace {
@@ -52,19 +52,17 @@ std::string as_text(std::string_view message, const Log::Facts& facts) {
 }  // namespace
 
 Log::Log(const std::string& level, bool json) : json_(json) {
-  const auto told = [json](std::uint64_t dropped) {
-    constexpr const char* message = "log lines were dropped: nobody read stderr";
-    const Facts facts{{"count", static_cast<std::int64_t>(dropped)}};
-    return json ? as_json(message, facts) : as_text(message, facts);
-  };
-  logger_ = std::make_unique<spdlog::logger>("stiefel", std::make_shared<StderrSink>(told));
+  thread_ = std::make_shared<spdlog::details::thread_pool>(
+      longest_queue, 1, [] { pthread_setname_np(pthread_self(), "log"); });
+  logger_ = std::make_shared<spdlog::async_logger>(
+      "stiefel", std::make_shared<spdlog::sinks::stderr_sink_mt>(), thread_,
+      spdlog::async_overflow_policy::overrun_oldest);
   const auto parsed = spdlog::level::from_str(level);
   if (parsed == spdlog::level::off && level != "off") {
     throw std::runtime_error("log level: '" + level +
                              "': must be trace, debug, info, warn, error, critical or off");
   }
   logger_->set_level(parsed);
-  logger_->flush_on(spdlog::level::trace);
   logger_->set_pattern(
       json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)" : "%Y-%m-%dT%H:%M:%S.%eZ %l %v",
       spdlog::pattern_time_type::utc);
@@ -77,24 +75,19 @@ bool Log::enabled(Level level) const { return logger_->should_log(to_spdlog(leve
 void Log::line(Level level, std::string_view message, const Facts& facts) const {
   if (!enabled(level)) return;
   try {
-    failpoint("log.line");
-    logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
+    write(level, message, facts);
+    // Once lines are no longer lost, so that the telling displaces none.
+    const std::size_t lost = thread_->overrun_counter();
+    if (lost != seen_.exchange(lost)) return;
+    if (const std::size_t told = told_.exchange(lost); told < lost)
+      write(Level::warn, "log lines were dropped: nobody read stderr",
+            {{"count", static_cast<std::int64_t>(lost - told)}});
   } catch (const std::exception&) {  // a call does not fail for a log line
   }
 }
 
-void Log::count(bool failed) const {
-  ++(failed ? counted_failed_ : counted_);
-  auto last = last_told_.load(std::memory_order_relaxed);
-  const auto now = Clock::now();
-  if (now - last >= counted_together && last_told_.compare_exchange_strong(last, now))
-    tell_counted();
-}
-
-void Log::tell_counted() const {
-  const std::int64_t good = counted_.exchange(0), failed = counted_failed_.exchange(0);
-  if (good + failed > 0)
-    line(Level::info, "short rpcs", {{"count", good + failed}, {"failed", failed}});
+void Log::write(Level level, std::string_view message, const Facts& facts) const {
+  logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
 }
 
 }  // namespace stiefel::server

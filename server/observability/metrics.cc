@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <iterator>
 
-#include "server/scheduling/failpoint.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/sessions/identity.h"
 
@@ -192,7 +191,6 @@ OpenStreams::Stream::Stream(OpenStreams& all) : all_(all) {
 }
 
 std::vector<prometheus::MetricFamily> ServerMetrics::Collect() const {
-  failpoint("metrics.collect");
   const auto gauge = [](const char* name, const char* help, double value) {
     return single(name, help, MetricType::Gauge, value);
   };
@@ -207,7 +205,6 @@ std::vector<prometheus::MetricFamily> ServerMetrics::Collect() const {
             parts_.registry.max_sessions()),
       counter("stiefel_computing_seconds_total", "Time for which calls have computed, in seconds.",
               std::chrono::duration<double>(parts_.turns.computed()).count()),
-      gauge("stiefel_calls", "Calls that run.", parts_.calls),
       gauge("stiefel_calls_waiting", "Calls that wait for their turn to compute.",
             static_cast<double>(parts_.turns.waiting())),
       gauge("stiefel_threads", "Threads that compute.", parts_.threads),

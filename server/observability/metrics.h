@@ -136,7 +136,6 @@ class ServerMetrics final : public prometheus::Collectable {
   struct Parts {
     const Registry& registry;
     const Turns& turns;
-    const std::atomic<std::uint32_t>& calls;
     const int threads;
     const MemoryBudget& memory;
     std::string version;

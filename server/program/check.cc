@@ -1,19 +1,19 @@
 #include "server/program/check.h"
 
+#include <google/protobuf/wrappers.pb.h>
+#include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <filesystem>
+#include <future>
 #include <iostream>
 #include <thread>
 
-#include "grpc/health/v1/health.grpc.pb.h"
-#include "server/connections/callers.h"
-#include "server/connections/certificates.h"
 #include "server/connections/exporter.h"
 #include "server/connections/listener.h"
-#include "server/connections/watched_files.h"
 #include "server/program/command_line.h"
 #include "server/program/flags.h"
 #include "server/scheduling/process.h"
@@ -24,39 +24,38 @@ namespace {
 
 using Faults = std::vector<std::string>;
 
-void check_addresses(const Options& options, Faults& faults) {
-  const bool guarded = options.access.tls.given() || options.access.insecure;
-  for (const std::string& address : options.listen) {
-    const std::string place = "--listen: " + address + ": ";
-    if (const auto fault = listen_fault(address))
-      faults.push_back(place + *fault);
-    else if (const auto exposed = guarded ? std::nullopt : exposure_fault(address))
-      faults.push_back(place + *exposed);
-  }
-  if (options.metrics.empty()) return;
-  const std::string place = "--metrics: " + options.metrics + ": ";
-  if (const auto fault = metrics_fault(options.metrics, guarded))
-    faults.push_back(place + *fault);
-  else if (const auto none = listen_fault(options.metrics))
-    faults.push_back(place + *none);
+/// Returns why the address cannot be listened on. A server that listens there already is no fault.
+std::optional<std::string> listen_fault(const std::string& address) try {
+  const bool there = is_unix(address) && std::filesystem::is_socket(unix_path(address));
+  if (!there)
+    listen_on(is_unix(address) ? address : address.substr(0, address.rfind(':') + 1) + "0");
+  return std::nullopt;
+} catch (const std::exception& fault) {
+  return fault.what();
 }
 
-void check_files(const AccessOptions& access, Faults& faults) {
-  if (access.tls.given()) {
-    const auto found = certificates(access.tls, read_texts(paths_of(access.tls)));
-    if (!found)
-      faults.push_back(found.error());
-    else if (found->expire_time < std::chrono::system_clock::now())
-      faults.push_back("--tls-cert: " + access.tls.certificate + ": it has expired");
-  }
-  if (!access.tokens.empty())
-    for (const std::string& fault : faults_of_tokens(access.tokens))
-      faults.push_back("--tokens: " + access.tokens + ": " + fault);
-  try {
-    checkpoint_keys(access.checkpoint_key);
-  } catch (const std::exception& fault) {
-    faults.emplace_back(fault.what());
-  }
+void check_addresses(const Options& options, Faults& faults) {
+  const bool guarded = options.access.tls.given() || options.access.insecure;
+  const auto check = [&](const std::string& flag, const std::string& address,
+                         std::optional<std::string> fault) {
+    if (!fault) fault = listen_fault(address);
+    if (fault) faults.push_back(flag + ": " + address + ": " + *fault);
+  };
+  for (const std::string& address : options.listen)
+    check("--listen", address, guarded ? std::nullopt : exposure_fault(address));
+  if (!options.metrics.empty())
+    check("--metrics", options.metrics, metrics_fault(options.metrics, options.access.insecure));
+}
+
+/// Makes a server that neither listens nor opens the store, which the server that runs holds.
+void construct(Options options, Faults& faults) try {
+  options.listen.clear();
+  options.metrics.clear();
+  options.store = {};
+  options.log_level = "warn";
+  const Server server(options);
+} catch (const std::exception& fault) {
+  faults.emplace_back(fault.what());
 }
 
 /// The time between two readings of the certificates' files, longer than a check takes.
@@ -104,25 +103,19 @@ int check(const Options& options) {
   for (const std::string& text : unknown_variables()) std::cerr << "warning: " << text << '\n';
   Faults faults;
   check_addresses(options, faults);
-  check_files(options.access, faults);
   if (const auto fault = store_fault(options.store)) faults.push_back("--store: " + *fault);
   enlarge_thread_stacks();
   if (const auto fault = thread_fault(threads_of(options)))
     faults.push_back("--threads: " + *fault);
-  raise_descriptor_limit();
-  const std::size_t most = possible_connections(options.connections.most);
-  if (most < options.connections.most)
-    faults.push_back("--max-connections: " + std::to_string(options.connections.most) +
-                     ": must be at most " + std::to_string(most) +
-                     ", by the limit of file descriptors");
+  else
+    construct(options, faults);
   for (const std::string& fault : faults) std::cerr << fault << '\n';
   if (!faults.empty()) return 1;
   const Quota limits = limits_of_principals(options);
   const auto text = [](std::uint64_t limit) {
     return limit > 0 ? std::to_string(limit) : "no limit";
   };
-  std::cout << "the flags are sound; connections at once: " << most
-            << "; of one principal, sessions: " << text(*limits.sessions)
+  std::cout << "the flags are sound; of one principal, sessions: " << text(*limits.sessions)
             << ", bytes of memory: " << text(*limits.memory) << '\n';
   return 0;
 }
@@ -133,20 +126,28 @@ int health_check(const HealthCheck& question) {
     std::cerr << "--address: " << fault << '\n';
     return 1;
   }
-  const auto stub = grpc::health::v1::Health::NewStub(
+  // grpc.health.v1.HealthCheckRequest and HealthCheckResponse, whose only fields have number 1.
+  using Request = google::protobuf::StringValue;
+  using Response = google::protobuf::Int32Value;
+  constexpr int serving = 1;
+  grpc::TemplatedGenericStub<Request, Response> stub(
       grpc::CreateChannel(address, credentials(question, address)));
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(2));
-  grpc::health::v1::HealthCheckRequest request;
-  request.set_service(question.service);
-  grpc::health::v1::HealthCheckResponse response;
-  const auto status = stub->Check(&context, request, &response);
+  Request request;
+  request.set_value(question.service);
+  Response response;
+  std::promise<grpc::Status> ended;
+  stub.UnaryCall(&context, "/grpc.health.v1.Health/Check", {}, &request, &response,
+                 [&](grpc::Status status) { ended.set_value(std::move(status)); });
+  const grpc::Status status = ended.get_future().get();
   if (!status.ok()) {
     std::cerr << address << ": " << status.error_message() << '\n';
     return 1;
   }
-  std::cerr << grpc::health::v1::HealthCheckResponse::ServingStatus_Name(response.status()) << '\n';
-  return response.status() == grpc::health::v1::HealthCheckResponse::SERVING ? 0 : 1;
+  const bool serves = response.value() == serving;
+  std::cerr << (serves ? "SERVING" : "NOT_SERVING") << '\n';
+  return serves ? 0 : 1;
 }
 
 }  // namespace stiefel::server

@@ -11,9 +11,9 @@ namespace stiefel::server {
 /// gRPC adds under load.
 int threads_of(const Options& options);
 
-/// Checks whether a server could start with these options: addresses, files of certificates, tokens
-/// and keys, the store, the limits of threads and descriptors. Writes each fault with its flag as a
-/// line on stderr. Returns the exit status, 0 if there is no fault. Does not disturb a running
+/// Checks whether a server could start with these options: listens on its addresses with other
+/// ports, reads the store's header, and makes a server without them. Writes each fault as a line on
+/// stderr. Returns the exit status, 0 if there is no fault. Does not disturb a running
 /// server.
 int check(const Options& options);
 

@@ -7,12 +7,6 @@
 
 namespace stiefel::server {
 
-/// Returns the faults of the program's command line, one on each line, and where to read more.
-/// Unknown words are reported as "unknown command runn; did you mean run?" or "unknown option
-/// --evry; did you mean --every?". CLI11's message is used only if there are none, because a
-/// missing argument may be a misspelt one.
-std::string explain(const CLI::App& app, const CLI::ParseError& error);
-
 /// Throws CLI::ValidationError if a variable of the environment has a value that its option
 /// refuses. Call it after the parse: CLI11 2.4 takes no notice of such a variable.
 void check_variables(CLI::App& app);

@@ -1,18 +1,26 @@
 #include "server/program/end_signal.h"
 
+#include <poll.h>
 #include <pthread.h>
 #include <unistd.h>
 
 #include <sstream>
+#include <string_view>
 #include <thread>
-
-#include "server/observability/stderr_sink.h"
 
 namespace stiefel::server {
 namespace {
 
 /// The time beyond the grace period that the process gets to end by itself.
 constexpr auto last_resort = std::chrono::milliseconds(1900);
+
+/// Writes a line of less than PIPE_BUF bytes to stderr, unless that would block for longer than
+/// 100 ms: on a pipe that nobody reads.
+void write_stderr(std::string_view line) {
+  pollfd descriptor{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
+  if (poll(&descriptor, 1, 100) > 0)
+    static_cast<void>(write(STDERR_FILENO, line.data(), line.size()) > 0);
+}
 
 }  // namespace
 
@@ -29,7 +37,7 @@ void EndSignal::receive() {
   int received = 0;
   sigwait(&signals_, &received);
   if (starting_.exchange(false)) {
-    write_stderr("stiefel-server: ends before it has started\n", StderrSink::patience);
+    write_stderr("stiefel-server: ends before it has started\n");
     _exit(0);
   }
   std::thread([this] { exit_in_time(); }).detach();
@@ -45,7 +53,7 @@ void EndSignal::exit_in_time() {
   std::ostringstream said;
   said << "stiefel-server: ends " << std::chrono::duration<double>(time).count()
        << " s after the signal without waiting any longer for " << waits_for_ << '\n';
-  write_stderr(said.str(), StderrSink::patience);
+  write_stderr(said.str());
   _exit(0);
 }
 

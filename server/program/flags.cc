@@ -83,10 +83,6 @@ void add_access_to(CLI::App& app, AccessOptions& access) {
       "--tokens", access.tokens,
       "File of the tokens that may call, one line each, as `stiefel-server token NAME` prints it. "
       "Reread when it changes. Default: every client that can connect may call");
-  add_file("--checkpoint-key", access.checkpoint_key,
-           "File of checkpoint keys, one of 64 hexadecimal digits per line. The first key signs, "
-           "every key verifies. Servers with the same file accept each other's checkpoints. "
-           "Default: a random key");
   app.add_flag("--insecure", access.insecure,
                "Allows addresses without TLS that other machines can reach");
 }
@@ -128,10 +124,6 @@ Flags::Flags(CLI::App& app) {
             "Memory limit of the process in bytes, such as 512M or 4G; a session or call that does "
             "not fit is refused. Default: three quarters of the control group's limit or, without "
             "one, of the machine's memory");
-  app.add_option("--max-connections", options.connections.most,
-                 "Largest number of connections; a further one is refused. 0: the limit of file "
-                 "descriptors minus 96, which is also the upper bound")
-      ->check(within<std::int64_t>(0, billion, "a number"));
   add_seconds(app, "--max-connection-age", options.connections.max_age, 0, 1e6,
               "Age in seconds, varied by up to 10 %, at which a connection accepts no new calls, "
               "so that its client opens another; 0: none");
@@ -140,9 +132,6 @@ Flags::Flags(CLI::App& app) {
   add_seconds(app, "--grace", options.grace, 0, 1e6,
               "Seconds that running calls may take after SIGTERM; the process ends at most 2 s "
               "after them");
-  add_seconds(app, "--self-watch", options.connections.self_watch, 0, 1e6,
-              "Seconds without an answer from one of the server's own addresses after which the "
-              "server exits with status 1; 0: it never checks");
   app.add_option("--principal-sessions", options.quota.sessions,
                  "Largest number of sessions of one principal; 0: no limit. Default: with --tokens "
                  "half of --max-sessions, otherwise no limit")
@@ -158,13 +147,10 @@ Flags::Flags(CLI::App& app) {
   app.add_option("--store", options.store.file,
                  "File in which sessions survive the end of the server, also a crash; empty: "
                  "sessions are in memory only");
-  app.add_option("--store-limit", options.store.limit,
-                 "Largest size of the store in bytes, without its log; 0: the space on the disk")
-      ->check(within<std::int64_t>(0, std::int64_t{1} << 46, "a number of bytes"));
   add_access_to(app, options.access);
   app.add_option("--metrics", options.metrics,
                  "host:port (0: any free port) at which Prometheus reads /metrics without a token, "
-                 "over HTTP, with --tls-cert over HTTPS. Empty: no metrics")
+                 "over plain HTTP. Empty: no metrics")
       ->check(address_error);
   app.add_option("--log-level", options.log_level, "Least severe level that is logged on stderr")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}));

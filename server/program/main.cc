@@ -16,7 +16,6 @@
 #include "server/connections/callers.h"
 #include "server/connections/listener.h"
 #include "server/observability/log.h"
-#include "server/observability/stderr_sink.h"
 #include "server/program/check.h"
 #include "server/program/command_line.h"
 #include "server/program/end_signal.h"
@@ -76,6 +75,8 @@ int serve(Options options, bool exit_with_parent) try {
   // gRPC's event engine polls a set of descriptors in which no connection is, and aborts the
   // process if that fails, as it did once in 1700 starts.
   setenv("GRPC_EXPERIMENTS", "-posix_event_engine_enable_polling", 0);
+  // gRPC's own lines would wait for the reader of stderr with the threads that serve connections.
+  setenv("GRPC_VERBOSITY", "NONE", 0);
   signal(SIGABRT, &tell_that_it_cannot_start);
   check_threads(options);
   // Lives as long as the process, since its threads do.
@@ -84,17 +85,11 @@ int serve(Options options, bool exit_with_parent) try {
   signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes counts as full
   raise_descriptor_limit();
   keep_little_freed_memory();
-  options.connections.unreachable = [] {
-    write_stderr("stiefel-server: ends: one of its own addresses does not answer (--self-watch)\n",
-                 100);
-    _exit(1);
-  };
   const Log log(options.log_level, options.log_json);
   for (const std::string& text : unknown_variables()) log.line(Log::Level::warn, text);
   // gRPC's last shutdown waits up to 10 s for a thread that polls. The library is never shut down
   // here, so that the end of the server does not wait for it.
   grpc_init();
-  options.takes_grpc_log = true;
   options.waits_for = [](const char* what) { signal_to_end.waits_for(what); };
   std::optional<Server> server(options);
   signal_to_end.started();
@@ -158,7 +153,7 @@ int main(int argc, char** argv) {
     check_variables(app);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << explain(app, error);
+    std::cerr << "stiefel-server: error: " << error.what() << "\nSee stiefel-server --help\n";
     return 2;
   }
 

@@ -13,7 +13,8 @@
 namespace stiefel::server {
 
 /// Threads that help calls with work that is divided, such as the members of an ensemble, in places
-/// that no call wants: a helper leaves between two items when a call waits for a place. Thread-safe.
+/// that no call wants: a helper leaves between two items when a call waits for a place.
+/// Thread-safe.
 class Helpers {
  public:
   class OfCall;

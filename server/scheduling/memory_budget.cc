@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
-
 namespace stiefel::server {
 
 MemoryExhausted::MemoryExhausted(std::uint64_t bytes, std::uint64_t free, std::uint64_t limit,
@@ -30,7 +28,6 @@ bool MemoryBudget::try_take_here(std::uint64_t bytes) noexcept {
 }
 
 void MemoryBudget::take(std::uint64_t bytes, std::uint64_t held) {
-  failpoint("memory.take");
   take_here(bytes, held);
   if (!whole_) return;
   try {

@@ -83,10 +83,4 @@ void raise_descriptor_limit() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
-std::size_t possible_connections(std::size_t asked) {
-  const std::size_t limit = descriptor_limit();
-  const std::size_t possible = limit > reserved_descriptors ? limit - reserved_descriptors : 1;
-  return asked == 0 ? possible : std::min(asked, possible);
-}
-
 }  // namespace stiefel::server

@@ -71,11 +71,7 @@ std::size_t descriptor_limit();
 void raise_descriptor_limit();
 
 /// The descriptors that a process needs beside its connections: listeners, epoll sets, event
-/// descriptors of gRPC's threads, logs, and connections being refused.
+/// descriptors of gRPC's threads, the store, logs.
 inline constexpr std::size_t reserved_descriptors = 96;
-
-/// Returns the most connections at once: `asked` (0: as many as possible), or what the limit of
-/// descriptors leaves if that is less; at least 1.
-std::size_t possible_connections(std::size_t asked);
 
 }  // namespace stiefel::server

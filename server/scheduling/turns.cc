@@ -126,8 +126,8 @@ Turns::Time Turns::OfCall::give() {
   return spent_;
 }
 
-/// A thread that yields has SCHED_BATCH and, since Linux 6.12, a time slice so long that a thread that
-/// wakes preempts it. Both can be taken back without privileges, unlike a nice value.
+/// A thread that yields has SCHED_BATCH and, since Linux 6.12, a time slice so long that a thread
+/// that wakes preempts it. Both can be taken back without privileges, unlike a nice value.
 void Turns::OfCall::yield_to_others(bool yields) noexcept {
   struct {
     std::uint32_t size, policy;

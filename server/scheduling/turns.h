@@ -19,8 +19,8 @@ namespace stiefel::server {
 /// place once it has computed for `free_time`, and gives it to another that waits after a turn.
 /// Principals have equal shares of the places. Within a share a call that has computed less goes
 /// first; it also goes before other shares as long as its own is at most `lead` ahead of them. One
-/// place more is there for calls that have computed for less than `medium_time`; the others let every
-/// thread of the system go first that wants a processor. Thread-safe.
+/// place more is there for calls that have computed for less than `medium_time`; the others let
+/// every thread of the system go first that wants a processor. Thread-safe.
 class Turns {
  public:
   using Clock = std::chrono::steady_clock;
@@ -149,7 +149,7 @@ class Turns::OfCall final : public Turn {
   Clock::time_point look_for_caller_at_ = began_ + patience;
   Time spent_{}, helped_{};
   bool holds_ = false;
-  bool yields_ = false;  // see yield_to_others
+  bool yields_ = false;   // see yield_to_others
   bool granted_ = false;  // guarded by the mutex of the Turns
   std::condition_variable granted_now_;
   Queue place_{this};  // in the queue while the call waits

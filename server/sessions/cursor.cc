@@ -4,7 +4,6 @@
 #include <exception>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
@@ -79,7 +78,6 @@ std::int64_t Cursor::steps_within_price() const {
 }
 
 bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop) {
-  failpoint("cursor.advance");
   wake();
   const bool direct = simulation_->direct();  // no checkpoint would be nearer
   for (std::int64_t at = simulation_->step(); at < to;) {
@@ -92,7 +90,6 @@ bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_toke
     if (limit_ && !on_the_way_) tried_ = simulation_->map_steps();
     try {
       const auto status = simulation_->advance_slice(steps, slice, stop);
-      failpoint("cursor.step");
       on_the_way_ = !status;
       if (status) end(*status);
     } catch (...) {

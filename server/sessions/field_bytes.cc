@@ -7,25 +7,27 @@ namespace stiefel::server {
 
 static_assert(std::endian::native == std::endian::little);
 
-bool is_float(const Session& session, const Field& field) {
-  return session.scene().in_float() && !field.complex;
+bool is_float(const Session& session, std::size_t index) {
+  const bool complex = index < session.fields().size() && session.fields()[index].complex;
+  return session.scene().in_float() && !complex;
 }
 
-std::size_t field_bytes(const Session& session, const Field& field) {
-  return static_cast<std::size_t>(field.size()) *
-         (is_float(session, field) ? sizeof(float) : sizeof(double));
+std::size_t field_bytes(const Session& session, std::size_t index) {
+  return field_size(session.fields(), index) *
+         (is_float(session, index) ? sizeof(float) : sizeof(double));
 }
 
 std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields) {
   std::size_t bytes = 0;
-  for (const std::size_t index : fields) bytes += field_bytes(session, session.fields()[index]);
+  for (const std::size_t index : fields) bytes += field_bytes(session, index);
   return bytes;
 }
 
 double field_work(const Session& session, std::size_t index) {
   if (std::ranges::find(session.default_fields(), index) != session.default_fields().end())
     return 0;
-  return static_cast<double>(session.fields()[index].size()) * whole_dimension(session.scene());
+  return static_cast<double>(field_size(session.fields(), index)) *
+         whole_dimension(session.scene());
 }
 
 double sample_work(const Session& session, const std::vector<std::size_t>& fields) {
@@ -36,9 +38,8 @@ double sample_work(const Session& session, const std::vector<std::size_t>& field
 
 void write_field(const Session& session, const Simulation& simulation, std::size_t index,
                  char* out) {
-  const Field& field = session.fields()[index];
-  const auto size = static_cast<std::size_t>(field.size());
-  if (!is_float(session, field))
+  const std::size_t size = field_size(session.fields(), index);
+  if (!is_float(session, index))
     return simulation.write(index, {reinterpret_cast<double*>(out), size});
   std::vector<double> numbers(size);
   simulation.write(index, numbers);

@@ -15,12 +15,14 @@ inline int whole_dimension(const Scene& scene) {
   return scene.dimension() + static_cast<int>(given.inertia_u.size() + given.inertia_v.size());
 }
 
+// A field is named by its index, for `Simulation::write`.
+
 /// Whether a field is sent as binary32: a real field of a scene in single precision. All others are
 /// sent as binary64.
-bool is_float(const Session& session, const Field& field);
+bool is_float(const Session& session, std::size_t index);
 
 /// Returns the bytes of a field at one step.
-std::size_t field_bytes(const Session& session, const Field& field);
+std::size_t field_bytes(const Session& session, std::size_t index);
 /// Returns the bytes of the fields with these indices at one step.
 std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>& fields);
 

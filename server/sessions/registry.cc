@@ -4,8 +4,6 @@
 #include <iterator>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
-
 namespace stiefel::server {
 namespace {
 
@@ -46,13 +44,12 @@ void DeletedNames::drop(std::list<Entry>::iterator entry) {
 }
 
 Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
-                   std::shared_ptr<const CheckpointKeys> keys, MemoryBudget& memory)
+                   MemoryBudget& memory)
     : max_sessions_(max_sessions),
       idle_timeout_(idle_timeout),
       clock_(std::make_shared<const Clock>(clock ? std::move(clock)
                                                  : Clock(&std::chrono::steady_clock::now))),
-      memory_(memory),
-      keys_(std::move(keys)) {
+      memory_(memory) {
   memory_.reclaim_with([this](std::uint64_t bytes) { evict(bytes); });
 }
 
@@ -61,17 +58,14 @@ Registry::~Registry() { memory_.reclaim_with({}); }
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
     Resolution resolution, bool recreate, MemoryBudget* memory) {
-  failpoint("registry.create");
   const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution),
-                                               keys_, memory ? *memory : memory_);
+                                               memory ? *memory : memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
-  bool ignored = false;
   std::optional<Checkpoint> saved;
   if (!checkpoint.empty()) {
     auto decoded = decode_checkpoint(*fresh, checkpoint);
-    ignored = !decoded && decoded.error().fault == CheckpointFault::foreign;
-    if (!decoded && !ignored) return std::unexpected(std::move(decoded.error()));
-    if (decoded) saved = *std::move(decoded);
+    if (!decoded) return std::unexpected(std::move(decoded.error()));
+    saved = *std::move(decoded);
   }
   // Adopts before it locks: taking memory may evict caches, which locks the registry too.
   if (saved) fresh->adopt(saved->step, saved->saved);
@@ -81,7 +75,7 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
-    Created there{SessionLease(found->second), false, ignored, found->second->pending_write()};
+    Created there{SessionLease(found->second), false, found->second->pending_write()};
     lock.unlock();
     if (saved) there.session->adopt(saved->step, std::move(saved->saved));
     return there;
@@ -101,11 +95,10 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
     sessions_.erase(place);
     throw;
   }
-  return Created{SessionLease(fresh), true, ignored, fresh->pending_write()};
+  return Created{SessionLease(fresh), true, fresh->pending_write()};
 }
 
 std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
-  failpoint("registry.find");
   const std::shared_lock lock(mutex_);
   const auto found = sessions_.find(key_of(principal.name, id));
   if (found == sessions_.end()) return std::nullopt;
@@ -114,7 +107,6 @@ std::optional<SessionLease> Registry::find(const Principal& principal, std::stri
 
 Registry::Erased Registry::erase(const Principal& principal, std::string_view id,
                                  MemoryBudget* memory) {
-  failpoint("registry.erase");
   std::shared_ptr<Session> dropped;
   // Before the lock, since giving up caches locks the registry too.
   MemoryLease mark = DeletedNames::lease(id, memory ? *memory : memory_);
@@ -163,7 +155,6 @@ bool Registry::deleted(const Principal& principal, std::string_view id) const {
 std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
                                                            std::string_view after,
                                                            std::size_t count) const {
-  failpoint("registry.page");
   const std::shared_lock lock(mutex_);
   std::vector<std::shared_ptr<const Session>> sessions;
   for (auto it = sessions_.upper_bound(key_of(principal.name, after));
@@ -180,7 +171,6 @@ std::size_t Registry::size() const {
 }
 
 std::size_t Registry::expire() {
-  failpoint("registry.expire");
   std::vector<std::shared_ptr<Session>> dropped;
   const std::lock_guard lock(mutex_);
   for (auto of_one = deleted_names_.begin(); of_one != deleted_names_.end();) {

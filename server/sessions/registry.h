@@ -78,17 +78,14 @@ class DeletedNames {
 /// The sessions by their principals and ids. Thread-safe.
 class Registry {
  public:
-  /// `keys` sign and verify the checkpoints; null means the keys of the process. The sessions give
-  /// up their caches when `memory` runs out of bytes.
+  /// The sessions give up their caches when `memory` runs out of bytes.
   Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
-           std::shared_ptr<const CheckpointKeys> keys = nullptr,
            MemoryBudget& memory = MemoryBudget::unlimited());
   ~Registry();
 
   struct Created {
     SessionLease session;
     bool created;
-    bool checkpoint_ignored = false;  ///< another server's key signed it: CheckpointFault::foreign
     std::shared_ptr<PendingWrite> pending_write = {};  ///< null without a log: nothing to wait for
   };
   enum class Conflict { other_scene, too_many, deleted };
@@ -157,7 +154,6 @@ class Registry {
   /// Removes `session`, unless another one has taken its name. Does not tell the write-ahead log.
   void drop(const Session& session);
   const std::shared_ptr<const Clock>& clock() const { return clock_; }
-  const std::shared_ptr<const CheckpointKeys>& keys() const { return keys_; }
   /// Gives up about `bytes` bytes of caches, first of the sessions that were unused for longest;
   /// only of the principal `of` unless that is null.
   void evict(std::uint64_t bytes, const Principal* of = nullptr) const;
@@ -181,7 +177,6 @@ class Registry {
   WriteAheadLog* log_ = nullptr;
   MemoryBudget& memory_;
   mutable std::shared_mutex mutex_;
-  const std::shared_ptr<const CheckpointKeys> keys_;
   /// By principal and id: two principals may use one id, each for its own session.
   using Key = std::tuple<std::string, std::string>;
   using Sessions = std::map<Key, std::shared_ptr<Session>, std::less<>>;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
 
 namespace stiefel::server {
@@ -91,13 +90,12 @@ std::uint64_t Sampling::bytes() const {
 void Sampling::sample(Batch& batch) {
   const Simulation& simulation = cursor_.simulation();
   if (simulation.step() == last_) return;
-  failpoint("sampling.sample");
   last_ = simulation.step();
   const std::size_t index = batch.size();
   batch.steps.push_back(last_);
   batch.times.push_back(session_.scene().time(last_));
   for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const std::size_t size = field_bytes(session_, session_.fields()[fields_[i]]);
+    const std::size_t size = field_bytes(session_, fields_[i]);
     std::string& bytes = batch.fields[i];
     const std::size_t samples = std::max(capacity_, index + 1);
     if (bytes.size() < samples * size) bytes.resize(samples * size);

@@ -80,7 +80,7 @@ class Sampling {
   /// Cuts each field's bytes to the samples in the batch; call it before sending.
   void trim(Batch& batch) const {
     for (std::size_t i = 0; i < fields_.size(); ++i) {
-      batch.fields[i].resize(batch.size() * field_bytes(session_, session_.fields()[fields_[i]]));
+      batch.fields[i].resize(batch.size() * field_bytes(session_, fields_[i]));
     }
   }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/scheduling/slice.h"
 #include "server/sessions/checkpoints/secrets.h"
 #include "server/sessions/identity.h"
@@ -78,7 +77,6 @@ Saved priced_state(MemoryLease memory, std::vector<double> numbers) {
 }
 
 Saved save(const Simulation& simulation, MemoryLease memory) {
-  failpoint("session.save");
   std::vector<double> numbers(simulation.saved_size());
   simulation.save(numbers);
   return priced_state(std::move(memory), std::move(numbers));
@@ -87,15 +85,13 @@ Saved save(const Simulation& simulation, MemoryLease memory) {
 }  // namespace
 
 Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-                 Resolution resolution, std::shared_ptr<const CheckpointKeys> keys,
-                 MemoryBudget& memory)
+                 Resolution resolution, MemoryBudget& memory)
     : memory_(memory),
       id_(std::move(id)),
       scene_(std::move(scene)),
       resolution_(std::move(resolution)),
       identity_(identity_of(scene_.description())),
       clock_(std::move(clock)),
-      keys_(keys ? std::move(keys) : CheckpointKeys::of_process()),
       simulation_bytes_(stiefel::simulation_bytes(scene_)),
       scene_memory_(memory, stiefel::scene_bytes(scene_.description()) + session_object),
       simulations_memory_(memory, 0),
@@ -163,7 +159,6 @@ void Session::set_work(const Scene& one, std::size_t members, double rate, doubl
 }
 
 std::unique_ptr<Simulation> Session::make() {
-  failpoint("session.make");
   simulations_memory_.grow(simulation_bytes_);
   try {
     return make_simulation(scene_);
@@ -174,7 +169,6 @@ std::unique_ptr<Simulation> Session::make() {
 }
 
 std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
-  failpoint("session.lease");
   std::unique_ptr<Simulation> simulation;
   Checkpoints::Nearest start;
   {
@@ -204,7 +198,6 @@ std::unique_ptr<Simulation> Session::at_state(std::unique_ptr<Simulation> simula
   if (!simulation) simulation = make();
   if (simulation->step() == step) return simulation;
   try {
-    failpoint("session.restore");
     simulation->restore(step, saved);
   } catch (...) {
     discard(std::move(simulation));
@@ -214,7 +207,6 @@ std::unique_ptr<Simulation> Session::at_state(std::unique_ptr<Simulation> simula
 }
 
 std::unique_ptr<Simulation> Session::lease_at(std::int64_t step, std::span<const double> saved) {
-  failpoint("session.wake");
   std::unique_ptr<Simulation> simulation;
   {
     const std::lock_guard lock(mutex_);
@@ -234,7 +226,6 @@ void Session::give_back(std::unique_ptr<Simulation> simulation) noexcept {
   std::unique_ptr<Simulation> dropped;
   try {
     const std::lock_guard lock(mutex_);
-    failpoint("session.give_back");
     if (idle_.size() == max_idle) {
       dropped = std::move(idle_.front());
       idle_.erase(idle_.begin());
@@ -280,7 +271,6 @@ void Session::evict() {
 }
 
 void Session::deposit(const Simulation& simulation) {
-  failpoint("session.deposit");
   const std::int64_t step = simulation.step();
   {
     const std::lock_guard lock(mutex_);
@@ -298,7 +288,6 @@ void Session::deposit(const Simulation& simulation) {
 }
 
 void Session::adopt(std::int64_t step, std::vector<double> saved) {
-  failpoint("session.adopt");
   MemoryLease memory(memory_, state_bytes(saved.size()));
   Saved priced = priced_state(std::move(memory), std::move(saved));
   const std::lock_guard lock(mutex_);
@@ -307,7 +296,6 @@ void Session::adopt(std::int64_t step, std::vector<double> saved) {
 }
 
 void Session::adopt_if_it_fits(std::int64_t step, std::span<const double> saved) {
-  failpoint("session.adopt");
   MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved.size()));
   if (!memory) return;
   Saved priced = priced_state(std::move(memory), {saved.begin(), saved.end()});

@@ -24,8 +24,6 @@
 
 namespace stiefel::server {
 
-class CheckpointKeys;
-
 using Clock = std::function<std::chrono::steady_clock::time_point()>;
 
 /// A field that is not finite at step 0.
@@ -41,12 +39,10 @@ class Session : public std::enable_shared_from_this<Session> {
  public:
   static constexpr std::int64_t max_step = std::int64_t{1} << 53;
 
-  /// `keys` sign and verify the session's checkpoints; null means the keys of the process. `memory`
-  /// must outlive the session. Throws MemoryExhausted when the scene, its state and its simulation
-  /// do not fit into `memory`, as do `lease`, `lease_at` and `adopt`.
+  /// `memory` must outlive the session. Throws MemoryExhausted when the scene, its state and its
+  /// simulation do not fit into `memory`, as do `lease`, `lease_at` and `adopt`.
   Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-          Resolution resolution = {}, std::shared_ptr<const CheckpointKeys> keys = nullptr,
-          MemoryBudget& memory = MemoryBudget::unlimited());
+          Resolution resolution = {}, MemoryBudget& memory = MemoryBudget::unlimited());
 
   const std::string& id() const { return id_; }
   const Scene& scene() const { return scene_; }
@@ -54,7 +50,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const Resolution& resolution() const { return resolution_; }
   /// SHA-256 of the resolved scene, 32 bytes: equal exactly for equal scenes.
   const std::string& identity() const { return identity_; }
-  const CheckpointKeys& checkpoint_keys() const { return *keys_; }
+  /// Simulation::fields.
   const std::vector<Field>& fields() const { return fields_; }
   /// The indices of the fields that are reported where none are named.
   const std::vector<std::size_t>& default_fields() const { return default_fields_; }
@@ -192,7 +188,6 @@ class Session : public std::enable_shared_from_this<Session> {
   const Resolution resolution_;
   const std::string identity_;
   const std::shared_ptr<const Clock> clock_;
-  const std::shared_ptr<const CheckpointKeys> keys_;
   std::shared_ptr<void> permit_;
   std::chrono::system_clock::time_point create_time_ = std::chrono::system_clock::now();
   Principal owner_;

@@ -27,10 +27,12 @@ double step_microseconds(const client::Session& session, std::int64_t& to, int c
 int main(int, char** argv) {
   const int repeats = std::stoi(argv[5]), calls = std::stoi(argv[6]);
   client::Options guarded;
-  guarded.security = {.tls = client::Tls{.ca = argv[3]}, .token = argv[4]};
+  guarded.tls = client::Tls{.ca = argv[3]};
+  guarded.token = argv[4];
   const auto open = client::Client::connect(argv[1]),
              closed = client::Client::connect(argv[2], guarded);
-  const auto theirs = open.create(bench::wire_scene(3)), ours = closed.create(bench::wire_scene(3));
+  const auto theirs = open.temporary(bench::wire_scene(3)),
+             ours = closed.temporary(bench::wire_scene(3));
   std::int64_t at_ours = 0, at_theirs = 0;
   bench::Comparison result{
       .name = "Step with TLS and token, p50", .unit = "µs", .rival = "Step without", .bound = 1.4};

@@ -61,7 +61,7 @@ void unread(const std::string& address, int pid, int count, int N, int session_c
   std::list<client::Session> sessions;
   std::list<Unread> streams;
   for (int i = 0; i < count; ++i) {
-    if (i < session_count) sessions.push_back(client.create(bench::wire_scene(N)));
+    if (i < session_count) sessions.push_back(client.temporary(bench::wire_scene(N)));
     streams.emplace_back(address, sessions.back().id());
   }
   wait_until_idle(pid);
@@ -82,7 +82,7 @@ void idle(const std::string& address, int pid, int count) {
   for (int i = 0; i < count; ++i) {
     if (i % calls_a_connection == 0) {
       clients.emplace_back(own_connection(address));
-      sessions.push_back(clients.back().create(bench::wire_scene(3)));
+      sessions.push_back(clients.back().temporary(bench::wire_scene(3)));
     }
     drives.push_back(sessions.back().drive());
     drives.back().step(i % calls_a_connection);

@@ -101,6 +101,6 @@ int main(int, char** argv) {
   const auto echo = bench::v1::EchoService::NewStub(
       grpc::CreateChannel(argv[2], grpc::InsecureChannelCredentials()));
   // Each has its own session, so that every call asks for the session's next step.
-  unary(client.create(bench::wire_scene(3)), *echo, repeats, calls);
-  bidi(client.create(bench::wire_scene(3)), *echo, repeats, calls);
+  unary(client.temporary(bench::wire_scene(3)), *echo, repeats, calls);
+  bidi(client.temporary(bench::wire_scene(3)), *echo, repeats, calls);
 }

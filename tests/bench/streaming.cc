@@ -69,7 +69,7 @@ int main(int, char** argv) {
   const v1::Scene scene = bench::wire_scene(3);
   std::vector<double> buffer(static_cast<std::size_t>(18 * samples));
 
-  const Volume volume = streamed(client.create(scene), samples, true);
+  const Volume volume = streamed(client.temporary(scene), samples, true);
   bench::Comparison result{.name = "Stream, " + std::to_string(samples) + " samples, C++ client",
                            .unit = "s",
                            .rival = "bare stream + embedded Simulation",
@@ -77,7 +77,7 @@ int main(int, char** argv) {
   bench::Figure bare{.name = "of which bare stream", .unit = "s"};
   bench::Figure engine{.name = "of which embedded Simulation", .unit = "s"};
   for (int i = 0; i <= repeats; ++i) {
-    const client::Session session = client.create(scene);
+    const client::Session session = client.temporary(scene);
     const double ours = bench::seconds([&] { streamed(session, samples, false); });
     const double pour = bench::seconds([&] { poured(*echo, volume); });
     const auto simulation =

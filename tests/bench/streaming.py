@@ -34,7 +34,7 @@ def main(address: str, echo: str, repeats: int, samples: int) -> None:
 
     def ours() -> None:
         with client.create(SCENE) as session:
-            trajectory = session.trajectory(to=samples - 1, fields=["Q", "M"])
+            trajectory = session.trajectory(to=samples - 1, every=1, fields=["Q", "M"])
         assert trajectory["Q"].shape == trajectory["M"].shape == (samples, 3, 3)
 
     with client.create(SCENE) as session:

@@ -71,7 +71,7 @@ void measure(const client::Client& client, v1::SimulationService::Stub& stub, in
   bench::Figure free{"Cancelled Step until its worker is free" + suffix, "ms", 50};
   bench::Figure brief{"Delay of another's next step, worst" + suffix, "ms", 20};
   bench::Figure pooled{"Delay of another's 1000 steps, worst" + suffix, "ms", 20};
-  const client::Session other = client.create(bench::wire_scene(3, 2));
+  const client::Session other = client.temporary(bench::wire_scene(3, 2));
   std::int64_t to = 0;
   for (int i = 0; i < repeats; ++i) {
     const double brief_alone = bench::median(step_times(other, to, 1, 100));
@@ -81,7 +81,7 @@ void measure(const client::Client& client, v1::SimulationService::Stub& stub, in
     std::list<LongStep> steps;
     const double cpu = bench::cpu_seconds(pid);
     for (int t = 0; t < threads; ++t) {
-      sessions.push_back(client.create(bench::wire_scene(N, static_cast<unsigned>(10 + t))));
+      sessions.push_back(client.temporary(bench::wire_scene(N, static_cast<unsigned>(10 + t))));
       steps.emplace_back(stub, sessions.back().id());
     }
     while (bench::cpu_seconds(pid) < cpu + 0.1) std::this_thread::sleep_for(10ms);

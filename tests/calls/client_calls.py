@@ -55,7 +55,7 @@ OTHERS = {  # functions (client, id of a session, request)
     "ConjugatePoints": lambda client, name, request: [point.time for point in client.conjugate_points(
         list(request.inertia), [list(request.q.values)], [list(request.qdot.values)], request.time)],
     "MeasureTradeoff": lambda client, name, request: client.tradeoff(
-        request.scene, horizon=10 * request.horizon, budget=10 * request.budget, repeats=request.repeats).setup.horizon,
+        request.scene, horizon=10 * request.horizon, budget=10 * request.budget, repeats=request.repeats).horizon,
 }
 
 

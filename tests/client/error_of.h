@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "stiefel/client/client.h"
+#include "stiefel/client/error.h"
 
 namespace stiefel::client {
 
@@ -15,7 +15,7 @@ Error error_of(Call call) {
     return error;
   }
   ADD_FAILURE() << "no Error was thrown";
-  return Error(grpc::StatusCode::OK, "", "");
+  return Error(grpc::Status::OK);
 }
 
 }  // namespace stiefel::client

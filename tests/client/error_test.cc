@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "stiefel/client/error.h"
-#include "stiefel/v1/error.pb.h"
+#include "stiefel/v1/common.pb.h"
 
 namespace stiefel::client {
 namespace {
@@ -23,8 +23,8 @@ TEST(ErrorTest, ReadsQuotaAndDelay) {
   const Error error(status);
   EXPECT_EQ(error.code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_STREQ(error.what(), "too many");
-  ASSERT_EQ(error.quota_violations().size(), 1u);
-  EXPECT_EQ(error.quota_violations()[0].subject, "sessions");
+  ASSERT_EQ(error.violations().size(), 1u);
+  EXPECT_EQ(error.violations()[0].field, "sessions");
   EXPECT_EQ(error.retry_delay(), std::chrono::milliseconds(1500));
 }
 

@@ -1,90 +1,108 @@
+// Sessions on a server: their states, how they end, and calls about them.
 #include <gmock/gmock.h>
-#include <google/protobuf/util/message_differencer.h>
 
 #include <algorithm>
-#include <map>
-#include <regex>
+#include <thread>
 
-#include "client/cpp/uuid.h"
+#include "server/convert/convert.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
+#include "stiefel/simulation.h"
 #include "tests/client/error_of.h"
 #include "tests/client/wire_scenes.h"
+#include "tests/server/scene_cases.h"
 
 namespace stiefel::client {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::ElementsAre;
 
 class SessionTest : public testing::Test {
  protected:
   server::Server server_{{.listen = {"127.0.0.1:0"}, .threads = 1, .log_level = "off"}};
-  Client client_{server_.in_process_channel()};
+  Client client_ = Client::connect(server_.addresses().front());
 };
 
-std::string bytes(const v1::StepResponse& reply) {
-  std::string all;
-  for (const auto& field : reply.sample().fields()) all += field.value().data();
-  return all;
-}
+TEST_F(SessionTest, AStateHasTheBitsOfTheEngineHoweverItIsAskedFor) {
+  const SceneDescription description = test::description();
+  v1::Scene scene;
+  server::to_proto(description, &scene);
+  const auto simulation = make_simulation(stiefel::Scene::resolve(description).value());
+  ASSERT_TRUE(simulation->advance(300).reached());
+  const Eigen::MatrixXd Q = simulation->get("Q"), M = simulation->get("M");
 
-TEST_F(SessionTest, TheStateAtAStepHasTheSameBitsHoweverItIsAskedFor) {
-  const auto session = client_.create(tumbling());
-  const std::string expected = bytes(session.step(300));
-  ASSERT_EQ(expected.size(), 7 * sizeof(double)) << "quaternion and angular velocity";
-
+  const auto session = client_.temporary(scene);
+  const auto check = [&](const Sample& sample) {
+    EXPECT_EQ(sample.step(), 300);
+    EXPECT_EQ(sample.field("Q"), Q);
+    EXPECT_EQ(sample.field("M"), M);
+  };
+  check(Sample(session.step(300).sample()));
   auto drive = session.drive();
-  EXPECT_EQ(bytes(drive.step(300)), expected);
+  check(Sample(drive.step(300).sample()));
+  auto samples = session.stream({.from = 299, .to = 300, .fields = {"M", "Q"}});
+  for (const Sample& sample : samples)
+    if (sample.step() == 300) check(sample);
+  EXPECT_EQ(samples.run_status()->outcome(), v1::OUTCOME_REACHED);
 
-  auto stream = session.stream({.from = 0, .to = 300, .every = 7});
-  std::string last;
-  for (const SampleView sample : stream) {
-    last.clear();
-    for (int i = 0; i < sample.field_count(); ++i) {
-      const auto values = sample.field(i).values;
-      last.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
-    }
+  v1::StreamRequest request;
+  request.set_from(200);
+  request.set_to(200);
+  request.set_return_checkpoint(true);
+  auto saved = session.stream(request);
+  while (saved.next_batch()) {
   }
-  EXPECT_EQ(last, expected);
-
-  const auto checkpoint = session.checkpoint(200).checkpoint();
-  const auto other = client_.create(tumbling(), "", checkpoint);
-  const auto reply = other.step(300);
-  EXPECT_EQ(bytes(reply), expected);
+  ASSERT_TRUE(saved.checkpoint());
+  v1::CreateSessionRequest create;
+  *create.mutable_scene() = scene;
+  create.set_checkpoint(saved.checkpoint()->data());
+  const auto reply = client_.create(create).step(300);
+  check(Sample(reply.sample()));
   EXPECT_EQ(reply.computed_steps(), 100);
 }
 
 TEST_F(SessionTest, StreamsTheGridAndTheLastSample) {
   const auto session = client_.create(tumbling());
-  auto stream = session.stream({.from = 2, .to = 11, .every = 4, .fields = {"quaternion"}});
   std::vector<std::int64_t> steps;
-  for (const SampleView sample : stream) {
+  auto samples = session.stream({.from = 2, .to = 11, .every = 4, .fields = {"quaternion"}});
+  for (const Sample& sample : samples) {
     steps.push_back(sample.step());
     EXPECT_DOUBLE_EQ(sample.time(), 0.01 * static_cast<double>(sample.step()));
-    EXPECT_EQ(sample.field_count(), 1);
+    EXPECT_THAT(sample.fields(), ElementsAre("quaternion"));
     const auto q = sample.field("quaternion");
-    EXPECT_EQ(q.rows, 1u);
-    EXPECT_EQ(q.cols, 4u);
-    EXPECT_NEAR(q.values[0] * q.values[0] + q.values[1] * q.values[1] + q.values[2] * q.values[2] +
-                    q.values[3] * q.values[3],
-                1, 1e-14);
+    EXPECT_EQ(q.cols(), 4);
+    EXPECT_NEAR(q.norm(), 1, 1e-14);
     EXPECT_THROW(sample.field("Q"), std::out_of_range);
   }
   EXPECT_THAT(steps, ElementsAre(2, 6, 10, 11));
-  ASSERT_TRUE(stream.run_status());
-  EXPECT_EQ(stream.run_status()->outcome(), v1::OUTCOME_REACHED);
 }
 
-TEST_F(SessionTest, AStreamCanBeDroppedInTheMiddle) {
-  const auto session = client_.create(tumbling());
-  {
-    auto stream = session.stream({.to = std::int64_t{1} << 50});
-    EXPECT_EQ((*stream.begin()).step(), 0);
+TEST_F(SessionTest, AFloatSceneHasFloats) {
+  v1::Scene scene = tumbling();
+  scene.mutable_method()->set_scalar("float");
+  const auto session = client_.create(scene);
+  for (const Sample& sample : session.stream({.from = 10, .to = 10, .fields = {"Q"}})) {
+    EXPECT_NEAR(sample.field<float>("Q").norm(), std::sqrt(3.f), 1e-6f);
+    EXPECT_THROW(sample.field("Q"), std::invalid_argument);
   }
-  EXPECT_EQ(session.step(5).sample().step(), 5);
 }
 
-TEST_F(SessionTest, ADriveGoesBackAndForthAndOutlivesABadRequest) {
+TEST_F(SessionTest, ASampleLargerThanAMessageComesWhole) {
+  const auto session = client_.temporary(resting(512));
+  const std::vector<std::string> fields = {"Q", "M", "Omega"};  // 6 MiB
+  EXPECT_EQ(error_of([&] { session.step(0, fields); }).reason(), "REPLY_TOO_LARGE");
+  int samples = 0;
+  for (const Sample& sample : session.stream({.to = 0, .fields = fields})) {
+    EXPECT_EQ(sample.field("Q"), Eigen::MatrixXd::Identity(512, 512));
+    EXPECT_EQ(sample.field("M").squaredNorm(), 0);
+    EXPECT_EQ(sample.field("Omega").squaredNorm(), 0);
+    ++samples;
+  }
+  EXPECT_EQ(samples, 1);
+}
+
+TEST_F(SessionTest, ADriveGoesBackAndForthAndOutlivesAWrongRequest) {
   const auto session = client_.create(tumbling());
   auto drive = session.drive();
   for (const std::int64_t to : {30, 10, 20}) EXPECT_EQ(drive.step(to).sample().step(), to);
@@ -94,138 +112,100 @@ TEST_F(SessionTest, ADriveGoesBackAndForthAndOutlivesABadRequest) {
   ASSERT_EQ(error.violations().size(), 1u);
   EXPECT_EQ(error.violations()[0].field, "to");
 
-  const auto sample = drive.step(40, {"quaternion"}).sample();
-  EXPECT_EQ(field(sample, "quaternion").values.size(), 4u);
-  EXPECT_THROW(field(sample, "Q"), std::out_of_range);
+  EXPECT_THAT(Sample(drive.step(40, {"Q"}).sample()).fields(), ElementsAre("Q"));
+  EXPECT_THAT(Sample(drive.step(41).sample()).fields(), ElementsAre("Q")) << "still in force";
+  server_.shutdown();
+  EXPECT_EQ(error_of([&] { drive.step(42); }).code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(error_of([&] { drive.step(42); }).code(), grpc::StatusCode::FAILED_PRECONDITION);
 }
 
-TEST_F(SessionTest, SessionsGoWithTheirHandleUnlessKept) {
-  std::string id;
+TEST_F(SessionTest, AWrongSceneIsToldFieldByField) {
+  v1::Scene scene = tumbling();
+  scene.mutable_body()->set_moments(0, -1);
+  scene.set_step(0);
+  const Error error = error_of([&] { client_.create(scene); });
+  EXPECT_EQ(error.code(), grpc::StatusCode::INVALID_ARGUMENT);
+  std::vector<std::string> fields;
+  for (const auto& violation : error.violations()) fields.push_back(violation.field);
+  EXPECT_THAT(fields, testing::UnorderedElementsAre("scene.body.moments", "scene.step"));
+}
+
+TEST_F(SessionTest, OnlyATemporarySessionGoesWithItsHandles) {
+  std::string kept, gone;
   {
-    const auto session = client_.create(tumbling());
-    id = session.id();
+    kept = client_.create(tumbling(), "kept").id();
+    const auto session = client_.temporary(tumbling());
+    gone = session.id();
+    const Session first = session, second = client_.get(gone);
+  }
+  ASSERT_EQ(client_.list().size(), 1u);
+  EXPECT_EQ(client_.list()[0].session_id(), kept);
+  const Error error = error_of([&] { client_.get(gone); });
+  EXPECT_EQ(error.code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(error.reason(), "SESSION_DELETED");
+  EXPECT_EQ(error.metadata().at("session_id"), gone);
+  EXPECT_EQ(client_.get(kept).step(1).sample().step(), 1);
+  client_.remove(kept);
+  client_.remove(kept);
+  EXPECT_TRUE(client_.list().empty());
+}
+
+TEST_F(SessionTest, SamplesKeepATemporarySession) {
+  {
+    auto samples = client_.temporary(tumbling()).stream({.to = std::int64_t{1} << 50});
+    ASSERT_NE(samples.next_batch(), nullptr);
     EXPECT_EQ(client_.list().size(), 1u);
-    const auto moved = client_.attach(id);  // does not own it
   }
   EXPECT_TRUE(client_.list().empty());
-  const Error gone = error_of([&] { client_.attach(id); });
-  EXPECT_EQ(gone.code(), grpc::StatusCode::NOT_FOUND);
-  EXPECT_EQ(gone.reason(), "SESSION_DELETED");
-  EXPECT_EQ(gone.metadata().at("session_id"), id);
-
-  {
-    auto session = client_.create(tumbling(), "kept");
-    session.keep();
-  }
-  EXPECT_EQ(client_.attach("kept").step(1).sample().step(), 1);
-  client_.remove("kept");
-  client_.remove("kept");
-  EXPECT_TRUE(client_.list().empty());
-}
-
-TEST_F(SessionTest, AMovedSessionIsDeletedOnce) {
-  auto session = std::make_unique<Session>(client_.create(tumbling(), "moved"));
-  const Session heir = std::move(*session);
-  session.reset();
-  EXPECT_EQ(heir.step(1).sample().step(), 1);
 }
 
 TEST_F(SessionTest, ListsMoreThanAPage) {
-  std::vector<Session> sessions;
-  for (int i = 0; i < 101; ++i) sessions.push_back(client_.create(tumbling()));
+  for (int i = 0; i < 101; ++i) client_.create(tumbling());
   EXPECT_EQ(client_.list().size(), 101u);
 }
 
-/// The blocks of a scene, by name, as the matrices that they are.
-std::map<std::string, std::string> blocks(const v1::Scene& scene) {
-  std::map<std::string, std::string> all;
-  for (const auto& [name, block] : scene.initial()) all[name] = block.SerializeAsString();
-  return all;
-}
-
-TEST_F(SessionTest, UpToN512EverythingWorksWithTheSizesOfAStockClient) {
-  const v1::Scene scene = resting(512);
-  const std::vector<std::string> fields = {"Q", "M", "Omega"};
-  for (const Client& client : {client_, Client::connect(server_.addresses()[0])}) {
-    const auto session = client.create(scene);
-    EXPECT_EQ(blocks(session.scene()), blocks(scene));
-    const auto sample = session.step(1, fields).sample();
-    auto drive = session.drive();
-    const auto driven = drive.step(1, fields).sample();
-    auto stream = session.stream({.from = 1, .to = 1, .fields = fields});
-    const auto streamed = *stream.begin();
-    for (const auto& name : fields) {
-      const auto values = field(sample, name).values;
-      ASSERT_EQ(values.size(), 512u * 512u);
-      EXPECT_TRUE(std::ranges::equal(values, field(driven, name).values));
-      EXPECT_TRUE(std::ranges::equal(values, streamed.field(name).values));
-    }
-
-    const auto checkpoint = session.checkpoint(1).checkpoint();
-    EXPECT_GT(checkpoint.size(), std::size_t{4} << 20);
-    EXPECT_EQ(client.create(scene, "", checkpoint).step(1).computed_steps(), 0);
-
-    const auto seen = client.attach(session.id());
-    EXPECT_EQ(blocks(seen.scene()), blocks(scene)) << "of a client that did not send them";
-    v1::ForkSessionRequest request;
-    request.set_from_step(1);
-    const auto fork = session.fork(request);
-    EXPECT_EQ(fork.scene().initial().at("Q").values_size(), 512 * 512);
-  }
-}
-
-TEST_F(SessionTest, HoldsTheResolvedScene) {
+TEST_F(SessionTest, HasTheResolvedScene) {
   const auto session = client_.create(tumbling());
-  EXPECT_EQ(session.scene().method().order(), 2u);
-  EXPECT_EQ(session.scene().method().arithmetic(), "compensated");
-  EXPECT_EQ(session.scene().body().moments_size(), 3);
-  EXPECT_EQ(session.choice(), nullptr);
-  const auto seen = client_.attach(session.id());
-  EXPECT_TRUE(google::protobuf::util::MessageDifferencer::Equals(seen.scene(), session.scene()));
-  const auto again = client_.create(session.scene());
-  EXPECT_EQ(bytes(again.step(50)), bytes(session.step(50)));
+  const v1::Scene& scene = session.description().scene();
+  EXPECT_EQ(scene.method().order(), 2u);
+  EXPECT_EQ(scene.body().moments_size(), 3);
+  EXPECT_EQ(client_.get(session.id()).description().scene().SerializeAsString(),
+            scene.SerializeAsString());
+
+  v1::ForkSessionRequest request;
+  request.set_from_step(7);
+  request.set_step(0.005);
+  const auto fork = session.fork(request);
+  EXPECT_EQ(fork.description().scene().step(), 0.005);
+  EXPECT_EQ(Sample(fork.step(0, {"M"}).sample()).field("M"),
+            Sample(session.step(7, {"M"}).sample()).field("M"));
 }
 
-TEST_F(SessionTest, TellsTheMethodThatWasChosen) {
-  v1::Scene scene = tumbling();
-  scene.clear_method();
-  scene.set_tolerance(1e-6);
-  scene.set_horizon(1);
-  const auto session = client_.create(scene);
-  ASSERT_NE(session.choice(), nullptr);
-  EXPECT_EQ(session.choice()->tolerance(), 1e-6);
-  EXPECT_FALSE(session.choice()->reason().empty());
-  EXPECT_EQ(session.scene().method().name(), session.choice()->method().name());
-  EXPECT_FALSE(session.scene().has_tolerance());
-}
+TEST_F(SessionTest, MakesEveryCall) {
+  const auto session = client_.create(tumbling());
+  v1::DiagnoseRequest diagnose;
+  diagnose.set_to(10);
+  diagnose.add_invariants("energy");
+  EXPECT_EQ(session.call(&Stub::Diagnose, diagnose).invariants_size(), 1);
 
-TEST_F(SessionTest, AFloatSceneHasFloats) {
-  v1::Scene scene = tumbling();
-  scene.mutable_method()->set_scalar("float");
-  const auto session = client_.create(scene);
-  const auto sample = session.step(10, {"Q"}).sample();
-  const auto Q = field(sample, "Q");
-  EXPECT_EQ(Q.floats.size(), 9u);
-  EXPECT_TRUE(Q.values.empty());
-  auto stream = session.stream({.from = 10, .to = 10, .fields = {"Q"}});
-  const auto streamed = (*stream.begin()).field("Q");
-  EXPECT_TRUE(std::ranges::equal(Q.floats, streamed.floats));
-  EXPECT_EQ(streamed[8], static_cast<double>(Q.floats[8]));
-}
+  v1::SummarizeRequest summarize;
+  summarize.set_to(10);
+  summarize.add_quantities()->set_name("M");
+  summarize.mutable_quantities(0)->add_statistics(v1::STATISTIC_LAST);
+  int statistics = 0;
+  for (const auto& reply : session.call(&Stub::Summarize, summarize))
+    for (const auto& statistic : reply.statistics())
+      if (statistic.value().data_type() == v1::DATA_TYPE_FLOAT64) {
+        EXPECT_EQ(matrix(statistic.value()), Sample(session.step(10, {"M"}).sample()).field("M"));
+        ++statistics;
+      }
+  EXPECT_EQ(statistics, 1);
 
-TEST_F(SessionTest, ConvertsToAWholeScene) {
-  v1::ConvertRequest request;
-  *request.mutable_scene() = tumbling();
-  request.set_to("symmetric_rigid_body");
-  const auto converted = client_.convert(request);
-  EXPECT_EQ(converted.scene().system(), "symmetric_rigid_body");
-  EXPECT_EQ(converted.scene().step(), 0.01);
-  const auto session = client_.create(converted.scene());
-  EXPECT_EQ(session.step(1, {"P"}).sample().step(), 1);
-  request.set_to("velocity");
-  const auto velocity = client_.convert(request);
-  EXPECT_FALSE(velocity.has_scene());
-  EXPECT_EQ(velocity.blocks_size(), 2);
+  v1::ConvertRequest convert;
+  *convert.mutable_scene() = tumbling();
+  convert.set_to("symmetric_rigid_body");
+  for (const auto& reply : client_.call(&Stub::Convert, convert))
+    EXPECT_EQ(reply.scene().system(), "symmetric_rigid_body");
 }
 
 TEST_F(SessionTest, JoinsManyPairsOfFrames) {
@@ -247,16 +227,53 @@ TEST_F(SessionTest, JoinsManyPairsOfFrames) {
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(geodesics[i].pair(), i);
     EXPECT_LT(geodesics[i].residual(), 1e-11);
-    const auto Q = values(geodesics[i].trajectory().value());
-    ASSERT_EQ(Q.size(), 15u);
-    EXPECT_NEAR(Q[12 + i + 1], 1, 1e-11) << "it ends on its own axis";
+    const auto end = matrix(geodesics[i].trajectory().value(), 4);
+    EXPECT_NEAR(end(0, static_cast<int>(i) + 1), 1, 1e-11) << "it ends on its own axis";
   }
 }
 
-TEST(Uuid, IsAVersion4Uuid) {
-  const std::regex form("[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}");
-  EXPECT_TRUE(std::regex_match(make_uuid(), form));
-  EXPECT_NE(make_uuid(), make_uuid());
+TEST_F(SessionTest, AStreamCanBeDroppedOrCancelled) {
+  const auto session = client_.create(tumbling());
+  const Range endless{.to = std::int64_t{1} << 50};
+  {
+    auto samples = session.stream(endless);
+    EXPECT_EQ(samples.begin()->step(), 0);
+  }
+  auto samples = session.stream(endless);
+  ASSERT_NE(samples.next_batch(), nullptr);
+  const std::jthread other([&] { samples.cancel(); });
+  const Error error = error_of([&] {
+    while (samples.next_batch()) {
+    }
+  });
+  EXPECT_EQ(error.code(), grpc::StatusCode::CANCELLED);
+  EXPECT_EQ(session.step(5).sample().step(), 5);
+}
+
+TEST_F(SessionTest, AStopRequestCancelsWhatRunsAndWhatIsYetToBegin) {
+  std::stop_source source;
+  const Client client = Client::connect(server_.addresses()[0], {.stop = source.get_token()});
+  const auto session = client.temporary(tumbling());
+  auto samples = session.stream({.to = std::int64_t{1} << 40});
+  ASSERT_NE(samples.next_batch(), nullptr);
+  const std::jthread stopper([&] { source.request_stop(); });
+  EXPECT_EQ(error_of([&] { session.step(std::int64_t{1} << 40); }).code(),
+            grpc::StatusCode::CANCELLED);
+  const Error error = error_of([&] {
+    while (samples.next_batch()) {
+    }
+  });
+  EXPECT_EQ(error.code(), grpc::StatusCode::CANCELLED);
+}
+
+TEST_F(SessionTest, ATimeoutEndsACallButNotADrive) {
+  const Client client = Client::connect(server_.addresses()[0], {.timeout = 300ms});
+  const auto session = client_.create(tumbling());
+  const auto late = client.get(session.id());
+  auto drive = late.drive();
+  EXPECT_EQ(error_of([&] { late.step(std::int64_t{1} << 40); }).code(),
+            grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_EQ(drive.step(1).sample().step(), 1);
 }
 
 }  // namespace

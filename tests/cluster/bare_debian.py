@@ -1,10 +1,8 @@
 """In a bare Debian with Python, `pip install` of the one wheel is all that the README's first program needs.
 
-    bare_debian.py SUITE FOLDER_OF_WHEELS          (bullseye has glibc 2.31 and Python 3.9, bookworm 2.36 and
-                                                    3.11, trixie 2.41 and 3.13)
+    bare_debian.py SUITE FOLDER_OF_WHEELS
 
-Needs root, mmdebstrap and PyPI; the packages that the wheel needs are downloaded here, so that the bare system needs no
-network.
+Needs root, mmdebstrap and PyPI; the bare system itself needs no network.
 """
 from __future__ import annotations
 

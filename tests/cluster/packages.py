@@ -2,9 +2,8 @@
 
     packages.py oldest|newest FOLDER_OF_WHEELS
 
-The packages that come with a system may be years old, such as Debian's protobuf, and those of an installation by pip are
-new. pip reads in the wheel which it needs; the client itself and the programs are those of the build tree, which PYTHONPATH
-and STIEFEL_SERVER name. A warning of a line of the package is an error, as one that it is about to be out of date.
+pip reads in the wheel which it needs; the client itself and the programs are those of the build tree, which PYTHONPATH and
+STIEFEL_SERVER name. A warning of a line of the package is an error.
 """
 from __future__ import annotations
 

@@ -7,20 +7,12 @@ import stiefel
 
 
 @pytest.fixture(scope="session")
-def checkpoint_key(tmp_path_factory):
-    """The arguments with which servers accept each other's checkpoints."""
-    file = tmp_path_factory.mktemp("key") / "key"
-    file.write_text(os.urandom(32).hex() + "\n")
-    return ["--checkpoint-key", str(file)]
-
-
-@pytest.fixture(scope="session")
-def address(checkpoint_key):
+def address():
     given = os.environ.get("STIEFEL_ADDRESS")
     if given:
         yield given
         return
-    with stiefel.Server.start(arguments=checkpoint_key) as server:
+    with stiefel.Server.start() as server:
         yield server.address
 
 
@@ -31,9 +23,9 @@ def client(address):
 
 
 @pytest.fixture
-def other(address, checkpoint_key):
+def other(address):
     """A client of a second server process of the same build."""
     if os.environ.get("STIEFEL_ADDRESS"):
         pytest.skip("needs a second server of the same build")
-    with stiefel.Server.start(arguments=checkpoint_key) as server, stiefel.Client(server.address, timeout=600) as client:
+    with stiefel.Server.start() as server, stiefel.Client(server.address, timeout=600) as client:
         yield client

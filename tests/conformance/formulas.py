@@ -31,6 +31,19 @@ def hat(w):
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
+def about(axis, angle):
+    """Returns the rotation about a coordinate axis."""
+    c, s, (j, k) = np.cos(angle), np.sin(angle), ((axis + 1) % 3, (axis + 2) % 3)
+    R = np.eye(3)
+    R[[j, j, k, k], [j, k, j, k]] = c, -s, s, c
+    return R
+
+
+def ZXZ(angles):
+    a, b, c = angles.ravel()
+    return about(2, a) @ about(0, b) @ about(2, c)
+
+
 def rotation(q):
     """Returns the Q with Q v = q v q* for Hamilton's quaternion q."""
     w, v = q.ravel()[0], q.ravel()[1:]
@@ -203,6 +216,11 @@ FIELDS = {
     "N = 3: the vector of Omega": lambda x, A: [(x.Omega, hat(A))],
     "N = 3: the vector of Q Omega Q^T, in space axes": lambda x, A: [(x.Q @ x.Omega @ x.Q.T, hat(A))],
     "N = 3: the vector of Q M Q^T, in space axes": lambda x, A: [(x.Q @ x.M @ x.Q.T, hat(A))],
+    "N = 3, det Q = 1: angles in rad in one of SciPy's sequences, euler_angles_ZXZ about axes of the body, euler_angles_zxz "
+    "of space; the first and the third jump by 2 pi, and a client unwraps them along a run; within 1e-7 of gimbal lock the "
+    "third is 0": lambda x, A: [(x.Q, ZXZ(A))],
+    "N = 3, det Q = 1: the time derivatives of these angles; the largest double where infinite, at gimbal lock":
+        lambda x, A: [(x.Q @ x.Omega, (ZXZ(x.euler_angles_ZXZ + 3e-6 * A) - ZXZ(x.euler_angles_ZXZ - 3e-6 * A)) / 6e-6)],
     "costate, Q^T P - P^T Q = epsilon M": lambda x, A: left_costate(x),
     "costate, P Q^T - Q P^T = epsilon M": lambda x, A: right_costate(x),
     "M = (Q^T P - P^T Q) / epsilon": lambda x, A: left_costate(x),

@@ -132,40 +132,22 @@ def test_a_method_is_chosen_for_all(client):
             client.create({**scene, "tolerance": 1e-15, "horizon": 1e4})
 
 
-def test_each_member_is_converted(client, parts):
-    to = "symmetric_rigid_body" if np.shape(parts[0]["initial"]["Q"])[0] == len(parts[0]["inertia"]) else "stiefel_costate"
-    together = client.convert(ensemble(parts), to)
-    assert together.scene["members"] == len(parts)
-    with client.create(together.scene) as converted, client.create(ensemble(parts)) as given:
-        np.testing.assert_allclose(converted.step(0)["Q"], given.step(0)["Q"], atol=1e-15)
-    velocity = client.convert(ensemble(parts), "velocity")
-    alone = [client.convert(part, "velocity") for part in parts]
-    for name, values in velocity.blocks.items():
-        np.testing.assert_array_equal(values, np.stack([one.blocks[name] for one in alone]))
-    for domain, margin in velocity.margins.items():
-        assert margin == min(one.margins[domain] for one in alone)
-
-
-def test_a_member_outside_the_domain_is_named(client):
-    parts = spinning(3)
-    parts[1]["initial"]["M"] *= 100
-    with pytest.raises(stiefel.InvalidArgument, match="epsilon: member 1: outside the domain S_M") as refused:
-        client.convert(ensemble(parts), "symmetric_rigid_body", epsilon=1 / np.abs(parts[0]["initial"]["M"]).sum())
-    assert refused.value.metadata["member"] == "1"
+def test_an_ensemble_is_not_converted(client, parts):
+    with pytest.raises(stiefel.InvalidArgument, match=rf"scene.members: {len(parts)}: must be absent: convert the scene of each"):
+        client.convert(ensemble(parts), "velocity")
 
 
 def test_the_price_is_that_of_each_member(client):
-    """Of a creation that counts the substeps of a recommended method, and of a conversion."""
+    """Of a creation that counts the substeps of a recommended method."""
     def price(members):
         scene = ensemble([scenes.frame(1, 4)] * members)
         del scene["method"]
         request = pb.CreateSessionRequest(session_id=f"members-{members}", scene=stiefel.to_message(scene))
         created = client._connection.call("CreateSession", request).price
         client.delete(request.session_id)
-        converted = client._connection.call_all("Convert", pb.ConvertRequest(scene=request.scene, to="velocity"))[0].price
-        assert created.bound == converted.bound == pb.PRICE_BOUND_AT_MOST
-        return np.array([created.work, converted.work])
-    assert 1e5 < price(1)[0] < 1e7
+        assert created.bound == pb.PRICE_BOUND_AT_MOST
+        return created.work
+    assert 1e5 < price(1) < 1e7
     np.testing.assert_allclose(price(20), 20 * price(1))
 
 

@@ -9,6 +9,7 @@ import pytest
 import formulas
 import scenes
 import stiefel
+from stiefel import v1 as pb
 
 RK4 = {"name": "rk4"}
 
@@ -165,13 +166,18 @@ class State:
 AT = 5
 
 
+def asked(name):
+    """Returns the field of a name in Describe; of Euler angles one of the sequences."""
+    return name.replace("SEQUENCE", "ZXZ")
+
+
 class Reported:
     """The session of a scene, its state at step AT, and what Describe says of its system."""
 
     def __init__(self, client, system, scene):
         self.scene = scene if system.discrete else {**scene, "method": RK4}
         with client.create(self.scene) as session:
-            names = [field.name for field in system.fields]
+            names = [asked(field.name) for field in system.fields]
             offered = [name for name in names if self.has(session, name)]
             run = session.trajectory(to=AT + 2, fields=offered)
             self.fields = [{name: np.asarray(run[name])[k] for name in offered} for k in range(AT + 3)]
@@ -264,14 +270,36 @@ def test_invariants_are_their_formulas(case):
 def test_blocks_and_fields_are_what_is_said_of_them(case):
     found, system = case
     for said in [*system.blocks, *system.fields]:
-        if said.description and said.name in found.fields[AT]:
-            pairs = formulas.FIELDS[said.description](found.x, found.fields[AT][said.name])
+        name = asked(said.name)
+        if said.description and name in found.fields[AT]:
+            pairs = formulas.FIELDS[said.description](found.x, found.fields[AT][name])
             assert off(pairs) < 1e-9, f"{said.name}: {said.description}"
 
 
 def test_states_move_by_the_equations(case):
     found, system = case
     assert off(formulas.EQUATIONS[system.equations](found.x)) < 1e-8, system.equations
+
+
+def test_side_momentum_and_velocity_are_what_is_said(case):
+    """Q' = Q Omega on the left, Omega Q on the right; the momentum of the velocity, given in its place, is the same state."""
+    found, system = case
+    x = found.x
+    there = lambda *names: all(name in found.fields[AT] for name in names)
+    assert bool(system.side) == there("Q", "Omega")
+    assert system.momentum in {"", *(block.name for block in system.blocks)}
+    assert bool(system.velocity) == bool(system.momentum and not system.discrete)
+    if not system.velocity or not there(system.velocity, system.momentum):
+        return
+    V = getattr(x, system.velocity)
+    S = V * x.lam
+    if system.side:
+        assert off([(x.dot("Q"), V @ x.Q if system.side == pb.SIDE_RIGHT else x.Q @ V)]) < 1e-8
+        assert off([(x.M, S + x.lam[:, None] * V)]) < 1e-9
+    elif system.momentum == "P":  # any with the M of S
+        assert off([(x.Q.T @ x.P - x.P.T @ x.Q, x.Q.T @ S - S.T @ x.Q)]) < 1e-9
+    else:
+        assert off([(getattr(x, system.momentum), x.Q.T @ S - S.T @ x.Q if system.momentum == "M" else S)]) < 1e-9
 
 
 def test_forms_are_their_formulas(case):
@@ -294,7 +322,7 @@ def test_every_text_has_one_formula_and_every_formula_its_text(systems, reported
         assert set(getattr(formulas, table)) == texts, table
     # Every system, block and field has a case.
     offered = {(found.scene["system"], name) for found in reported.values() for name in found.fields[AT]}
-    assert {(s.name, f.name) for s in systems.values() for f in [*s.blocks, *s.fields]} == offered
+    assert {(s.name, asked(f.name)) for s in systems.values() for f in [*s.blocks, *s.fields]} == offered
 
 
 @pytest.mark.parametrize("system", ["rigid_body", "right_rigid_body", "stiefel"])

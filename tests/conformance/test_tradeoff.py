@@ -23,10 +23,9 @@ def measured(client):
 
 
 def test_it_says_what_it_measured_against_and_on_what(measured):
-    setup = measured.setup
-    assert setup.machine and len(setup.numerics_id) == 16 and "quadruple" in setup.reference
-    assert 0 < setup.reference_error < 1e-16
-    assert (setup.horizon, setup.steps, setup.reference_steps, setup.repeats) == (2.0, 20, 20, 2)
+    assert measured.machine and len(measured.numerics_id) == 16 and "quadruple" in measured.reference
+    assert 0 < measured.reference_error < 1e-16
+    assert (measured.horizon, measured.steps, measured.reference_steps, measured.repeats) == (2.0, 20, 20, 2)
 
 
 def test_the_errors_are_those_of_a_run(client, measured):

@@ -27,9 +27,6 @@ Limit stiff(double part, int N = 3) {
     if (name == "implicit_midpoint" && N > 3 && part < 1e-9)
       return "the equation of implicit_midpoint is too stiff for Newton's method by differences: "
              "LEFT_DOMAIN, and the message names a method that goes on";
-    if (name == "crouch_grossman3" && N == 64 && part == 1e-6)
-      return "crouch_grossman3 is explicit, and this step far too long for it: what it amplifies "
-             "leaves no digit";
     return std::nullopt;
   };
 }

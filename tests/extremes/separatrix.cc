@@ -128,9 +128,6 @@ TEST(Separatrix, HundredFlips) {
               "a state in double precision forgets Δ₂/G² ≈ δ² < u in its first flip and flips as "
               "if "
               "δ were about √u; `exact` counts right";
-        if (method == "crouch_grossman3")
-          r.limit =
-              "its energy drifts with (h‖Ω‖)³ t, and with it the distance from the separatrix";
         report(r);
       }
     }

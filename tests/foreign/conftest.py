@@ -1,9 +1,7 @@
 """A server, what Python's gRPC gets from another one, and the end of a run in which a peer was missing."""
 from __future__ import annotations
 
-import secrets
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, Callable
 
 import numpy as np
@@ -18,12 +16,9 @@ Start = Callable[[], stiefel.Server]
 
 
 @pytest.fixture(scope="session")
-def start(tmp_path_factory: Any) -> Start:
-    """Starts servers with one key of checkpoints, so that these have the same bytes."""
-    key: Path = tmp_path_factory.mktemp("key") / "checkpoint.key"
-    key.write_text(secrets.token_hex(32) + "\n")
-    key.chmod(0o600)
-    return lambda: stiefel.Server.start("127.0.0.1:0", environment={"STIEFEL_CHECKPOINT_KEY": str(key)})
+def start() -> Start:
+    """Starts servers."""
+    return lambda: stiefel.Server.start("127.0.0.1:0")
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 import contextlib
 import io
 import re
+from pathlib import Path
 
 import geomstats.backend as backend
 import numpy as np
@@ -12,6 +13,10 @@ from geomstats.test.random import RandomDataGenerator
 from geomstats.test_cases.geometry.riemannian_metric import RiemannianMetricTestCase
 
 from stiefel.manifold import SpecialOrthogonal, Stiefel
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs/manifolds.md").read_text(encoding="utf-8")
+RECIPE = {}
+exec(re.search(r"```py\n(.*?)```", PAGE, re.DOTALL)[1], RECIPE)
 
 FRAMES = [Stiefel(3, 6), Stiefel(3, 6, "canonical"), Stiefel(2, 4, [1, 2, 3, 0.5]), SpecialOrthogonal(4), SpecialOrthogonal(3, [1, 2, 0.3])]
 COLUMNS = [Stiefel(2, 5, layout="columns"), Stiefel(2, 5, "canonical", layout="columns"), Stiefel(2, 4, [1, 2, 3, 1.5], layout="columns"),
@@ -58,7 +63,7 @@ def with_pymanopt(manifold):
 
 
 def with_geomstats(manifold):
-    space = manifold.to_geomstats()
+    space = RECIPE["geomstats_space"](manifold)
     case = RiemannianMetricTestCase()
     case.space = space
     case.data_generator = RandomDataGenerator(space, amplitude=4.0)

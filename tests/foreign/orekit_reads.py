@@ -1,6 +1,6 @@
-"""Reads the AEMs and the APM of a folder with Orekit, in the environment that has it, and prints what it found as JSON.
+"""Reads the AEMs of a folder with Orekit, in the environment that has it, and prints what it found as JSON.
 
-    python orekit_reads.py FOLDER    # with run.aem, scene.aem, quaternions.aem, run.apm and tai-utc.dat
+    python orekit_reads.py FOLDER    # with run.aem, quaternions.aem and tai-utc.dat
 """
 import json
 import os
@@ -35,15 +35,9 @@ def read(name):
 
 
 nodes, between = read("run.aem")
-state = ParserBuilder().buildApmParser().parseMessage(DataSource(File(folder + "/run.apm"))).getSegments().get(0).getData()
-rate, inertia = state.getAngularVelocityBlock(), state.getInertiaBlock().getInertiaMatrix()
 print(json.dumps({
     "start": str(nodes[0].getDate()),
     "times": [node.getDate().durationFrom(nodes[0].getDate()) for node in nodes],
     "nodes": [numbers(node.getRotation()) for node in nodes],
     "between": between,
-    "between_of_scene": read("scene.aem")[1],
-    "between_quaternions": read("quaternions.aem")[1],
-    "state": numbers(state.getQuaternionBlock().getQuaternion()),
-    "rate": [rate.getAngVelX(), rate.getAngVelY(), rate.getAngVelZ()],
-    "inertia": [[inertia.getEntry(i, j) for j in range(3)] for i in range(3)]}))
+    "between_quaternions": read("quaternions.aem")[1]}))

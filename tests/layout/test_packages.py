@@ -83,40 +83,14 @@ def test_a_package_that_apt_does_not_offer_is_named(packages, tmp_path):
     assert not [call for call in (tmp_path / "calls").read_text().splitlines() if call.startswith("install")]
 
 
-def test_what_runs_needs_no_package_of_the_tests(packages):
-    install, = [call.split() for call in packages("build", "run") if call.startswith("install")]
-    assert not {line[1] for line in LINES if line[0] in ("test", "daemon")} & set(install)
-
-
-def test_the_script_reads_the_list_beside_it(packages, tmp_path):
-    """In the image both are in another folder than here."""
-    (tmp_path / "docker").rename(tmp_path / "share")
-    (tmp_path / "docker").symlink_to("nowhere")
-    run = [tmp_path / "share/packages.sh", "runtime"]
-    environment = {**os.environ, "PATH": f"{tmp_path}/bin:{os.environ['PATH']}"}
-    (tmp_path / "installed").touch()
-    (tmp_path / "offered").write_text("\n".join(ALL))
-    assert subprocess.run(run, capture_output=True, env=environment).returncode == 0
-    assert "libprotobuf" in (tmp_path / "calls").read_text()
-    (tmp_path / "share/packages.txt").unlink()
-    done = subprocess.run(run, capture_output=True, text=True, env=environment)
-    assert done.returncode == 1 and "packages.txt" in done.stderr
-
-
-def test_every_line_has_a_kind_and_names():
-    assert all(len(line) >= 2 for line in LINES)
-    named = [(line[0], name) for line in LINES for name in line[1:]]
-    assert len(set(named)) == len(named)
-
-
 def test_make_run_configures_no_tests():
-    """They need packages that `make run` does not install. Both have the failpoints, so that `make test` compiles on."""
+    """They need packages that `make run` does not install."""
     def configures(*targets):
         done = subprocess.run(["make", "--dry-run", "--always-make", *targets], cwd=ROOT, capture_output=True, text=True, check=True)
         return [line for line in done.stdout.splitlines() if "cmake --preset" in line]
 
     run, = configures("run")
-    assert "--preset release -DSTIEFEL_TESTS=OFF -DSTIEFEL_FAILPOINTS=ON " in run
+    assert "--preset release -DSTIEFEL_TESTS=OFF " in run
     first, then = configures("test")
     assert first == run and "--preset release -DSTIEFEL_TESTS=ON " in then
     assert all("STIEFEL_TESTS" not in line for line in configures("sanitize"))

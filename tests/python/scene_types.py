@@ -4,6 +4,7 @@
 """
 from __future__ import annotations
 
+import itertools
 import textwrap
 from typing import Any, Iterable
 
@@ -25,7 +26,8 @@ FIELDS = "Fields = Union[FieldName, Iterable[FieldName]]  #: one field of a stat
 #: Blocks that the client makes another block of.
 CLIENT_BLOCKS = {"Omega": "M", "Qdot": "S, P or M"}
 #: What the client writes in other fields of a body.
-BODY_FORMS = {"order": 'Literal["wxyz", "xyzw"]', "mrp": "Any", "angular_momentum": "Any", "frame": 'Literal["body", "space"]'}
+BODY_FORMS = {"order": 'Literal["wxyz", "xyzw"]', "mrp": "Any", "euler_angles": "Any", "sequence": "str", "angular_momentum": "Any",
+              "frame": 'Literal["body", "space"]', "euler_rates": "Any"}
 TYPES = {"system": "SystemName", "method": "Union[Method, MethodName]", "body": "Body", "initial": "Blocks", "name": "MethodName"}
 
 
@@ -50,10 +52,17 @@ def keys_of(message: Any) -> dict[str, str]:
     return {field.name: type_of(field) for field in message.DESCRIPTOR.fields}
 
 
+def names_of(field: str) -> list[str]:
+    """Returns the names of a field of the catalogue: of Euler angles one for each sequence."""
+    sequences = ["".join(letters) for axes in ("XYZ", "xyz") for letters in itertools.product(axes, repeat=3)
+                 if letters[0] != letters[1] != letters[2]] if "SEQUENCE" in field else [""]
+    return [field.replace("SEQUENCE", sequence) for sequence in sequences]
+
+
 def text(catalogue: pb.DescribeResponse) -> str:
     names = {"SystemName": [system.name for system in catalogue.systems],
              "MethodName": [method.name for method in catalogue.methods],
-             "FieldName": sorted({field.name for system in catalogue.systems for field in system.fields})}
+             "FieldName": sorted({name for system in catalogue.systems for field in system.fields for name in names_of(field.name)})}
     blocks = sorted({block.name for system in catalogue.systems for block in system.blocks} | set(CLIENT_BLOCKS))
     return (HEAD + "".join(literal(name, values) for name, values in names.items()) + FIELDS
             + typed("Method", "How a system becomes a map of one step.", keys_of(pb.Method))

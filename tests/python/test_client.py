@@ -58,54 +58,9 @@ def test_times_are_the_server_s(session):
     assert list(session.trajectory(to=3000, every=7).time) == times
 
 
-def test_batches_are_the_trajectory(session):
-    run = session.trajectory(to=5000)
-    batches = list(session.stream(to=5000))
-    assert len(batches) > 1
-    for name in ("quaternion", "angular_velocity"):
-        assert (np.concatenate([batch[name] for batch in batches]) == run[name]).all()
-    assert (np.concatenate([batch.step for batch in batches]) == run.step).all()
-
-
-def test_a_stream_may_be_left_early(session):
-    for batch in session.stream(to=10**9):
-        break
-    assert batch.step[0] == 0
-    assert session.step(to=10).step == 10
-
-
 def test_arrays_are_views_of_the_bytes(session):
     array = session.step(to=1)["quaternion"]
     assert not array.flags.writeable and not array.flags.owndata
-
-
-def test_a_trajectory_can_be_saved(session, tmp_path):
-    run = session.trajectory(to=100)
-    run.save(tmp_path / "run.npz")
-    with np.load(tmp_path / "run.npz") as saved:
-        assert set(saved) == {"step", "time", "quaternion", "angular_velocity", "stiefel"}
-        assert (saved["quaternion"] == run["quaternion"]).all()
-
-
-def test_progress_is_drawn(session, capsys):
-    session.trajectory(to=1000, progress=True)
-    assert "1.00k/1.00k" in capsys.readouterr().err
-
-
-def test_a_session_ends_with_its_block(client):
-    with client.create(SCENE) as session:
-        assert session.id in {other.id for other in client.list()}
-        assert session.scene["method"]["arithmetic"] == "compensated"
-        assert "rigid_body variational" in repr(session)
-    with pytest.raises(stiefel.NotFound) as caught:
-        session.step(to=1)
-    assert caught.value.reason == "SESSION_DELETED"
-
-
-def test_a_deadline_is_kept(session):
-    with pytest.raises(stiefel.DeadlineExceeded):
-        session.step(to=10**12, timeout=0.05)
-    assert session.step(to=3).outcome == "REACHED"
 
 
 def test_drive_has_the_bits_of_step(session):
@@ -126,20 +81,6 @@ def test_the_estimated_error_is_that_of_the_closed_form(client, session):
     assert "closed form" in error.reference and error.reference_error < 1e-12
 
 
-def test_the_printed_diagnosis_of_an_ensemble_names_the_member_of_each_line(client):
-    """Nothing drifts of the first, which turns about an axis of inertia; the second tumbles."""
-    scene = {"system": "rigid_body", "method": {"name": "rk4"}, "step": 0.1, "members": 2,
-             "body": {"moments": [1, 2, 3], "angular_velocity": [0, 0, 1, 1, 2, 3]}}
-    with client.create(scene) as session:
-        found = session.diagnose(to=50, invariants=["energy", "spatial_momentum"], estimate_error=True)
-    lines = found.table().splitlines()[1:]
-    for invariant, line in zip(found.invariants, lines):
-        assert line.startswith(f"  {invariant.name} of member {invariant.member} ")
-    assert found.invariants[0].member == found.estimated_error.member == 1
-    assert lines[-2].endswith("the largest of all members") and lines[-1].endswith("of member 1")
-    assert "of member 1 " in repr(found)
-
-
 @pytest.mark.parametrize("address, fault", [
     ("localhost:99999", "the port 99999 is not between 1 and 65535"), ("localhost:0", "the port 0 is not between"),
     ("localhost", "the port is missing"), (":1", "the host is missing"), ("localhost:http", "the port 'http' is not a number"),
@@ -149,8 +90,3 @@ def test_what_cannot_be_an_address_is_refused(address, fault):
     with pytest.raises(stiefel.InvalidArgument) as caught:
         stiefel.Client(address)
     assert caught.value.message.startswith(f"cannot reach {address}: ") and fault in caught.value.message
-
-
-def test_other_addresses_are_taken():
-    for right in ("[::1]:50551", "localhost:1", "unix:/run/stiefel.sock", "dns:///localhost:1"):
-        stiefel.Client(right).close()

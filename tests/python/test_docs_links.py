@@ -59,13 +59,6 @@ def test_every_path_in_backticks_exists(page):
     assert missing + [file for file in SOURCE_ALONE.findall(written) if file not in NAMES] == []
 
 
-def test_the_checks_find_what_is_missing():
-    assert WITH_FOLDER.findall("`engine/maps/none.h`") == ["engine/maps/none.h"]
-    assert FOLDER_ALONE.findall("`engine/none`") == ["engine/none"]
-    assert SOURCE_ALONE.findall("`none.h`, `run.csv`") == ["none.h"]
-    assert "what-limits-the-accuracy" in anchors(ROOT / "docs/accuracy.md")
-
-
 def test_the_index_of_the_documentation_has_every_page():
     index = text(ROOT / "docs/README.md")
     assert [path.name for path in (ROOT / "docs").glob("*.md")
@@ -110,17 +103,3 @@ def test_the_bibliography_and_the_page_of_references_agree():
         words = " ".join(item.split())
         assert entry["year"] in words and entry["pages"].replace("--", "–") in words
         assert f"doi:[{entry['doi']}](https://doi.org/{entry['doi']})" in words if "doi" in entry else "doi:" not in words
-
-
-def test_the_benchmarks_that_a_user_asks_about_are_among_the_measured_ones():
-    """The page begins with a picture and ten rows; each of their numbers is in a table of a run, and these are folded."""
-    page = text(ROOT / "tests/bench/README.md")
-    head, rest = page.split("\n## ", 1)
-    rows = [line.split("|")[2:4] for line in head.splitlines() if line.startswith("| ")][1:]
-    assert len(rows) == 10 and head.index("![") < head.index("| what")
-    measured = set(re.findall(r"[\d.]+", rest))
-    for row in rows:
-        numbers = [number for cell in row for number in re.findall(r"(?<!V\()\b[\d.]+(?= (?:ns|µs|ms|s|MB)\b)", cell)]
-        assert numbers and set(numbers) <= measured, row
-    largest = max(re.findall(r"(?:^\|.*\n)+", rest, re.MULTILINE), key=len)
-    assert rest[:rest.index(largest)].rstrip().endswith("</summary>")

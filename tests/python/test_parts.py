@@ -53,13 +53,6 @@ def test_a_stream_that_breaks_within_a_sample_sends_it_again(service, session, b
     assert (run["large"] == [large(step) for step in range(5)]).all()
 
 
-def test_a_checkpoint_survives_a_break(service, session):
-    """Three messages of the sample, then ranges of the checkpoint."""
-    for messages in (3, 4, 5):
-        service.failures = [messages]
-        assert session.step(to=12, fields="large", checkpoint=True).checkpoint == b"checkpoint of 12"
-
-
 def test_arrays_of_the_scene_that_a_reply_leaves_out_are_fetched_once(service, session):
     streams = [request for request in service.requests if isinstance(request, pb.StreamRequest)]
     assert streams == []  # only when somebody looks

@@ -7,7 +7,7 @@ from google.protobuf.descriptor import FieldDescriptor
 
 import stiefel
 from stiefel import v1 as pb
-from stiefel._given.mappings import is_repeated
+from stiefel._given.shapes import is_repeated
 
 SCENE = {
     "system": "rigid_body",
@@ -29,27 +29,23 @@ def test_a_dict_a_file_and_a_message_are_the_same_scene(tmp_path):
 
 def test_arrays_and_numpy_numbers_may_stand_in_a_dict():
     scene = {**SCENE, "inertia": np.array([2.5, 1.5, 0.5]), "initial": {"M": M}, "step": np.float64(0.01)}
-    assert stiefel.to_message(scene) == stiefel.to_message(SCENE)
-    assert stiefel.to_message({**scene, "initial": {"M": M.tolist()}}) == stiefel.to_message(SCENE)
-
-
-def test_the_json_form_reads_back_the_same():
     message = stiefel.to_message(SCENE)
-    assert stiefel.to_message(json.loads(json.dumps(stiefel.to_dict(message)))) == message
+    assert stiefel.to_message(scene) == stiefel.to_message({**scene, "initial": {"M": M.tolist()}}) == message
+    assert scene["initial"]["M"] is M and stiefel.to_message(json.loads(json.dumps(stiefel.to_dict(message)))) == message
 
 
 BODY = {"moments": [1, 2, 3]}
 
 
 @pytest.mark.parametrize("scene, path, description", [
-    ({**SCENE, "steps": 3}, "scene.steps", "unknown field; did you mean step? It is 3"),
-    ({**SCENE, "method": {"nmae": "rk4"}}, "scene.method.nmae", "unknown field; did you mean name? It is 'rk4'"),
+    ({**SCENE, "steps": 3}, "scene.steps", "unknown field; did you mean step? The fields are "),
+    ({**SCENE, "method": {"nmae": "rk4"}}, "scene.method.nmae", "unknown field; did you mean name? The fields are "),
     ({"body": {**BODY, "inertia_tensr": [1, 2]}}, "scene.body.inertia_tensr",
-     "unknown field; did you mean inertia_tensor? It is [1, 2]"),
+     "unknown field; did you mean inertia_tensor? The fields are "),
     ({"initial": {"M": {"rows": 1, "colums": 1}}}, "scene.initial.M.colums",
-     "unknown field; did you mean cols? It is 1"),
+     "unknown field; did you mean cols? The fields are "),
     ({**SCENE, "inertia_tensr": [1, 2]}, "scene.inertia_tensr",
-     "unknown field; did you mean body.inertia_tensor? It is [1, 2]"),
+     "unknown field; did you mean body.inertia_tensor? The fields are "),
     ({"zzz": 1}, "scene.zzz", "unknown field; the fields are system, method, "),
     ({**SCENE, "step": "soon"}, "scene.step", "'soon': must be a number"),
     ({**SCENE, "inertia": "heavy"}, "scene.inertia", "'heavy': must be numbers"),
@@ -60,17 +56,20 @@ BODY = {"moments": [1, 2, 3]}
     ({**SCENE, "method": 3}, "scene.method", "3: must be a name, or a mapping with the fields name, order, substeps, arithmetic, tolerance, scalar"),
     ({**SCENE, "torque": [0, 0, 1]}, "scene.torque", "unknown field; there are no torques and no forces: the motion is free (docs/conventions.md). It is [0, 0, 1]"),
     ({"body": {**BODY, "force": 1}}, "scene.body.force", "unknown field; there are no torques and no forces: the motion is free"),
-    ({**SCENE, "normalise": True}, "scene.normalise", "unknown field; did you mean normalize? It is True"),
-    ({**SCENE, "angular_momentom": [1, 2, 3]}, "scene.angular_momentom", "unknown field; did you mean body.angular_momentum? It is [1, 2, 3]"),
-    ({"body": {**BODY, "mass": 3}}, "scene.body.mass", "unknown field; the fields are inertia_tensor, moments, attitude, angular_velocity, order, mrp, angular_momentum, frame. It is 3"),
+    ({**SCENE, "normalise": True}, "scene.normalise", "unknown field; did you mean normalize? The fields are "),
+    ({**SCENE, "angular_momentom": [1, 2, 3]}, "scene.angular_momentom", "unknown field; did you mean body.angular_momentum? The fields are "),
+    ({"body": {**BODY, "mass": 3}}, "scene.body.mass", "unknown field; the fields are inertia_tensor, moments, attitude, angular_velocity, "
+     "order, mrp, euler_angles, sequence, angular_momentum, frame, euler_rates. It is 3"),
+    ({"method": {"name": "rk4", "ordr": 2}}, "scene.method.ordr", "unknown field; did you mean order? The fields are name, order, substeps, "
+     "arithmetic, tolerance, scalar. It is 2"),
     ({**SCENE, "normalize": "once upon a time " * 3}, "scene.normalize", f"'{'once upon a time ' * 3}': must be true or false"),
     ({**SCENE, "normalize": "x" * 1000}, "scene.normalize", f"'{'x' * 96}...: must be true or false"),
     ({**SCENE, "step": [1, 2]}, "scene.step", "[1, 2]: must be one number"),
     ({"body": {"moments": 5}}, "scene.body.moments", "5: must be (3)"),
-    ({"body": {**BODY, "omega": [1, 2, 3]}}, "scene.body.omega", "unknown field; did you mean angular_velocity? It is [1, 2, 3]"),
-    ({"body": {**BODY, "q": [1, 0, 0, 0]}}, "scene.body.q", "unknown field; did you mean attitude?"),
-    ({"system": "rigid_body", "dt": 3}, "scene.dt", "unknown field; did you mean step? It is 3"),
-    ({**SCENE, "body": {"system": "rigid_body", "body": BODY}}, "scene.body", "is a whole scene, as stiefel.body returns it"),
+    ({"body": {**BODY, "omega": [1, 2, 3]}}, "scene.body.omega", "unknown field; did you mean angular_velocity? The fields are "),
+    ({"body": {**BODY, "q": [1, 0, 0, 0]}}, "scene.body.q", "unknown field; did you mean attitude? The fields are "),
+    ({"system": "rigid_body", "dt": 3}, "scene.dt", "unknown field; did you mean step? The fields are "),
+    ({**SCENE, "body": {"system": "rigid_body", "body": BODY}}, "scene.body", "is a whole scene, as stiefel.body_scene returns it"),
     ({**SCENE, "method": ["rk4"]}, "scene.method", "['rk4']: must be a name, or a mapping"),
     ({**SCENE, "system": 3}, "scene.system", "3: must be a text"),
     ({**SCENE, "initial": {"M": [[1, 2], [3]]}}, "scene.initial.M", "[[1, 2], [3]]: must be a matrix"),
@@ -90,14 +89,14 @@ def test_a_text_is_the_name_of_a_method(client, tmp_path):
     named, text = {**SCENE, "method": {"name": "rk4"}}, {**SCENE, "method": "rk4"}
     (tmp_path / "scene.json").write_text(json.dumps(text))
     assert stiefel.to_message(text) == stiefel.to_message(tmp_path / "scene.json") == stiefel.to_message(named)
-    assert stiefel.body(moments=[1, 2, 3], angular_velocity=[0, 0, 1], method="rk4")["method"] == "rk4"
+    assert stiefel.body_scene(moments=[1, 2, 3], angular_velocity=[0, 0, 1], method="rk4")["method"] == "rk4"
     with client.create(text) as session, session.fork(at=3, method="gauss4") as fork:
         assert (session.scene["method"]["name"], fork.scene["method"]["name"]) == ("rk4", "gauss4")
     with pytest.raises(stiefel.InvalidArgument, match='^scene.method.name: "varational": must be .*; did you mean variational[?]$'):
         client.create({**SCENE, "method": "varational"})
     asked = {"to": 1, "summarize": {"energy": "last"}}
     both = stiefel.sweep(SCENE, {"method": ["rk4", {"name": "gauss4"}]}, **asked)
-    assert both == stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "gauss4"}]}, **asked)
+    assert both.equals(stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "gauss4"}]}, **asked))
 
 
 @pytest.mark.parametrize("attributes", [
@@ -113,16 +112,3 @@ def test_every_unknown_field_is_named():
         stiefel.to_message({"sistem": "rigid_body", "method": {"nmae": "rk4", "ordr": 2}})
     fields = {violation.field for violation in caught.value.violations}
     assert fields == {"scene.sistem", "scene.method.nmae", "scene.method.ordr"}
-
-
-@pytest.mark.parametrize("text", ["{", "[1]", "\"scene\""])
-def test_a_file_that_holds_no_scene(tmp_path, text):
-    (tmp_path / "scene.json").write_text(text)
-    with pytest.raises(stiefel.InvalidArgument):
-        stiefel.to_message(tmp_path / "scene.json")
-
-
-def test_a_scene_is_not_changed_by_reading_it():
-    scene = {**SCENE, "initial": {"M": M}}
-    assert isinstance(stiefel.to_message(scene), pb.Scene)
-    assert scene["initial"]["M"] is M

@@ -11,7 +11,6 @@ import pytest
 import stiefel
 from stiefel._programs import variables
 from stiefel._wire import security
-from stiefel._wire.security import is_local
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 from authority import Authority  # noqa: E402
@@ -39,12 +38,6 @@ def test_no_token_in_plaintext_beyond_this_machine(address, monkeypatch):
     with pytest.raises(stiefel.InvalidArgument):
         stiefel.Client(address)
     stiefel.Client(address, tls=True).close()
-
-
-@pytest.mark.parametrize("address", ["127.0.0.1:1", "localhost:1", "[::1]:1", "127.9.9.9:1", "unix:/x"])
-def test_this_machine(address):
-    assert is_local(address)
-    stiefel.Client(address, token="x").close()
 
 
 def test_a_name_that_does_not_lead_here_gets_no_token(monkeypatch):
@@ -81,9 +74,9 @@ def test_the_token_over_a_unix_socket_and_loopback(token, listen, monkeypatch):
                 assert session.trajectory(to=20).samples == 21
                 with session.drive() as drive:
                     assert drive.step(7).step == 7
-        with stiefel.Client(server.address) as nobody, pytest.raises(stiefel.Unauthenticated, match="needs a token") as refused:
+        with stiefel.Client(server.address) as nobody, pytest.raises(stiefel.StiefelError, match="needs a token") as refused:
             nobody.describe()
-        assert refused.value.reason == "TOKEN_MISSING" and str(refused.value).endswith("here: give `token`")
+        assert refused.value.code is grpc.StatusCode.UNAUTHENTICATED and refused.value.reason == "TOKEN_MISSING" and str(refused.value).endswith("here: give `token`")
         monkeypatch.setenv("STIEFEL_TOKEN", token[0])
         with stiefel.Client(server.address) as known:
             assert known.describe().version
@@ -97,7 +90,7 @@ def test_tls_and_token_by_the_environment(token, tmp_path, monkeypatch):
         with stiefel.Client(server.address, tls=authority.ca, token=token[0]) as client:
             assert client.describe().version
         with stiefel.Client(server.address, tls=Path(authority.ca), token="other") as client:
-            with pytest.raises(stiefel.Unauthenticated, match="unknown or was withdrawn"):
+            with pytest.raises(stiefel.StiefelError, match="unknown or was withdrawn"):
                 client.describe()
         monkeypatch.setenv("STIEFEL_TLS_CA", authority.ca)
         monkeypatch.setenv("STIEFEL_TOKEN", token[0])

@@ -1,6 +1,4 @@
 """Statistics, events and states at any times, against the samples that they are made of."""
-import threading
-
 import grpc
 import numpy as np
 import pytest
@@ -8,7 +6,6 @@ import pytest
 import stiefel
 from fake import Broken
 from stiefel import v1 as pb
-from stiefel._wire import retries
 
 I, M_1, M_3 = (1.0, 2.0, 3.0), 0.5, 1.5
 #: Circles the third axis: m_2 is 0 at the multiples of 2K/p.
@@ -187,13 +184,6 @@ def test_states_that_had_arrived_are_in_partial(session):
     assert (partial["M"][-1] == session.step(0, "M")["M"]).all()
 
 
-def test_many_times_come_in_parts(session):
-    times = np.linspace(0, 100, 30_001)
-    run = session.trajectory(times=times, fields=["Q", "M"])
-    assert run.samples == 30_001 and list(run.time) == list(times)
-    assert np.isfinite(run["Q"]).all() and len(np.unique(run["M"][:, 0, 2])) > 20_000
-
-
 def test_members_are_as_alone(client):
     scene = ensemble(20)
     asked = {"M": [*STATISTICS, {"quantiles": [0.3]}], "energy": ["drift", "last"]}
@@ -298,17 +288,6 @@ def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_
         assert again["M"][statistic].tobytes() == values.tobytes()
 
 
-def test_a_call_that_breaks_often_goes_on_as_long_as_checkpoints_come(client, session, monkeypatch, without_pauses):
-    handle = client.get(session.id)  # which never creates the session again
-    breaks = Breaks(session._connection.stub.Summarize, [2] * 2 * retries.ATTEMPTS)
-    monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
-    again = handle.summarize(1000, {"M": STATISTICS}, checkpoint_every=20)
-    assert again.last_step == 1000 and len(breaks.requests) == 2 * retries.ATTEMPTS + 1
-    with pytest.raises(stiefel.Unavailable):
-        breaks.after = [0] * retries.ATTEMPTS
-        handle.summarize(1000, {"M": STATISTICS}, checkpoint_every=20)
-
-
 def test_a_call_that_ends_at_its_price_goes_on(client):
     """On a flat ellipsoid `adaptive` takes more substeps than predicted, so the first call ends at its price."""
     scene = {"system": "ellipsoid", "inertia": [1, 0.8, 1e-6], "step": 0.1, "method": {"name": "adaptive", "tolerance": 1e-12},
@@ -358,36 +337,3 @@ def test_a_wrong_request_names_its_field(session, change, field):
             raise session._connection.error(failure) from None
     assert caught.value.violations[0].field == field
     assert session.summarize(10, {"energy": "drift"}).outcome == "REACHED"
-
-
-@pytest.mark.parametrize("asked", [{"energy": "drfit"}, {"energy": {"quantile": [1]}}, {"energy": ["last", {"statistics": "x"}]}])
-def test_a_misspelt_statistic_is_refused_here(session, asked):
-    with pytest.raises(stiefel.InvalidArgument, match="must be one of"):
-        session.summarize(10, asked)
-
-
-def test_a_cancelled_call_ends_soon(session):
-    stream = session._connection.stub.Summarize(pb.SummarizeRequest(
-        session_id=session.id, to=10**12, quantities=[pb.Quantity(name="casimirs", statistics=[7])]))
-    next(iter(stream))  # of its progress
-    stream.cancel()
-    with pytest.raises(grpc.RpcError):
-        next(stream)
-    for _ in range(5):  # the pool is free again
-        session.step(to=10)
-
-
-def test_two_at_once_do_not_mix(session):
-    results = {}
-
-    def work(start):
-        results[start] = session.summarize(3000, {"M": STATISTICS}, start=start)["M"]
-
-    threads = [threading.Thread(target=work, args=[start]) for start in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for start, found in results.items():
-        alone = session.summarize(3000, {"M": STATISTICS}, start=start)["M"]
-        assert all(found[name].tobytes() == alone[name].tobytes() for name in STATISTICS)

@@ -142,20 +142,13 @@ def test_the_command(tmp_path):
     assert (tmp_path / "out" / "toutatis.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_panels_of_its_picture_have_one_axis_of_time(client, monkeypatch):
-    kept = []
-    monkeypatch.setattr(toutatis.picture, "save", lambda figure, file: kept.append(figure))
-    with client.create(toutatis.scene(DATA, step=86400.0)) as session:
-        run = session.trajectory(to=39, fields=["Q", "M"])
-    days = np.arange(40)
-    seen = [SimpleNamespace(step=int(day) * 86400, angles=lambda: np.ones(3)) for day in days[20:]]
-    toutatis.picture.toutatis(None, run, seen, {"one": SimpleNamespace(method="exact", days=days, drift=days * 1e-17, error=days * 1e-12)})
-    kept[0].canvas.draw()
-    panels = [axes for axes in kept[0].axes if axes.axison]
-    places = [axes.get_position() for axes in panels]
-    assert len(panels) == 5 and {axes.get_xlim() for axes in panels} == {(0.0, 39 * 86400.0)}
-    assert np.ptp([place.x0 for place in places]) < 1e-9 and np.ptp([place.width for place in places]) < 1e-9
-    assert [axes.get_xlabel() for axes in panels] == [""] * 4 + ["time (days)"]
+def test_the_sentence_of_the_page_about_literature(session):
+    page = " ".join((EXAMPLES.parents[1] / "docs/literature.md").read_text(encoding="utf-8").replace("\n>", "").split())
+    median, count, most, bound = map(float, re.search(
+        r"are (\S+) degrees from those of the (\d+) observed .* median, and (\S+) degrees at most; .* below (\S+) degrees", page).groups())
+    angles = np.array([one.angles() for one in toutatis.compare(session, DATA)])
+    error = toutatis.error_in_degrees(session.diagnose(to=toutatis.DAYS * toutatis.DAY, estimate_error=True))
+    assert (len(angles), round(np.median(angles), 2), round(angles.max(), 2)) == (count, median, most) and error < bound
 
 
 def test_a_user_s_scene(tmp_path):

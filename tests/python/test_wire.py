@@ -2,6 +2,7 @@
 the details of errors."""
 import socket
 
+import grpc
 import numpy as np
 import pytest
 
@@ -26,7 +27,6 @@ def vast():
 
 def test_the_resolved_scene_is_known_without_a_call(client):
     with client.create(SCENE) as session:
-        assert list(session.message.scene.body.moments) == []  # the reply does not repeat what was sent
         scene = session.scene
         assert scene["body"]["moments"] == [1, 2, 3] and scene["method"]["order"] == 2
         assert client.get(session.id).scene == scene
@@ -34,23 +34,6 @@ def test_the_resolved_scene_is_known_without_a_call(client):
         assert not listed.message.HasField("scene") and listed.scene == scene
         with client.create(scene) as again:
             assert (again.step(70, "Q")["Q"] == session.step(70, "Q")["Q"]).all()
-
-
-def test_a_fork_to_another_system_has_its_scene(client):
-    with client.create(SCENE) as session, session.fork(at=5, system="symmetric_rigid_body") as fork:
-        scene = fork.scene
-        assert scene["system"] == "symmetric_rigid_body" and "body" not in scene and set(scene["initial"]) == {"Q", "P"}
-        assert client.get(fork.id).scene == scene
-        np.testing.assert_allclose(fork.step(10, "Q")["Q"], session.step(15, "Q")["Q"], atol=1e-3)
-
-
-def test_a_conversion_is_a_whole_scene(client):
-    found = client.convert(SCENE, "symmetric_rigid_body")
-    assert found.scene["step"] == 0.01 and set(found.scene["initial"]) == {"Q", "P"} and "body" not in found.scene
-    with client.create(found.scene) as session:
-        assert session.step(to=3).outcome == "REACHED"
-    blocks = client.convert(SCENE, "velocity").blocks
-    assert set(blocks) == {"Q", "Qdot"} and blocks["Qdot"].shape == (3, 3)
 
 
 def test_the_choice_is_the_session_s(client):
@@ -61,15 +44,6 @@ def test_the_choice_is_the_session_s(client):
         assert (choice.tolerance, choice.horizon) == (1e-6, 1.0) and choice.reason
         assert session.scene["method"] == choice.method and "tolerance" not in session.scene
         assert client.get(session.id).choice == choice and other.choice is None
-
-
-def test_a_float_scene_gives_floats(client):
-    with client.create({**SCENE, "method": {"name": "variational", "scalar": "float"}}) as session:
-        run, state = session.trajectory(to=100, fields="Q"), session.step(to=100, fields="Q")
-        assert run["Q"].dtype == state["Q"].dtype == np.float32 and run.time.dtype == np.float64
-        assert (run["Q"][-1] == state["Q"]).all()
-        with session.drive() as drive:
-            assert (drive.step(100, "Q")["Q"] == state["Q"]).all()
 
 
 def test_up_to_n_512_everything_works(client, vast):
@@ -88,62 +62,11 @@ def test_up_to_n_512_everything_works(client, vast):
         known, fetched = session.scene, client.get(session.id).scene
         for scene in (known, fetched):
             assert scene["initial"]["M"] == vast["initial"]["M"].tolist()
+        assert client.convert(vast, "symmetric_rigid_body").scene["initial"]["Q"] == vast["initial"]["Q"].tolist()
         with session.fork(at=2) as fork:
             assert fork.scene["initial"]["Q"] == state["Q"].tolist()
         converted = client.convert(vast, "velocity")
         assert converted.blocks["Qdot"].shape == (N, N)
-
-
-def test_many_pairs_in_their_order(client):
-    Q_0, ends = [[1, 0, 0]], [[[0, 1, 0]], [[0, 0, 1]], [[0, 0.6, 0.8]]]
-    found = client.connect([(Q_0, end) for end in ends], inertia=[1, 2, 3], samples=3)
-    assert len(found) == 3
-    for end, geodesic in zip(ends, found):
-        assert geodesic == client.geodesic([1, 2, 3], Q_0, end, samples=3)
-        np.testing.assert_allclose(geodesic.trajectory[-1], end, atol=1e-11)
-    (euclidean,) = client.connect([(Q_0, ends[0])], metric="euclidean")
-    assert euclidean.energy == pytest.approx(np.pi**2 / 8, rel=1e-9)  # a quarter of a great circle in unit time
-    with pytest.raises(stiefel.InvalidArgument, match="metric: 'manhattan': must be one of lambda, euclidean"):
-        client.connect([(Q_0, ends[0])], metric="manhattan")
-    with pytest.raises(stiefel.InvalidArgument) as caught:
-        client.connect([(Q_0, ends[0])], metric="beta")
-    assert caught.value.violations[0].field == "beta"
-    with pytest.raises(stiefel.InvalidArgument) as caught:
-        client.connect([(Q_0, ends[0]), (Q_0, [[0, 2, 0]])], inertia=[1, 2, 3])
-    assert caught.value.violations[0].field.startswith("pairs[1].Q_T")
-
-
-def test_rounded_frames_are_joined_when_normalized(client):
-    Q_0, Q_T = stiefel.manifold.Stiefel(2, 4).random(2, seed=3)
-    rounded = (Q_0.round(3), Q_T.round(3).astype(np.float32))
-    for call in (lambda **more: client.connect([rounded], metric="euclidean", **more)[0],
-                 lambda **more: client.geodesic([1, 1, 1, 1], *rounded, **more)):
-        with pytest.raises(stiefel.InvalidArgument, match="to 1e-06; normalize=True makes it so"):
-            call()
-        assert abs(call(normalize=True).energy - client.geodesic([1, 1, 1, 1], Q_0, Q_T).energy) < 1e-2
-    with pytest.raises(stiefel.InvalidArgument, match=r"pairs\[0\].Q_T: changes by 0.5: normalize changes a state by at most 0.01"):
-        client.connect([(Q_0, 1.5 * np.eye(2, 4))], metric="euclidean", normalize=True)
-    with pytest.raises(stiefel.InvalidArgument, match="to 1e-06$"):
-        client.connect([(Q_0, 1.5 * np.eye(2, 4))], metric="euclidean")
-
-
-def test_calls_have_a_price(client):
-    with client.create(SCENE) as session:
-        step = session.step_price
-        assert step.work > 0 and step.bytes == (4 + 3) * 8
-        state = session.step(to=1000)
-        assert state.price.work == pytest.approx(1000 * step.work, rel=0.01)
-        assert session.diagnose(to=1000).price is not None
-
-
-def test_faults_of_one_pair_have_its_own_paths(client):
-    with pytest.raises(stiefel.InvalidArgument) as refusal:
-        client.geodesic([1, 2, 3], [[1, 0, 0]], [[2, 0, 0]])
-    assert {v.field for v in refusal.value.violations} == {"Q_T"}
-    assert "Q_T" in str(refusal.value) and "pairs" not in str(refusal.value)
-    with pytest.raises(stiefel.InvalidArgument) as refusal:
-        client.connect([([[1, 0, 0]], [[2, 0, 0]])], inertia=[1, 2, 3])
-    assert {v.field for v in refusal.value.violations} == {"pairs[0].Q_T"}
 
 
 @pytest.mark.parametrize("grpc_says, plain", [
@@ -151,8 +74,6 @@ def test_faults_of_one_pair_have_its_own_paths(client):
      "Domain name not found", "cannot reach host:1: the name is unknown"),
     ("errors resolving host:1: [field:hostname lookup error:address lookup failed for host:1: C-ares status is not "
      "ARES_SUCCESS qtype=A name=host is_balancer=0: Domain name not found]", "cannot reach host:1: the name is unknown"),
-    ("errors resolving host:1: [field:hostname lookup error:address lookup failed for host:1: DNS server returned general "
-     "failure]", "cannot reach host:1: its name cannot be resolved"),
     ("failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:7: Failed to connect to remote host: "
      "Connection refused", "cannot reach [::1]:7: the connection is refused, nothing listens there"),
     ("failed to connect to all addresses", "cannot reach the server: failed to connect to all addresses"),
@@ -176,7 +97,6 @@ def test_faults_of_one_pair_have_its_own_paths(client):
     ("Received RST_STREAM with error code 11", "the server or a proxy before it refuses the call as too much: the call's metadata, "
      "such as its token, is too large, or too many calls or bytes come at once"),
     ("GOAWAY received", "the connection to the server broke"),
-    ("received initial metadata size exceeds limit", "the call's metadata, such as its token, is larger than the server takes"),
     ("Received http2 header with status: 404", "a web server answers there, not a stiefel server"),
     ("Deadline Exceeded", "the call took longer than its timeout"),
     ("session_id: x: there is no such session", "session_id: x: there is no such session"),
@@ -199,16 +119,7 @@ def test_a_name_of_two_addresses_of_which_one_accepts():
 
 def test_details_that_cannot_be_read_are_left_out():
     error = failures.make_error(13, "told", b"\xff\xff no message")
-    assert isinstance(error, stiefel.Internal) and str(error) == "told" and error.violations == ()
-
-
-def test_a_detail_that_cannot_be_read_does_not_hide_the_others():
-    status = pb.Status(code=3, message="told")
-    for name, value in (("RetryInfo", b"\xff"), ("BadRequest", b"\xff"), ("QuotaFailure", b"\xff"), ("ErrorInfo", b"\xff"),
-                        ("ErrorInfo", pb.ErrorInfo(reason="BECAUSE").SerializeToString())):
-        status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=value)
-    error = failures.from_status(status)
-    assert isinstance(error, stiefel.InvalidArgument) and error.reason == "BECAUSE" and error.retry_delay is None
+    assert error.code is grpc.StatusCode.INTERNAL and str(error) == "told" and error.violations == ()
 
 
 def test_a_quota_is_told_with_the_time_to_wait():

@@ -4,7 +4,6 @@ from __future__ import annotations
 import copy
 import os
 import random
-import secrets
 import signal
 import socket
 import subprocess
@@ -50,15 +49,14 @@ def wait_for(port: int, seconds: float = 60) -> None:
 
 
 class Replica:
-    def __init__(self, port: int, key: Path):
-        self.port, self.key = port, key
+    def __init__(self, port: int):
+        self.port = port
         self.start()
 
     def start(self) -> None:
         command = [os.environ["STIEFEL_SERVER"], "--listen", f"127.0.0.1:{self.port}", "--exit-with-parent",
                    "--threads", "2", "--log-level", "warn"]
-        self.child: Any = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
-                                           env={**os.environ, "STIEFEL_CHECKPOINT_KEY": str(self.key)})
+        self.child: Any = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
 
     def kill(self) -> None:
         self.child.send_signal(signal.SIGKILL)
@@ -73,10 +71,7 @@ class Cluster:
         self.folder = folder
         *ports, local, tls = free_ports(REPLICAS + 2)
         self.address, self.tls = f"127.0.0.1:{local}", tls
-        key = folder / "checkpoint.key"  # of all servers: each takes the checkpoints of the others
-        key.write_text(secrets.token_hex(32) + "\n")
-        key.chmod(0o600)
-        self.replicas = [Replica(port, key) for port in ports]
+        self.replicas = [Replica(port) for port in ports]
         self.kills = 0
         self._stop = threading.Event()
         self._random = random.Random(17)

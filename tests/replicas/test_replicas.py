@@ -1,7 +1,6 @@
 """Servers are killed and nobody loses a call: no call fails, no byte differs, no deleted session is back."""
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import threading
@@ -20,36 +19,26 @@ COUNT = 20_000
 RESUMED = 2.0 if LONG else 20.0
 
 
-def client_in_cpp(*arguments: object) -> str:
-    return subprocess.run([os.environ["STIEFEL_REPLICAS_CLIENT"], *map(str, arguments)], check=True, text=True,
-                          stdout=subprocess.PIPE).stdout
+def client_in_cpp(*arguments: object) -> None:
+    subprocess.run([os.environ["STIEFEL_REPLICAS_CLIENT"], *map(str, arguments)], check=True)
 
 
 def use_for(seconds: float, cluster: Any, folder: Path, first: int, monkeypatch: Any) -> None:
-    resumptions, in_cpp = Resumptions(monkeypatch), {}
-
-    def run_cpp() -> None:
-        in_cpp.update(json.loads(client_in_cpp("run", cluster.address, folder, first, COUNT, seconds)))
-
+    resumptions = Resumptions(monkeypatch)
     with stiefel.Server.start() as reference:
         use = Use(cluster.address, reference.address, folder, first, COUNT, resumptions)
         with cluster:
-            other = threading.Thread(target=run_cpp)
-            other.start()
             use.run(seconds)
-            other.join()
     p99 = float(np.percentile(resumptions.seconds, 99)) if resumptions.seconds else 0.0
-    slow = float(np.percentile(in_cpp["pauses"], 99)) if in_cpp["pauses"] else 0.0
-    print(f"{cluster.kills} kills; Python: {dict(use.calls)}, {len(resumptions.seconds)} resumptions, p99 {p99:.2f} s, "
-          f"longest {max(resumptions.seconds, default=0):.2f} s; C++: {in_cpp['calls']}, {len(in_cpp['pauses'])} calls or "
-          f"batches above 20 ms, p99 {slow:.2f} s, longest {max(in_cpp['pauses'], default=0):.2f} s")
-    assert (use.lost[:9], in_cpp["lost"][:9]) == ([], [])
+    print(f"{cluster.kills} kills; {dict(use.calls)}, {len(resumptions.seconds)} resumptions, p99 {p99:.2f} s, "
+          f"longest {max(resumptions.seconds, default=0):.2f} s")
+    assert use.lost[:9] == []
     assert cluster.kills >= seconds / 4
     for kind in ("step", "stream", "drive", "fork", "diagnose", "summarize", "create", "delete"):
-        assert use.calls[kind] > 0 and in_cpp["calls"][kind] > 0, kind
-    assert (use.differing, in_cpp["differing"]) == (0, 0)
-    assert (use.back, in_cpp["back"]) == (0, 0)
-    assert resumptions.seconds and p99 < RESUMED and slow < RESUMED
+        assert use.calls[kind] > 0, kind
+    assert use.differing == 0
+    assert use.back == 0
+    assert resumptions.seconds and p99 < RESUMED
 
 
 @pytest.mark.parametrize("proxy", ["haproxy", pytest.param("envoy", marks=long)])
@@ -65,7 +54,6 @@ def test_killed_far_from_step_0(proxy: str, first: int, make_cluster: Any, tmp_p
     cluster = make_cluster(proxy)
     states = threading.Thread(target=client_in_cpp, args=("states", tmp_path, first, COUNT))
     states.start()
-    monkeypatch.setenv("STIEFEL_CHECKPOINT_KEY", str(tmp_path / "checkpoint.key"))
     with stiefel.Server.start() as alone:
         client_in_cpp("checkpoint", alone.address, tmp_path, first)
     states.join()

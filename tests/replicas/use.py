@@ -11,7 +11,7 @@ from typing import Any, Callable, Mapping, Optional
 import numpy as np
 
 import stiefel
-from stiefel._wire import connection, recreating
+from stiefel._wire.retries import Attempts
 
 STATE = 18  # numbers of a state: Q and M
 
@@ -22,8 +22,7 @@ class Resumptions:
     def __init__(self, monkeypatch: Any):
         self.seconds: list[float] = []
         self._here = threading.local()
-        for owner, name in ((connection.Connection, "pause"), (recreating.Recreation, "recover")):
-            monkeypatch.setattr(owner, name, self._noting(getattr(owner, name)))
+        monkeypatch.setattr(Attempts, "again", self._noting(Attempts.again))
 
     def _noting(self, function: Callable[..., Any]) -> Callable[..., Any]:
         def noted(*arguments: Any, **named: Any) -> Any:
@@ -113,7 +112,7 @@ class Use:
 
         def stream() -> None:
             following = self.first
-            for batch in session.stream(to=last, start=self.first):
+            for batch in session.stream(to=last, start=self.first, every=1):
                 self.resumptions.got()
                 for index, step in enumerate(batch.step.tolist()):
                     if step != following:

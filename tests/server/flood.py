@@ -9,7 +9,7 @@ import grpc
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel.v1 import error_pb2
+from stiefel.v1 import common_pb2
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
 UNLIMITED = [("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)]
@@ -46,9 +46,9 @@ def quota_of(error):
     for key, value in error.trailing_metadata() or ():
         if key != "grpc-status-details-bin":
             continue
-        for detail in error_pb2.Status.FromString(value).details:
+        for detail in common_pb2.Status.FromString(value).details:
             if detail.type_url.endswith("google.rpc.QuotaFailure"):
-                failure = error_pb2.QuotaFailure.FromString(detail.value)
+                failure = common_pb2.QuotaFailure.FromString(detail.value)
                 return [violation.subject for violation in failure.violations]
     return []
 

@@ -11,7 +11,7 @@
 #include "server/server.h"
 #include "stiefel/price.h"
 #include "stiefel/simulation.h"
-#include "stiefel/v1/error.pb.h"
+#include "stiefel/v1/common.pb.h"
 #include "stiefel/v1/simulation.grpc.pb.h"
 #include "tests/server/scene_cases.h"
 

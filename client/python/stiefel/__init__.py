@@ -18,8 +18,8 @@ from typing import Any
 from stiefel.version import __version__
 
 # What `help(stiefel)` shows.
-__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "__version__", "body", "examples", "load",
-           "rerun", "simulate", "solids", "sweep", "to_dict", "to_message", "tumbling"]
+__all__ = ["Client", "Drive", "SceneLike", "Server", "Session", "__version__", "body_scene", "examples", "load",
+           "rerun", "simulate", "solids", "sweep", "to_dict", "to_message"]
 
 
 def __getattr__(name: str) -> Any:

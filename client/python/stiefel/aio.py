@@ -31,7 +31,7 @@ from stiefel._programs.variables import warn_of_unknown
 from stiefel._sweep.dispatch import STOP
 from stiefel._wire.security import Options, Tls, TlsLike, opener
 from stiefel._wire.waiting import Channel, Lock, run
-from stiefel.errors import TASK, Cancelled, InvalidArgument, calling_frame
+from stiefel.errors import InvalidArgument, StiefelError
 from stiefel.results import Choice, Price, Trajectory
 from stiefel.scene import SceneLike
 from stiefel._sweep.sweep import sweep as blocking_sweep
@@ -100,16 +100,14 @@ async def sweep(*arguments: Any, **more: Any) -> Any:
     try:
         return await asyncio.shield(running)
     except asyncio.CancelledError:
-        stop.set_exception(Cancelled("the sweep's task was cancelled"))
+        stop.set_exception(StiefelError("the sweep's task was cancelled"))
         with suppress(Exception):
             await running
         raise
 
 
 def _in_thread(function: Callable[[], T]) -> Awaitable[T]:
-    context = contextvars.copy_context()
-    context.run(TASK.set, calling_frame())
-    return asyncio.get_running_loop().run_in_executor(None, context.run, function)
+    return asyncio.get_running_loop().run_in_executor(None, contextvars.copy_context().run, function)
 
 
 class _Client(blocking.Client):

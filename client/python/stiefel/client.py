@@ -3,7 +3,8 @@ from __future__ import annotations
 
 import functools
 import os
-from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Sequence
+from contextlib import closing
+from typing import Any, Callable, Generator, Iterable, Iterator, Mapping, Optional, Sequence
 
 import grpc
 import numpy as np
@@ -12,6 +13,7 @@ from stiefel import v1 as pb
 from stiefel._given.normalized import normalized, orthonormal, with_hint
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, timeout as checked, whole
 from stiefel._given.shown import shown
+from stiefel._given.velocities import with_momenta
 from stiefel._manifold.beta import SMALL, span_of
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire import answers
@@ -19,11 +21,11 @@ from stiefel._wire.address import check
 from stiefel._wire.arrays import set_tensor, to_array
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import route
-from stiefel._wire.replies import complete, described, require
-from stiefel._wire.retries import Pauses
+from stiefel._wire.replies import described, require
+from stiefel._wire.retries import Attempts
 from stiefel._wire.streams import progress_bar
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
-from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, Unavailable, warn_of_scene
+from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
 from stiefel.scene import SceneLike, to_matrix, to_message, with_epoch
 from stiefel.session import Session, created
@@ -104,7 +106,8 @@ class Client:
     def describe(self) -> Catalogue:
         """Returns the server's systems, methods, limits and versions."""
         reply: pb.DescribeResponse = self._connection.call("Describe", pb.DescribeRequest())
-        return Catalogue(complete(reply, "version", "numerics_id", "build", "limits", "systems", "methods"))
+        require(bool(reply.systems) and bool(reply.methods), "the catalogue is empty")
+        return Catalogue(reply)
 
     def create(self, scene: SceneLike, id: Optional[str] = None, checkpoint: bytes = b"", normalize: bool = False) -> Session:
         """Creates a session of `scene`, or returns the existing one with this `id` and scene.
@@ -117,13 +120,13 @@ class Client:
         message, epoch = with_epoch(scene)
         if normalize:
             message = normalized(message)
-        return created(self._connection, message, id, checkpoint, epoch, scene, normalize)
+        return created(self._connection, message, id, checkpoint, epoch, normalize)
 
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
         view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
         reply = self._connection.call("GetSession", pb.GetSessionRequest(session_id=id, view=view), metadata=route(id))
-        return Session(self._connection, described(reply.session, id), created=False, base=pb.Scene())
+        return Session(self._connection, described(reply.session, id), created=False)
 
     def list(self) -> Iterator[Session]:
         """Iterates over all sessions of the server, ordered by id."""
@@ -133,7 +136,7 @@ class Client:
             for session in reply.sessions:
                 require(session.session_id > last, f"session {session.session_id} comes after {last}")
                 last = session.session_id
-                yield Session(self._connection, described(session, last, wants_scene=False), created=False)
+                yield Session(self._connection, described(session, last), created=False)
             token = reply.next_page_token
             require(not token or bool(reply.sessions), "a page without sessions is not the last")
             if not token:
@@ -152,8 +155,9 @@ class Client:
         parametric system, the scene's when absent. Raises InvalidArgument if the motion has no such form.
         """
         request = pb.ConvertRequest(
-            scene=to_message(scene), to=system, epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter))
-        return answers.conversion(self._connection.call_all("Convert", request), request)
+            scene=with_momenta(to_message(scene), self._connection.systems), to=system, epsilon=optional("epsilon", epsilon),
+            parameter=optional("parameter", parameter), view=pb.SCENE_VIEW_FULL)
+        return answers.conversion(self._connection.call_all("Convert", request))
 
     def geodesic(self, inertia: Any, Q_0: Any, Q_T: Any, time: float = 1.0, steps: int = 0,
                  samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
@@ -253,19 +257,17 @@ class Client:
         instructions that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
         runs of each point; by default 3. `progress`: shows a count of tqdm. The server's warnings are issued as `SceneWarning`.
         """
-        deadline, pauses = self._connection.deadline(timeout), Pauses()
-        while True:
-            try:
-                with progress_bar(None, progress, " points") as bar:
-                    def counted() -> Iterator[pb.MeasureTradeoffResponse]:
-                        for part in self.tradeoff_parts(scene, horizon, budget, repeats, deadline.left()):
-                            bar.update(part.HasField("point"))
-                            yield part
-                    tradeoff = answers.tradeoff(counted())
-                break
-            except Unavailable as error:  # another server measures everything again
-                self._connection.pause(error, pauses, deadline)
-        for text in tradeoff.setup.warnings:
+        request = self._tradeoff_request(scene, horizon, budget, repeats)
+
+        def measured(left: Optional[float]) -> Tradeoff:  # another server measures everything again
+            with progress_bar(None, progress, " points") as bar:
+                def counted() -> Iterator[pb.MeasureTradeoffResponse]:
+                    for part in self._measuring(request, left):
+                        bar.update(part.HasField("point"))
+                        yield part
+                return answers.tradeoff(counted())
+        tradeoff = Attempts(self._connection, timeout).run(measured)
+        for text in tradeoff.warnings:
             warn_of_scene(text)
         return tradeoff
 
@@ -274,27 +276,32 @@ class Client:
                        timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
         """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
         the measurement."""
-        request = pb.MeasureTradeoffRequest(
-            scene=to_message(scene), horizon=optional("horizon", horizon, SECONDS), budget=optional("budget", budget),
-            repeats=None if repeats is None else whole("repeats", repeats, bits=32))
-        deadline, waits = self._connection.deadline(timeout), Pauses()
-        parts = answers.TradeoffParts()
-        while True:
-            try:
-                stream = self.stub.MeasureTradeoff(request, timeout=deadline.left())
-                try:
-                    for part in stream:
-                        parts.check(part)
-                        yield part
-                    parts.end()
-                    return
-                finally:
-                    stream.cancel()
-            except (grpc.RpcError, ValueError) as failure:
-                error = self._connection.error(failure)
-            if parts.begun:  # a retry would measure everything again, with other times
-                raise deadline.explain(error) from None
-            self._connection.pause(error, waits, deadline)
+        request = self._tradeoff_request(scene, horizon, budget, repeats)
+
+        def begun(left: Optional[float]) -> Any:
+            parts = self._measuring(request, left)
+            return next(parts), parts
+        first, others = Attempts(self._connection, timeout).run(begun)
+        with closing(others):
+            yield first
+            yield from others
+
+    def _tradeoff_request(self, scene: SceneLike, horizon: Optional[float], budget: Optional[float],
+                          repeats: Optional[int]) -> pb.MeasureTradeoffRequest:
+        return pb.MeasureTradeoffRequest(
+            scene=with_momenta(to_message(scene), self._connection.systems), horizon=optional("horizon", horizon, SECONDS),
+            budget=optional("budget", budget), repeats=None if repeats is None else whole("repeats", repeats, bits=32))
+
+    def _measuring(self, request: pb.MeasureTradeoffRequest,
+                   timeout: Optional[float]) -> Generator[pb.MeasureTradeoffResponse, None, None]:
+        stream = self.stub.MeasureTradeoff(request, timeout=timeout)
+        try:
+            for part in stream:
+                yield self._connection.answered(part)
+        except (grpc.RpcError, ValueError) as failure:
+            raise self._connection.error(failure) from None
+        finally:
+            stream.cancel()
 
     def close(self) -> None:
         """Closes the connection and ends running calls. Sessions stay on the server."""

@@ -1,21 +1,20 @@
-"""Exceptions: one type for each status code, with all violations that the server found.
+"""Exceptions, with all violations that the server found.
 
 A numerical stop is not an exception but an `Outcome` in the reply.
 """
 from __future__ import annotations
 
+import os
 import re
 import sys
 import warnings
 from contextvars import ContextVar
-from types import FrameType
 from typing import Any, NamedTuple, Optional, Sequence
 
 import grpc
 
-__all__ = ["AlreadyExists", "BuildChanged", "Cancelled", "Closed", "CorruptReply", "DeadlineExceeded",
-           "FailedPrecondition", "Internal", "InvalidArgument", "NotFound", "NotStarted", "ResourceExhausted",
-           "SceneWarning", "StiefelError", "Unauthenticated", "Unavailable", "Unimplemented", "Violation"]
+__all__ = ["AlreadyExists", "BuildChanged", "Closed", "CorruptReply", "DeadlineExceeded", "FailedPrecondition",
+           "InvalidArgument", "NotFound", "ResourceExhausted", "SceneWarning", "StiefelError", "Unavailable", "Violation"]
 
 
 class Violation(NamedTuple):
@@ -29,35 +28,28 @@ class SceneWarning(UserWarning):
     """A warning of the server about a scene that it accepts, such as moments that no rigid body can have."""
 
 
-#: In a thread that works for a task, the frame of the task.
-TASK: ContextVar[Optional[FrameType]] = ContextVar("task", default=None)
+_HERE = os.path.dirname(__file__) + os.sep
+
+
+#: A list that takes the texts of warnings about scenes, which are then not given; None: they are given.
+SCENE_WARNINGS: ContextVar[Optional[list[str]]] = ContextVar("warnings", default=None)
 
 
 def warn_of_scene(text: str) -> None:
     """Gives a SceneWarning at the line that called this package, however many of its functions lie between."""
-    frame = calling_frame()
-    warnings.warn_explicit(text, SceneWarning, frame.f_code.co_filename, frame.f_lineno, str(frame.f_globals.get("__name__")),
-                           frame.f_globals.setdefault("__warningregistry__", {}))
-
-
-def calling_frame() -> FrameType:
-    """Returns the frame that called this package, or that awaits what it returned. What `stiefel.aio` runs has a stack of its
-    own, a greenlet's, below which lies that of the task."""
-    frame, greenlets = TASK.get() or sys._getframe(1), sys.modules.get("greenlet")
-    stack = None if greenlets is None else greenlets.getcurrent()
-    while str(frame.f_globals.get("__name__")).partition(".")[0] == "stiefel":
-        below = frame.f_back
-        while below is None and stack is not None and stack.parent is not None:
-            stack = stack.parent
-            below = stack.gr_frame
-        if below is None:
-            break
-        frame = below
-    return frame
+    kept = SCENE_WARNINGS.get()
+    if kept is not None:
+        kept.append(text)
+        return
+    frame, level = sys._getframe(), 1
+    while frame.f_code.co_filename.startswith(_HERE) and frame.f_back is not None:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, SceneWarning, stacklevel=level)
 
 
 class StiefelError(Exception):
-    """The base class of all exceptions of this package."""
+    """The base class of all exceptions of this package. `code` is the status code of gRPC: it tells what has no class of its
+    own, such as UNAUTHENTICATED for a token that is missing (`reason` TOKEN_MISSING) or unknown (TOKEN_UNKNOWN)."""
 
     code: grpc.StatusCode = grpc.StatusCode.UNKNOWN
     quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds; `field` is the limit's name: "sessions"
@@ -141,35 +133,11 @@ class DeadlineExceeded(StiefelError, TimeoutError):
     _takes: str = ""  #: how long the call takes, if the server has told that
 
 
-class Cancelled(StiefelError):
-    """The caller cancelled the call before its end."""
-
-    code = grpc.StatusCode.CANCELLED
-
-
 class Unavailable(StiefelError):
-    """No server can be reached at the address, or the server is stopping or cannot use its store."""
+    """No server can be reached at the address, or the server is stopping or cannot use its store, or a server that this process
+    started has ended."""
 
     code = grpc.StatusCode.UNAVAILABLE
-
-
-class Unauthenticated(StiefelError):
-    """The server needs a token (`reason` is TOKEN_MISSING), or the token sent is unknown or was withdrawn
-    (TOKEN_UNKNOWN). `reason` is empty if the token was withdrawn while the call ran."""
-
-    code = grpc.StatusCode.UNAUTHENTICATED
-
-
-class Unimplemented(StiefelError):
-    """The server does not have the call, as an older one may not, or does not accept a compressed request."""
-
-    code = grpc.StatusCode.UNIMPLEMENTED
-
-
-class Internal(StiefelError):
-    """A fault of the server. Please report it with the message."""
-
-    code = grpc.StatusCode.INTERNAL
 
 
 class CorruptReply(StiefelError):
@@ -193,13 +161,6 @@ class BuildChanged(FailedPrecondition):
                          "differ", reason="BUILD_CHANGED")
         self.began_with = began_with  #: the numerics id of the server that created the session
         self.now = now  #: the numerics id of the server that answered
-
-
-class NotStarted(Unavailable, RuntimeError):
-    """A server started by this process ended, or did not say in time that it listens."""
-
-    status: Optional[int] = None  #: the server's exit status, negative for a signal; None if it had to be killed
-    stderr: str = ""  #: the end of the server's output to stderr
 
 
 def __dir__() -> list[str]:

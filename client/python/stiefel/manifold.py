@@ -23,13 +23,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from stiefel._manifold.beta import FRAME_TOLERANCE, BetaMetric, defect
 from stiefel._manifold.inertia import InertiaMetric
+from stiefel._manifold.means import Mean, mean_of
+from stiefel._results.extras import imported
 from stiefel._wire.streams import progress_bar
 from stiefel.client import Client
 from stiefel.errors import StiefelError
 from stiefel.results import Geodesic
 from stiefel.simulation import own_client
 
-__all__ = ["Joined", "NotJoined", "SpecialOrthogonal", "Stiefel"]
+__all__ = ["Joined", "Mean", "NotJoined", "SpecialOrthogonal", "Stiefel"]
 
 Array = NDArray[np.float64]
 MOST_PAIRS = 1024  #: pairs of one call of Connect
@@ -58,12 +60,12 @@ class Joined:
     shortest: NDArray[np.str_]
 
     def __repr__(self) -> str:
-        kinds, counts = np.unique(self.shortest, return_counts=True)
         found = np.isfinite(self.distance)
-        ends = [one(values[found]) if found.any() else np.nan for one, values in ((np.min, self.distance), (np.max, self.distance), (np.max, self.residual))]
-        pairs = f"{found.size} pair{'s' if found.size != 1 else ''}{'' if found.all() else f', {found.size - found.sum()} not joined'}"
-        return (f"<stiefel.manifold.Joined of {pairs}: distance {ends[0]:.6g} to {ends[1]:.6g}, residual at most {ends[2]:.1e}\n"
-                f"  shortest: {', '.join(f'{kind} {count}' for kind, count in zip(kinds, counts))}>")
+        near, far, worst = (float(end(values[found])) if found.any() else np.nan for end, values in (
+            (np.min, self.distance), (np.max, self.distance), (np.max, self.residual)))
+        pairs = f"{found.size} pair{'s' * (found.size != 1)}" + f", {np.sum(~found)} not joined" * (not found.all())
+        kinds = ", ".join(f"{kind} {count}" for kind, count in zip(*np.unique(self.shortest, return_counts=True)))
+        return f"<stiefel.manifold.Joined of {pairs}: distance {near:.6g} to {far:.6g}, residual at most {worst:.1e}\n  shortest: {kinds}>"
 
 
 class _Manifold:
@@ -109,7 +111,7 @@ class _Manifold:
     def random(self, size: Union[int, tuple[int, ...]] = (), seed: Any = None) -> Array:
         """Returns frames that are uniformly distributed, with `size` as leading axes."""
         axes = (size,) if isinstance(size, int) else tuple(size)
-        return self._out(self._random(np.random.default_rng(seed), axes))
+        return self._out(self._nearest(np.random.default_rng(seed).normal(size=axes + (self.n, self.N))))
 
     def random_tangent(self, Q: ArrayLike, seed: Any = None) -> Array:
         """Returns a random tangent vector of norm 1 at each frame of Q. `seed` may be that of `random`."""
@@ -146,11 +148,14 @@ class _Manifold:
 
     def exp(self, Q: ArrayLike, V: ArrayLike) -> Array:
         """Returns the frame at time 1 of the geodesic that starts at Q with the velocity V."""
-        return self._out(self._metric.flow(*self._start(Q, V), np.ones(1))[0])
+        frame: Array = self.geodesic(Q, V, 1.0)[0]
+        return frame
 
     def geodesic(self, Q: ArrayLike, V: ArrayLike, times: ArrayLike) -> Array:
         """Returns the frames at `times`, a first axis, of the geodesic that starts at Q with the velocity V."""
-        return self._out(self._metric.flow(*self._start(Q, V), np.asarray(times, float).reshape(-1)))
+        frames = self._frame(Q)
+        frames, vectors = self._same(frames, self._vector(frames, V))
+        return self._out(self._metric.flow(frames, vectors, np.asarray(times, float).reshape(-1)))
 
     def transport(self, Q: ArrayLike, V: ArrayLike, W: ArrayLike) -> Array:
         """Returns the tangent vector W of Q, transported in parallel along the geodesic with velocity V to exp(Q, V)."""
@@ -164,7 +169,6 @@ class _Manifold:
         found; else raises NotJoined. `progress`: shows a progress bar of tqdm.
         """
         frames, others = self._same(self._frame(Q), self._frame(P))
-        axes = frames.shape[:-2]
         starts, ends = frames.reshape(-1, self.n, self.N), others.reshape(-1, self.n, self.N)
         found: list[Geodesic] = []
         some = min(MOST_PAIRS, max(1, len(starts) // 100)) if progress else MOST_PAIRS
@@ -176,15 +180,12 @@ class _Manifold:
         missed = [i for i, geodesic in enumerate(found) if geodesic.velocity is None]
         if missed and not partial:
             raise NotJoined(missed, len(found), found[missed[0]].run_status.message)
-        there = np.ones(len(found), bool)
-        there[missed] = False
-        V = np.full(starts.shape, np.nan)
-        if there.any():
-            V[there] = self._metric.tangent(starts[there], np.array([found[i].velocity for i in np.flatnonzero(there)]))
-        length = np.sqrt(self._metric.inner(starts, V, V))
-        return Joined(self._out(np.reshape(V, frames.shape)), length.reshape(axes),
-                      np.reshape(np.where(there, [geodesic.residual for geodesic in found], np.nan), axes),
-                      np.reshape(np.where(there, [geodesic.shortest for geodesic in found], "unknown"), axes))
+        V = np.array([np.full(frames.shape[-2:], np.nan) if one.velocity is None else one.velocity for one in found]).reshape(frames.shape)
+        there = np.isfinite(V[..., 0, 0])
+        V[there] = self._metric.tangent(frames[there], V[there])
+        length = np.sqrt(self._metric.inner(frames, V, V))
+        return Joined(self._out(V), length, np.where(there, np.reshape([one.residual for one in found], there.shape), np.nan),
+                      np.where(there, np.reshape([one.shortest for one in found], there.shape), "unknown"))
 
     def log(self, Q: ArrayLike, P: ArrayLike, partial: bool = False, progress: bool = False) -> Array:
         """Returns the velocity V of a geodesic with exp(Q, V) = P: the shortest one if P is nearer than the injectivity
@@ -200,28 +201,41 @@ class _Manifold:
                           "shortest; `shortest` of join tells which, and its `restarts` search for shorter ones", stacklevel=2)
         return joined.distance
 
+    def mean(self, points: ArrayLike, *, weights: Optional[ArrayLike] = None, tolerance: float = 1e-12, most: int = 100) -> Mean:
+        """Returns the Fréchet mean of points (..., points, n, N), a frame with the least weighted sum of squared distances among
+        those near it. It is unique where the points are near enough to each other.
+
+        At a mean the weighted mean of the logarithms of the points is 0; Karcher's iteration moves along it, by a length from the
+        last two steps (Barzilai and Borwein). `weights`: (points) or with the leading axes, at least 0; by default equal.
+        `tolerance`: of the residual, relative to the root of the variance. Warns where it is not reached in `most` iterations,
+        and raises NotJoined where a logarithm is not found.
+        """
+        return mean_of(self, points, weights, tolerance, most)
+
     def to_pymanopt(self) -> Any:
-        """Returns this manifold as one of pymanopt, an optional package. Its retraction is `exp`."""
-        from stiefel._manifold.adapters import pymanopt_manifold
-
-        return pymanopt_manifold(self)
-
-    def to_geomstats(self) -> Any:
-        """Returns the space of geomstats, an optional package, with this metric. Needs layout="columns"."""
-        from stiefel._manifold.adapters import geomstats_space
-
-        return geomstats_space(self)
+        """Returns this manifold as one of pymanopt, an optional package. Its retraction is `exp`. Vectors are projected, because
+        optimisers add and subtract them, and a sum may be tangent only to the rounding of what was added."""
+        exp = lambda _, point, vector: self.exp(point, self.tangent(point, vector))  # noqa: E731
+        tangent = lambda _, point, vector: self.tangent(point, vector)  # noqa: E731
+        return type("Frames", (imported("pymanopt.manifolds.manifold", "pymanopt").Manifold,), {
+            "typical_dist": float(np.pi), "exp": exp, "retraction": exp, "projection": tangent, "to_tangent_space": tangent,
+            "transport": lambda _, point, other, vector: self.transport(
+                point, self.log(point, other), self.tangent(point, vector)),
+            "inner_product": lambda _, point, a, b: float(self.inner(point, a, b)),
+            "norm": lambda _, point, vector: float(self.norm(point, vector)),
+            "euclidean_to_riemannian_gradient": lambda _, *given: self.gradient(*given),
+            "euclidean_to_riemannian_hessian": lambda _, *given: self.hessian(*given),
+            "log": lambda _, point, other: self.log(point, other),
+            "dist": lambda _, point, other: float(self.dist(point, other)),
+            "pair_mean": lambda _, point, other: self.exp(point, self.log(point, other) / 2),
+            "random_point": lambda _: self.random(), "random_tangent_vector": lambda _, point: self.random_tangent(point),
+            "zero_vector": lambda _, point: np.zeros(self.shape)})(repr(self), self.dim)
 
     def __repr__(self) -> str:
         return f"<stiefel.manifold.{type(self).__name__} of {self.shape[0]} x {self.shape[1]} frames, {self._metric!r}>"
 
     def _client(self) -> Client:
         return own_client() if self._own_client is None else self._own_client
-
-    def _start(self, Q: ArrayLike, V: ArrayLike) -> tuple[Array, Array]:
-        frames = self._frame(Q)
-        frames, vectors = self._same(frames, self._vector(frames, V))
-        return frames, vectors
 
     def _same(self, *arrays: Array) -> tuple[Array, ...]:
         """Returns the arrays with the same leading axes."""
@@ -263,11 +277,10 @@ class _Manifold:
     def _out(self, array: Array) -> Array:
         return array if self.layout == "rows" else np.swapaxes(array, -1, -2)
 
-    def _random(self, rng: np.random.Generator, size: tuple[int, ...]) -> Array:
-        return self._nearest(rng.normal(size=size + (self.n, self.N)))
-
     def _nearest(self, Z: Array) -> Array:
         left, _, right = np.linalg.svd(Z, full_matrices=False)
+        if isinstance(self, SpecialOrthogonal):
+            left[..., -1] *= np.sign(np.linalg.det(left @ right))[..., None]
         nearest: Array = left @ right
         return nearest
 
@@ -345,12 +358,6 @@ class SpecialOrthogonal(_Manifold):
     def injectivity_radius(self) -> Optional[float]:
         """The length up to which geodesics are shortest and unique: pi sqrt(2) for Lambda = I; else None, unknown."""
         return math.pi * math.sqrt(2) if isinstance(self._metric, BetaMetric) and self.N > 1 else None
-
-    def _nearest(self, Z: Array) -> Array:
-        left, _, right = np.linalg.svd(Z)
-        left[..., -1] *= np.sign(np.linalg.det(left @ right))[..., None]
-        nearest: Array = left @ right
-        return nearest
 
 
 def __dir__() -> list[str]:

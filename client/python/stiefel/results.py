@@ -10,20 +10,22 @@ from typing import Any, Iterator, Optional, TypeVar, cast, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel._exports import ccsds, mcap, spice
+from stiefel._exports import ccsds, spice
 from stiefel._exports.nodes import Export
-from stiefel._given.instants import utc_of
+from stiefel._given.instants import seconds_of, utc_of
+from stiefel._given.numbers import refused
+from stiefel._given.shown import shown
 from stiefel._given.typed import Scene
-from stiefel._results import (attitude, error_against_cost, estimate, geodesics, reduced, save, server_catalogue,
+from stiefel._results import (attitude, body, error_against_cost, estimate, geodesics, reduced, save, server_catalogue,
                               state_properties, tables)
 from stiefel._results.base import Array, Ended, Fields, Named, Outcome, Price, RunStatus
-from stiefel._results.drawn import Drawn, Logged
 from stiefel._results.error_against_cost import *  # noqa: F403
 from stiefel._results.estimate import *  # noqa: F403
 from stiefel._results.geodesics import *  # noqa: F403
 from stiefel._results.kinds import kind_of
-from stiefel._results.motion import Motion, motion_of
+from stiefel._results.motion import Motion
 from stiefel._results.origin import Origin
+from stiefel._results.plots import Drawn, Logged
 from stiefel._results.reduced import *  # noqa: F403
 from stiefel._results.server_catalogue import *  # noqa: F403
 from stiefel._results.state_properties import *  # noqa: F403
@@ -61,7 +63,7 @@ class State(Ended, Fields):
 
     def as_rotation(self) -> Any:
         """Returns the attitude as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
-        return attitude.rotation(self.fields, self._system)
+        return attitude.rotation(self.fields, self._side)
 
     def __repr__(self) -> str:
         return f"<stiefel.State {self.outcome} at step {self.step}, time {self.time!r}: {self._shapes()}>"
@@ -112,12 +114,12 @@ class Batch(Logged, Named):
 
     def _part(self: B, samples: slice) -> B:
         return replace(self, step=self.step[samples], time=self.time[samples],
-                       fields={name: values[samples] for name, values in self.fields.items()})._of(self._system)
+                       fields={name: values[samples] for name, values in self.fields.items()})._of(self._side)
 
     def _state(self, sample: int) -> State:
         return State(int(self.step[sample]), float(self.time[sample]),
                      {name: values[sample] for name, values in self.fields.items()},
-                     self._status_at(sample))._of(self._system)
+                     self._status_at(sample))._of(self._side)
 
     def _status_at(self, sample: int) -> RunStatus:
         return RunStatus(Outcome.REACHED)
@@ -166,7 +168,7 @@ class Trajectory(Drawn, Ended, Batch):
     @property
     def utc(self) -> Optional[NDArray[np.datetime64]]:
         """`time` as instants of UTC to microseconds, in which a leap second reads as the second after it. None without an
-        epoch, and for one in TDB, TCB, TCG or UT1."""
+        epoch, and for one before 1972 or in another scale of time."""
         return utc_of(self.epoch, self.time)
 
     @property
@@ -177,11 +179,11 @@ class Trajectory(Drawn, Ended, Batch):
         return {"time": "s", **{name: unit for name, unit in known.items() if unit is not None}}
 
     @property
-    def _system(self) -> str:  # type: ignore[override]
-        return "" if self.origin is None else self.origin.scene.system
+    def _side(self) -> Optional[str]:  # type: ignore[override]
+        return "" if self.origin is None else self.origin.side
 
-    def _of(self: T, system: str) -> T:
-        return self  # its scene tells it
+    def _of(self: T, side: Any) -> T:
+        return self  # its origin tells it
 
     def _known_origin(self) -> Origin:
         if self.origin is None:
@@ -201,8 +203,37 @@ class Trajectory(Drawn, Ended, Batch):
     @cached_property
     def motion(self) -> Motion:
         """Kind, periods, momentum and energy of a rigid body in three dimensions, in whatever variables, by the closed form
-        of the exact motion. Raises ValueError for another system, and for an ensemble, of which `member` gives one."""
-        return motion_of(self.scene)
+        of the exact motion. The server has them: this makes a session of the scene as `at` does. Raises ValueError for another
+        system, and for an ensemble, of which `member` gives one."""
+        scene = self.scene
+        with self._known_origin().session(scene) as session:
+            found: Optional[Motion] = session.diagnose(to=0).motion
+        if found is None:
+            raise ValueError(f"a closed form is known of one free rigid body in three dimensions: the scene is of {scene['system']}"
+                             + "; `member` gives one of its members" * ("members" in scene))
+        return found
+
+    @overload
+    def at(self, t: float) -> State: ...
+
+    @overload
+    def at(self, t: Any) -> "Trajectory": ...
+
+    def at(self, t: Any) -> Any:
+        """Returns the state at time `t` of the run's span, or the trajectory of an array of times, as `sol(t)` of SciPy. The
+        states are not interpolated: they are those that a run with `times=` gives, and have the fields of this one.
+
+        `t`: seconds, or what `times` takes. It makes a session of the scene at the server of the run, or at that of
+        `stiefel.simulate` if the client of the run is closed. Raises InvalidArgument for a time outside of the span.
+        """
+        origin, seconds = self._known_origin(), np.asarray(seconds_of("t", t, self.epoch), float)
+        least, most = (float(end(self.time)) for end in (np.min, np.max)) if len(self) else (np.nan, np.nan)
+        outside = seconds[~((least <= seconds) & (seconds <= most))]
+        if outside.size or seconds.ndim > 1 or not seconds.size:
+            raise refused("t", f"{outside[0] if outside.size else shown(t)}: must be a time, or several, from {least!r} to {most!r}, the span of the run")
+        with origin.session(self.scene) as session:
+            run: Trajectory = session.trajectory(times=np.atleast_1d(seconds), fields=list(self.fields))
+        return run if seconds.ndim else run[0]
 
     def member(self, member: int) -> "Trajectory":
         """Returns the trajectory of one member of an ensemble: what its scene gives alone with the ensemble's method."""
@@ -214,36 +245,46 @@ class Trajectory(Drawn, Ended, Batch):
         if status.member is not None and status.member != member and all(np.isfinite(one[-1:]).all() for one in fields.values()):
             status = RunStatus(Outcome.REACHED)
         return replace(self, fields=fields, run_status=replace(status, member=None), estimated_error=None, origin=Origin(
-            member_of(origin.scene, member), origin.build, origin._create, origin.to, origin.times, origin.epoch))
+            member_of(origin.scene, member), origin.build, origin._create, origin.to, origin.times, origin.epoch, origin.side))
 
     def as_rotation(self) -> Any:
         """Returns the attitudes as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
-        return attitude.rotation(self.fields, self._system)
+        return attitude.rotation(self.fields, self._side)
 
-    def euler_angles(self, sequence: str, degrees: bool = False) -> Array:
-        """Returns Euler angles (samples, 3) of the attitude, body to space. `sequence`: upper case, such as "ZXZ", for axes
-        that turn with the body, Q = Rz(a) Rx(b) Rz(c); lower case for fixed axes. Needs `quaternion` or Q."""
-        return attitude.euler_angles(self.fields, sequence, degrees, self._system)
+    def euler_angles(self, sequence: str, *, degrees: bool = False, unwrap: bool = True) -> Array:
+        """Returns Euler angles (samples, 3) of the attitude, body to space, in radians. Needs `quaternion` or Q, and SciPy.
+
+        `sequence`: upper case, such as "ZXZ", for axes that turn with the body, Q = Rz(a) Rx(b) Rz(c); lower case for fixed axes.
+        `unwrap`: angles are continuous from sample to sample where these are turned by less than half a turn against each other;
+        otherwise each is in SciPy's range. Where the first and the third axis are parallel, SciPy warns, and one angle is 0.
+        """
+        angles = np.asarray(self.as_rotation().as_euler(attitude.checked(sequence)))
+        angles = np.unwrap(angles, axis=0) if unwrap else angles
+        return np.degrees(angles) if degrees else angles
+
+    def euler_rates(self, sequence: str, *, degrees: bool = False) -> Array:
+        """Returns the rates (samples, 3) of the `euler_angles`, in radians a unit of time. They come from the angular velocity,
+        not from differences: needs `angular_velocity`, or M in three dimensions. Where the first and the third axis are
+        parallel, theirs are not finite."""
+        angles, omega = self.euler_angles(sequence), self._velocities()
+        rates = attitude.rates_of_angles(sequence, angles, omega)
+        return np.degrees(rates) if degrees else rates
+
+    def _velocities(self) -> Array:
+        """Returns the angular velocities in body axes."""
+        if not body.is_body(self):
+            raise ValueError(f"the rates need the field angular_velocity, or M in three dimensions; the fields are {', '.join(self.fields)}")
+        return body.velocities(self.scene, self, None)
 
     def to_aem(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
         """Writes an Attitude Ephemeris Message of CCSDS. Options: `epoch`, the instant of time 0 if the scene has
-        none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded and what interpolation loses."""
+        none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded."""
         return ccsds.to_aem(self, file, **options)
-
-    def to_apm(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
-        """Writes an Attitude Parameter Message of CCSDS with the state of one sample: attitude, angular velocity
-        and inertia. Options: `at`, the index of the sample, by default the last, and those of `to_aem`."""
-        return ccsds.to_apm(self, file, **options)
 
     def to_ck(self, file: "str | os.PathLike[str]", instrument: int, **options: Any) -> Export:
         """Writes a C-kernel of SPICE and the kernel of its clock, with spiceypy. `instrument`: the code of the body's frame,
         such as -999000. Options: `epoch`, `frame`, `segment`."""
         return spice.to_ck(self, file, instrument=instrument, **options)
-
-    def to_mcap(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
-        """Writes an MCAP file with attitude and angular velocity for Foxglove, with the package mcap. Options: `epoch`,
-        `frame`, `body_frame`."""
-        return mcap.to_mcap(self, file, **options)
 
     def to_xarray(self) -> Any:
         """Returns an `xarray.Dataset` with the coordinates `time` and `step` and a variable for each field, which has its
@@ -255,20 +296,20 @@ class Trajectory(Drawn, Ended, Batch):
         Q[0,0], ..., and `utc` where that is known; `attrs` has units and what a file of `save` says."""
         return tables.to_dataframe(self)
 
-    def error_at(self, times: Any = None, timeout: Optional[float] = None) -> Errors:
+    def error_at(self, times: Any = None, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, as `Session.error_at` does; by default at the samples. It makes a session of
         the scene at the server of the run, or at that of `stiefel.simulate` if the client of the run is closed."""
         with self._known_origin().session(self.scene) as session:
-            found: Errors = session.error_at(self.time if times is None else times, timeout)
+            found: EstimatedErrors = session.error_at(self.time if times is None else times, timeout)
         return found
 
     def save(self, file: "str | os.PathLike[str]") -> None:
         """Writes the samples in the format that the extension of the name chooses; `stiefel.load` reads them.
 
         .npz: `step`, `time` and the fields by name, for `numpy.load`. .csv: one line per sample. .json: the samples by step.
-        .h5, .zarr, .parquet: the same with h5py, zarr and pyarrow. Every file has the resolved scene, the build, the outcome
-        and the estimated error, and `stiefel rerun FILE` computes its samples again. Raises ValueError for another
-        extension. The file appears under its name only when it is complete.
+        Each has the resolved scene, the build, the outcome and the estimated error, and `stiefel rerun FILE` computes its
+        samples again. Other formats are those of `to_xarray` and `to_dataframe`. Raises ValueError for another extension.
+        The file appears under its name only when it is complete.
         """
         save.save(self, file)
 

@@ -20,7 +20,7 @@ from stiefel._programs import bundled, invocation
 from stiefel._programs.variables import warn_of_unknown
 from stiefel._wire.connection import close_all
 from stiefel._wire.failures import server_ended, server_started
-from stiefel.errors import NotStarted
+from stiefel.errors import Unavailable
 
 _READY = b"listening on "
 _GRACE = 5.0
@@ -50,7 +50,7 @@ class Server:
         """Starts a server on a Unix socket that only this user can reach, or on the address `listen`.
 
         "127.0.0.1:0" takes a free port. `arguments` are passed to the program unchanged. `environment` has variables
-        for the program; variables of this process take precedence. Raises NotStarted with the program's output to
+        for the program; variables of this process take precedence. Raises Unavailable with the program's output to
         stderr if it ends, or does not say within `timeout` seconds where it listens, in which case it is killed. A program
         that a signal ends before it listens is started once more. Raises FileNotFoundError if there is no program.
         """
@@ -58,8 +58,8 @@ class Server:
         warn_of_unknown()
         try:
             return cls._start(listen, arguments, timeout, environment)
-        except NotStarted as error:
-            if error.status is None or error.status >= 0:
+        except Unavailable as error:
+            if not error.metadata.get("exit_status", "").startswith("-"):
                 raise
         return cls._start(listen, arguments, timeout, environment)
 
@@ -179,7 +179,7 @@ def _socket_folder() -> Path:
         pass
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
-        raise NotStarted(f"{folder}: must be a folder that belongs to this user and that nobody else can enter; remove it, "
+        raise Unavailable(f"{folder}: must be a folder that belongs to this user and that nobody else can enter; remove it, "
                          "or set TMPDIR to another folder")
     return folder
 
@@ -250,11 +250,9 @@ def _end(process: "subprocess.Popen[bytes]", grace: float) -> Optional[int]:
         return None
 
 
-def _not_started(command: Sequence[str], what: str, status: Optional[int], stderr: str) -> NotStarted:
+def _not_started(command: Sequence[str], what: str, status: Optional[int], stderr: str) -> Unavailable:
     wrote = "it wrote to stderr:\n  " + stderr.replace("\n", "\n  ") if stderr else "it wrote nothing to stderr"
-    error = NotStarted(f"{' '.join(command)}: {what}; {wrote}")
-    error.status, error.stderr = status, stderr
-    return error
+    return Unavailable(f"{' '.join(command)}: {what}; {wrote}", metadata={"exit_status": str(status)})
 
 
 def _let_go(address: str, *server: Any) -> None:

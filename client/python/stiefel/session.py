@@ -17,7 +17,9 @@ from stiefel._given.shown import shown
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
 from stiefel._given.sections import Coordinate, column, columns, of_section, to_section
+from stiefel._given.when import every_of
 from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
+from stiefel._given.velocities import with_given_names, with_momenta
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection
@@ -25,18 +27,18 @@ from stiefel._wire.driving import TOO_LARGE, Drive
 from stiefel._wire.growing import grown
 from stiefel._wire.held import Held
 from stiefel._wire.linearizing import covariance, linearized, put_vectors
-from stiefel._wire.recreating import Recreation, is_loss, pause_after_loss, pauses, route
+from stiefel._wire.recreating import route
 from stiefel._wire.replies import described, run_status
 from stiefel._wire.times import between_steps, errors_at, trajectory
-from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound, StiefelError, Unavailable,
-                            warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, Errors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
+from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, StiefelError, Unavailable, warn_of_scene)
+from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
                              State, StateTransition, Summary, Trajectory)
-from stiefel.scene import to_method, with_changes, with_given_names
+from stiefel.scene import to_method, with_changes
 
 __all__ = ["Drive", "Session"]
 
 
+_FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
 _ESTIMATION = {True: pb.ERROR_ESTIMATION_ALWAYS, False: pb.ERROR_ESTIMATION_UNSPECIFIED, None: pb.ERROR_ESTIMATION_IF_CHEAPER}
 
 
@@ -44,8 +46,8 @@ class Session(Held):
     """A simulation held by a server, made by `Client.create` or `Client.get`.
 
     As a context manager it deletes the session at the end, unless its server is gone then. A session from
-    `Client.create` or `fork` survives the loss of its server: the next call creates it again, from the checkpoints that
-    have arrived, and goes on. A deleted session is not created again, whoever deleted it.
+    `Client.create` or `fork` survives the loss of its server: the next call creates it again, from the last checkpoint that
+    has arrived, and goes on. A deleted session is not created again, whoever deleted it.
     """
 
     def step(self, to: Optional[int] = None, fields: Optional[Fields] = None, checkpoint: bool = False,
@@ -65,8 +67,7 @@ class Session(Held):
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
                                  return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to))
         try:
-            with self._recreation.explains(to):
-                reply = self._recreation.call("Step", request, timeout)
+            reply = self._recreation.call("Step", request, timeout)
         except InvalidArgument as error:
             if error.reason != TOO_LARGE:
                 raise
@@ -95,9 +96,9 @@ class Session(Held):
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=_ESTIMATION[estimate_error])
         put_structure(request, forms, dirac_brackets)
-        return answers.diagnosis(self._ask("Diagnose", request, timeout), request)
+        return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request, self._known_scene().HasField("body"))
 
-    def error_at(self, times: Any, timeout: Optional[float] = None) -> Errors:
+    def error_at(self, times: Any, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
         one further from 0. An estimate takes at most about ten seconds; see `Diagnosis.estimated_error`."""
         return errors_at(self, times, timeout)
@@ -122,30 +123,21 @@ class Session(Held):
         at = self._step_of("at", at, time)
         changed = body is not None or initial is not None
         request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None or changed else id,
-                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), system=system)
+                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), system=system,
+                                        view=_FULL)
         if method is not None:
             request.method.CopyFrom(to_method(method))
-        deadline, waits = self._connection.deadline(timeout), pauses()
-        while True:
-            with self._recreation.explains(request.from_step):
-                reply = self._recreation.call("ForkSession", request, deadline.left())
-            if run_status(reply.run_status).outcome != Outcome.REACHED:
-                raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
-            described(reply.session, request.session_id)
-            forked = Session(self._connection, reply.session, reply.created, self.resolved(), owner=True,
-                             epoch=self._epoch_after(at))
-            try:
-                # The server resolved the fork's scene. With all of it the handle can create the session again elsewhere;
-                # until then only this session can make a lost fork again.
-                forked._resolved_by(Recreation(self._connection, reply.session))
-                break
-            except (NotFound, Unavailable) as error:
-                pause_after_loss(error, is_loss(error, forked.id), waits, deadline, self._connection)
+        reply = self._recreation.call("ForkSession", request, timeout)
+        if run_status(reply.run_status).outcome != Outcome.REACHED:
+            raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
+        forked = Session(self._connection, described(reply.session, request.session_id), reply.created, owner=True,
+                         epoch=self._epoch_after(at))
+        forked.resolved()  # with which the handle can create the session again elsewhere
         if not changed:
             return forked
         with forked:
             scene = with_changes(forked.resolved(), body, initial, normalize)
-        return created(self._connection, scene, id, b"", forked.epoch, {"initial": initial or {}}, normalize)
+        return created(self._connection, scene, id, b"", forked.epoch, normalize)
 
     def _epoch_after(self, step: int) -> Optional[str]:
         return self.epoch and str(instant("epoch", self.epoch).after(step * self._known_scene().step))
@@ -158,24 +150,26 @@ class Session(Held):
         self._recreation.end()
         self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id), waits=waits)
 
-    def stream(self, to: Optional[int] = None, start: int = 0, every: int = 1, fields: Optional[Fields] = None,
+    def stream(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = None, fields: Optional[Fields] = None,
                timeout: Optional[float] = None, time: Any = None) -> Iterator[Batch]:
         """Yields the samples at start, start + every, ... and at `to`, batch by batch.
 
-        `time`: instead of `to`, the time of a step. `fields`: as in `step`. A stream that breaks is resumed at the sample where it stopped. A run that ends early
-        ends the iteration; `trajectory` tells why. `timeout`: seconds for the whole iteration including resumptions,
-        pauses and the caller's own time, after which DeadlineExceeded is raised.
+        `time`: instead of `to`, the time of a step. `every`: by default what makes about 1000 samples. `fields`: as in `step`.
+        A stream that breaks is resumed at the sample where it stopped. A run that ends early ends the iteration; `trajectory`
+        tells why. `timeout`: seconds for the whole iteration including resumptions, pauses and the caller's own time, after
+        which DeadlineExceeded is raised.
         """
-        for batch in self._samples(*self._range(to, start, every, time), names("fields", fields), timeout):
-            yield batch._of(self.message.system)
+        to, start, _ = self._range(to, start, 1, time)
+        for batch in self._samples(to, start, every_of(every, to - start), names("fields", fields), timeout):
+            yield batch._of(self._side)
 
-    def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = 1,
+    def trajectory(self, to: Optional[int] = None, start: int = 0, every: Optional[int] = None,
                    fields: Optional[Fields] = None, progress: bool = False, timeout: Optional[float] = None,
                    times: Any = None, time: Any = None, estimate_error: bool = False) -> Trajectory:
         """Returns the samples at start, start + every, ... and at `to` as whole arrays, each allocated once.
 
         `time`: instead of `to`, the last time in seconds; one between two steps is a sample too. Without `to`, `time` and
-        `times` the end is the scene's horizon. `every`: None for about 1000 samples. `fields`: as in `step`. `progress`:
+        `times` the end is the scene's horizon. `every`: by default what makes about 1000 samples. `fields`: as in `step`. `progress`:
         shows a progress bar of tqdm.
 
         With `times` instead of `to`, `start` and `every`, returns the states at these times, in the order given: seconds,
@@ -279,8 +273,8 @@ class Session(Held):
 
         Each event is a mapping with the keys field and coefficients, and optionally level (default 0), direction
         ("both", the default, "rising" or "falling"), limit (the most zeros; default 0, all), terminal (whether the
-        motion ends at the last zero of `limit`, by default False) and plus (a mapping from more fields to coefficients,
-        whose sums are added to g). A zero is found where g has different signs at two consecutive steps; two zeros
+        motion ends at the last zero of `limit`, by default False), plus (a mapping from more fields to coefficients,
+        whose sums are added to g) and extremum (True: zeros of the derivative of g, rising at minima). A zero is found where g has different signs at two consecutive steps; two zeros
         between them are not seen. `fields`: the fields to return at the zeros, as in `step`. `time`: instead of `to`, the
         time of a step.
         """
@@ -336,7 +330,7 @@ class Session(Held):
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         scene = self._known_scene()
-        return Origin(scene if self._whole else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch)
+        return Origin(scene if self._arrived is not None else self.resolved, self.message.numerics_id, self._again, to, times, self.epoch, self._side())
 
     def _again(self, scene: pb.Scene) -> Optional[Session]:
         """Creates a session of the same scene; None after the client was closed."""
@@ -359,25 +353,26 @@ class Session(Held):
                 raise
 
     def __repr__(self) -> str:
-        scene = self._scene
-        if scene is None:
+        scene = self.message.scene
+        if not scene.system:
             return f"<stiefel.Session {self.id}: {self.message.system}>"
         return f"<stiefel.Session {self.id}: {f'{scene.system} {scene.method.name}'.rstrip()}, step {scene.step!r}>"
 
 
 def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, checkpoint: bytes = b"",
-            epoch: Optional[str] = None, given: Any = None, normalize: bool = False) -> Session:
-    """Creates a session of a scene, and warns of what the server warns of. `given`: the scene as the caller has it, whose
-    names errors use. `normalize`: whether the scene is normalized."""
-    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=scene, checkpoint=checkpoint)
+            epoch: Optional[str] = None, normalize: bool = False) -> Session:
+    """Creates a session of a scene, and warns of what the server warns of. `normalize`: whether the scene is normalized."""
+    sent = with_momenta(scene, connection.systems)
+    request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else id, scene=sent, checkpoint=checkpoint,
+                                      view=_FULL)
     try:
         reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     except InvalidArgument as error:
-        raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene if given is None else given) from None
+        raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene) from None
     session = described(reply.session, request.session_id)
     for text in session.warnings:
         warn_of_scene(text)
-    return Session(connection, session, reply.created, scene, owner=True, checkpoint=checkpoint, epoch=epoch)
+    return Session(connection, session, reply.created, sent, owner=True, checkpoint=checkpoint, epoch=epoch)
 
 
 def __dir__() -> list[str]:

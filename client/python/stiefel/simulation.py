@@ -33,7 +33,7 @@ def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, ti
     those of `Session.trajectory` and `Client.create`.
 
     The first call starts a server with all processors of the machine, which ends with the process. A forked child starts
-    its own. Thread-safe. Raises FileNotFoundError if there is no server program, and NotStarted if it does not start.
+    its own. Thread-safe. Raises FileNotFoundError if there is no server program, and Unavailable if it does not start.
     """
     with own_client().create(scene, normalize=normalize) as session:
         return session.trajectory(to=to, time=time, times=times, every=every, fields=fields,

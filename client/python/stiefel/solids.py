@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stiefel._given.attitudes import matrices
+from stiefel._given.attitudes import of_any
+from stiefel._given.mappings import Ensemble, list_of
 from stiefel._given.numbers import number, numbers, refused
+from stiefel._rotations import to_matrices
 
 __all__ = ["Solid", "box", "cone", "cylinder", "ellipsoid", "point"]
 
@@ -18,7 +20,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 @dataclass(frozen=True, eq=False)
 class Solid:
     """A rigid body by its mass, its centre of mass, and its inertia tensor about that centre. The sum of two is the body
-    that both are, in the same axes. It may be given as `inertia_tensor` of `stiefel.body`."""
+    that both are, in the same axes. It may be given as `inertia_tensor` of `stiefel.body_scene`."""
 
     mass: float  #: kg
     centre: NDArray[Any] = field(repr=False)  #: m
@@ -80,7 +82,11 @@ def _placed(mass: float, moments: NDArray[Any], at: Any, attitude: Any) -> Solid
     centre = numbers("at", at, "m")
     if centre.shape != (3,):
         raise refused("at", f"the shape {centre.shape}: must be (3)")
-    R = np.eye(3) if attitude is None else matrices("attitude", attitude, normalize=True)
+    R = np.eye(3)
+    if attitude is not None:
+        given = attitude.as_matrix() if hasattr(attitude, "as_matrix") else attitude
+        given = list_of("attitude", given, "", 4, Ensemble(), strict=True, may_be_matrix=True)
+        R = to_matrices(of_any("attitude", given, normalize=True))
     return Solid(weight, centre, R @ np.diag(weight * moments) @ R.T)
 
 

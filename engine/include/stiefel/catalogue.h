@@ -88,6 +88,10 @@ struct MethodOnSystem {
   bool in_float = false;  ///< offered in single precision too
 };
 
+/// How the frame of a body moves. On the left Q̇ = QΩ, where Q takes body to space and Ω is in body
+/// axes; on the right Q̇ = ΩQ, where Q takes space to body. The frame of any other system: none.
+enum class Side { none, left, right };
+
 struct SystemInfo {
   std::string_view name;  ///< SceneDescription::system
   std::string_view summary;
@@ -100,6 +104,13 @@ struct SystemInfo {
   std::vector<InvariantInfo> invariants;
   std::vector<MethodOnSystem> methods;  ///< for a discrete system one element, without a name
   std::vector<FormInfo> forms;          ///< the symplectic form first
+  Side side = Side::none;
+  /// The block of the initial state that holds the momentum: M = ΛΩ + ΩΛ of a body; of a frame S =
+  /// Q̇Λ, P = S or M = QᵀS − SᵀQ; p = q̇Λ of an ellipsoid. Empty: none.
+  std::string_view momentum = {};
+  /// The name of the velocity in these formulas: Omega, Qdot, or the block qdot. Empty for a
+  /// discrete system, and where there is no momentum.
+  std::string_view velocity = {};
 };
 
 /// A method, and the scenes of a system that get it when they name neither a method nor a

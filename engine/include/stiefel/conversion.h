@@ -64,14 +64,8 @@ using ConversionRefusal = std::variant<Violations, OutsideDomain>;
 /// (Q, S) where n < N. The step stays. The method stays where the target accepts it; otherwise
 /// the target gets its recommended method, a discrete system none. The scene's own system as target
 /// returns the scene itself, unless `body` gives the scene or the target sets ε or μ. Refused are
-/// scenes without Q, complex scenes, and the discrete map of V(n, N), n < N, which is not the
-/// geodesic flow.
-///
-/// `convert` converts the members of an ensemble one by one, with one method for all of them; a
-/// block holds the rows of all members. Each margin is the smallest over the members, and a refusal
-/// names the member. Where the members choose different ε, the ensemble of a symmetric system
-/// starts from Q and M, so that each member chooses its own ε; that of a parametric system uses the
-/// smallest |ε| for all.
+/// ensembles, scenes without Q, complex scenes, and the discrete map of V(n, N), n < N, which is not
+/// the geodesic flow.
 std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target);
 

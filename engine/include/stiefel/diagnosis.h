@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <expected>
 #include <map>
@@ -33,11 +34,45 @@ struct InvariantDrift {
   double drift() const { return drift_of(initial, value, scale); }
 };
 
+/// The exact motion of a free rigid body in three dimensions from the state at step 0, from
+/// Jacobi's closed form, in units of the scene. For a body with two equal moments the long axis is
+/// that of the least moment, any in the plane if this is twofold.
+struct BodyMotion {
+  enum class Kind {
+    at_rest,
+    steady,      ///< a steady rotation about an axis
+    short_axis,  ///< the momentum circles about the axis of the largest moment in the body
+    long_axis,   ///< about that of the least moment
+    separatrix,
+  };
+
+  Kind kind = Kind::at_rest;
+  /// 1 − k² of the elliptic functions: 0 on the separatrix, where rounding grows by its inverse.
+  double separatrix = 0;
+  /// The period of the angular velocity in body axes; nullopt where there is none. The nutation has
+  /// half of it.
+  std::optional<double> period = {};
+  /// 2π over the mean rate at which the axis of the least moment turns about the momentum, in a
+  /// steady rotation 2π/|ω|; nullopt at rest.
+  std::optional<double> precession_period = {};
+  /// The least and the largest angle in radians between the momentum and the axis that it circles.
+  std::array<double, 2> nutation = {0, 0};
+  Eigen::Vector3d momentum;  ///< in space axes; of a scene without a frame, in body axes at step 0
+  double energy = 0;
+  Eigen::Vector3d moments;  ///< the principal moments, ascending
+  Eigen::Matrix3d axes;     ///< columns: their axes in the caller's body axes, right-handed
+};
+
+/// Returns nullopt for an ensemble, a discrete system, and a scene that is no free rigid body with
+/// n = N = 3.
+std::optional<BodyMotion> body_motion(const Scene& scene);
+
 struct Diagnosis {
   std::vector<InvariantDrift> invariants;
   std::optional<double> orthogonality;  ///< max |QQᵀ − I|
   double h_omega = 0;                   ///< |h| ‖Ω‖, or |h| ‖Q̇‖ where n < N
   std::optional<double> largest_step;
+  std::optional<BodyMotion> motion;
 };
 
 /// Whether the name, without an index in brackets, is a family of invariants of the scene's system:

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -13,7 +11,6 @@ struct OutsideDomain {
   std::string_view domain;
   double value;
   double bound;
-  std::optional<std::int64_t> member = {};  ///< in an ensemble: the member concerned
   /// In a refusal of `convert`: the path of the argument in the request ("scene.initial.Q").
   std::string field = {};
 };

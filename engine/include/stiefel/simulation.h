@@ -25,9 +25,25 @@ struct Field {
   bool complex = false;
   /// Number of members of an ensemble, whose fields are written one member after another; else 0.
   int members = 0;
+  /// Whether the elements are Euler angles, of which the first and the last jump by 2π.
+  bool angles = false;
   /// Returns how many numbers the field has.
   int size() const { return rows * cols * (complex ? 2 : 1) * (members > 0 ? members : 1); }
 };
+
+// A scene that lists the field `quaternion` also has Euler angles and their rates in every
+// sequence, "euler_angles_ZXZ" and "euler_rates_xyz". They are not listed; their indices are above
+// all others.
+
+/// Returns the index of a field, for `Simulation::write`; nullopt if a scene that lists these
+/// fields has none of that name.
+std::optional<std::size_t> find_field(const std::vector<Field>& listed, std::string_view name);
+/// Returns the field with an index that `find_field` returned, or below listed.size().
+Field field_at(const std::vector<Field>& listed, std::size_t index);
+/// Returns field_at(listed, index).size().
+std::size_t field_size(const std::vector<Field>& listed, std::size_t index);
+/// Returns the names of all fields in words: "Q, M, euler_angles_SEQUENCE".
+std::string field_names(const std::vector<Field>& listed);
 
 /// A Map with its current State and step index. The state at step k has the same bits however it
 /// was reached: by one call or many, or by `restore` from an earlier `save`. Not thread-safe;
@@ -68,7 +84,7 @@ class Simulation {
   virtual void save(std::span<double> out) const = 0;
   virtual void restore(std::int64_t step, std::span<const double> saved) = 0;
 
-  /// Returns the fields that this scene offers; the system's blocks come first.
+  /// Returns the fields that this scene lists; the system's blocks come first.
   const std::vector<Field>& fields() const { return fields_; }
   /// Returns how many of the fields are blocks.
   std::size_t block_count() const { return block_count_; }
@@ -76,7 +92,7 @@ class Simulation {
   virtual void write(std::size_t index, std::span<double> out) const = 0;
 
   /// Returns a field by its name; for an ensemble the members' matrices are stacked. Throws
-  /// std::invalid_argument for a name that is not among `fields()`.
+  /// std::invalid_argument for a name that `find_field` does not find.
   Eigen::MatrixXd get(std::string_view name) const;
 
   /// Computes the invariants at the current state, in extended precision where that is cheap.

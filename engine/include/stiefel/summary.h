@@ -51,7 +51,14 @@ struct LinearTerm {
 
 /// An event: a zero of g = Σ coefficients_i · field_i − level + Σ plus. There is one after state k
 /// where g_k < 0 ≤ g_{k+1} (rising) or g_k > 0 ≥ g_{k+1} (falling). Two zeros between the same two
-/// states go unnoticed.
+/// states go unnoticed. With Euler angles, g is taken modulo its jump, and where it changes by half
+/// of it or more from one state to the next there is no event.
+///
+/// The event of an extremum is a zero of g' in place of g: rising at a minimum, falling at a
+/// maximum. g' at a state is the central difference of sixth order of g at the states ±3, ±6 and
+/// ±9 % of a step away, each computed by one step of the method from that state, so that its error
+/// is that of the differences alone. The time is accurate to about 1e-14 |g|/(h²|g''|) steps by
+/// rounding, and to 1e-11 (h rate)⁵ steps.
 struct EventDescription {
   std::string field;
   std::vector<double> coefficients = {};  ///< one for each number of the field, row by row
@@ -61,6 +68,7 @@ struct EventDescription {
   /// Ends the motion at event number `limit`, or at the first if `limit` is 0.
   bool terminal = false;
   std::vector<LinearTerm> plus = {};  ///< of more fields
+  bool extremum = false;
 };
 
 /// What a Summary computes. Samples are at from, from + every, … and always at `to`, or at the last

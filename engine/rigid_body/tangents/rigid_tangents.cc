@@ -1,5 +1,4 @@
 #include "engine/linalg/iteration/dual_iterations.h"
-#include "engine/methods/crouch_grossman3.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/rk4.h"
@@ -17,8 +16,7 @@ TangentSpace body_space(const Scene&) { return {TangentSpace::Coordinates::left_
 std::unique_ptr<TangentMap> make(const Scene& scene, const TangentParameters& at) {
   if (scene.method() == Exact::traits.name) return exact_body_tangent(scene, at);
   if (scene.dimension() == 3) return dual_body_tangent_3(scene, at);
-  return body_tangent_by<SoN<Tangent>, MuntheKaas4, CrouchGrossman3, ImplicitMidpoint, Gauss4, Rk4>(
-      scene, at);
+  return body_tangent_by<SoN<Tangent>, MuntheKaas4, ImplicitMidpoint, Gauss4, Rk4>(scene, at);
 }
 
 bool has_columns(const Scene& scene) {

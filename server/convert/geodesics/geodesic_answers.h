@@ -15,8 +15,7 @@
 #include "server/convert/resolve.h"
 #include "server/scheduling/memory_budget.h"
 #include "stiefel/connect.h"
-#include "stiefel/v1/conjugate.pb.h"
-#include "stiefel/v1/connect.pb.h"
+#include "stiefel/v1/geodesics.pb.h"
 
 namespace stiefel::server {
 

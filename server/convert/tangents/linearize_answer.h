@@ -10,7 +10,7 @@
 #include "server/convert/resolve.h"
 #include "server/sessions/server_session.h"
 #include "stiefel/linearization.h"
-#include "stiefel/v1/linearization.pb.h"
+#include "stiefel/v1/tangents.pb.h"
 
 namespace stiefel::server {
 

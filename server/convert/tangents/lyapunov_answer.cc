@@ -66,8 +66,6 @@ grpc::Status LyapunovAnswer::read() {
     return errors::invalid("checkpoint", "step " + std::to_string(start_),
                            "must be of a step between `from` and `to`");
   }
-  ignored_ = content.error().fault == CheckpointFault::foreign;
-  if (ignored_) return grpc::Status::OK;
   if (content.error().fault == CheckpointFault::other_numerics)
     return errors::checkpoint_of_other_numerics(content.error().numerics_id, numerics_id());
   return errors::invalid("checkpoint", std::to_string(request_.checkpoint().size()) + " bytes",
@@ -105,7 +103,7 @@ std::int64_t LyapunovAnswer::steps_between_checkpoints() const {
 
 void LyapunovAnswer::take_checkpoint() {
   const std::string content = spectrum_->save();
-  checkpoint_ = sign_checkpoint(*session_, growth_format, {content});
+  checkpoint_ = seal_checkpoint(*session_, growth_format, {content});
   checkpoint_step_ = LyapunovExponents::saved_step(content);
   covered_ = spectrum_->covered_steps();
   sent_ = 0;
@@ -157,7 +155,6 @@ bool LyapunovAnswer::next(v1::LyapunovSpectrumResponse& message) {
   if (!std::exchange(priced_, true)) {
     to_proto(work_, checkpoint_.size(), v1::PRICE_BOUND_AT_MOST,
              session_->simulation_bytes() + memory_, message.mutable_price());
-    message.set_checkpoint_ignored(ignored_);
   }
   if (spectrum_) message.set_interval(spectrum_->interval());
   if (sent_ < checkpoint_.size()) {

@@ -8,7 +8,7 @@
 
 #include "server/convert/tangents/linearize_answer.h"
 #include "stiefel/lyapunov.h"
-#include "stiefel/v1/lyapunov.pb.h"
+#include "stiefel/v1/tangents.pb.h"
 
 namespace stiefel::server {
 
@@ -58,7 +58,7 @@ class LyapunovAnswer {
   std::unique_ptr<Simulation> simulation_;
   std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;
-  bool due_ = false, ended_ = false, priced_ = false, ignored_ = false;
+  bool due_ = false, ended_ = false, priced_ = false;
   std::string checkpoint_;
   std::size_t sent_ = 0;
 };

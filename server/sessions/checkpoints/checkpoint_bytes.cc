@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
@@ -34,46 +33,36 @@ std::uint64_t take_number(std::string_view& bytes) {
 
 /// Returns the bytes of a checkpoint beside its content.
 std::size_t frame_bytes(const Session& session) {
-  return state_format.size() + CheckpointKey::name_bytes + sizeof(std::uint64_t) +
-         numerics_id().size() + session.identity().size() + sizeof(Bytes32);
+  return state_format.size() + sizeof(std::uint64_t) + numerics_id().size() +
+         session.identity().size() + sizeof(Bytes32);
 }
 
 }  // namespace
 
-std::string sign_checkpoint(const Session& session, std::string_view format,
+std::string seal_checkpoint(const Session& session, std::string_view format,
                             std::initializer_list<std::string_view> content) {
-  const CheckpointKey& key = session.checkpoint_keys().signing();
   std::size_t size = frame_bytes(session);
   for (const std::string_view part : content) size += part.size();
   std::string bytes(format);
   bytes.reserve(size);
-  bytes += key.name;
   bytes += bytes_of(numerics_id().size());
   bytes += numerics_id();
   bytes += session.identity();
   for (const std::string_view part : content) bytes += part;
-  return bytes += bytes_of(hmac_sha256(key.secret, bytes));
+  return bytes += bytes_of(sha256(bytes));
 }
 
 std::expected<std::string_view, CheckpointRefusal> verify_checkpoint(const Session& session,
                                                                      std::string_view format,
                                                                      std::string_view bytes) {
   using enum CheckpointFault;
-  const std::size_t head = format.size() + CheckpointKey::name_bytes;
-  const std::string_view any_version = format.substr(0, format.size() - 1);
-  if (bytes.size() < head + sizeof(std::uint64_t) + sizeof(Bytes32) ||
-      !bytes.starts_with(any_version))
+  if (bytes.size() < format.size() + sizeof(std::uint64_t) + sizeof(Bytes32) ||
+      !bytes.starts_with(format))
     return refused(corrupt);
-  if (!bytes.starts_with(format)) return refused(foreign);
-  const CheckpointKey* key =
-      session.checkpoint_keys().find(bytes.substr(format.size(), CheckpointKey::name_bytes));
-  if (key == nullptr) return refused(foreign);
   std::string_view left = bytes.substr(0, bytes.size() - sizeof(Bytes32));
-  Bytes32 mac;
-  std::ranges::copy(bytes.substr(left.size()), mac.begin());
-  if (!equal_secrets(mac, hmac_sha256(key->secret, left))) return refused(corrupt);
+  if (bytes.substr(left.size()) != bytes_of(sha256(left))) return refused(corrupt);
 
-  left.remove_prefix(head);
+  left.remove_prefix(format.size());
   const std::uint64_t length = take_number(left);
   if (length > left.size()) return refused(corrupt);
   const std::string_view numerics = left.substr(0, length);
@@ -84,11 +73,10 @@ std::expected<std::string_view, CheckpointRefusal> verify_checkpoint(const Sessi
 }
 
 std::string encode_checkpoint(const Session& session, const Simulation& simulation) {
-  failpoint("checkpoint.encode");
   std::vector<double> saved(simulation.saved_size());
   simulation.save(saved);
   const auto step = static_cast<std::uint64_t>(simulation.step());
-  return sign_checkpoint(session, state_format, {bytes_of(step), bytes_of(saved)});
+  return seal_checkpoint(session, state_format, {bytes_of(step), bytes_of(saved)});
 }
 
 std::size_t checkpoint_bytes(const Session& session) {
@@ -97,7 +85,6 @@ std::size_t checkpoint_bytes(const Session& session) {
 
 std::expected<Checkpoint, CheckpointRefusal> decode_checkpoint(const Session& session,
                                                                std::string_view bytes) {
-  failpoint("checkpoint.decode");
   auto content = verify_checkpoint(session, state_format, bytes);
   if (!content) return std::unexpected(std::move(content.error()));
   std::vector<double> saved(session.saved_size());

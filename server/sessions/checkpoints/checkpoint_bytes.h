@@ -11,9 +11,8 @@
 
 namespace stiefel::server {
 
-/// Why a checkpoint is refused. `foreign`: signed with a key that this server does not have, or in
-/// another version of the format; nothing in it can be trusted.
-enum class CheckpointFault { corrupt, other_scene, other_numerics, foreign };
+/// Why a checkpoint is refused.
+enum class CheckpointFault { corrupt, other_scene, other_numerics };
 struct CheckpointRefusal {
   CheckpointFault fault;
   std::string numerics_id;  ///< for other_numerics: that of the server that wrote it
@@ -24,12 +23,12 @@ struct CheckpointRefusal {
 inline constexpr std::string_view state_format = "STFLCKP4", summary_format = "STFLSUM3",
                                   growth_format = "STFLLYA1";
 
-/// Returns bytes that are opaque to clients: format, name of the key, numerics id, the session's
-/// identity, `content`, and the HMAC-SHA256 of all that with the first of the session's keys.
-std::string sign_checkpoint(const Session& session, std::string_view format,
+/// Returns bytes that are opaque to clients: format, numerics id, the session's identity,
+/// `content`, and the SHA-256 of all that, which finds damage and not forgery.
+std::string seal_checkpoint(const Session& session, std::string_view format,
                             std::initializer_list<std::string_view> content);
-/// Returns the content, a view into `bytes`, of a checkpoint of the same resolved scene and
-/// numerics id that one of the session's keys signed.
+/// Returns the content, a view into `bytes`, of an undamaged checkpoint of the same resolved scene
+/// and numerics id.
 std::expected<std::string_view, CheckpointRefusal> verify_checkpoint(const Session& session,
                                                                      std::string_view format,
                                                                      std::string_view bytes);
@@ -40,7 +39,7 @@ struct Checkpoint {
   std::vector<double> saved;
 };
 
-/// Signs a simulation's state: its step and its numbers.
+/// Seals a simulation's state: its step and its numbers.
 std::string encode_checkpoint(const Session& session, const Simulation& simulation);
 /// Returns the length of the session's checkpoints in bytes.
 std::size_t checkpoint_bytes(const Session& session);

@@ -13,10 +13,6 @@ namespace {
 
 constexpr std::string_view digits = "0123456789abcdef";
 
-const unsigned char* data(std::string_view bytes) {
-  return reinterpret_cast<const unsigned char*>(bytes.data());
-}
-
 /// Fetched once: fetching an algorithm takes longer than digesting a token.
 const EVP_MD* algorithm() {
   static EVP_MD* const found = EVP_MD_fetch(nullptr, "SHA256", nullptr);
@@ -58,16 +54,6 @@ Bytes32 Sha256::digest() {
 }
 
 void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
-
-Bytes32 hmac_sha256(const Bytes32& key, std::string_view bytes) {
-  Bytes32 mac;
-  std::size_t size = 0;
-  check(EVP_Q_mac(nullptr, "HMAC", nullptr, "SHA256", nullptr, key.data(), key.size(), data(bytes),
-                  bytes.size(), mac.data(), mac.size(), &size) != nullptr &&
-            size == mac.size(),
-        "HMAC-SHA256");
-  return mac;
-}
 
 Bytes32 random_secret() {
   Bytes32 secret;
@@ -114,32 +100,6 @@ std::string_view next_word(std::string_view& text) {
   const std::string_view word = text.substr(0, text.find_first_of(space));
   text = trimmed(text.substr(word.size()));
   return word;
-}
-
-CheckpointKey::CheckpointKey(const Bytes32& bytes) : secret(bytes) {
-  const Bytes32 mac = hmac_sha256(secret, "stiefel: name of a checkpoint key");
-  name.assign(reinterpret_cast<const char*>(mac.data()), name_bytes);
-}
-
-CheckpointKeys::CheckpointKeys(const std::vector<Bytes32>& secrets)
-    : keys_(secrets.begin(), secrets.end()) {}
-
-std::shared_ptr<const CheckpointKeys> CheckpointKeys::of_process() {
-  static const auto keys = std::make_shared<const CheckpointKeys>(std::vector{random_secret()});
-  return keys;
-}
-
-std::expected<CheckpointKeys, std::string> CheckpointKeys::parse(std::string_view text) {
-  std::vector<Bytes32> secrets;
-  for (const Line& line : meaningful_lines(text)) {
-    const auto secret = from_hexadecimal(line.text);
-    if (!secret)
-      return std::unexpected("line " + std::to_string(line.number) +
-                             ": a key must be 64 hexadecimal digits");
-    secrets.push_back(*secret);
-  }
-  if (secrets.empty()) return std::unexpected("there must be at least one key");
-  return CheckpointKeys(secrets);
 }
 
 }  // namespace stiefel::server

@@ -6,7 +6,6 @@
 #include <new>
 #include <utility>
 
-#include "server/scheduling/failpoint.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/server_session.h"
 
@@ -39,10 +38,6 @@ WriteFault fault_of_current_exception() {
   }
 }
 
-bool is_full(const std::optional<WriteFault>& fault) {
-  return fault && fault->kind == WriteFault::Kind::full;
-}
-
 StoredCheckpoint to_row(const Session& session, const Checkpoints::Nearest& last) {
   const auto& numbers = *last.saved;
   return {
@@ -68,7 +63,6 @@ Journal::~Journal() {
 }
 
 std::shared_ptr<PendingWrite> Journal::submit(Change change) {
-  failpoint("journal.submit");
   auto pending_write = change.pending_write;
   {
     const std::lock_guard lock(mutex_);
@@ -143,43 +137,18 @@ std::size_t Journal::write_together(std::span<const Change> changes) {
     changes = changes.first(static_cast<std::size_t>(
         std::find_if(changes.begin() + 1, changes.end(), waits) - changes.begin()));
   } else if (fault && fault->kind != Kind::unavailable) {
-    write_singly(changes);
+    for (const Change& change : changes) settle(change, transact({&change, 1}));
     return changes.size();
   }
   for (const Change& change : changes) settle(change, fault);
   return changes.size();
 }
 
-void Journal::write_singly(std::span<const Change> changes) {
-  bool made_room = false;
-  for (const Change& change : changes) {
-    auto fault = transact({&change, 1});
-    if (is_full(fault) && !std::exchange(made_room, true)) {
-      store_.make_room(nanoseconds_now());
-      fault = transact({&change, 1});
-    }
-    if (is_full(fault)) fault = write_to_full_store(change);
-    settle(change, fault);
-  }
-}
-
-std::optional<WriteFault> Journal::write_to_full_store(const Change& change) {
-  if (change.session) return transact({&change, 1}, &Store::transact_in_place);
-  auto fault = transact({&change, 1}, &Store::delete_in_place);
-  try {
-    while (is_full(fault) && store_.halve_deleted_names())
-      fault = transact({&change, 1}, &Store::delete_in_place);
-  } catch (...) {
-    return fault_of_current_exception();
-  }
-  return fault;
-}
-
-std::optional<WriteFault> Journal::transact(std::span<const Change> changes, Transaction how) {
+std::optional<WriteFault> Journal::transact(std::span<const Change> changes) {
   const auto left = std::chrono::duration_cast<Store::Patience>(changes.front().deadline -
                                                                 std::chrono::steady_clock::now());
   try {
-    (store_.*how)(
+    store_.transact(
         [&] {
           for (const Change& change : changes) apply(change);
         },
@@ -224,7 +193,6 @@ void Journal::report(const WriteFault& fault) const noexcept {
 void Journal::write_checkpoints(std::vector<std::weak_ptr<Session>> sessions) {
   std::size_t bytes = 0;
   try {
-    failpoint("journal.checkpoints");
     const auto put_last_states = [&] {
       for (const auto& one : sessions) {
         const auto session = one.lock();

@@ -21,14 +21,13 @@ namespace stiefel::server {
 
 /// Writes a registry's changes to a store, on a thread of its own. The changes that arrive during
 /// one transaction form the next, so that many calls share one wait for the disk. A transaction
-/// that fails is repeated change by change, so that only what does not fit fails. Changes that fit
-/// into the file but not into its log use the store's reserve, deletions also the space of older
-/// deleted names. A change waits for the lock of another program for `Store::patience` from its
-/// arrival, whatever waits before it.
+/// that fails is repeated change by change, so that only what does not fit fails. A change waits
+/// for the lock of another program for `Store::patience` from its arrival, whatever waits before
+/// it.
 ///
 /// Writes checkpoints when no change waits, at the latest 5 s after a pass is due: the last state
 /// of each session, a few seconds after it was cached. Drops those beyond `max_checkpoint_bytes`,
-/// those whose writing fails, and all of them when a change needs their space.
+/// and those whose writing fails.
 class Journal final : public WriteAheadLog {
  public:
   struct Hooks {
@@ -86,11 +85,7 @@ class Journal final : public WriteAheadLog {
   void work(const std::stop_token& stop);
   void write(std::span<const Change> changes);
   std::size_t write_together(std::span<const Change> changes);
-  void write_singly(std::span<const Change> changes);
-  using Transaction = void (Store::*)(const std::function<void()>&, Store::Patience);
-  std::optional<WriteFault> transact(std::span<const Change> changes,
-                                     Transaction how = &Store::transact);
-  std::optional<WriteFault> write_to_full_store(const Change& change);
+  std::optional<WriteFault> transact(std::span<const Change> changes);
   void apply(const Change& change);
   void settle(const Change& change, const std::optional<WriteFault>& fault);
   void trim_deleted_names() noexcept;

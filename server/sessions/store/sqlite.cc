@@ -81,26 +81,9 @@ void Database::set_patience(std::chrono::milliseconds patience) {
   sqlite3_busy_timeout(handle_, static_cast<int>(patience.count()));
 }
 
-void Database::allocate() {
-  const auto control = [this](int operation, void* argument) {
-    const int code = sqlite3_file_control(handle_, nullptr, operation, argument);
-    if (code == SQLITE_IOERR_WRITE || code == SQLITE_FULL)
-      throw StoreError(WriteFault::Kind::full, "the disk or the limit of file sizes is reached");
-    if (code != SQLITE_NOTFOUND) check(code);  // a file system of a test may not know it
-  };
-  if (page_size_ == 0) {
-    page_size_ = number("PRAGMA page_size");
-    int chunk = static_cast<int>(page_size_);
-    control(SQLITE_FCNTL_CHUNK_SIZE, &chunk);
-  }
-  std::int64_t bytes = number("PRAGMA page_count") * page_size_;
-  control(SQLITE_FCNTL_SIZE_HINT, &bytes);
-}
-
 Database::~Database() { sqlite3_close_v2(handle_); }
 
-Database::Database(Database&& other) noexcept
-    : handle_(std::exchange(other.handle_, nullptr)), page_size_(other.page_size_) {}
+Database::Database(Database&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
 
 void Database::fail(int code) const {
   const int error = system_error(handle_, code);

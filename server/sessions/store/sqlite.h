@@ -44,9 +44,6 @@ class Database {
   bool in_transaction() const;
   /// The longest time that a statement waits for the locks of other programs; at first 5 s.
   void set_patience(std::chrono::milliseconds patience);
-  /// Takes from the disk the space that the pages of the open transaction need in the file, so that
-  /// the log can always be moved into it. Throws StoreError `full` if the disk has too little.
-  void allocate();
   /// The number of rows that the last statement inserted or deleted.
   std::int64_t changes() const;
 
@@ -56,7 +53,6 @@ class Database {
   void check(int code) const;
 
   sqlite3* handle_;
-  std::int64_t page_size_ = 0;  // known once `allocate` was called
 };
 
 /// A prepared statement. Parameters are numbered from 1, columns from 0. Bound values must live

@@ -3,16 +3,8 @@
 #include <algorithm>
 #include <bit>
 
-#include "server/scheduling/failpoint.h"
-
 namespace stiefel::server {
 namespace {
-
-/// The pages that a slice of `give_free_pages_back` moves; the reserve has room for them in the
-/// log.
-constexpr int pages_of_slice = 256;
-/// The most slices at once: 64 MiB.
-constexpr int most_slices = 64;
 
 /// Collects columns, each text after its length, for the digest of a row.
 class Digest {
@@ -66,10 +58,6 @@ std::int64_t place_of(const Principal& principal, std::string_view id) {
   return std::bit_cast<std::int64_t>(bits ^ bits >> 33);
 }
 
-/// Fills 8 pages that a deletion on a full disk may use.
-constexpr const char* hold_spare =
-    "INSERT INTO spare SELECT zeroblob(32768) WHERE NOT EXISTS (SELECT 1 FROM spare)";
-
 constexpr std::string_view select =
     "SELECT principal, id, s.create_time, s.numerics_id, s.identity, s.scene, s.filled_in, "
     "s.cleared, s.tolerance, s.horizon, s.reason, s.error, s.verified, s.digest, c.numerics_id, "
@@ -84,18 +72,10 @@ constexpr std::string_view keep_newest =
     "*, row_number() OVER (PARTITION BY principal ORDER BY until DESC) AS age FROM deleted_name) "
     "ORDER BY age LIMIT -1 OFFSET ?)";
 
-std::int64_t most_deleted_names_of(std::uint64_t store_limit) {
-  constexpr std::uint64_t most = std::uint64_t{1} << 18;
-  constexpr std::uint64_t bytes_of_one = 128, part = 8;
-  return static_cast<std::int64_t>(
-      store_limit == 0 ? most : std::min(most, store_limit / part / bytes_of_one));
-}
-
 }  // namespace
 
 Store::Store(const StoreOptions& options)
-    : most_deleted_names_(most_deleted_names_of(options.limit)),
-      file_(open_store(options)),
+    : file_(open_store(options)),
       put_session_(
           file_.database,
           "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
@@ -109,15 +89,12 @@ Store::Store(const StoreOptions& options)
 }
 
 void Store::transact(const std::function<void()>& changes, Patience wait) {
-  failpoint("store.begin");
   check_names();
   Database& database = file_.database;
   database.set_patience(wait);
   database.run("BEGIN IMMEDIATE");
   try {
     changes();
-    database.allocate();
-    failpoint("store.commit");
     database.run("COMMIT");
   } catch (...) {
     // After some errors SQLite has rolled back by itself.
@@ -133,7 +110,6 @@ void Store::transact(const std::function<void()>& changes, Patience wait) {
 }
 
 void Store::put(const StoredSession& s) {
-  failpoint("store.put_session");
   const auto& choice = s.choice;
   const auto number = [&](double ChosenMethod::*one) {
     return choice ? std::optional((*choice).*one) : std::nullopt;
@@ -148,13 +124,11 @@ void Store::put(const StoredSession& s) {
 }
 
 void Store::erase(const Principal& principal, std::string_view id) {
-  failpoint("store.erase");
   erase_session_.execute(place_of(principal, id), principal.name, id);
   erase_checkpoint_.execute(place_of(principal, id), principal.name, id);
 }
 
 void Store::put(const StoredCheckpoint& c) {
-  failpoint("store.put_checkpoint");
   put_checkpoint_.execute(place_of(c.principal, c.id), c.principal.name, c.id, c.numerics_id,
                           std::bit_cast<std::int64_t>(c.identity), c.step, Statement::Blob{c.state},
                           digest_of(c));
@@ -176,21 +150,11 @@ std::vector<DeletedName> Store::deleted_names(std::int64_t now) {
   return deleted_names;
 }
 
-void Store::keep_newest_deleted_names(std::int64_t count) {
-  Statement(file_.database, keep_newest).execute(count);
-}
-
 void Store::trim_deleted_names(std::int64_t now) {
   since_trim_ = 0;
   Statement(file_.database, "DELETE FROM deleted_name WHERE until <= ?").execute(now);
-  if (file_.database.number("SELECT count(*) FROM deleted_name") > most_deleted_names_)
-    keep_newest_deleted_names(most_deleted_names_);
-}
-
-bool Store::halve_deleted_names() {
-  const std::int64_t count = file_.database.number("SELECT count(*) FROM deleted_name");
-  delete_in_place([&] { keep_newest_deleted_names(count / 2); });
-  return count > 0;
+  if (file_.database.number("SELECT count(*) FROM deleted_name") > most_deleted_names)
+    Statement(file_.database, keep_newest).execute(most_deleted_names);
 }
 
 std::int64_t Store::drop_checkpoints_except(std::string_view numerics_id) {
@@ -201,79 +165,6 @@ std::int64_t Store::drop_checkpoints_except(std::string_view numerics_id) {
                    "checkpoint.id)");
   others.execute(numerics_id);
   return file_.database.changes();
-}
-
-void Store::make_room(std::int64_t now) noexcept {
-  file_.reserve.release();
-  try {
-    const auto drop = [&] {
-      file_.database.run("DELETE FROM checkpoint");
-      trim_deleted_names(now);
-    };
-    transact(drop, Patience(0));
-  } catch (const std::exception&) {  // the disk is as full as before
-  }
-  give_free_pages_back();
-  file_.reserve.hold();
-}
-
-/// Moves the last pages of the file to free places and cuts the file, in slices that the log has
-/// room for. Stops where another program reads the log, which then cannot be emptied.
-void Store::give_free_pages_back() noexcept {
-  Database& database = file_.database;
-  const std::string slice = "PRAGMA incremental_vacuum(" + std::to_string(pages_of_slice) + ")";
-  try {
-    for (int i = 0; empty_log() && i < most_slices; ++i) {
-      if (database.number("PRAGMA freelist_count") == 0) return;
-      transact([&] { database.run(slice); }, Patience(0));
-    }
-  } catch (const std::exception&) {
-  }
-}
-
-void Store::delete_in_place(const std::function<void()>& changes, Patience wait) {
-  const auto with_spare = [&] {
-    file_.database.run("DELETE FROM spare");
-    changes();
-  };
-  transact_in_place(with_spare, wait);
-}
-
-void Store::hold_pages() noexcept {
-  try {
-    file_.database.run(hold_spare);
-  } catch (const std::exception&) {  // the next change in place tries again
-  }
-}
-
-void Store::transact_in_place(const std::function<void()>& changes, Patience wait) {
-  Database& database = file_.database;
-  file_.reserve.release();
-  empty_log();
-  const std::int64_t limit = database.number("PRAGMA max_page_count");
-  const auto restore = [&] {
-    hold_pages();
-    database.run("PRAGMA max_page_count=" + std::to_string(limit));
-    empty_log();
-    file_.reserve.hold();
-  };
-  try {
-    database.run("PRAGMA max_page_count=1");  // which SQLite raises to the pages that there are
-    transact(changes, wait);
-  } catch (...) {
-    restore();
-    throw;
-  }
-  restore();
-}
-
-bool Store::empty_log() noexcept {
-  try {  // does not wait for a backup that reads the log
-    file_.database.set_patience(Patience(0));
-    return file_.database.number("PRAGMA wal_checkpoint(TRUNCATE)") == 0;
-  } catch (const std::exception&) {
-    return false;
-  }
 }
 
 Store::Reader::Reader(Store& store) : select_(store.file_.database, select) {}

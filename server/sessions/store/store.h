@@ -45,7 +45,8 @@ struct DeletedName {
 
 /// Keeps sessions, at most one checkpoint of each, and deleted names in an SQLite file, as bytes:
 /// it knows neither scenes nor messages. Changes are on disk when `transact` returns. Failures
-/// throw StoreError. For one thread at a time.
+/// throw StoreError; on a full disk a change that does not fit throws `full`. For one thread at a
+/// time.
 class Store {
  public:
   /// Throws std::runtime_error (store_file.h).
@@ -56,7 +57,7 @@ class Store {
   static constexpr Patience patience = std::chrono::seconds(5);
 
   /// Runs `changes` and commits all of them, or none if it throws. Throws StoreError `unavailable`
-  /// if the file was removed, replaced or has a second name (file_watch.h), because such changes
+  /// if the file was removed, replaced or has a second name (FileWatch), because such changes
   /// would be lost.
   void transact(const std::function<void()>& changes, Patience wait = patience);
   /// Returns why every transaction would be refused.
@@ -75,25 +76,11 @@ class Store {
   /// oldest of the principals that have most.
   void trim_deleted_names(std::int64_t now);
   /// Whether more than a quarter of `most_deleted_names` were put since the last trim.
-  bool deleted_names_pile_up() const { return since_trim_ > most_deleted_names_ / 4; }
-  /// The most deleted names kept: an eighth of the store's limit at 128 bytes each, at most 2^18.
-  std::int64_t most_deleted_names() const { return most_deleted_names_; }
-  /// Removes the older half of the deleted names of the principals that have most; returns false if
-  /// there were none.
-  bool halve_deleted_names();
+  bool deleted_names_pile_up() const { return since_trim_ > most_deleted_names / 4; }
+  static constexpr std::int64_t most_deleted_names = std::int64_t{1} << 18;
   /// Removes the checkpoints with another numerics id and those without a session; returns their
   /// number.
   std::int64_t drop_checkpoints_except(std::string_view numerics_id);
-  /// Makes room on a full disk: removes all checkpoints, trims the deleted names, empties the log
-  /// and gives free pages back to the disk.
-  void make_room(std::int64_t now) noexcept;
-  /// Like `transact`, on a full disk: the log takes the space of the reserve, and the file may not
-  /// grow.
-  void transact_in_place(const std::function<void()>& changes, Patience wait = Patience(0));
-  /// Does the same for deletions, which may use the spare pages of the file: a deletion may need a
-  /// few before it frees any.
-  void delete_in_place(const std::function<void()>& changes, Patience wait = Patience(0));
-
   /// A session's row, with its checkpoint if there is a valid one.
   struct Row {
     StoredSession session;
@@ -115,13 +102,7 @@ class Store {
   void check_names() const {
     if (const auto wrong = fault()) throw StoreError(WriteFault::Kind::unavailable, *wrong);
   }
-  bool empty_log() noexcept;
-  /// Makes the spare again if the file has as many free pages.
-  void hold_pages() noexcept;
-  void give_free_pages_back() noexcept;
-  void keep_newest_deleted_names(std::int64_t count);
 
-  const std::int64_t most_deleted_names_;
   std::int64_t since_trim_ = 0;  // deleted names put since the last trim
   StoreFile file_;
   Statement put_session_, erase_session_, put_checkpoint_, erase_checkpoint_, put_deleted_name_;

@@ -28,7 +28,7 @@ std::string holder_of(int descriptor) {
 
 namespace fs = std::filesystem;
 
-/// The pages in the log at which SQLite moves them into the file; the reserve has room for as many.
+/// The pages in the log at which SQLite moves them into the file.
 constexpr std::int64_t log_pages = 256;
 /// The size in bytes to which SQLite cuts the log once its pages are in the file.
 constexpr std::int64_t log_bytes = std::int64_t{4} << 20;
@@ -72,10 +72,6 @@ CREATE TABLE deleted_name (
   until INTEGER NOT NULL,        -- nanoseconds since 1970
   PRIMARY KEY (place, principal, id)
 ) STRICT, WITHOUT ROWID;
-CREATE TABLE spare (
-  bytes BLOB NOT NULL            -- zeros, whose pages a deletion may use
-) STRICT;
-INSERT INTO spare VALUES (zeroblob(32768));
 )sql";
 
 void sync_folder(const fs::path& folder) {
@@ -92,7 +88,6 @@ void make_store(const fs::path& file, const char* vfs) {
   {
     Database database(draft, Database::Mode::create, vfs);
     database.run("PRAGMA synchronous=FULL");
-    database.run("PRAGMA auto_vacuum=INCREMENTAL");  // so that free pages can go back to the disk
     database.run("BEGIN");
     database.run(tables);
     database.run("PRAGMA application_id=" + std::to_string(application_id));
@@ -204,42 +199,24 @@ void check_rights(const fs::path& file) {
   }
 }
 
-/// Throws std::runtime_error if the disk has no room for the reserve, or the file less than eight
-/// pages that are free or that the limit still allows.
-void check_space(const fs::path& file, std::uint64_t limit) {
-  std::error_code absent;
-  const auto reserved = fs::file_size(file.string() + "-reserve", absent);
-  const std::uintmax_t left = fs::space(file.parent_path()).available + (absent ? 0 : reserved);
-  if (left < Reserve::bytes)
+/// Throws std::runtime_error if the disk has no room for SQLite's log and its index.
+void check_space(const fs::path& file) {
+  constexpr std::uintmax_t least = std::uintmax_t{1} << 20;
+  if (const auto left = fs::space(file.parent_path()).available; left < least)
     throw std::runtime_error("there is no space: the disk has " + std::to_string(left) +
-                             " bytes left, must have at least " + std::to_string(Reserve::bytes));
-  if (limit == 0 || !fs::exists(file)) return;
-  constexpr std::size_t page_size_at = 14, free_pages_at = 36;  // the size in the last two bytes
-  const std::string header = header_of(file);
-  const auto bits = static_cast<std::uint64_t>(header_number(header, page_size_at) & 0xFFFF);
-  const std::uint64_t page = bits == 1 ? 65536 : bits;
-  const std::uint64_t pages = fs::file_size(file) / page;
-  const std::uint64_t more = std::max(limit / page, pages) - pages;
-  if (more + static_cast<std::uint64_t>(header_number(header, free_pages_at)) < 8)
-    throw std::runtime_error("there is no space: it has " + std::to_string(fs::file_size(file)) +
-                             " bytes, its limit is " + std::to_string(limit));
+                             " bytes left, must have at least " + std::to_string(least));
 }
 
 StoreFile open_at(const fs::path& file, const StoreOptions& options) {
   FileLock name_lock(file.string() + "-lock", true);
   if (checked_presence(file)) check_header(file);
-  // Frees the reserve, since SQLite creates files beside the store even on a full disk.
-  Reserve reserve(file.string() + "-reserve");
-  reserve.release();
   if (!fs::exists(file)) make_store(file, options.vfs);
   FileLock lock(file, false);
   Database database(file.string(), Database::Mode::existing, options.vfs);
   configure(database, options.limit);
   check_pages(database);
   FileWatch watch({file, file.string() + "-wal", file.string() + "-shm"});
-  reserve.hold();
-  return {std::move(name_lock), std::move(lock), std::move(reserve), std::move(database),
-          std::move(watch)};
+  return {std::move(name_lock), std::move(lock), std::move(database), std::move(watch)};
 }
 
 /// Returns the path of the file with its symbolic links resolved.
@@ -303,13 +280,6 @@ std::optional<std::string> FileWatch::fault() const {
   return std::nullopt;
 }
 
-void Reserve::hold() noexcept {
-  const Descriptor file(open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-  if (file && posix_fallocate(file.get(), 0, bytes) != 0) release();
-}
-
-void Reserve::release() noexcept { unlink(file_.c_str()); }
-
 StoreFile open_store(const StoreOptions& options) {
   return naming(options, [&] { return open_at(file_of(options), options); });
 }
@@ -321,7 +291,7 @@ std::optional<std::string> store_fault(const StoreOptions& options) {
       const fs::path file = file_of(options);
       if (checked_presence(file)) check_header(file);
       check_rights(file);
-      check_space(file, options.limit);
+      check_space(file);
     });
     return std::nullopt;
   } catch (const std::runtime_error& error) {

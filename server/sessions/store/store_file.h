@@ -16,7 +16,7 @@ namespace stiefel::server {
 struct StoreOptions {
   /// The file in which sessions are kept; empty means in memory only.
   std::string file = {};
-  /// The largest size of the file in bytes; 0 means all that the disk has.
+  /// For tests: the largest size of the file in bytes; 0 means all that the disk has.
   std::uint64_t limit = 0;
   /// For tests: SQLite's name of the file system to use; null means its default.
   const char* vfs = nullptr;
@@ -55,24 +55,8 @@ class FileWatch {
   std::vector<File> files_;
 };
 
-/// Space on the disk held back for deletions: a file of `bytes` bytes, which is removed when the
-/// disk is full. A reserve that cannot be held is not an error.
-class Reserve {
- public:
-  static constexpr long bytes = 2L << 20;
-
-  explicit Reserve(std::string file) : file_(std::move(file)) {}
-
-  /// Creates the file, unless the disk is too full for it.
-  void hold() noexcept;
-  void release() noexcept;
-
- private:
-  std::string file_;
-};
-
 /// The version of the tables, in the file's `PRAGMA user_version`.
-inline constexpr std::int64_t schema_version = 3;
+inline constexpr std::int64_t schema_version = 4;
 /// The file's `PRAGMA application_id`: the bytes STFL.
 inline constexpr std::int64_t application_id = 0x5354464C;
 
@@ -80,7 +64,6 @@ inline constexpr std::int64_t application_id = 0x5354464C;
 /// itself. Each commit writes the log beside it, FILE-wal, through to the disk (synchronous=FULL).
 struct StoreFile {
   FileLock name_lock, lock;  // outlive the connection: to close the file drops SQLite's own locks
-  Reserve reserve;
   Database database;
   FileWatch watch;  // of the file, its log and its index
 };

@@ -1,7 +1,7 @@
 """Draws the work-precision picture: error over cost in logarithmic scales, with a panel for each body.
 
-The best curve of each of our methods (solid) and of each package (dashed) has its name at its end; all other orders,
-arithmetics and settings are grey. The Pareto front, the points that no other one beats, is black and on top.
+The best curve of each of our methods (solid) and of each package (dashed) is in the legend; all other orders, arithmetics and
+settings are grey. The Pareto front, the points that no other one beats, is black and on top.
 """
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ def draw(data: dict, facts: dict[str, str], path: Path) -> None:
                                      layout="constrained")
     families = _families(data["contestants"])
     looks = _looks(data["contestants"], families)
-    labels = []
     for axes, (body, found) in zip(panels[0], bodies.items()):
         # Errors before convergence are left out.
         curves = {title: points for title in families
@@ -31,14 +30,11 @@ def draw(data: dict, facts: dict[str, str], path: Path) -> None:
                                  if 0 < p["attitude"] < 1])}
         axes.axhline(data["target"], color="black", linewidth=0.8)
         axes.set(xscale="log", yscale="log", ylim=(1e-13, 1), title=body, xlabel="processor time, s")
-        labels.append((axes, *_panel(axes, curves, families, looks)))
+        _panel(axes, curves, families, looks)
+        axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none")
     panels[0][0].set_ylabel(f"attitude error after {data['rotations']} rotations, rad")
-    panels[0][0].plot([], [], color=diagram.GREY, lw=0.8, label="other orders and settings")
-    panels[0][0].legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none")
     figure.suptitle(f"{facts['machine']}, commit {facts['commit']}\n{facts['build']}", fontsize=8)
-    for axes, ends, drawn in labels:
-        diagram.label_ends(axes, ends, drawn)
-    diagram.save(figure, path, dpi=95)
+    figure.savefig(path, dpi=95)
     pyplot.close(figure)
 
 
@@ -55,8 +51,8 @@ def _looks(contestants: list[dict], families: dict[str, str]) -> dict[str, dict]
             for k, family in enumerate(dict.fromkeys(families.values()))}
 
 
-def _panel(axes: Any, curves: dict[str, _Curve], families: dict[str, str], looks: dict[str, dict]) -> tuple:
-    """Draws a panel. Returns the ends of the curves that have names, and these curves."""
+def _panel(axes: Any, curves: dict[str, _Curve], families: dict[str, str], looks: dict[str, dict]) -> None:
+    """Draws a panel."""
     everywhere = [point for points in curves.values() for point in points]
     corner = (2 * max((x for x, _ in everywhere), default=1), 1)
     best: dict[str, tuple[float, str]] = {}
@@ -66,15 +62,11 @@ def _panel(axes: Any, curves: dict[str, _Curve], families: dict[str, str], looks
     named = [title for _, title in best.values()]
     for title, points in curves.items():
         if title in named:
-            axes.plot(*zip(*points), markersize=4, linewidth=1.4, zorder=4, **looks[families[title]])
+            axes.plot(*zip(*points), markersize=4, linewidth=1.4, zorder=4, label=title.removesuffix(", compensated"), **looks[families[title]])
         else:
             axes.plot(*zip(*points), color=diagram.GREY, linewidth=0.8, marker="o", markersize=2, zorder=1)
     if front := diagram.pareto_front(everywhere):
         axes.plot(*zip(*front), color="black", lw=2, marker="o", ms=7, mfc="none", mew=1.2, zorder=6,
                   label="Pareto front: no point beats these in both")
-    left, right = axes.get_xlim()
-    axes.set_xlim(right=right * (right / left) ** 0.22)  # for the names
+    axes.plot([], [], color=diagram.GREY, lw=0.8, label="other orders and settings")
     axes.grid(alpha=0.25)
-    ends = [diagram.End(*curves[title][-1], title.removesuffix(", compensated"), looks[families[title]]["color"])
-            for title in named]
-    return ends, [curves[title] for title in named]

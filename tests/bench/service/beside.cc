@@ -1,6 +1,6 @@
 // Measures a server's small calls, alone and beside 64 endless Steps of another principal. Prints a
-// line "name quantile value" for each. Arguments: address, what (step, drive, million, short, idle or
-// beside), the tokens of the two principals, the file of the server's certificate.
+// line "name quantile value" for each. Arguments: address, what (step, drive, million, short, idle
+// or beside), the tokens of the two principals, the file of the server's certificate.
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
@@ -84,7 +84,8 @@ Caller caller(const std::string& address, std::string token, const std::string& 
 
 /// Makes `count` calls with a pause between them, and prints quantiles of their milliseconds.
 template <class Call>
-void measure(const std::string& name, int count, std::chrono::milliseconds pause, const Call& call) {
+void measure(const std::string& name, int count, std::chrono::milliseconds pause,
+             const Call& call) {
   std::vector<double> times;
   for (int i = 0; i < count; ++i) {
     times.push_back(1e3 * bench::seconds([&] { call(i); }));

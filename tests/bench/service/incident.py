@@ -34,9 +34,8 @@ QUERIES = {
     "Step a second, OK": 'sum(rate(stiefel_calls_total{method="Step",code="OK"}[5s]))',
     "Step, median, ms": '1e3 * histogram_quantile(0.5, sum by (le) (rate(stiefel_call_seconds_bucket{method="Step"}[5s])))',
     "Step, 99 %, ms": '1e3 * histogram_quantile(0.99, sum by (le) (rate(stiefel_call_seconds_bucket{method="Step"}[5s])))',
-    "work done, 1e9/s": 'sum(rate(stiefel_work_done_total[5s])) / 1e9',
-    "work queued, 1e9, most": 'max(stiefel_work_queued) / 1e9',
-    "work admitted, 1e9": 'sum(stiefel_work_admitted) / 1e9',
+    "computing, s/s": 'sum(rate(stiefel_computing_seconds_total[5s]))',
+    "calls waiting, most": 'max(stiefel_calls_waiting)',
     "Steps running": 'sum(stiefel_calls_running{method="Step"})',
     "sessions": 'sum(stiefel_sessions)',
     "SESSION_NOT_FOUND a second": 'sum(rate(stiefel_refusals_total{reason="SESSION_NOT_FOUND"}[10s])) or vector(0)',
@@ -45,9 +44,9 @@ QUERIES = {
 
 
 class Server:
-    def __init__(self, port: int, metrics: int, key: Path):
+    def __init__(self, port: int, metrics: int):
         self.arguments = ["--listen", f"127.0.0.1:{port}", "--metrics", f"127.0.0.1:{metrics}", "--threads", "2",
-                          "--log-level", "warn", "--checkpoint-key", str(key), "--exit-with-parent"]
+                          "--log-level", "warn", "--exit-with-parent"]
         self.start()
 
     def start(self) -> None:
@@ -105,10 +104,8 @@ def main() -> None:
     alerts: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        key = folder / "key"
-        key.write_text("5a" * 32 + "\n")
         *ports, local, tls = free_ports(8)
-        servers = [Server(port, metrics, key) for port, metrics in zip(ports[:3], ports[3:])]
+        servers = [Server(port, metrics) for port, metrics in zip(ports[:3], ports[3:])]
         prometheus = Prometheus(folder, [f"127.0.0.1:{port}" for port in ports[3:]])
         proxy = start_haproxy(folder, ports[:3], local, tls)
         for port in [*ports, local]:

@@ -77,7 +77,7 @@ def streams(session: stiefel.Session, count: int = 200_000) -> Callable[[], int]
 
     def calls() -> int:
         nonlocal at
-        for batch in session.stream(to=at + count, start=at):
+        for batch in session.stream(to=at + count, start=at, every=1):
             at = int(batch.step[-1])
         return count
     return calls

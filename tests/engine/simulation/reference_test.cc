@@ -202,7 +202,6 @@ TEST(Reference, SaysHowFarItIsOff) {
 /// extended and quadruple precision differ by no more than the error stated in extended precision.
 TEST(Reference, OfNoSystemVouchesForItself) {
   for (const auto& system : catalogue().systems) {
-    // toys_test.cc has the reference of a system without a series.
     if (system.discrete || system_entry(system.name)->motion == nullptr) continue;
     const Scene scene =
         Scene::resolve(testing::any_scene(std::string(system.name), "rk4", 1, 0.1)).value();

@@ -1,6 +1,6 @@
 """Renders what `make test-long` recorded in build/release/extremes as REPORT.md and long_runs.png.
 
-    /usr/bin/python3 tests/extremes/report [build/release/extremes] [--short] [--output tests/extremes]
+    /usr/bin/python3 tests/extremes/report [build/release/extremes] [--short] [--output FOLDER]
 
 With --short the records are those of the short form, `extremes_test --short FILE`.
 """
@@ -83,8 +83,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=pathlib.Path, default="build/release/extremes")
     parser.add_argument("--short", action="store_true")
-    parser.add_argument("--output", type=pathlib.Path, default=HERE)
+    parser.add_argument("--output", type=pathlib.Path, help="by default the folder of the records")
     arguments = parser.parse_args()
+    output = arguments.output or arguments.folder
     made_by = "the short form, `extremes_test --short FILE`," if arguments.short else "`make test-long`"
     records = read(arguments.folder)
     if not records:
@@ -92,13 +93,13 @@ def main():
     by_extreme = defaultdict(list)
     for record in records:
         by_extreme[record["extreme"]].append(record)
-    out = ["# At the extremes: the report", "", "[README.md](README.md) says how to read it.", "", counted(records), "",
+    out = ["# At the extremes: the report", "", "`tests/extremes/README.md` says how to read it.", "", counted(records), "",
            f"Made by {made_by} and `python3 tests/extremes/report` on {machine()}, commit {commit()}.", ""]
     for extreme in [*INTRODUCTIONS, *sorted(set(by_extreme) - set(INTRODUCTIONS))]:
         if by_extreme[extreme]:
-            out += section(extreme, by_extreme[extreme], arguments.output)
+            out += section(extreme, by_extreme[extreme], output)
     out += known_limits(records)
-    (arguments.output / "REPORT.md").write_text("\n".join(out).rstrip() + "\n")
+    (output / "REPORT.md").write_text("\n".join(out).rstrip() + "\n")
 
 
 if __name__ == "__main__":

@@ -35,13 +35,6 @@ def test_every_use_says_so(closed, use):
         use(closed)
 
 
-def test_to_close_twice_is_nothing(client):
-    own = stiefel.Client(client.address)
-    own.close()
-    own.close()
-    assert own.closed and repr(own).endswith(", closed>")
-
-
 def test_to_close_from_another_thread_ends_a_trajectory(client):
     own = stiefel.Client(client.address)
     session = own.create(SCENE)
@@ -72,33 +65,3 @@ def test_the_end_of_a_block_asks_nothing_of_a_server_that_is_gone(without_pauses
         with pytest.raises(ZeroDivisionError):
             with session:
                 1 / 0
-
-
-def test_another_error_of_the_deletion_is_told(client, monkeypatch):
-    def withdrawn(*call, **more):
-        raise stiefel.Unauthenticated("the token was withdrawn")
-
-    with pytest.raises(stiefel.Unauthenticated):
-        with client.create(SCENE) as session:
-            monkeypatch.setattr(session._connection, "call", withdrawn)
-    monkeypatch.undo()
-    client.delete(session.id)
-
-
-def test_a_fork_s_method_is_checked_here(client):
-    with client.create(SCENE) as session:
-        with pytest.raises(stiefel.InvalidArgument) as caught:
-            session.fork(at=1, method={"nme": "rk4"})
-        assert caught.value.violations[0] == ("method.nme", "unknown field; did you mean name? It is 'rk4'")
-        with pytest.raises(stiefel.InvalidArgument, match="method.order: 'two': must be a whole number"):
-            session.fork(at=1, method={"name": "rk4", "order": "two"})
-        with session.fork(at=1, method={"name": "variational", "order": 4}) as fork:
-            assert fork.scene["method"]["order"] == 4
-
-
-def test_a_matrix_that_is_none_is_named(client):
-    with client.create(SCENE) as session:
-        with pytest.raises(stiefel.InvalidArgument, match=r"^forms\[0\].second.M: 'M': must be a matrix"):
-            session.diagnose(1, forms=[("omega", {}, {"M": "M"})])
-        with pytest.raises(stiefel.InvalidArgument, match=r"^dirac_brackets\[0\].second\[1\].B: \[\[1, 2\], \[3\]\]: must"):
-            session.diagnose(1, dirac_brackets=[([], [([[1]], [[1]]), ([[1]], [[1, 2], [3]])])])

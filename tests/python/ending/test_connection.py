@@ -2,7 +2,6 @@
 import threading
 import time
 
-import grpc
 import pytest
 
 import fake
@@ -15,21 +14,6 @@ def service(tmp_path):
     service.address = address
     yield service
     server.stop(None)
-
-
-def test_no_thread_of_grpc_s_is_left_that_watches_a_closed_channel(service, monkeypatch):
-    """Two rests within 0.2 s, and the client is closed at once: gRPC's thread would look at the closed channel, and end
-    with a ValueError on stderr."""
-    ended = []
-    monkeypatch.setattr(threading, "excepthook", ended.append)
-    for _ in range(4):
-        with stiefel.Client(service.address) as client:
-            session, channel = client.get("fake"), client.channel
-            service.failures = [grpc.StatusCode.UNAVAILABLE] * 2
-            assert session.step(to=5).step == 5
-        assert not channel._connectivity_state.polling
-    time.sleep(0.5)
-    assert [one.exc_value for one in ended] == []
 
 
 def test_to_close_wakes_a_call_that_rests(service):

@@ -53,11 +53,6 @@ def test_after_a_server_that_cannot_be_reached(program, text):
     assert (status, err) == (0, "") and set(out.split()) == {"unavailable"}
 
 
-def test_with_the_error_as_its_end(program):
-    status, _, err = program("nobody().describe()")
-    assert status == 1 and err.splitlines()[-1].startswith("stiefel.errors.Unavailable: cannot reach 127.0.0.1:1")
-
-
 @pytest.mark.parametrize("text", [
     "session.step(to=5)",
     "batches = session.stream(to=1000); next(batches)",
@@ -81,7 +76,7 @@ def test_while_a_call_of_another_thread_rests(program):
     """The exit ends the rest, and the thread raises `Closed`, or is gone before it can."""
     status, out, err = program(
         "client = nobody(); rests = threading.Event(); rest = client._connection.rest\n"
-        "def told(seconds):\n    rests.set(); rest(100.0)\n"
+        "def told(seconds, away):\n    rests.set(); rest(100.0)\n"
         "client._connection.rest = told\n"
         "threading.Thread(target=client.describe, daemon=True).start(); rests.wait(); print('end')")
     assert (status, out) == (0, "end\n") and (err == "" or "stiefel.errors.Closed" in err)
@@ -113,11 +108,3 @@ def test_while_a_server_that_the_program_started_computes(begin):
             f"before = computed(); {begin}\nwhile computed() < before + 10: pass\n")
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=LIMIT)
     assert (done.returncode, done.stdout) == (0, "0\n"), done.stderr
-
-
-def test_with_the_servers_of_a_sweep(program):
-    status, out, err = program(
-        f"scene = {SCENE}\n"
-        "found = stiefel.sweep(scene, {'body.angular_velocity[0]': [1.0, 2.0]}, to=10, summarize={'energy': 'drift'})\n"
-        "print((found['outcome'] == 1).all().item())")
-    assert status == 0 and out == "True\n", err

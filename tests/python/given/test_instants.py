@@ -1,4 +1,4 @@
-"""Instants with leap seconds and days of the year, and out again in UTC."""
+"""Instants with leap seconds, and out again in UTC."""
 import datetime
 from pathlib import Path
 
@@ -6,30 +6,29 @@ import numpy as np
 import pytest
 
 import stiefel
-from stiefel._given.instants import instant, utc_of
+from stiefel._given.instants import instant, seconds_of, utc_of
 
 BODY = {"system": "rigid_body", "step": 0.5, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
 
 
-@pytest.mark.parametrize("text", ["2026-06-30T23:59:60 UTC", "2016-12-30T23:59:60Z", "1971-12-31T23:59:60 UTC", "2016-12-31T22:59:60 UTC",
-                                  "2016-12-31T23:59:60+01:00", "2016-12-31T23:59:60 TAI", "2016-12-31T23:59:61 UTC"])
-def test_a_leap_second_that_never_was_is_refused(text):
-    with pytest.raises(stiefel.InvalidArgument, match=r"epoch: '.*': must be a"):
+@pytest.mark.parametrize("text, told", [
+    ("2020-06-30T23:59:60Z", "second must be in 0..59; no leap second is taken"), ("2016-12-31T23:59:60Z", "no leap second"),
+    ("2026-02-29", "day is out of range for month"), ("0000-01-01", "year 0 is out of range"), ("2026-01-01T24:00Z", "hour must be in 0..23"),
+    ("0001-01-01T00:00+02:00", "date value out of range"), ("2024-1-1", "must be an instant of ISO 8601 in UTC such as"),
+    ("20240229", "must be an instant"), ("2026-01-01T00:00:00 XYZ", "must be in UTC where astropy is not installed|Scale 'xyz'"),
+    (3.5, "must be an instant"), (None, "must be an instant")])
+def test_what_is_no_instant_is_refused(text, told):
+    with pytest.raises(stiefel.InvalidArgument, match=f"^epoch: {text!r}: .*({told})".replace("+", r"\+")):
         instant("epoch", text)
 
 
-@pytest.mark.parametrize("text, same", [
-    ("2016-366T23:59:60.5 UTC", "2016-12-31T23:59:60.5 UTC"), ("2017-01-01T00:59:60+01:00", "2016-12-31T23:59:60 UTC"),
-    ("2012-182T18:29:60-05:30", "2012-06-30T23:59:60 UTC"), ("2026-001", "2026-01-01T00:00:00 UTC"),
-    ("2024-060T12:00:00.25Z", "2024-02-29T12:00:00.25 UTC"), ("2023-060T12:00 TDB", "2023-03-01T12:00:00 TDB")])
-def test_leap_seconds_and_days_of_the_year_are_read(text, same):
-    assert str(instant("epoch", text)) == same
-
-
-@pytest.mark.parametrize("text", ["2023-366", "2024-367T00:00:00", "2024-000", "2024-1-1", "2024-02-30", "20240229"])
-def test_a_day_that_is_none_is_refused(text):
-    with pytest.raises(stiefel.InvalidArgument, match="epoch: "):
-        instant("epoch", text)
+@pytest.mark.parametrize("given, same", [
+    ("2026-03-01", "2026-03-01T00:00:00 UTC"), ("2024-02-29T12:00:00.25Z", "2024-02-29T12:00:00.25 UTC"),
+    ("2017-01-01T00:59:59.123456789012+01:00", "2016-12-31T23:59:59.123456789012 UTC"), ("2012-06-30T18:29-0530", "2012-06-30T23:59:00 UTC"),
+    (datetime.datetime(2026, 3, 1, 12, tzinfo=datetime.timezone(datetime.timedelta(hours=2))), "2026-03-01T10:00:00 UTC"),
+    (datetime.date(2026, 3, 1), "2026-03-01T00:00:00 UTC"), (np.datetime64("2026-03-01T00:00:00.5"), "2026-03-01T00:00:00.5 UTC")])
+def test_an_instant_is_read_in_every_form(given, same):
+    assert str(instant("epoch", given)) == same == str(instant("epoch", same))
 
 
 def test_leap_seconds_are_those_of_the_time_zone_database():
@@ -43,16 +42,10 @@ def test_leap_seconds_are_those_of_the_time_zone_database():
     for since_1900, behind in listed[1:]:
         after = begin + np.timedelta64(int(since_1900), "s")
         elapsed = (after - np.datetime64("1972-01-01")) / np.timedelta64(1, "s") + int(behind) - 10
-        last = instant("epoch", str(after - np.timedelta64(1, "s"))[:17] + "60")
-        assert str(last) == str(first.after(elapsed - 1)) and last.since(first) == elapsed - 1
+        assert seconds_of("times", [after, str(after - np.timedelta64(1, "s"))], str(first)).tolist() == [elapsed, elapsed - 2]
+        assert str(first.after(elapsed)) == f"{after}"[:19] + " UTC"
         found = utc_of(str(first), elapsed + np.array([-2, -1, 0, 0.25]))
         assert found.tolist() == (after + np.array([-1, 0, 0, 0.25]) * np.timedelta64(10**6, "us")).tolist()
-
-
-@pytest.mark.parametrize("epoch, utc", [("2025-06-01T00:00:18 GPS", "2025-06-01"), ("2020-01-01T00:01:09.184 TT", "2020-01-01"),
-                                        ("1980-002T00:00:19 TAI", "1980-01-02"), ("2026-03-01T02:00+02:00", "2026-03-01")])
-def test_utc_of_other_scales(epoch, utc):
-    assert utc_of(epoch, np.array([0.0, -1.5])).tolist() == (np.datetime64(utc, "us") - np.array([0, 1_500_000])).tolist()
 
 
 def test_utc_comes_out_where_it_went_in(tmp_path):
@@ -62,7 +55,7 @@ def test_utc_comes_out_where_it_went_in(tmp_path):
     assert run.utc.astype(str).tolist() == instants and run[3:].utc.astype(str).tolist() == instants[3:]
     run.save(tmp_path / "run.csv")
     lines = (tmp_path / "run.csv").read_text().splitlines()
-    assert lines[1].endswith(",UTC") and lines[2].endswith(",utc") and [line.rpartition(",")[2] for line in lines[3:-1]] == [f"{one}Z" for one in instants]
+    assert lines[1].endswith(",UTC") and lines[2].endswith(",utc") and [line.rpartition(",")[2] for line in lines[3:]] == [f"{one}Z" for one in instants]
     assert stiefel.load(tmp_path / "run.csv") == run and (stiefel.load(tmp_path / "run.csv").utc == run.utc).all()
     frame = pytest.importorskip("pandas") and run.to_dataframe()
     assert (frame["utc"].to_numpy() == run.utc).all()
@@ -71,8 +64,8 @@ def test_utc_comes_out_where_it_went_in(tmp_path):
     assert '"utc":{"dtype":"float64"' in (tmp_path / "run.html").read_text()
 
 
-@pytest.mark.parametrize("epoch", [None, "2016-12-31T23:59:59.5 TDB", "1960-01-01 UTC"])
-def test_without_an_epoch_of_a_known_distance_from_utc_there_is_none(epoch, tmp_path):
+@pytest.mark.parametrize("epoch", [None, "1960-01-01 UTC"])
+def test_without_an_epoch_since_1972_there_is_no_utc(epoch, tmp_path):
     run = stiefel.simulate({**BODY, **({"epoch": epoch} if epoch else {})}, to=2)
     run.save(tmp_path / "run.csv")
     assert run.utc is None and "utc" not in run.to_dataframe() and "utc" not in (tmp_path / "run.csv").read_text().splitlines()[2]
@@ -83,10 +76,3 @@ def test_utc_of_far_times():
     run = stiefel.simulate({**BODY, "step": 3e9, "method": {"name": "exact"}, "epoch": datetime.datetime(2026, 3, 1)}, to=4)
     assert run.utc[4] == np.datetime64("2026-03-01") + np.timedelta64(12 * 10**15, "us")
     assert str(run.to_dataframe()["utc"].iloc[4])[:4] == "2406"
-
-
-def test_utc_in_a_parquet_file(tmp_path):
-    pytest.importorskip("pyarrow")
-    run = stiefel.simulate({**BODY, "epoch": "2026-03-01"}, to=2)
-    run.save(tmp_path / "run.parquet")
-    assert stiefel.load(tmp_path / "run.parquet") == run

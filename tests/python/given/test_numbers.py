@@ -162,7 +162,7 @@ def test_a_whole_number_may_be_of_any_type(session, client, given):
 def test_what_is_no_whole_number_is_refused_by_name(session, given):
     needed = {} if given is None else {"to": session.step, "at": session.fork}  # without them the time must be given
     for name, call in {**needed, "start": lambda start: session.trajectory(to=3, start=start),
-                       "every": lambda every: next(session.stream(to=3, every=every))}.items():
+                       "every": lambda every: session.summarize(3, {"energy": "last"}, every=every)}.items():
         with pytest.raises(stiefel.InvalidArgument, match=f"^{name}: .*: must be a whole number of at least [01].* `times` of"):
             call(given)
 

@@ -2,10 +2,7 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import grpc
-from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
-
-from stiefel._given.mappings import is_repeated
 
 DEEPEST = 4  #: levels of messages within messages in which fields are changed
 
@@ -58,18 +55,42 @@ def serve(folder, right):
 def lies(reply, kind):
     """Yields names of changes and the messages that they make of `reply`, the bytes of a message of type `kind`."""
     yield "absent", []
-    yield "twice", [reply, reply]
     yield "empty", [b""]
     yield "garbage", [b"\xff\xff\xff"]
     for path in _paths(kind.FromString(reply)):
-        for name, change in _changes(*_at(kind.FromString(reply), path)):
+        for name, change in CHANGES.get(path[-1], {}).items():
             message = kind.FromString(reply)
-            change(_at(message, path)[0])
+            owner = _owner(message, path)
+            value = getattr(owner, path[-1])
+            if isinstance(value, (str, Message)) != (path[-1] in ("run_status", "session_id")) or path[-1] == "steps" and isinstance(value, int):
+                continue  # another field of this name
+            change(owner, path[-1])
             yield f"{'.'.join(map(str, path))} {name}", [message.SerializeToString()]
 
 
+def _set(new):
+    return lambda message, name: setattr(message, name, new(getattr(message, name)))
+
+
+def _last(new):
+    return lambda message, name: getattr(message, name).__setitem__(-1, new(getattr(message, name)[-1]))
+
+
+_LIST = {"shorter": lambda message, name: getattr(message, name).pop(), "other": _last(lambda value: value + 1)}
+_NUMBER = {"greater": _set(lambda value: value + 1), "negative": _set(lambda value: -1 - value)}
+CHANGES = {
+    "shape": _LIST, "whole_shape": _LIST,
+    "data_type": {"other": _set(lambda value: 99), "next": _set(lambda value: value % 4 + 1)},
+    "data": {"shorter": _set(lambda value: value[:-1]), "a number shorter": _set(lambda value: value[:-8])},
+    "steps": _LIST, "times": {"shorter": _LIST["shorter"]}, "offset": _NUMBER, "step": _NUMBER,
+    "outcome": {"other": _set(lambda value: 99), "none": _set(lambda value: 0), "next": _set(lambda value: value % 5 + 1)},
+    "run_status": {"dropped": lambda message, name: message.ClearField(name)},
+    "fields": {"shorter": _LIST["shorter"]}, "session_id": {"other": _set(lambda value: value + "x")},
+}
+
+
 def _paths(message, begin=()):
-    """The paths of all fields: names, and indices of the first and the last element in lists of messages."""
+    """The paths of all fields that are changed: names, and indices of the first and the last element in lists of messages."""
     for field, value in message.ListFields():
         here = (*begin, field.name)
         yield here
@@ -82,34 +103,8 @@ def _paths(message, begin=()):
                 yield from _paths(value[i], (*here, i))
 
 
-def _at(message, path):
-    """The message that has the field in which the path ends, and the field."""
+def _owner(message, path):
+    """The message that has the field in which the path ends."""
     for name in path[:-1]:
         message = message[name] if isinstance(name, int) else getattr(message, name)
-    return message, message.DESCRIPTOR.fields_by_name[path[-1]]
-
-
-def _changes(message, field):
-    """Yields names and functions that change the field of a message like this one."""
-    name, value = field.name, getattr(message, field.name)
-    yield "dropped", lambda m: m.ClearField(name)
-    if field.message_type is not None and field.message_type.GetOptions().map_entry:
-        return
-    if is_repeated(field):
-        yield "shorter", lambda m: getattr(m, name).pop()
-        yield "longer", lambda m: getattr(m, name).append(getattr(m, name)[-1])
-        if field.message_type is None and field.cpp_type != FieldDescriptor.CPPTYPE_STRING:
-            yield "other", lambda m: getattr(m, name).__setitem__(-1, 1 + getattr(m, name)[-1])
-    elif field.enum_type is not None:
-        for other in [*(value.number for value in field.enum_type.values), 99]:
-            if other != value:
-                yield str(other), lambda m, other=other: setattr(m, name, other)
-    elif field.cpp_type == FieldDescriptor.CPPTYPE_STRING:  # bytes too
-        yield "longer", lambda m: setattr(m, name, value + value[:8])
-        yield "shorter", lambda m: setattr(m, name, value[:-1])
-        if isinstance(value, bytes):
-            yield "a number shorter", lambda m: setattr(m, name, value[:-8])
-    elif field.message_type is None and field.cpp_type != FieldDescriptor.CPPTYPE_BOOL:
-        yield "greater", lambda m: setattr(m, name, value + 1)
-        if field.cpp_type in (FieldDescriptor.CPPTYPE_INT64, FieldDescriptor.CPPTYPE_DOUBLE):
-            yield "negative", lambda m: setattr(m, name, -1 - value)
+    return message

@@ -2,12 +2,13 @@
 import threading
 import time
 
-import grpc
 import numpy as np
 import pytest
 
+import fake
 import stiefel
-from stiefel._wire import failures, held, recreating, retries
+from stiefel import v1 as pb
+from stiefel._wire import recreating
 
 BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]},
         "method": {"name": "preprocessed_variational"}}
@@ -17,8 +18,7 @@ class Replaceable:
     """A server that loses its sessions whenever it is replaced, at one address."""
 
     def __init__(self, folder):
-        self.address = f"unix:{folder}/server"
-        self.server = None
+        self.address, self.server = f"unix:{folder}/server", None
         self.replace()
 
     def replace(self):
@@ -34,11 +34,7 @@ class Replaceable:
 
 
 @pytest.fixture
-def place(tmp_path, monkeypatch):
-    key = tmp_path / "checkpoint.key"  # of all servers: each takes the checkpoints of the one before
-    key.write_text("7f" * 32 + "\n")
-    key.chmod(0o600)
-    monkeypatch.setenv("STIEFEL_CHECKPOINT_KEY", str(key))
+def place(tmp_path):
     place = Replaceable(tmp_path)
     yield place
     place.stop()
@@ -50,68 +46,58 @@ def client(place):
         yield client
 
 
-def find(client, seconds=20):
-    """Waits until the client has found the server again; on a busy machine its retries may end before."""
-    end = time.monotonic() + seconds
-    while True:
-        try:
-            return client.describe()
-        except stiefel.Unavailable:
-            assert time.monotonic() < end
+CALLS = {
+    "step": lambda s, to: s.step(to)["quaternion"], "drive": lambda s, to: s.drive().step(to)["quaternion"],
+    "trajectory": lambda s, to: s.trajectory(to=to)["quaternion"],
+    "stream": lambda s, to: np.concatenate([batch["quaternion"] for batch in s.stream(to=to)]),
+    "times": lambda s, to: s.trajectory(times=[0.005, to * 0.01])["quaternion"],
+    "summarize": lambda s, to: s.summarize(to, {"quaternion": ["last", "mean"]}, checkpoint_every=to // 7)["quaternion"]["mean"],
+    "events": lambda s, to: s.events(to, {"field": "angular_velocity", "coefficients": [1, 0, 0]}).time,
+    "lyapunov": lambda s, to: s.lyapunov(to).exponents,
+    "linearize": lambda s, to: s.state_transition(to).matrix,
+    "diagnose": lambda s, to: np.array([one.drift for one in s.diagnose(to).invariants]),
+    "fork": lambda s, to: s.fork(to, step=0.02).step(10)["quaternion"],
+}
 
 
-def same(one, other):
-    return one.step == other.step and one.keys() == other.keys() and all(np.array_equal(one[k], other[k]) for k in one)
-
-
-def test_every_call_goes_on_at_a_server_that_lost_the_session(place, client):
-    session = client.create(BODY)
-    expected, drive = session.step(300), session.drive()
-    assert same(drive.step(300), expected)
-    drift = session.diagnose(300).invariants[0].drift
-    fork = session.fork(300, step=0.02)
-    forked = fork.step(10)
+@pytest.mark.parametrize("call", CALLS)
+def test_a_call_has_the_same_bits_at_a_server_that_lost_the_session(place, client, call):
+    session, drive = client.create(BODY), client.create(BODY).drive()
+    expected, driven = CALLS[call](client.create(BODY), 3000), drive.step(2)
     place.replace()
-    assert same(session.step(300), expected)
-    place.replace()
-    assert same(drive.step(300), expected)
-    place.replace()
-    assert session.diagnose(300).invariants[0].drift == drift
-    place.replace()
-    assert same(session.fork(300, step=0.02).step(10), forked)
-    place.replace()
-    assert same(fork.step(10), forked), "whose parent is not there"
-    place.replace()
-    last, = session.stream(to=300, start=300)
-    assert all(np.array_equal(last[field][0], expected[field]) for field in expected)
+    assert CALLS[call](session, 3000).tobytes() == expected.tobytes()
+    assert drive.step(2) == driven, "a drive that was open goes on too"
 
 
-def wide(N=370):
-    """A scene whose blocks are too large for a reply."""
-    A = np.random.default_rng(1).normal(size=(N, N)) / N
-    return {"system": "rigid_body", "step": 0.01, "inertia": np.linspace(1, 2, N), "method": {"name": "rk4"},
-            "initial": {"Q": np.eye(N), "M": A - A.T}}
-
-
-def test_a_fork_that_is_lost_before_its_scene_has_arrived_is_made_again(place, client, monkeypatch):
-    session = client.create(wide())
-    expected, fetch, lost = session.fork(1).step(2), held.scene_arrays, []
-
-    def fetch_late(*arguments):
-        if not lost:
-            lost.append(place.replace())
-        return fetch(*arguments)
-    monkeypatch.setattr(held, "scene_arrays", fetch_late)
-    fork = session.fork(1)
-    assert lost and same(fork.step(2), expected)
+@pytest.mark.parametrize("call, to", [("step", 10**6), ("drive", 10**6), ("trajectory", 10**6), ("diagnose", 10**6), ("summarize", 10**6),
+                                      ("lyapunov", 60_000), ("linearize", 10**6)])
+def test_a_rolling_update_is_survived(place, client, call, to):
+    """SIGTERM ends the server while it computes, and a new one listens at the same address."""
+    expected, session, answers = CALLS[call](client.create(BODY), to), client.create(BODY), []
+    caller = threading.Thread(target=lambda: answers.append(CALLS[call](session, to)))
+    caller.start()
+    computing(place.server.process.pid)
+    place.server.process.terminate()
+    place.server.process.wait()
+    assert not answers
     place.replace()
-    assert same(fork.step(2), expected), "whose parent is not there"
+    caller.join()
+    assert answers[0].tobytes() == expected.tobytes()
+
+
+def computing(pid):
+    """Waits until a process has computed for 0.05 s, from now on."""
+    def ticks():
+        return int(open(f"/proc/{pid}/stat", encoding="ascii").read().rpartition(")")[2].split()[11])
+    before = ticks()
+    while ticks() < before + 5:
+        time.sleep(0.002)
 
 
 def test_a_stream_goes_on_where_it_broke(place, client):
     session = client.create(BODY)
-    whole, parts = session.trajectory(to=20_000), []
-    for batch in session.stream(to=20_000):
+    whole, parts = session.trajectory(to=20_000, every=1), []
+    for batch in session.stream(to=20_000, every=1):
         parts.append(batch)
         if len(parts) in (1, 5):
             place.replace()
@@ -119,205 +105,96 @@ def test_a_stream_goes_on_where_it_broke(place, client):
     assert np.array_equal(np.concatenate([batch["quaternion"] for batch in parts]), whole["quaternion"])
 
 
-def test_it_goes_on_from_the_last_checkpoint(place, client):
+def test_it_goes_on_from_the_last_checkpoint(place, client, monkeypatch):
+    """From one that the caller asked for, and from those that come by themselves after about a second of work."""
     session = client.create(BODY)
+    monkeypatch.setattr(recreating, "WORK_BETWEEN_CHECKPOINTS", 6000 * session.step_price.work)
     checkpoint = session.step(5000, checkpoint=True).checkpoint
-    place.replace()
-    assert session.step(5001).computed_steps == 1
     other = client.create(BODY, checkpoint=checkpoint)
     place.replace()
-    assert other.step(5002).computed_steps == 2, "with which it was created"
-
-
-def test_it_goes_back_from_an_earlier_checkpoint(place, client):
-    """A call that goes back after the loss does not begin at step 0."""
-    checkpoint = client.create(BODY).step(5000, checkpoint=True).checkpoint
-    session = client.create(BODY, checkpoint=checkpoint)
-    for lost in range(2):
-        session.step(7000, checkpoint=True)
-        place.replace()
-        assert session.step(5002).computed_steps == 2, "from the one that it was created with"
-        assert session.step(7001).computed_steps == 1, "from the last one"
-    other = client.create(BODY)
-    for step in (9000, 8000, 9500):
-        other.step(step, checkpoint=True)
+    assert session.step(5001).computed_steps == 1
+    assert other.step(5002).computed_steps <= 2, "with which it was created"
+    far = 2 * session._recreation.checkpoint_every()
+    assert session.step(far).checkpoint == b"", "which nobody asked for"
     place.replace()
-    with other.drive() as drive:
-        assert drive.step(8003).computed_steps == 3 and drive.step(9501).computed_steps == 1
-
-
-def test_a_checkpoint_near_by_is_not_asked_for_again(client):
-    session = client.create(BODY, checkpoint=client.create(BODY).step(10**6, checkpoint=True).checkpoint)
-    handle, every = session._recreation, session._recreation.checkpoint_every()
-    assert not any(handle.wants_checkpoint(to) for to in (0, every - 1, 10**6, 10**6 + every - 1))
-    assert handle.wants_checkpoint(10**6 + every) and (every > 10**6 or handle.wants_checkpoint(every))
-
-
-def test_checkpoints_come_by_themselves_about_every_second_of_work(place, client, monkeypatch):
-    session = client.create(BODY)
-    monkeypatch.setattr(recreating, "WORK_BETWEEN_CHECKPOINTS", 1000 * session.step_price.work)
-    assert session.step(999).checkpoint == b"" and not session._recreation.has_checkpoint
-    assert session.step(1000).checkpoint == b"", "which nobody asked for"
-    place.replace()
-    assert session.step(1001).computed_steps == 1
-    with session.drive() as drive:
-        assert drive.step(3000).checkpoint == b""
-    place.replace()
-    assert session.step(3001).computed_steps == 1
-    list(session.stream(to=10_500, start=10_000, every=500))
-    place.replace()
-    assert session.step(10_500).computed_steps < 1500, "a checkpoint comes with the next sample"
-    list(session.stream(to=50_000, start=11_000, every=39_000))
-    place.replace()
-    assert session.step(50_000).computed_steps <= 1000, "between two samples"
+    assert session.step(far + 1).computed_steps == 1
 
 
 def test_only_the_handle_that_created_it_creates_it_again(place, client):
     session = client.create(BODY)
     found, listed = client.get(session.id), next(client.list())
     place.replace()
-    find(client)
     for handle in (found, listed):
         with pytest.raises(stiefel.NotFound) as caught:
             handle.step(1)
         assert caught.value.reason == "SESSION_NOT_FOUND"
-    with pytest.raises(stiefel.NotFound):
-        list(found.stream(to=3))
     assert list(client.list()) == []
     assert session.step(1).step == 1 and found.step(1).step == 1
 
 
 def test_a_deleted_session_stays_deleted(place, client):
-    session = client.create(BODY)
+    """By another client, by this handle, and during a recreation."""
+    session, own, late = client.create(BODY), client.create(BODY, id="mine"), client.create(BODY)
     drive = session.drive()
     drive.step(1)
     with stiefel.Client(place.address) as other:
         other.delete(session.id)
-    for call in (lambda: session.step(1), lambda: drive.step(1), lambda: session.fork(1), lambda: session.diagnose(1),
-                 lambda: session.trajectory(to=3)):
+    own.delete()
+    client.create(BODY, id="mine").delete()
+    for call in (lambda: session.step(1), lambda: drive.step(1), lambda: session.fork(1), lambda: session.trajectory(to=3),
+                 lambda: own.step(1), lambda: own.drive().step(1)):
         with pytest.raises(stiefel.NotFound, match="was deleted") as caught:
             call()
         assert caught.value.reason == "SESSION_DELETED"
-    assert list(client.list()) == []
-
-
-def test_a_handle_that_deleted_its_session_makes_no_call(place, client):
-    session = client.create(BODY, id="mine")
-    drive = session.drive()
-    drive.step(1)
-    session.delete()
-    client.create(BODY, id="mine")
-    for call in (lambda: session.step(1), lambda: drive.step(1), lambda: session.trajectory(to=3)):
-        with pytest.raises(stiefel.NotFound) as caught:
-            call()
-        assert caught.value.reason == "SESSION_DELETED"
-    session.delete()
-    assert list(client.list()) == []
-
-
-def test_a_deletion_during_a_recreation_wins(place, client):
-    session = client.create(BODY)
     place.replace()
-    send, created = session._recreation._send, threading.Event()
+    handle = late._recreation
+    send = handle._send
 
-    def late(method, request, deadline):
-        reply = send(method, request, deadline)
+    def deleted(method, *more):
+        reply = send(method, *more)
         if method == "CreateSession":
-            created.set()
-            session._recreation.end()  # as `delete` begins
+            handle.end()  # as `delete` begins
         return reply
-    session._recreation._send = late
+    handle._send = deleted
     with pytest.raises(stiefel.NotFound):
-        session.step(1)
-    assert created.is_set() and list(client.list()) == []
+        late.step(1)
+    assert list(client.list()) == []
 
 
-def test_without_a_server_it_ends(place):
-    with stiefel.Client(place.address, timeout=2) as client:
-        session = client.create(BODY)
-        place.stop()
-        for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1),
-                     lambda: session.step(1, timeout=0.1), client.describe):
-            with pytest.raises((stiefel.Unavailable, stiefel.DeadlineExceeded)):
-                call()
-
-
-def test_a_server_that_comes_back_after_seconds_is_waited_for(place, client):
+def test_a_server_that_comes_back_after_seconds_is_waited_for(place, client, capsys):
     session = client.create(BODY)
     expected = session.step(300)
     place.stop()
     threading.Timer(4, place.replace).start()
-    assert same(session.step(300), expected)
+    assert session.step(300) == expected
+    assert capsys.readouterr().err.count("; waits for up to 5") == 1
 
 
-@pytest.mark.parametrize("call", [
-    lambda s, to: s.step(to), lambda s, to: s.drive().step(to), lambda s, to: s.diagnose(to), lambda s, to: s.fork(to).step(0),
-    lambda s, to: s.trajectory(to=to, every=to), lambda s, to: s.summarize(to, {"quaternion": "last"}, checkpoint_every=to),
-], ids=["step", "drive", "diagnose", "fork", "trajectory", "summarize"])
-def test_a_call_goes_on_where_a_server_ended(place, client, call):
-    """SIGTERM lets a call lose less than SIGKILL: the server sends where it stood, and the next one goes on from there."""
-    to = 1_500_000
-    session, kept, answers = client.create(BODY), [], []
-    keep = session._recreation.keep
-    session._recreation.keep = lambda step, checkpoint: (kept.append(step), keep(step, checkpoint))
-    caller = threading.Thread(target=lambda: answers.append(call(session, to)))
-    caller.start()
-    computing(place.server.process.pid)
-    place.server.process.terminate()
-    place.server.process.wait()
-    place.replace()
-    caller.join()
-    whole = call(client.create(BODY), to)
-    answer, = answers
-    if isinstance(whole, stiefel.State):
-        assert same(answer, whole)
-    elif isinstance(whole, stiefel.Trajectory):
-        assert np.array_equal(answer["quaternion"], whole["quaternion"])
-    elif isinstance(whole, stiefel.Diagnosis):
-        assert answer.invariants == whole.invariants
-    else:
-        assert np.array_equal(answer["quaternion"]["last"], whole["quaternion"]["last"])
-    if not isinstance(whole, stiefel.Summary):  # whose checkpoint is its own
-        assert 0 < kept[0] < to
+class OtherBuild(fake.Fake):
+    """The fake with the numerics id "other"."""
+
+    def _receive(self, request, context):
+        context.send_initial_metadata((("stiefel-numerics-id", "other"),))
+        super()._receive(request, context)
 
 
-def computing(pid):
-    """Waits until a process has computed for 0.1 s, from now on."""
-    def ticks():
-        return int(open(f"/proc/{pid}/stat", encoding="ascii").read().rpartition(")")[2].split()[11])
-    before = ticks()
-    while ticks() < before + 10:
-        time.sleep(0.01)
+def test_another_build_is_gone_on_at_only_on_request(tmp_path, monkeypatch):
+    monkeypatch.setattr(fake, "Fake", OtherBuild)
+    _, server, address = fake.serve(tmp_path)
+    message = pb.Session(session_id="fake", numerics_id="mine", scene=pb.Scene(step=0.5))
+    with stiefel.Client(address) as client:
+        session = stiefel.Session(client._connection, message, True, owner=True)
+        for call in (lambda: session.step(1), lambda: session.trajectory(to=10), lambda: session.drive().step(1)):
+            with pytest.raises(stiefel.BuildChanged, match="mine.*other") as caught:
+                call()
+            assert (caught.value.began_with, caught.value.now, caught.value.reason) == ("mine", "other", "BUILD_CHANGED")
+    with stiefel.Client(address, any_build=True) as client:
+        session = stiefel.Session(client._connection, message, True, owner=True)
+        assert session.step(1).step == 1 and session.trajectory(to=10).samples == 11
+    server.stop(None)
 
 
 @pytest.mark.parametrize("id", ["no name", "line\nbreak", "ü", "x" * 129, ""])
-def test_a_name_that_no_server_takes_is_not_routed(client, id):
+def test_a_name_that_no_server_takes_is_refused(client, id):
     with pytest.raises(stiefel.InvalidArgument, match="session_id"):
         client.get(id)
-
-
-def failed(code, says):
-    """The exception for a call that gRPC ended."""
-    class Failure(grpc.RpcError):
-        def code(self): return code
-        def details(self): return says
-        def trailing_metadata(self): return ()
-    return failures.from_rpc_error(Failure())
-
-
-@pytest.mark.parametrize("code, says, taken", [
-    (grpc.StatusCode.CANCELLED, "Received RST_STREAM with error code 8", True),
-    (grpc.StatusCode.UNKNOWN, "Stream removed", True),
-    (grpc.StatusCode.CANCELLED, "CANCELLED", True),
-    (grpc.StatusCode.CANCELLED, "Locally cancelled by application!", False),
-    (grpc.StatusCode.RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11", False),
-])
-def test_a_connection_that_broke_is_unavailable(code, says, taken):
-    assert isinstance(failed(code, says), stiefel.Unavailable) == taken
-
-
-@pytest.mark.parametrize("says, tried", [("Received RST_STREAM with error code 11", [0.05, 0.1, 0.2, 0.4, 0.8, None]),
-                                         ("received initial metadata size exceeds limit", [None])])
-def test_too_much_at_once_is_tried_again(says, tried):
-    pauses = retries.Pauses()
-    assert [pauses.after(failed(grpc.StatusCode.RESOURCE_EXHAUSTED, says)) for _ in tried] == tried

@@ -52,12 +52,6 @@ def test_it_has_a_docstring_that_stands_alone(name, text):
     assert not re.match(r"(The same|Likewise|See |As `|Also )", first), first
 
 
-def test_what_does_not_stand_alone_is_found():
-    for text in (None, "State(step: int)", "the state", "Does it", "As `step` does, backwards."):
-        with pytest.raises(AssertionError):
-            test_it_has_a_docstring_that_stands_alone("one", text)
-
-
 @pytest.mark.parametrize("name", sorted(dir(stiefel)))
 def test_help_of_every_name_says_something(name):
     value = getattr(stiefel, name)

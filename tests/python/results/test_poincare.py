@@ -91,3 +91,12 @@ def test_the_members_of_an_ensemble_are_on_one_section(client):
 def test_what_is_no_section_is_refused(client, wrong, field):
     with client.create(ELLIPSOID) as session, pytest.raises(stiefel.InvalidArgument, match=f"^{field}"):
         session.poincare(**{"section": EQUATOR, "to": 500, **wrong})
+
+
+def test_zeros_are_rows_of_a_data_frame(client):
+    pytest.importorskip("pandas")
+    with client.create({**ELLIPSOID, "members": 2, "initial": {name: [block, block] for name, block in ELLIPSOID["initial"].items()}}) as session:
+        section = session.poincare(EQUATOR, to=2000, coordinates=[{"q": [1, 0, 0]}])
+    frame = section.to_dataframe()
+    assert list(frame) == ["event", "step", "fraction", "time", "member", "q[0]", "q[1]", "q[2]", "point[0]", "residual"]
+    assert (frame["time"] == section.time).all() and (frame["q[1]"] == section["q"][:, 1]).all() and (frame["point[0]"] == section.points[:, 0]).all()

@@ -55,23 +55,6 @@ def test_the_program_writes_its_picture(tmp_path, result):
     assert (tmp_path / "basin.png").stat().st_size > 10_000
 
 
-def test_by_default_there_are_a_hundred_thousand_bodies(monkeypatch, tmp_path):
-    asked = []
-
-    class Asked(Exception):
-        pass
-
-    def flips(pixels, *arguments, **options):
-        asked.append(pixels)
-        raise Asked
-
-    monkeypatch.setattr(basin, "flips", flips)
-    monkeypatch.setattr(sys, "argv", ["basin.py", "--output", str(tmp_path)])
-    with pytest.raises(Asked):
-        basin.main()
-    assert asked[0]**2 >= 100_000
-
-
 def test_where_it_computes_is_one_argument(client):
     assert basin.workers("cores") == {} and basin.workers("a:1,b:2") == {"servers": ["a:1", "b:2"]}
     assert basin.flips(2, basin.workers(client.address)).attrs["sha256"] == \

@@ -1,4 +1,4 @@
-"""The lines of the log: one a call, one at a stream's start, valid JSON whatever a caller sends, and nothing secret."""
+"""The lines of the log: one a call, valid JSON whatever a caller sends, and nothing secret."""
 import json
 import signal
 import threading
@@ -40,7 +40,7 @@ def of(lines, method, message="rpc"):
     return [line for line in lines if line.get("method") == method and line["message"] == message]
 
 
-def test_a_call_is_a_line_with_peer_price_and_work(logged):
+def test_a_call_is_a_line_with_peer_and_work(logged):
     said = {}
 
     def work(stub, process):
@@ -48,31 +48,12 @@ def test_a_call_is_a_line_with_peer_price_and_work(logged):
         said["inline"] = stub.Step(pb.StepRequest(session_id=said["id"], to=3), timeout=60).price.work
         said["pooled"] = stub.Step(pb.StepRequest(session_id=said["id"], to=100_000), timeout=60).price.work
     steps = of(logged(work), "Step")
-    assert [line["price"] for line in steps] == pytest.approx([said["inline"], said["pooled"]], rel=0.01, abs=1)
     for line in steps:
         assert line["session"] == said["id"] and line["code"] == "OK" and line["peer"].startswith("ipv4:127.0.0.1:")
         assert "trace_id" not in line and line["request_id"]
-    assert steps[0]["work"] == steps[0]["price"]
+    assert steps[0]["work"] == pytest.approx(said["inline"], abs=1)
     # The pooled one was measured; its price is a prediction.
-    assert steps[1]["price"] / 20 < steps[1]["work"] < 20 * steps[1]["price"]
-
-
-def test_a_stream_has_a_line_at_its_start(logged):
-    def work(stub, process):
-        session = create(stub, process)
-        assert list(stub.Stream(pb.StreamRequest(session_id=session, to=1000), timeout=60))
-        assert list(stub.Drive(iter([pb.DriveRequest(session_id=session, to=k) for k in (1, 2)]), timeout=60))
-        assert list(stub.Summarize(pb.SummarizeRequest(session_id=session, to=50), timeout=60))
-    lines = logged(work)
-    for method in ("Stream", "Drive", "Summarize"):
-        (begin,), (end,) = of(lines, method, "rpc begins"), of(lines, method)
-        assert lines.index(begin) < lines.index(end)
-        for key in ("request_id", "session", "peer"):
-            assert begin[key] == end[key] != ""
-        assert "code" not in begin and end["code"] == "OK"
-    assert of(lines, "Stream", "rpc begins")[0]["price"] == of(lines, "Stream")[0]["price"] > 0
-    assert of(lines, "Stream")[0]["work"] > 0
-    assert of(lines, "Step", "rpc begins") == []
+    assert said["pooled"] / 20 < steps[1]["work"] < 20 * said["pooled"]
 
 
 TRACES = [
@@ -140,7 +121,7 @@ def test_hostile_ids(serve, form):
 
 
 def test_calls_go_on_while_the_log_is_not_read(serve):
-    """A pipe holds 64 KiB, some 300 lines; what comes later is dropped and counted."""
+    """A pipe holds 64 KiB, some 300 lines, and the queue 1024; of more the oldest are dropped and counted."""
     process, calls = serve("--log-format", "json", "--log-level", "debug"), 2000
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)
@@ -155,7 +136,7 @@ def test_calls_go_on_while_the_log_is_not_read(serve):
     reader.join(60)
     written = of(lines, "ListSessions")
     dropped = [line for line in lines if "dropped" in line["message"]]
-    assert 100 < len(written) < calls and written[-1]["code"] == "OK"
+    assert 1000 < len(written) < calls and written[-1]["code"] == "OK"
     assert sum(line["count"] for line in dropped) + len(written) == calls + 1
     assert all(line["level"] == "warning" for line in dropped)
 
@@ -180,18 +161,9 @@ def compressed(stub, number):
         assert refused.value.code() is grpc.StatusCode.UNIMPLEMENTED
 
 
-def test_grpcs_own_lines_are_of_the_log(logged):
-    lines = logged(lambda stub, process: compressed(stub, 200), level="info")
-    own = [line for line in lines if line["message"] == "grpc"]
-    assert own and all(line["level"] == "warning" and "ompress" in line["text"] for line in own)
-    assert all(line["source"].rsplit(":", 1)[1].isdigit() for line in own)
-    assert len(own) < 200, "they are limited each second"
-    assert sum(line.get("left_out_before", 0) for line in own) + len(own) <= 200
-
-
 @pytest.mark.parametrize("form", ["json", "text"])
 def test_grpcs_own_lines_wait_for_nobody(serve, form):
-    """Six hundred such lines fill the pipe twice if gRPC writes them; the server answers and ends as before."""
+    """Six hundred such lines would fill the pipe twice; the server answers and ends in time."""
     process = serve("--log-format", form)
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)

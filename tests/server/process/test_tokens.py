@@ -110,7 +110,7 @@ def test_health_needs_no_token(guarded):
 def test_a_unix_socket_needs_a_token_too(guarded, serve, tmp_path):
     address = f"unix:{tmp_path}/socket"
     serve("--tokens", str(guarded.file), listen=address)
-    with stiefel.Client(address) as nobody, pytest.raises(stiefel.Unauthenticated) as refused:
+    with stiefel.Client(address) as nobody, pytest.raises(stiefel.StiefelError) as refused:
         nobody.describe()
     assert refused.value.reason == "TOKEN_MISSING"
     with stiefel.Client(address, token=guarded.bob) as bob:
@@ -140,13 +140,13 @@ def test_a_withdrawn_token_is_refused_and_its_calls_end(guarded):
         def refused():
             try:
                 alice.describe()
-            except stiefel.Unauthenticated as error:
+            except stiefel.StiefelError as error:
                 return error.reason == "TOKEN_UNKNOWN"
             return False
         assert eventually(refused)
         running[0].join(60)
-        assert isinstance(broken["alice"], stiefel.Unauthenticated), "the stream that ran has ended"
-        with pytest.raises(stiefel.Unauthenticated):
+        assert broken["alice"].code is grpc.StatusCode.UNAUTHENTICATED, "the stream that ran has ended"
+        with pytest.raises(stiefel.StiefelError, match="token"):
             drive.step(6)
         assert broken["bob"] is None and running[1].is_alive(), "the other's stream goes on"
         assert his.step(7).step == 7
@@ -161,7 +161,7 @@ def test_a_file_that_goes_wrong_lets_nobody_in_by_mistake(guarded):
         def in_order(client):
             try:
                 return bool(client.describe().version)
-            except stiefel.Unauthenticated:
+            except stiefel.StiefelError:
                 return False
         guarded.write(guarded.alices_line[:-1], guarded.bobs_line)  # a digit is missing
         assert eventually(lambda: not in_order(alice)) and in_order(bob)
@@ -180,7 +180,7 @@ def test_a_second_token_of_a_principal_sees_the_same_sessions(guarded):
         def there():
             try:
                 return after.get("kept").id == "kept"
-            except stiefel.Unauthenticated:
+            except stiefel.StiefelError:
                 return False
         assert eventually(there)
 
@@ -198,24 +198,21 @@ def test_what_is_no_name(name):
 
 
 def test_nothing_secret_is_logged(serve, tmp_path):
-    """At the finest level: tokens, their digests, keys and what is refused."""
+    """At the finest level: tokens, their digests and what is refused."""
     token, line = make_token("alice")
-    secret = "5e" * 32
     (tmp_path / "tokens").write_text(line + "\n")
-    (tmp_path / "key").write_text(secret + "\n")
-    process = serve("--tokens", str(tmp_path / "tokens"), "--checkpoint-key", str(tmp_path / "key"), "--log-level",
-                    "trace", "--log-format", "json")
+    process = serve("--tokens", str(tmp_path / "tokens"), "--log-level", "trace", "--log-format", "json")
     with stiefel.Client(process.address, token=token) as alice:
         alice.create(BODY).step(10, checkpoint=True)
     with stiefel.Client(process.address, token="stiefel_wrong-one") as nobody:
-        with pytest.raises(stiefel.Unauthenticated) as refused:
+        with pytest.raises(stiefel.StiefelError) as refused:
             nobody.describe()
     (tmp_path / "tokens").write_text("alice " + token + "\n")  # the token itself, by mistake
     assert eventually(lambda: _refuses(process.address, token))
     process.stop()
     text = process.child.stderr.read() + str(refused.value)
     assert '"code":"UNAUTHENTICATED"' in text and "line 1: " in text
-    for word in (token, token[8:], line.split()[1], secret, "wrong-one"):
+    for word in (token, token[8:], line.split()[1], "wrong-one"):
         assert word not in text
 
 
@@ -224,7 +221,7 @@ def _refuses(address, token):
         try:
             client.describe()
             return False
-        except stiefel.Unauthenticated:
+        except stiefel.StiefelError:
             return True
 
 

@@ -5,12 +5,9 @@
 #include <sys/socket.h>
 
 #include <chrono>
-#include <future>
 #include <string>
 #include <thread>
 
-#include "server/connections/listener.h"
-#include "server/connections/self_watch.h"
 #include "server/scheduling/process.h"
 #include "server/server.h"
 
@@ -106,24 +103,6 @@ TEST(Connections, PingsAreWelcomeUpToARate) {
   EXPECT_FALSE(slow.ended);
   EXPECT_EQ(slow.bytes.find("too_many_pings"), std::string::npos);
   EXPECT_NE(ping_every(5ms, hello(server)).bytes.find("too_many_pings"), std::string::npos);
-}
-
-TEST(Connections, AServerAnswersItself) {
-  std::promise<void> gave_up;
-  const Server server(
-      on_a_free_port({.self_watch = 500ms, .unreachable = [&] { gave_up.set_value(); }}));
-  EXPECT_EQ(gave_up.get_future().wait_for(1500ms), std::future_status::timeout);
-}
-
-TEST(Connections, AListenerThatNobodyAcceptsFromIsNoticed) {
-  const auto listeners = listen_on("127.0.0.1:0");
-  EXPECT_FALSE(answers(listeners[0].address, 100ms));
-  std::promise<Clock::time_point> gave_up;
-  const auto start = Clock::now();
-  const SelfWatch watch({listeners[0].address}, 500ms, [&] { gave_up.set_value(Clock::now()); });
-  auto when = gave_up.get_future();
-  ASSERT_EQ(when.wait_for(5s), std::future_status::ready);
-  EXPECT_GE(when.get() - start, 500ms);
 }
 
 }  // namespace

@@ -29,13 +29,17 @@ struct Caller {
   Caller(Turns& turns, Turns::Share& share)
       : all(turns), turn(turns, share, stop, [this] { return left.load(); }) {}
 
-  /// Passes a stop point on a thread of its own, and returns once the call waits for a place.
-  void wait_for_place() {
-    const std::size_t before = all.waiting();
+  /// Passes a stop point on a thread of its own.
+  void start() {
     thread = std::jthread([this] {
       turn.pass();
       went_on = true;
     });
+  }
+  /// The same, and returns once the call waits for a place.
+  void wait_for_place() {
+    const std::size_t before = all.waiting();
+    start();
     wait_until([&] { return went_on || all.waiting() > before; });
   }
 
@@ -80,7 +84,7 @@ TEST(Turns, ACallGivesItsPlaceAfterATurn) {
   first->turn.pass();
   EXPECT_FALSE(second->went_on);
   compute(Turns::look);
-  first->wait_for_place();
+  first->start();
   wait_until([&] { return second->went_on.load(); });
   EXPECT_FALSE(first->went_on);
   second->turn.give();

@@ -89,22 +89,14 @@ class CheckpointBytes : public testing::Test {
     cursor_.advance(500, budget);
     bytes_ = encode_checkpoint(session_, cursor_.simulation());
   }
-  using Keys = std::shared_ptr<const CheckpointKeys>;
-  static Keys keys(const std::vector<Bytes32>& secrets) {
-    return std::make_shared<const CheckpointKeys>(secrets);
+  static Session session_of(Scene scene) {
+    return {"s", std::move(scene), std::make_shared<const Clock>(&std::chrono::steady_clock::now)};
   }
-  static Session session_of(Scene scene, Keys keys = nullptr) {
-    return {"s",
-            std::move(scene),
-            std::make_shared<const Clock>(&std::chrono::steady_clock::now),
-            {},
-            std::move(keys)};
-  }
-  /// The bytes as this process would have signed them: what only a fault of ours could write.
-  static std::string with_own_signature(std::string bytes) {
+  /// The bytes with the digest that belongs to them.
+  static std::string sealed(std::string bytes) {
     bytes.resize(bytes.size() - sizeof(Bytes32));
-    const Bytes32 mac = hmac_sha256(CheckpointKeys::of_process()->signing().secret, bytes);
-    return bytes.append(reinterpret_cast<const char*>(mac.data()), mac.size());
+    const Bytes32 digest = sha256(bytes);
+    return bytes.append(reinterpret_cast<const char*>(digest.data()), digest.size());
   }
   CheckpointFault fault_of(std::string_view bytes) const {
     const auto result = decode_checkpoint(session_, bytes);
@@ -142,10 +134,7 @@ TEST_F(CheckpointBytes, EveryFlippedByteIsFound) {
     damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
     const auto result = decode_checkpoint(session_, damaged);
     ASSERT_FALSE(result) << "byte " << i;
-    // The format's version and the name of the key say that another server wrote it.
-    const bool others = i >= 7 && i < 8 + CheckpointKey::name_bytes;
-    ASSERT_EQ(result.error().fault, others ? CheckpointFault::foreign : CheckpointFault::corrupt)
-        << "byte " << i;
+    ASSERT_EQ(result.error().fault, CheckpointFault::corrupt) << "byte " << i;
   }
 }
 
@@ -169,50 +158,24 @@ TEST_F(CheckpointBytes, HaveTheSizeThatIsForetold) {
   EXPECT_EQ(bytes_.size(), checkpoint_bytes(session_));
 }
 
-TEST_F(CheckpointBytes, AnotherKeyMakesThemForeign) {
-  const Bytes32 old = random_secret(), now = random_secret();
-  Session before = session_of(test::scene(), keys({old}));
-  Cursor cursor(before, 500);
-  std::int64_t budget = 1000;
-  cursor.advance(500, budget);
-  const std::string bytes = encode_checkpoint(before, cursor.simulation());
-  EXPECT_TRUE(decode_checkpoint(session_of(test::scene(), keys({now, old})), bytes));
-  EXPECT_TRUE(decode_checkpoint(session_of(test::scene(), keys({old, now})), bytes));
-  const auto refused = decode_checkpoint(session_of(test::scene(), keys({now})), bytes);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().fault, CheckpointFault::foreign);
-  EXPECT_EQ(fault_of(bytes), CheckpointFault::foreign);
-}
-
-TEST_F(CheckpointBytes, WithoutTheKeyNoneCanBeForged) {
-  std::string forged = bytes_;
-  forged[forged.size() - sizeof(Bytes32) - 1] ^= 1;
-  const Bytes32 guess = hmac_sha256(Bytes32{}, forged.substr(0, forged.size() - sizeof(Bytes32)));
-  forged.replace(forged.size() - guess.size(), guess.size(),
-                 reinterpret_cast<const char*>(guess.data()), guess.size());
-  EXPECT_EQ(fault_of(forged), CheckpointFault::corrupt);
-  EXPECT_EQ(fault_of(with_own_signature(bytes_) + "x"), CheckpointFault::corrupt);
-  EXPECT_TRUE(decode_checkpoint(session_, with_own_signature(bytes_)));
-}
-
 TEST_F(CheckpointBytes, NumbersAreFiniteAndAsManyAsTheStateHas) {
   for (const double number :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     std::string bytes = bytes_;
     std::memcpy(bytes.data() + bytes.size() - sizeof(Bytes32) - sizeof number, &number,
                 sizeof number);
-    EXPECT_EQ(fault_of(with_own_signature(bytes)), CheckpointFault::corrupt);
+    EXPECT_EQ(fault_of(sealed(bytes)), CheckpointFault::corrupt);
   }
   std::string shorter = bytes_;
   shorter.erase(shorter.size() - sizeof(Bytes32) - sizeof(double), sizeof(double));
-  EXPECT_EQ(fault_of(with_own_signature(shorter)), CheckpointFault::corrupt);
+  EXPECT_EQ(fault_of(sealed(shorter)), CheckpointFault::corrupt);
 }
 
 TEST_F(CheckpointBytes, AnotherNumericsIdIsNamed) {
   std::string bytes = bytes_;
-  const std::size_t id = 8 + CheckpointKey::name_bytes + sizeof(std::uint64_t);
+  const std::size_t id = 8 + sizeof(std::uint64_t);
   bytes.replace(id, 4, "ffff");
-  const auto result = decode_checkpoint(session_, with_own_signature(bytes));
+  const auto result = decode_checkpoint(session_, sealed(bytes));
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().fault, CheckpointFault::other_numerics);
   EXPECT_EQ(result.error().numerics_id.substr(0, 4), "ffff");
@@ -225,8 +188,8 @@ TEST_F(CheckpointBytes, AnotherSceneIsNamed) {
   EXPECT_EQ(result.error().fault, CheckpointFault::other_scene);
 }
 
-TEST_F(CheckpointBytes, ASummaryOfAnotherVersionIsForeign) {
-  const std::string bytes = sign_checkpoint(session_, summary_format, {"sa", "ved"});
+TEST_F(CheckpointBytes, AnotherFormatIsRefused) {
+  const std::string bytes = seal_checkpoint(session_, summary_format, {"sa", "ved"});
   EXPECT_EQ(verify_checkpoint(session_, summary_format, bytes), "saved");
   EXPECT_FALSE(verify_checkpoint(session_, state_format, bytes));
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -234,9 +197,7 @@ TEST_F(CheckpointBytes, ASummaryOfAnotherVersionIsForeign) {
     damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
     const auto result = verify_checkpoint(session_, summary_format, damaged);
     ASSERT_FALSE(result) << "byte " << i;
-    const bool others = i >= 7 && i < 8 + CheckpointKey::name_bytes;
-    ASSERT_EQ(result.error().fault, others ? CheckpointFault::foreign : CheckpointFault::corrupt)
-        << "byte " << i;
+    ASSERT_EQ(result.error().fault, CheckpointFault::corrupt) << "byte " << i;
   }
 }
 

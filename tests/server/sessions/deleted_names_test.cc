@@ -98,7 +98,7 @@ TEST_F(RegistryDeletedNames, ADeletedSessionDoesNotComeBack) {
 
 TEST(RegistryMemory, DeletedNamesCountAndGiveUpCaches) {
   MemoryBudget memory(std::uint64_t{1} << 20);
-  Registry registry(3, 1h, {}, nullptr, memory);
+  Registry registry(3, 1h, {}, memory);
   registry.create(everybody, "cached", test::scene(), "", {}, false);
   const MemoryLease others(memory, memory.limit() - memory.used());
   for (int i = 0; i < 10; ++i) registry.erase(everybody, std::to_string(i));

@@ -124,18 +124,6 @@ TEST_F(RegistryTest, WhatExpiresIsErasedAsItsOwners) {
   EXPECT_EQ(log.erased, (std::vector<std::string>{"/a", "alice/a"}));
 }
 
-TEST_F(RegistryTest, AForeignCheckpointIsIgnored) {
-  Registry elsewhere(3, 1h, {},
-                     std::make_shared<const CheckpointKeys>(std::vector{random_secret()}));
-  const auto there = elsewhere.create(everybody, "a", test::scene(), "");
-  ASSERT_TRUE(there);
-  const std::string bytes = encode_checkpoint(*there->session, *there->session->lease(0));
-  const auto here = registry_.create(everybody, "a", test::scene(), bytes);
-  ASSERT_TRUE(here);
-  EXPECT_TRUE(here->created && here->checkpoint_ignored);
-  EXPECT_FALSE(elsewhere.create(everybody, "b", test::scene(), bytes)->checkpoint_ignored);
-}
-
 TEST_F(RegistryTest, PagesInOrder) {
   for (const char* id : {"c", "a", "b"}) registry_.create(everybody, id, test::scene(), "");
   const auto first = registry_.page(everybody, "", 2);

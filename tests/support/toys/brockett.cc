@@ -1,12 +1,9 @@
 #include <cmath>
 
 #include "engine/catalogue/system_entry.h"
-#include "engine/catalogue/vector_field.h"
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {
-
-VectorField brockett_equations(const Scene& scene);
 
 namespace {
 
@@ -46,7 +43,7 @@ SystemEntry brockett_entry() {
   info.blocks = {{"H", "N x N", true, "symmetric"}};
   info.fields = {{"H", "N x N", "symmetric"}};
   info.invariants = {{"eigenvalues", "of H, ascending", "Brockett 1991"}};
-  return {.info = info, .check = check, .vector_field = brockett_equations, .example = example};
+  return {.info = info, .check = check, .example = example};
 }
 
 }  // namespace stiefel

@@ -1,7 +1,6 @@
 #include <Eigen/Eigenvalues>
 
 #include "engine/catalogue/system_entry.h"
-#include "engine/catalogue/vector_field.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "engine/stepping/stacked_observables.h"
@@ -54,12 +53,6 @@ std::unique_ptr<Simulation> make_brockett(const Scene& scene) {
 }
 
 }  // namespace
-
-VectorField brockett_equations(const Scene& scene) {
-  const double N = scene.dimension(), operations = 4 * N * N * (N + 1);
-  const Brockett<long double> system(scene.inertia().cast<long double>());
-  return vector_field(system, scene.block("H"), 0, operations);
-}
 
 Tangents brockett_tangents() {
   return {[](const Scene&) {

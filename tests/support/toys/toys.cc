@@ -18,15 +18,6 @@ SystemEntry brockett_entry();
 Simulations brockett_simulations();
 Tangents brockett_tangents();
 
-SystemEntry brockett_without_reference_entry() {
-  SystemEntry entry = brockett_entry();
-  entry.info.name = "brockett_without_reference";
-  entry.vector_field = nullptr;
-  return entry;
-}
-Simulations brockett_without_reference_simulations() { return brockett_simulations(); }
-Tangents brockett_without_reference_tangents() { return brockett_tangents(); }
-
 namespace testing {
 
 RowMatrix two_by_two(double s) {

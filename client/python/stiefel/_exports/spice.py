@@ -11,38 +11,38 @@ from typing import Any
 
 import numpy as np
 
+from stiefel import _rotations
 from stiefel._exports.nodes import Export, nodes_of, written
-from stiefel._given.instants import Instant
+from stiefel._given.instants import Instant, as_time, instant
 from stiefel._results.extras import imported
 
 Trajectory = Any  # a `stiefel.Trajectory`
 TICKS = 1e6  #: of the clock in a second
-_J2000 = Instant(730120, Fraction(43200), "TDB")  #: 2000-01-01T12:00:00
+_J2000 = "2000-01-01T12:00:00"
 
 
 def to_ck(run: Trajectory, file: "str | os.PathLike[str]", *, instrument: int, epoch: Any = None, frame: str = "J2000",
           segment: str = "STIEFEL") -> Export:
-    """Writes a C-kernel with one segment of type 3, with angular velocities where a field or the scene tells them, and beside it FILE.tsc, the kernel of its clock.
+    """Writes a C-kernel with one segment of type 3, with angular velocities if the trajectory has the field `angular_velocity`,
+    and beside it FILE.tsc, the kernel of its clock.
 
     `instrument`: the code of the body's frame, such as -999000; its clock is that of the spacecraft `instrument` // 1000,
-    -999. `frame`: the name of the space axes. `epoch`: the instant of time 0 if the scene has none. Needs spiceypy. Raises
-    ValueError for an epoch whose scale has no constant distance from TDB.
+    -999. `frame`: the name of the space axes. `epoch`: the instant of time 0 if the scene has none. Needs spiceypy.
     """
     spice = imported("spiceypy", "spice")
     nodes = nodes_of(run, epoch)
-    path, clock = os.fspath(file), os.path.splitext(os.fspath(file))[0] + ".tsc"
+    path, clock = os.fspath(file), f"{os.path.splitext(file)[0]}.tsc"
     spacecraft = math.ceil(instrument / 1000)
     begin = seconds_past_j2000(nodes.epoch.after(float(nodes.time[0])))
     ticks = (nodes.time - nodes.time[0]) * TICKS
-    has_rate = nodes.space_rate is not None
-    rates = nodes.space_rate if has_rate else np.zeros((len(ticks), 3))
+    rates = np.zeros((len(ticks), 3)) if nodes.rate is None else _rotations.rotated(nodes.quaternion, nodes.rate)
     part = path + ".part"
     if os.path.exists(part):
         os.remove(part)
     handle = spice.ckopn(part, segment, 0)
     try:
-        spice.ckw03(handle, ticks[0], ticks[-1], instrument, frame, has_rate, segment, len(ticks), ticks,
-                    nodes.quaternion * [1, -1, -1, -1], rates, 1, [ticks[0]])
+        spice.ckw03(handle, ticks[0], ticks[-1], instrument, frame, nodes.rate is not None, segment, len(ticks), ticks,
+                    _rotations.inverse(nodes.quaternion), rates, 1, [ticks[0]])
     finally:
         spice.ckcls(handle)
     os.replace(part, path)
@@ -51,19 +51,14 @@ def to_ck(run: Trajectory, file: "str | os.PathLike[str]", *, instrument: int, e
                          for tick, time in zip(ticks.tolist(), nodes.time.tolist())))
     # A reader gets the time of a tick in seconds past J2000, whose rounding is larger.
     rounding += math.ulp(begin) if begin else 0.0
-    return Export((path, clock), "SPICE CK, type 3", len(ticks), rounding, nodes.interpolation_error())
+    return Export((path, clock), "SPICE CK, type 3", len(ticks), rounding)
 
 
 def seconds_past_j2000(given: Instant) -> float:
-    """Returns an instant in seconds of TDB past J2000, as SPICE's leapseconds kernel does."""
-    if given.scale == "TDB":
-        elapsed = given.since(_J2000)
-        assert elapsed is not None
-        return elapsed
-    in_tai = given.in_tai()
-    if in_tai is None:
-        raise ValueError(f"epoch: {given}: give it in UTC, TAI, TT, GPS or TDB")
-    terrestrial = in_tai + Fraction(32184, 1000) - (_J2000.day * 86400 + _J2000.seconds)
+    """Returns an instant in seconds of TDB past J2000; one in UTC as SPICE's leapseconds kernel does."""
+    if given.scale != "UTC":
+        return float((as_time(str(given)).tdb - as_time(f"{_J2000} TDB")).sec)
+    terrestrial = given.seconds - instant("J2000", f"{_J2000}Z").seconds + Fraction(64184, 1000)  # TT - UTC was 64.184 s
     M = 6.239996 + 1.99096871e-7 * float(terrestrial)
     return float(terrestrial + Fraction(1.657e-3 * math.sin(M + 1.671e-2 * math.sin(M))))
 

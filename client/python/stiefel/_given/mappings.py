@@ -1,98 +1,301 @@
-"""Converts what a caller gives, dicts and lists of names, for messages. Errors name the path of every fault."""
+"""The walk through what a caller gives for a message, dicts and lists of names. Errors name the path of every fault."""
 from __future__ import annotations
 
 import difflib
-from typing import Any, Iterable, Iterator, Mapping, Optional, Union
+import functools
+from dataclasses import dataclass, field
+from typing import Any, Iterable, Mapping, Optional, TypeVar, Union
 
+import numpy as np
 from google.protobuf import json_format
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
+from numpy.typing import NDArray
 
+from stiefel import v1 as pb
+from stiefel._given.numbers import number, numbers, refused, whole
+from stiefel._given.shapes import described, is_repeated
 from stiefel._given.shown import shown
+from stiefel._wire.arrays import put_block
 from stiefel.errors import InvalidArgument, Violation
 
 Names = Union[str, Iterable[str]]
+M = TypeVar("M", bound=Message)
 
-#: What people call a field of a scene, and its names.
-_OTHER_NAMES = {"omega": ("angular_velocity",), "w": ("angular_velocity",), "rates": ("angular_velocity",), "dt": ("step",), "h": ("step",),
-                "quaternion": ("attitude",), "q": ("attitude",), "rotation": ("attitude",), "orientation": ("attitude",), "I": ("inertia_tensor",),
-                "J": ("inertia_tensor",), "tensor": ("inertia_tensor",), "integrator": ("method",), "solver": ("method",), "t0": ("epoch",), "state": ("initial",)}
-#: What a scene and its body may have beside the fields of the messages, which the client writes in other fields.
-BESIDE = {"Scene": ("normalize", "epoch"), "Body": ("order", "mrp", "angular_momentum", "frame")}
+#: What people call a field of a scene, and its name.
+_OTHER_NAMES = {"omega": "angular_velocity", "w": "angular_velocity", "rates": "angular_velocity", "dt": "step", "h": "step",
+                "quaternion": "attitude", "q": "attitude", "rotation": "attitude", "orientation": "attitude", "I": "inertia_tensor",
+                "J": "inertia_tensor", "tensor": "inertia_tensor", "integrator": "method", "solver": "method", "t0": "epoch", "state": "initial"}
 #: What acts on a body elsewhere.
 _LOADS = ("torque", "torques", "external_torque", "force", "forces", "gravity", "gravity_gradient", "drag")
-_KINDS = {
-    FieldDescriptor.CPPTYPE_DOUBLE: ("a number", "numbers"),
-    FieldDescriptor.CPPTYPE_STRING: ("a text", "texts"),
-    FieldDescriptor.CPPTYPE_UINT32: ("a whole number of at least 0 and below 2^32", "whole numbers of at least 0 and below 2^32"),
-    FieldDescriptor.CPPTYPE_UINT64: ("a whole number of at least 0", "whole numbers of at least 0"),
-}
+_KINDS = {FieldDescriptor.CPPTYPE_DOUBLE: "number", FieldDescriptor.CPPTYPE_UINT32: "whole", FieldDescriptor.CPPTYPE_UINT64: "long",
+          FieldDescriptor.CPPTYPE_MESSAGE: "message", FieldDescriptor.CPPTYPE_ENUM: "choice", FieldDescriptor.CPPTYPE_STRING: "a text",
+          FieldDescriptor.CPPTYPE_BOOL: "True or False"}
+_RULES = {"number": "a number", "whole": "a whole number of at least 0", "long": "a whole number of at least 0"}
 
 
-def parse(mapping: Any, message: Message, path: str) -> None:
-    """Fills the message. Raises InvalidArgument with every unknown key and every value of a wrong type."""
-    try:
-        json_format.ParseDict(mapping, message)
-    except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
-        found = tuple(violations(mapping, type(message), path)) or (Violation(path, str(error)),)
-        raise InvalidArgument(f"{found[0].field}: {found[0].description}", found) from None
+@dataclass(frozen=True)
+class Field:
+    """An entry of the table of what a message takes."""
+
+    name: str
+    #: "number", "list", "whole" or "long", "choice" or "choices", "message", "blocks", "beside", which the walk hands on as it is
+    #: given, or in words what the value must be.
+    kind: str
+    unit: str = ""
+    count: str = ""  #: of a list, how many numbers are one motion's: a number, or the "rows" or "cols" of the blocks
+    choices: Mapping[str, int] = field(default_factory=dict)
 
 
-def violations(mapping: Any, kind: type[Message], path: str) -> Iterator[Violation]:
-    """Yields every fault that keeps `mapping` from being a message of the type `kind`."""
-    descriptor: Any = kind.DESCRIPTOR  # of protobuf's own types, which differ between its implementations
-    if not isinstance(mapping, Mapping):
-        may_be_name = "a name, or " * (descriptor.name == "Method")
-        yield Violation(path, f"{shown(mapping)}: must be {may_be_name}a mapping with the fields {', '.join(_names_of(descriptor))}")
-        return
-    known_fields = {name: field for field in descriptor.fields for name in (field.json_name, field.name)}
-    for key, value in mapping.items():
-        field = known_fields.get(key)
-        if field is None:
-            yield Violation(f"{path}.{key}", _unknown(str(key), value, descriptor))
-        elif field.message_type is None:
-            yield from _of_scalar(key, value, kind, field, path)
-        elif field.message_type.GetOptions().map_entry and not isinstance(value, Mapping):
-            yield Violation(f"{path}.{key}", f"{shown(value)}: must be a mapping from names to matrices")
-        elif field.message_type.GetOptions().map_entry:
-            of = field.message_type.fields_by_name["value"].message_type._concrete_class
-            for name, item in value.items():
-                yield from violations(item, of, f"{path}.{key}.{name}")
+#: What a scene and its body may have beside the fields of the messages, which the client writes in other fields.
+_BESIDE = {"Scene": (Field("normalize", "true or false"), Field("epoch", "beside")),
+           "Body": (Field("order", "beside"), Field("mrp", "list", "", "3"), Field("euler_angles", "list", "rad", "3"),
+                    Field("sequence", "beside"), Field("angular_momentum", "list", "kg*m**2/s", "3"), Field("frame", "beside"),
+                    Field("euler_rates", "list", "rad/s", "3"))}
+
+
+@functools.lru_cache(maxsize=None)
+def _table(message: Any) -> dict[str, Field]:
+    """Returns the entries of all fields by their names; protobuf's lowerCamelCase names are read too."""
+    entries, descriptor = {}, message.DESCRIPTOR
+    for field in descriptor.fields:
+        kind, numbers, choices = _KINDS.get(field.cpp_type, "of the type in the protocol"), described(field), {}
+        if is_repeated(field):
+            kind = {"number": "list", "message": "blocks", "choice": "choices"}.get(kind, kind)
+        if field.enum_type:  # DIRECTION_RISING of Direction is "rising"
+            choices = {one.name[len(field.enum_type.name) + 1:].lower(): one.number for one in field.enum_type.values}
+            unspecified = choices.pop("unspecified")
+            choices.update({"both": unspecified} if field.name == "direction" else {})
+        entries[field.json_name] = entries[field.name] = Field(field.name, kind, numbers.unit, numbers.count, choices)
+    return {**entries, **{field.name: field for field in _BESIDE.get(descriptor.name, ())}}
+
+
+@dataclass
+class Ensemble:
+    """The number of members, None for a single motion, and the shape of one member's blocks where it is known."""
+
+    members: Optional[int] = None
+    rows: Optional[int] = None
+    cols: Optional[int] = None
+    wrong: bool = False  #: whether the number of members is none, so that no shape fits and the number itself is refused
+
+    @staticmethod
+    def of(members: Any) -> Ensemble:
+        """`members`: the field of a scene, which may be a text as in JSON."""
+        if members is None:
+            return Ensemble()
+        try:
+            return Ensemble(whole("members", int(members) if isinstance(members, str) else members, 1))
+        except ValueError:  # InvalidArgument is one
+            return Ensemble(wrong=True)
+
+    def see(self, block: Any) -> None:
+        """Takes the shape of a block, an array or a Matrix as a mapping, if none is known."""
+        shape: Any = (block.get("rows"), block.get("cols")) if isinstance(block, Mapping) else block.shape
+        if self.rows is None and isinstance(shape[-2], int) and isinstance(shape[-1], int):
+            self.rows, self.cols = shape[-2] // (self.members or 1) if len(shape) == 2 else shape[1], shape[-1]
+
+    def each(self, count: str) -> Optional[int]:
+        """Returns how many numbers of a list are one member's; None where that is not known."""
+        return int(count) if count.isdigit() else getattr(self, count, None)
+
+
+class Walk:
+    """The way through what a caller gives for a message: every value is read once, by its entry in the table. Faults are
+    collected."""
+
+    def __init__(self, ensemble: Optional[Ensemble] = None):
+        self.ensemble = ensemble or Ensemble()
+        self.faults: list[Violation] = []
+        #: What is read beside the messages, by name: all of a body, whose lists depend on each other.
+        self.beside: dict[str, Any] = {}
+
+    def read(self, given: Any, message: M, path: str) -> M:
+        """Fills a message and returns it. Raises InvalidArgument with every unknown key and every wrong value."""
+        self.fill(given, message, path)
+        if self.faults:
+            raise InvalidArgument(f"{self.faults[0].field}: {self.faults[0].description}", tuple(self.faults))
+        return message
+
+    def fill(self, given: Any, message: Any, path: str) -> None:
+        """Sets the fields of a message. What is None is absent, as null in JSON."""
+        kind: Any = type(message)
+        table, of_body = _table(kind), kind is pb.Body
+        if isinstance(given, str) and kind is pb.Method:
+            given = {"name": given}
+        if not isinstance(given, Mapping):
+            may_be_name = "a name, or " * (kind is pb.Method)
+            self.faults.append(Violation(path, f"{shown(given)}: must be {may_be_name}a mapping with the fields {_listed(table)}"))
+            return
+        if of_body and isinstance(given.get("body"), Mapping):
+            self.faults.append(Violation(path, "is a whole scene, as stiefel.body_scene returns it: give it in place of the scene, "
+                                               "{**stiefel.body_scene(...), ...}"))
+            return
+        # A form of a body needs lists of the right length, which else the server checks.
+        strict = of_body and not {*given} <= {field.name for field in message.DESCRIPTOR.fields}
+        for key in sorted(given, key=lambda key: key != "initial"):  # whose blocks tell the lengths of lists
+            field, value = table.get(key), given[key]
+            place = f"{path}.{field.name if field else key}".lstrip(".")
+            try:
+                if field is None:
+                    raise refused(place, _unknown(str(key), value, kind))
+                if value is None:
+                    continue
+                if field.kind in ("beside", "true or false"):
+                    if field.kind != "beside" and not isinstance(value, bool):
+                        raise refused(place, f"{shown(value)}: must be {field.kind}")
+                    self.beside[field.name] = value
+                elif of_body:
+                    self.beside[field.name] = self._list(place, value, field, strict)
+                else:
+                    self._set(place, value, message, field)
+            except InvalidArgument as error:
+                self.faults += error.violations
+
+    def _set(self, place: str, value: Any, message: Any, field: Field) -> None:
+        if field.kind == "list":
+            getattr(message, field.name).extend(self._list(place, value, field).ravel().tolist())
+        elif field.kind == "number" and not isinstance(value, str):  # a text may be "NaN" in JSON
+            setattr(message, field.name, number(place, value, field.unit))
+        elif field.kind == "message":
+            part = getattr(message, field.name)
+            part.SetInParent()
+            self.fill(value, part, place)
+        elif field.kind == "blocks":
+            if not isinstance(value, Mapping):
+                raise refused(place, f"{shown(value)}: must be a mapping from names to matrices")
+            for name, block in value.items():
+                self._put_block(f"{place}.{name}", block, message, field.name, name)
+        elif field.kind in ("whole", "long") and not isinstance(value, str):
+            setattr(message, field.name, whole(place, value, bits=32 if field.kind == "whole" else 63))
+        elif field.kind == "choice":
+            setattr(message, field.name, _chosen(place, value, field))
+        elif field.kind == "choices":
+            getattr(message, field.name).extend(_chosen(place, one, field) for one in several(place, value))
         else:
-            yield from violations(value, field.message_type._concrete_class, f"{path}.{key}")
+            try:
+                plain = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+                json_format.ParseDict({field.name: plain}, message)
+            except (json_format.ParseError, ValueError, TypeError, AttributeError):
+                raise refused(place, f"{shown(value)}: must be {_RULES.get(field.kind, field.kind)}") from None
+
+    def _put_block(self, place: str, given: Any, scene: pb.Scene, field: str, name: str) -> None:
+        block = as_block(place, given, self.ensemble)
+        self.ensemble.see(block)
+        if isinstance(block, Mapping):
+            self.fill(block, getattr(scene, field)[name], place)
+        else:
+            put_block(scene, name, block)
+
+    def _list(self, place: str, given: Any, field: Field, strict: bool = False) -> NDArray[Any]:
+        if not field.count:  # such as the coefficients of a field, in whatever shape
+            return numbers(place, given, field.unit)
+        if field.name == "inertia_tensor":
+            given = _of_solids(place, given, self.ensemble.members)
+        elif field.name == "attitude" and hasattr(given, "as_matrix"):  # a Rotation of scipy
+            given = given.as_matrix()
+        return list_of(place, given, field.unit, self.ensemble.each(field.count), self.ensemble, strict,
+                       field.name in ("inertia_tensor", "attitude"))
 
 
-def _of_scalar(key: str, value: Any, kind: type[Message], field: Any, path: str) -> Iterator[Violation]:
-    try:
-        json_format.ParseDict({key: value}, kind())
-    except (json_format.ParseError, ValueError, TypeError, AttributeError) as error:
-        what = _KINDS.get(field.cpp_type)
-        rule = f"must be {what[is_repeated(field)]}" if what else str(error)
-        yield Violation(f"{path}.{key}", f"{shown(value)}: {rule}")
+def _chosen(place: str, value: Any, field: Field) -> int:
+    if not isinstance(value, str) or value not in field.choices:
+        raise refused(place, f"{shown(value)}: must be one of {', '.join(field.choices)}")
+    return field.choices[value]
 
 
-def is_repeated(field: Any) -> bool:
-    """Returns whether the field is a list or a map. New versions of protobuf have `is_repeated` and no `label`, old
-    versions only `label`."""
-    repeated = getattr(field, "is_repeated", None)
-    return field.label == FieldDescriptor.LABEL_REPEATED if repeated is None else bool(repeated)
+def several(place: str, given: Any) -> list[Any]:
+    """Returns the elements of `given`, in which a text or a mapping is one element."""
+    if isinstance(given, (str, Mapping)):
+        return [given]
+    if not isinstance(given, Iterable):
+        raise refused(place, f"{shown(given)}: must be one or several")
+    return list(given)
 
 
-def _unknown(key: str, value: Any, descriptor: Any) -> str:
-    """Returns a description that suggests the nearest name of a field, or of a field of a message inside; if none is
-    near, one that lists all names."""
-    if key in _LOADS and descriptor.name in BESIDE:
+def list_of(place: str, given: Any, unit: str, each: Optional[int], ensemble: Ensemble, strict: bool = False,
+            may_be_matrix: bool = False) -> NDArray[Any]:
+    """Returns a list of numbers. One that all members share has the shape (numbers), one of each member's own (members, numbers). A
+    list of Python's may also be flat, as in a scene file: one member after another. Raises InvalidArgument for any other shape.
+
+    `each`: how many numbers are one motion's. `strict`: refuses another number here, which else the server does.
+    `may_be_matrix`: takes the shapes (3, 3) and (members, 3, 3) too.
+    """
+    array, members = numbers(place, given, unit), ensemble.members
+    is_flat = members is not None and members > 1 and each is not None and array.shape == (members * each,)
+    if array.ndim == 1:
+        fits = isinstance(given, (list, tuple)) if is_flat else not strict or array.shape == (each,)
+    else:
+        fits = members is not None and array.ndim == 2 and array.shape == (members, each or array.shape[1])
+    if not (fits or ensemble.wrong or may_be_matrix and array.shape in ((3, 3), (members, 3, 3))):
+        one = [f"({each or 'numbers'})"] + ["(3, 3)"] * may_be_matrix
+        own = [] if members is None else [f"({members}, {shape[1:]}" for shape in one]
+        what = shown(given) if isinstance(given, (int, float)) else f"the shape {array.shape}"
+        raise refused(place, f"{what}: must be {' or '.join(one + own)}")
+    return array.reshape(members or 1, -1) if is_flat else array
+
+
+def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[Any]:
+    """Returns a block, real or complex, with the shape (rows, cols); in an ensemble (members, rows, cols), or (members rows,
+    cols). Raises InvalidArgument for any other shape. A block of one row may be given as (cols)."""
+    array = numbers(path, given, may_be_complex=True, what="a matrix of numbers")
+    if array.ndim == 1:
+        array = array[np.newaxis]
+    if array.ndim != 2 and not (array.ndim == 3 and (array.shape[0] == ensemble.members or ensemble.wrong)):
+        of = ensemble.members
+        fits = "(rows, cols)" if of is None else f"({of}, rows, cols), or ({of} rows, cols) with one member after another"
+        raise refused(path, f"the shape {array.shape}: must be {fits}")
+    return array
+
+
+def as_block(path: str, block: Any, ensemble: Ensemble = Ensemble()) -> Any:
+    """Returns a block as an array, or the mapping of a Matrix with its rows and cols, or of a Tensor."""
+    if not isinstance(block, Mapping):
+        return block_of(path, block, ensemble)
+    if not isinstance(block.get("values"), (list, tuple)) or not block["values"] or not isinstance(block["values"][0], (list, tuple)):
+        return block
+    if (unknown := sorted({*block} - {"values", "imaginary"})):
+        raise refused(f"{path}.{unknown[0]}", "must be absent where values are nested lists")
+    parts = [block_of(f"{path}.{name}", block[name], ensemble) for name in ("values", "imaginary") if name in block]
+    if len(parts) == 2 and parts[0].shape != parts[1].shape:
+        raise refused(f"{path}.imaginary", f"the shape {parts[1].shape}: must be that of values, {parts[0].shape}")
+    return parts[0] if len(parts) == 1 else parts[0] + 1j * parts[1]
+
+
+def _of_solids(place: str, given: Any, members: Optional[int]) -> Any:
+    """Returns the tensor of a Solid, or of a list of solids, which are one body; of a list of these one tensor for each member
+    of an ensemble; what is given if it is none of these."""
+    def is_solid(one: Any) -> bool:
+        return hasattr(one, "inertia_tensor") and hasattr(one, "about")
+
+    if is_solid(given):
+        return given.inertia_tensor
+    if not isinstance(given, (list, tuple)) or not given:
+        return given
+    if all(map(is_solid, given)):
+        if members == len(given) > 1:
+            raise refused(place, f"{members} solids for {members} members: must be [[solid], ...] for a body of each member, or "
+                                 "sum(solids) for one that all share")
+        whole_body: Any = sum(given)
+        return whole_body.inertia_tensor
+    some = any(is_solid(one) or isinstance(one, (list, tuple)) and len(one) and is_solid(one[0]) for one in given)
+    return [_of_solids(f"{place}[{k}]", one, None) for k, one in enumerate(given)] if some else given
+
+
+def _unknown(key: str, value: Any, message: Any) -> str:
+    """Returns a description that suggests the nearest name of a field, or of a field of a message inside, and lists all names."""
+    table = _table(message)
+    if key in _LOADS and message.DESCRIPTOR.name in _BESIDE:
         return f"unknown field; there are no torques and no forces: the motion is free (docs/conventions.md). It is {shown(value)}"
-    paths = {name: f"{outer.name}.{name}" for outer in descriptor.fields if outer.message_type and not is_repeated(outer)
-             for name in _names_of(outer.message_type)}
-    paths.update({name: name for name in _names_of(descriptor)})
-    near = difflib.get_close_matches(key, paths, n=1) or [name for name in _OTHER_NAMES.get(key, ()) if name in paths][:1]
-    hint = f"did you mean {paths[near[0]]}?" if near else f"the fields are {', '.join(_names_of(descriptor))}."
-    return f"unknown field; {hint} It is {shown(value)}"
+    paths = {name: f"{part}.{name}" for part, inside in (("method", pb.Method), ("body", pb.Body)) if part in table for name in _table(inside)}
+    paths.update({name: field.name for name, field in table.items()})
+    near = difflib.get_close_matches(key, paths, n=1) or [name for name in (_OTHER_NAMES.get(key),) if name in paths]
+    listed = f"he fields are {_listed(table)}. It is {shown(value)}"
+    return f"unknown field; did you mean {paths[near[0]]}? T{listed}" if near else f"unknown field; t{listed}"
 
 
-def _names_of(descriptor: Any) -> list[str]:
-    return [*(field.name for field in descriptor.fields), *BESIDE.get(descriptor.name, ())]
+def _listed(table: Mapping[str, Field]) -> str:
+    return ", ".join(dict.fromkeys(field.name for field in table.values()))
 
 
 def names(argument: str, given: Optional[Names]) -> list[str]:
@@ -102,9 +305,9 @@ def names(argument: str, given: Optional[Names]) -> list[str]:
     if isinstance(given, str):
         return [given]
     if not isinstance(given, Iterable):
-        raise InvalidArgument(f"{argument}: {shown(given)}: must be a name or several")
+        raise refused(argument, f"{shown(given)}: must be a name or several")
     result = list(given)
-    wrong = [Violation(argument, f"{name!r}: must be a name") for name in result if not isinstance(name, str)]
-    if wrong:
-        raise InvalidArgument(f"{argument}: {wrong[0].description}", tuple(wrong))
+    wrong = next((name for name in result if not isinstance(name, str)), None)
+    if wrong is not None:
+        raise refused(argument, f"{wrong!r}: must be a name")
     return result

@@ -10,35 +10,33 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._given.attitudes import of_norm_1
 from stiefel._given.numbers import refused
-from stiefel._wire.arrays import decode, put_block, to_array
+from stiefel._wire.arrays import blocks_of, put_block
 from stiefel.errors import InvalidArgument, Violation
 
 MOST = 0.01  #: the largest distance, relative to the size, between what is given and what fits: the server's for forks
 _FRAMES = ("Q", "Q_prev", "q")
-_VELOCITIES = {"stiefel": "S", "ellipsoid": "qdot"}
 _RULES = ("must have norm 1", "must have orthonormal rows", "must be tangent", "must be skew-symmetric")
 
 
-def normalized(scene: pb.Scene) -> pb.Scene:
+def normalized(given: pb.Scene) -> pb.Scene:
     """Returns a copy of the scene whose initial state fits. Raises InvalidArgument for what is further than MOST from
     that."""
-    scene = _copy(scene)
+    scene = pb.Scene()
+    scene.CopyFrom(given)
     if scene.body.attitude and len(scene.body.attitude) % 4 == 0:
-        given = np.reshape(scene.body.attitude, (-1, 4))
-        scene.body.attitude[:] = of_norm_1("scene.body.attitude", given).ravel().tolist()
-    if scene.system in ("double_bracket", "parametric_rigid_body", "parametric_moser_veselov"):
+        q = np.reshape(scene.body.attitude, (-1, 4))
+        scene.body.attitude[:] = of_norm_1("scene.body.attitude", q).ravel().tolist()
+    if scene.inertia_u or scene.HasField("parameter"):  # of systems whose Q is no frame
         return scene
-    blocks = {**{name: to_array(block) for name, block in scene.initial.items()},
-              **{name: decode(tensor) for name, tensor in scene.initial_tensors.items()}}
+    blocks = blocks_of(scene)
     stacked = {name: block.reshape(scene.members or 1, -1, block.shape[-1]) for name, block in blocks.items()}
     fitting = {name: orthonormal(f"scene.initial.{name}", block) for name, block in stacked.items() if name in _FRAMES}
-    if "M" in stacked:
-        fitting["M"] = _skew("scene.initial.M", stacked["M"])
-    name = _VELOCITIES.get(scene.system, "")
-    frame = fitting.get("q" if name == "qdot" else "Q")
-    if name in stacked and frame is not None and frame.shape == stacked[name].shape:
-        scale: Any = np.ones(1) if name == "qdot" else np.reshape(scene.inertia, (-1, 1, frame.shape[-1]))
-        fitting[name] = _tangent(f"scene.initial.{name}", frame, stacked[name] / scale) * scale
+    for name in {"M", "Omega"} & {*stacked}:
+        fitting[name] = _skew(f"scene.initial.{name}", stacked[name])
+    for name, frame in (("S", fitting.get("Q")), ("Qdot", fitting.get("Q")), ("qdot", fitting.get("q"))):
+        if name in stacked and frame is not None and frame.shape == stacked[name].shape:
+            scale: Any = np.ones(1) if name != "S" else np.reshape(scene.inertia, (-1, 1, frame.shape[-1]))
+            fitting[name] = _tangent(f"scene.initial.{name}", frame, stacked[name] / scale) * scale
     for name, block in fitting.items():
         put_block(scene, name, block.reshape(blocks[name].shape))
     return scene
@@ -59,12 +57,6 @@ def with_hint(error: InvalidArgument, changes: Callable[[], bool]) -> InvalidArg
     error._say(f"{told[0].field}: {told[0].description}" if error.message.startswith(told[0].field) else error.message)
     error.violations = tuple(told)
     return error
-
-
-def _copy(scene: pb.Scene) -> pb.Scene:
-    copy = pb.Scene()
-    copy.CopyFrom(scene)
-    return copy
 
 
 def orthonormal(path: str, given: NDArray[Any]) -> NDArray[Any]:

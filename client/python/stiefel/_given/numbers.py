@@ -66,12 +66,10 @@ def whole(path: str, given: Any, least: int = 0, hint: str = "", bits: int = 63)
         is_whole = math.isfinite(value) and value == int(value)
     else:
         is_whole = (hasattr(value, "__index__") and not isinstance(value, (bool, np.ndarray)) and not _has_unit(value))
-    rule = f"{shown(given)}: must be a whole number of at least {least}"
-    if not is_whole:
-        raise refused(path, rule + hint)
-    if not least <= int(value) < 2**bits:
-        raise refused(path, rule + (f" and below 2^{bits}" if int(value) > least else ""))
-    return int(value)
+    if is_whole and least <= int(value) < 2**bits:
+        return int(value)
+    above = f" and below 2^{bits}" if is_whole and int(value) > least else ""
+    raise refused(path, f"{shown(given)}: must be a whole number of at least {least}{above if is_whole else hint}")
 
 
 def step_index(path: str, given: Any, least: int = 0) -> int:

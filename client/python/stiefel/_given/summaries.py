@@ -3,10 +3,9 @@ from __future__ import annotations
 
 from typing import Any, Iterable, Mapping, Sequence, Union
 
-import numpy as np
-
 from stiefel import v1 as pb
-from stiefel._given.numbers import number, numbers, refused, whole
+from stiefel._given.mappings import Walk, several
+from stiefel._given.numbers import numbers, refused
 from stiefel._given.shown import shown
 from stiefel.scene import to_matrix
 
@@ -19,107 +18,42 @@ TangentVector = Mapping[str, Any]  #: blocks by name
 Form = tuple[str, TangentVector, TangentVector]
 Bracket = tuple[Sequence[tuple[Any, Any]], Sequence[tuple[Any, Any]]]
 
-_STATISTICS: dict[str, int] = {name[len("STATISTIC_"):].lower(): number for name, number in pb.Statistic.items()}
-_DIRECTIONS: dict[str, int] = {"both": pb.DIRECTION_UNSPECIFIED, "rising": pb.DIRECTION_RISING,
-                               "falling": pb.DIRECTION_FALLING}
-_KEYS = tuple(field.name for field in pb.Quantity.DESCRIPTOR.fields if field.name != "name")
-_RULE = f"must be a statistic, several, or a mapping with the keys {', '.join(_KEYS)}"
-
 
 def to_quantities(quantities: Quantities) -> list[pb.Quantity]:
     """Returns the messages for a mapping such as `{"energy": "drift", "M": ["min", {"quantiles": [0.1, 0.9]}]}`. Raises
     InvalidArgument that names what is malformed."""
     if not isinstance(quantities, Mapping):
         raise refused("quantities", f"{shown(quantities)}: must be a mapping from fields and invariants to statistics")
-    return [_quantity(name, statistics) for name, statistics in quantities.items()]
-
-
-def _quantity(name: str, statistics: Statistics) -> pb.Quantity:
-    path = f"quantities.{name}"
-    if not isinstance(name, str):
-        raise refused(path, "must be a name")
-    quantity = pb.Quantity(name=name)
-    for item in _several(statistics, path):
-        if isinstance(item, str):
-            quantity.statistics.append(_number(_STATISTICS, item, path))
-            continue
-        if not isinstance(item, Mapping):
-            raise refused(path, f"{shown(item)}: {_RULE}")
-        for key, value in item.items():
-            if key == "statistics":
-                quantity.statistics.extend(_number(_STATISTICS, one, path) for one in _several(value, path))
-            elif key == "over_members":
-                quantity.over_members = _truth(f"{path}.{key}", value)
-            elif key in _KEYS:
-                getattr(quantity, key).extend(numbers(f"{path}.{key}", value).ravel().tolist())
-            else:
-                raise refused(path, f"{key!r}: must be one of {', '.join(_KEYS)}")
-    return quantity
-
-
-def _several(given: Any, path: str) -> list[Any]:
-    """Returns the elements of `given`, in which a text or a mapping is one element."""
-    if isinstance(given, (str, Mapping)):
-        return [given]
-    if not isinstance(given, Iterable):
-        raise refused(path, f"{shown(given)}: {_RULE}")
-    return list(given)
+    found = []
+    for name, statistics in quantities.items():
+        path = f"quantities.{name}"
+        if not isinstance(name, str):
+            raise refused(path, "must be a name")
+        quantity = pb.Quantity()
+        for item in several(path, statistics):
+            Walk().read({"statistics": item} if isinstance(item, str) else item, quantity, path)
+        if quantity.name:
+            raise refused(f"{path}.name", f"{quantity.name!r}: must be absent: the key is the name")
+        quantity.name = name
+        found.append(quantity)
+    return found
 
 
 def to_events(events: Union[EventDescription, Sequence[EventDescription]]) -> list[pb.Event]:
     """Returns the messages for mappings such as `{"field": "angular_velocity", "coefficients": [0, 0, 1]}`. Raises
     InvalidArgument that names what is malformed."""
-    if isinstance(events, str) or not isinstance(events, Iterable):
+    if isinstance(events, str):
         raise refused("events", f"{shown(events)}: must be a mapping or several")
-    given = [events] if isinstance(events, Mapping) else events
-    return [_event(event, f"events[{i}]") for i, event in enumerate(given)]
-
-
-def _event(description: EventDescription, path: str) -> pb.Event:
-    event, keys = pb.Event(), ", ".join(field.name for field in pb.Event.DESCRIPTOR.fields)
-    if not isinstance(description, Mapping):
-        raise refused(path, f"{shown(description)}: must be a mapping with the keys {keys}")
-    for key, value in description.items():
-        place = f"{path}.{key}"
-        if key == "coefficients":
-            event.coefficients.extend(numbers(place, value).ravel().tolist())
-        elif key == "direction":
-            event.direction = _number(_DIRECTIONS, value, place)
-        elif key == "level":
-            event.level = number(place, value)
-        elif key == "limit":
-            event.limit = whole(place, value)
-        elif key == "terminal":
-            event.terminal = _truth(place, value)
-        elif key == "plus":
-            if not isinstance(value, Mapping):
-                raise refused(place, f"{shown(value)}: must be a mapping from fields to coefficients")
-            for field, coefficients in value.items():
-                event.plus.add(field=_name(place, field), coefficients=numbers(f"{place}.{field}", coefficients).ravel().tolist())
-        elif key == "field":
-            event.field = _name(place, value)
-        else:
-            raise refused(path, f"{key!r}: must be one of {keys}")
-    return event
-
-
-def _number(known: Mapping[str, int], name: Any, path: str) -> Any:
-    if not isinstance(name, str) or name not in known or name == "unspecified":
-        names = ", ".join(key for key in known if key != "unspecified")
-        raise refused(path, f"{shown(name)}: must be one of {names}")
-    return known[name]
-
-
-def _name(path: str, value: Any) -> str:
-    if not isinstance(value, str):
-        raise refused(path, f"{shown(value)}: must be a name")
-    return value
-
-
-def _truth(path: str, value: Any) -> bool:
-    if not isinstance(value, (bool, np.bool_)):
-        raise refused(path, f"{shown(value)}: must be True or False")
-    return bool(value)
+    found = []
+    for i, given in enumerate(several("events", events)):
+        plus, path = given.get("plus", {}) if isinstance(given, Mapping) else {}, f"events[{i}]"
+        if not isinstance(plus, Mapping) or not all(isinstance(field, str) for field in plus):
+            raise refused(f"{path}.plus", f"{shown(plus)}: must be a mapping from fields to coefficients")
+        event = Walk().read({**given, "plus": None} if plus else given, pb.Event(), path)
+        for field, coefficients in plus.items():
+            event.plus.add(field=field, coefficients=numbers(f"{path}.plus.{field}", coefficients).ravel().tolist())
+        found.append(event)
+    return found
 
 
 def put_structure(request: pb.DiagnoseRequest, forms: Sequence[Form], brackets: Sequence[Bracket]) -> None:

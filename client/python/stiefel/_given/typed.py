@@ -12,11 +12,20 @@ SystemName = Literal[
     "double_bracket", "moser_veselov", "moser_veselov_pair", "symmetric_moser_veselov", "parametric_moser_veselov",
     "discrete_stiefel"]
 MethodName = Literal[
-    "variational", "preprocessed_variational", "exact", "splitting", "munthe_kaas4", "crouch_grossman3",
+    "variational", "preprocessed_variational", "exact", "splitting", "munthe_kaas4",
     "implicit_midpoint", "gauss4", "rk4", "adaptive"]
 FieldName = Literal[
     "B", "M", "Omega", "P", "Q", "Q_prev", "Qdot", "S", "angular_velocity", "angular_velocity_space", "epsilon",
-    "momentum_space", "p", "q", "qdot", "quaternion"]
+    "euler_angles_XYX", "euler_angles_XYZ", "euler_angles_XZX", "euler_angles_XZY", "euler_angles_YXY",
+    "euler_angles_YXZ", "euler_angles_YZX", "euler_angles_YZY", "euler_angles_ZXY", "euler_angles_ZXZ",
+    "euler_angles_ZYX", "euler_angles_ZYZ", "euler_angles_xyx", "euler_angles_xyz", "euler_angles_xzx",
+    "euler_angles_xzy", "euler_angles_yxy", "euler_angles_yxz", "euler_angles_yzx", "euler_angles_yzy",
+    "euler_angles_zxy", "euler_angles_zxz", "euler_angles_zyx", "euler_angles_zyz", "euler_rates_XYX",
+    "euler_rates_XYZ", "euler_rates_XZX", "euler_rates_XZY", "euler_rates_YXY", "euler_rates_YXZ", "euler_rates_YZX",
+    "euler_rates_YZY", "euler_rates_ZXY", "euler_rates_ZXZ", "euler_rates_ZYX", "euler_rates_ZYZ", "euler_rates_xyx",
+    "euler_rates_xyz", "euler_rates_xzx", "euler_rates_xzy", "euler_rates_yxy", "euler_rates_yxz", "euler_rates_yzx",
+    "euler_rates_yzy", "euler_rates_zxy", "euler_rates_zxz", "euler_rates_zyx", "euler_rates_zyz", "momentum_space",
+    "p", "q", "qdot", "quaternion"]
 Fields = Union[FieldName, Iterable[FieldName]]  #: one field of a state or several
 
 
@@ -39,8 +48,11 @@ class Body(TypedDict, total=False):
     angular_velocity: Any
     order: Literal["wxyz", "xyzw"]
     mrp: Any
+    euler_angles: Any
+    sequence: str
     angular_momentum: Any
     frame: Literal["body", "space"]
+    euler_rates: Any
 
 class Blocks(TypedDict, total=False):
     """The blocks of an initial state: matrices, one for each name that the system has."""

@@ -1,74 +1,80 @@
-"""Velocities in an initial state, instead of the block that a system has: Omega of a body in N dimensions, Q' of a frame."""
+"""Velocities in an initial state, instead of the momentum that a system has: Omega of a body in N dimensions, Q' of a frame."""
 from __future__ import annotations
 
-from typing import Any, Mapping
+from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel import v1 as pb
 from stiefel._given.numbers import refused
+from stiefel._wire.arrays import blocks_of, put_block
+from stiefel.errors import InvalidArgument, Violation
 
-_LEFT = ("rigid_body", "symmetric_rigid_body", "reduced_rigid_body", "mclachlan_scovel")
-_RIGHT = ("right_rigid_body", "right_symmetric_rigid_body")
-#: The block of each system on V(n, N) that says how the frame moves.
-_FRAMES = {"stiefel": "S", "stiefel_costate": "P", "stiefel_momentum": "M"}
+VELOCITIES = ("Omega", "Qdot")
 MOMENTA = ("M", "P", "S", "B")  #: the blocks of which a velocity takes the place
 
 
-def with_momenta(system: Any, blocks: Mapping[str, Any], inertia: Any) -> Mapping[str, Any]:
-    """Returns the blocks of an initial state, in which M = Lambda Omega + Omega Lambda stands for Omega, where Q' = Q Omega
-    (Q' = Omega Q in the right-invariant systems), and S = Q' Lambda, P = S or M = Q^T S - S^T Q for Qdot on V(n, N)."""
-    given = [name for name in ("Omega", "Qdot") if name in blocks]
-    takes = ("Omega", "Qdot") if system in _LEFT + _RIGHT else ("Qdot",) if system in _FRAMES else ()
-    if not given:
-        return blocks
-    path = f"scene.initial.{given[0]}"
-    if given[0] not in takes:
-        raise refused(path, f"must be absent: {system} takes {' or '.join(takes) or 'neither Omega nor Qdot'}")
-    if (others := [*given[1:], *(name for name in MOMENTA if name in blocks)]):
-        raise refused(path, f"must be absent where {others[0]} is given")
-    velocity = blocks[given[0]]
-    scale = np.asarray(inertia if inertia is not None else [], float)
-    if inertia is None:
-        raise refused("scene.inertia", f"absent: must be given where {given[0]} is, one number for each column")
-    if isinstance(velocity, Mapping):
-        raise refused(path, "must be a matrix of real numbers")
-    if scale.shape[-1:] != velocity.shape[-1:] or scale.ndim > 2:
-        turned = scale.shape[-1:] == velocity.shape[-2:-1] and velocity.shape[-1] < velocity.shape[-2]
-        raise refused(path, f"the shape {velocity.shape}: must have as many columns as inertia has numbers, {scale.shape[-1]}"
+def velocity_in(scene: pb.Scene) -> str:
+    """Returns the name of the velocity that the scene has instead of a momentum; "" for none."""
+    return next((name for name in VELOCITIES if name in scene.initial or name in scene.initial_tensors), "")
+
+
+def with_momenta(scene: pb.Scene, systems: Callable[[], Any]) -> pb.Scene:
+    """Returns the scene, in which M = Lambda Omega + Omega Lambda stands for Omega, where Q' = Q Omega (Q' = Omega Q if the frame
+    takes space to body), and S = Q' Lambda, P = S or M = Q^T S - S^T Q for Qdot on V(n, N). `systems`: those of the server."""
+    given = velocity_in(scene)
+    info = next((system for system in systems() if system.name == scene.system), None) if given else None
+    if info is None:
+        return scene
+    path, is_body, blocks = f"scene.initial.{given}", info.side != pb.SIDE_UNSPECIFIED, blocks_of(scene)
+    if info.velocity not in VELOCITIES or given == "Omega" and not is_body:
+        takes = "Qdot" if info.velocity == "Qdot" else "neither Omega nor Qdot"
+        raise refused(path, f"must be absent: {scene.system} takes {takes}")
+    for other in (*VELOCITIES, *MOMENTA):
+        if other in blocks and other != given:
+            raise refused(path, f"must be absent where {other} is given")
+    if not scene.inertia:
+        raise refused("scene.inertia", f"absent: must be given where {given} is, one number for each column")
+    stacked = {name: blocks[name].reshape(scene.members or 1, -1, blocks[name].shape[-1]) for name in {given, "Q"} & {*blocks}}
+    velocity, Q = stacked[given], stacked.get("Q")
+    n, N = velocity.shape[-2:]
+    if len(scene.inertia) not in (N, len(velocity) * N):
+        turned = len(scene.inertia) in (n, len(velocity) * n) and N < n
+        raise refused(path, f"the shape {(n, N)}: must have as many columns as inertia has numbers, {len(scene.inertia)}"
                             + "; it looks transposed: frames have their vectors as rows" * turned)
-    _check(path, given[0], velocity)
-    rest = {name: block for name, block in blocks.items() if name not in given}
-    Lambda = scale[..., np.newaxis, :]
-    if system in _FRAMES:
+    if given == "Omega" and n != N:
+        raise refused(path, f"the shape {(n, N)}: must be {(N, N)}")
+    if (given == "Qdot" and is_body or info.momentum == "M" and not is_body) and (Q is None or Q.shape != velocity.shape):
+        raise refused(path, f"the shape {(n, N)}: must be that of the matrix Q")
+    Lambda = np.reshape(scene.inertia, (-1, 1, N))
+    if is_body:
+        Omega = velocity if given == "Omega" else velocity @ _T(Q) if info.side == pb.SIDE_RIGHT else _T(Q) @ velocity
+        defect = np.max(np.abs(Omega + _T(Omega)), initial=0.0)
+        if given == "Omega" and defect > 0.01 * np.max(np.abs(Omega), initial=0.0):
+            raise refused(path, f"max |Omega + Omega^T| = {defect:.3g}: must be skew-symmetric")
+        momentum = _T(Lambda) * Omega + Omega * Lambda
+    else:
         S = velocity * Lambda
-        name = _FRAMES[system]
-        return {**rest, name: _momentum_of(path, rest, S) if name == "M" else S}
-    Omega = velocity
-    if given[0] == "Qdot":
-        Q = _frame(path, rest, velocity)
-        Omega = velocity @ _T(Q) if system in _RIGHT else _T(Q) @ velocity
-    return {**rest, "M": np.swapaxes(Lambda, -1, -2) * Omega + Omega * Lambda}
+        momentum = _T(Q) @ S - _T(S) @ Q if info.momentum == "M" else S
+    changed = pb.Scene()
+    changed.CopyFrom(scene)
+    changed.initial.pop(given, None)
+    changed.initial_tensors.pop(given, None)
+    put_block(changed, info.momentum, momentum if scene.HasField("members") else momentum[0])
+    return changed
 
 
-def _check(path: str, name: str, velocity: NDArray[Any]) -> None:
-    """An Omega that is not skew is refused under its own name, not as a momentum that is not."""
-    defect = np.max(np.abs(velocity + _T(velocity)), initial=0.0) if name == "Omega" and velocity.shape[-1] == velocity.shape[-2] else 0.0
-    if defect > 0.01 * np.max(np.abs(velocity), initial=0.0):
-        raise refused(path, f"max |Omega + Omega^T| = {defect:.3g}: must be skew-symmetric")
+def with_given_names(error: InvalidArgument, given: pb.Scene) -> InvalidArgument:
+    """Returns the error of a scene, which names Omega or Qdot where the scene has it instead of the momentum."""
+    name, momenta = velocity_in(given), [f"scene.initial.{momentum}" for momentum in MOMENTA]
+    told = tuple(Violation(f"scene.initial.{name}" if name and one.field in momenta else one.field, one.description)
+                 for one in error.violations)
+    if told != error.violations:
+        error._say("; ".join(f"{one.field}: {one.description}" for one in told))
+        error.violations = told
+    return error
 
 
-def _momentum_of(path: str, blocks: Mapping[str, Any], S: NDArray[Any]) -> NDArray[Any]:
-    Q = _frame(path, blocks, S)
-    return np.asarray(_T(Q) @ S - _T(S) @ Q)
-
-
-def _frame(path: str, blocks: Mapping[str, Any], velocity: NDArray[Any]) -> NDArray[Any]:
-    Q = blocks.get("Q")
-    if not isinstance(Q, np.ndarray) or Q.shape != velocity.shape:
-        raise refused(path, f"the shape {velocity.shape}: must be that of the matrix Q")
-    return Q
-
-
-def _T(matrix: NDArray[Any]) -> NDArray[Any]:
+def _T(matrix: Any) -> NDArray[Any]:
     return np.swapaxes(matrix, -1, -2)

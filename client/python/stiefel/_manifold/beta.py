@@ -49,35 +49,21 @@ def polished(Q: Array, defects: Array) -> Array:
 
 class Span:
     """Frames Q and P, (pairs, n, N) with N > 2n, in orthonormal bases [Q; K] of their spans. No metric of beta changes under
-    rotations of R^N, so that geodesics from Q to P lie there. K = L^-1 (P - inside Q), inside = P Q^T, is not computed:
-    I - inside inside^T = L L^T."""
+    rotations of R^N, so that geodesics from Q to P lie there."""
 
     def __init__(self, Q: Array, P: Array):
         n = Q.shape[-2]
         inside = P @ transposed(Q)
-        gram = np.eye(n) - inside @ transposed(inside)
-        slanted = np.linalg.eigvalsh(gram)[..., 0] < 1e-2  # where gram has lost digits
-        outside = np.linalg.cholesky(np.where(slanted[:, None, None], np.eye(n), gram))
-        self.from_P = np.linalg.inv(outside)
-        self.from_Q = -self.from_P @ inside
-        self.Q, self.P = Q, P
-        self.K: dict[int, Array] = {}  # of the slanted, by their indices
-        if np.any(slanted):
-            K = _complement(Q[slanted], P[slanted], inside[slanted])
-            outside[slanted] = P[slanted] @ transposed(K)
-            self.K = dict(zip(np.flatnonzero(slanted).tolist(), K))
+        self.Q, self.K = Q, _complement(Q, P, inside)
         self.start = np.broadcast_to(np.eye(n, 2 * n), inside.shape[:-1] + (2 * n,))
-        end = np.concatenate([inside, outside], axis=-1)
+        end = np.concatenate([inside, P @ transposed(self.K)], axis=-1)
         equal = np.max(np.abs(end - self.start), axis=(-2, -1), keepdims=True, initial=0.0) < 1e-14
         self.end = np.where(equal, self.start, end)
 
     def lifted(self, pair: int, X: Array) -> Array:
         """Returns matrices (..., n, N) of those in the basis of a pair, (..., n, 2n): frames, or velocities at `start`."""
         n = self.Q.shape[-2]
-        along_Q, along_K = X[..., :n], X[..., n:]
-        if pair in self.K:
-            return np.asarray(along_Q @ self.Q[pair] + along_K @ self.K[pair])
-        return np.asarray((along_Q + along_K @ self.from_Q[pair]) @ self.Q[pair] + along_K @ self.from_P[pair] @ self.P[pair])
+        return np.asarray(X[..., :n] @ self.Q[pair] + X[..., n:] @ self.K[pair])
 
 
 def span_of(pairs: Sequence[tuple[Any, Any]], inertia: Sequence[float]) -> Optional[Span]:
@@ -119,48 +105,39 @@ class Geodesic:
         bottom = np.concatenate([self.R, np.zeros(self.R.shape[:-1] + self.R.shape[-2:-1])], axis=-1)
         self.Xi = np.concatenate([top, bottom], axis=-2)
 
-    def at(self, t: Any) -> tuple[Array, Array]:
-        """Returns frame and velocity at time t, a number or an array of the leading axes."""
-        return self._moved(t, np.eye(self.UC.shape[-1])[:, :self.A.shape[-1]]), self._moved(t, self._of(self.A, self.R))
+    def at(self, t: Any) -> Array:
+        """Returns the frame at time t, a number or an array of the leading axes."""
+        return self._moved(t, np.eye(self.UC.shape[-1])[:, :self.A.shape[-1]])
 
-    def transport(self, W: Array, t: float = 1.0) -> Array:
-        """Returns the tangent vector W of U, transported in parallel along the geodesic to time t.
+    def transport(self, W: Array) -> Array:
+        """Returns the tangent vector W of U, transported in parallel along the geodesic to time 1.
 
         V(n, N) is naturally reductive in these metrics. Seen from the moving frame, [B; K] of W obeys the linear equation
 
             B' = -1/2 ((4 beta - 1) [A, B] - H^T K + K^T H),   K' = beta (K A - H B),
 
-        and what is orthogonal to U and V is multiplied by exp(beta t A).
+        and what is orthogonal to U and V is multiplied by exp(beta A).
         """
-        n = self.A.shape[-1]
-        inside = transposed(self.UC) @ W
-        outside = W - self.UC @ inside
-        B, K = self._turned(skew_part(inside[..., :n, :]), inside[..., n:, :], t)
-        turn = rotation((1 - self.beta) * t * self.A)
-        return self._moved(t, self._of(B, K)) + outside @ turn
+        A, H, beta, n = self.A, self.R, self.beta, self.A.shape[-1]
 
-    @staticmethod
-    def _of(B: Array, K: Array) -> Array:
-        return np.concatenate([B, K], axis=-2)
+        def derivative(W: Array) -> Array:
+            B, K = W[..., :n, :], W[..., n:, :]
+            AB, HK = A @ B, transposed(H) @ K
+            return np.concatenate([((AB - transposed(AB)) * (1 - 4 * beta) + HK - transposed(HK)) / 2, beta * (K @ A - H @ B)], axis=-2)
+
+        inside = transposed(self.UC) @ W
+        norm = np.max(np.linalg.norm(A, axis=(-2, -1)) + np.linalg.norm(H, axis=(-2, -1)), initial=0.0) * (1 + 4 * beta)
+        turned, steps = np.concatenate([skew_part(inside[..., :n, :]), inside[..., n:, :]], axis=-2), max(1, int(np.ceil(norm)))
+        for _ in range(steps):  # by Taylor series of a norm below 1, whose term 22 is below the rounding: 1 / 22! = 1e-21
+            term = turned
+            for k in range(1, 22):
+                term = derivative(term) / (steps * k)
+                turned = turned + term
+        return self._moved(1.0, turned) + (W - self.UC @ inside) @ rotation((1 - beta) * A)
 
     def _moved(self, t: Any, x: Array) -> Array:
         t = np.asarray(t, float)[..., None, None]
         return self.UC @ rotation(t * self.Xi) @ x @ rotation((1 - 2 * self.beta) * t * self.A)
-
-    def _turned(self, B: Array, K: Array, t: float) -> tuple[Array, Array]:
-        """Solves the linear equation of `transport` by Taylor series in steps of a norm below 1."""
-        A, H, beta = self.A, self.R, self.beta
-        norm = np.max(np.linalg.norm(A, axis=(-2, -1)) + np.linalg.norm(H, axis=(-2, -1)), initial=0.0) * (1 + 4 * beta)
-        steps = max(1, int(np.ceil(abs(t) * norm)))
-        for _ in range(steps):
-            dB, dK = B, K
-            for k in range(1, 22):  # 1 / 21! = 2e-20
-                AB, HK = A @ dB, transposed(H) @ dK
-                factor = t / steps / k
-                dB, dK = (-factor / 2 * ((4 * beta - 1) * (AB - transposed(AB)) - HK + transposed(HK)),
-                          factor * beta * (dK @ A - H @ dB))
-                B, K = B + dB, K + dK
-        return B, K
 
 
 class BetaMetric:
@@ -213,7 +190,7 @@ class BetaMetric:
 
     def flow(self, Q: Array, V: Array, times: Array) -> Array:
         geodesic = self._geodesic(Q, V)
-        return np.stack([transposed(geodesic.at(t)[0]) for t in times])
+        return np.stack([transposed(geodesic.at(t)) for t in times])
 
     def transport(self, Q: Array, V: Array, W: Array) -> Array:
         return transposed(self._geodesic(Q, V).transport(transposed(W)))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.typed import FieldName, Method, Scene
+from stiefel._manifold.beta import transposed
 from stiefel.client import Client
 from stiefel.results import Outcome
 
@@ -18,10 +19,6 @@ STAGES = 8
 NODES, WEIGHTS = (np.polynomial.legendre.leggauss(STAGES)[0] + 1) / 2, np.polynomial.legendre.leggauss(STAGES)[1] / 2
 _powers = np.arange(1, STAGES + 1)
 INTEGRALS = (NODES[:, None] ** _powers / _powers) @ np.linalg.inv(np.vander(NODES, increasing=True))
-
-
-def transposed(A: Array) -> Array:
-    return np.swapaxes(A, -1, -2)
 
 
 def lyapunov(K: Array, C: Array) -> Array:
@@ -49,13 +46,6 @@ def solve(derivative: Callable[[NDArray[np.int64], Array], Array], W: Array, ste
     return W
 
 
-def sums(inertia: Array) -> Array:
-    """Returns the factors lambda_i + lambda_j of J(X) = X Lambda + Lambda X, for skew X."""
-    factors: Array = inertia[:, None] + inertia
-    np.fill_diagonal(factors, 1.0)  # the diagonal of skew matrices is 0
-    return factors
-
-
 class InertiaMetric:
     """The metric of one Lambda. A server follows its geodesics, as motions of `rigid_body` (n = N) or `stiefel`."""
 
@@ -69,7 +59,10 @@ class InertiaMetric:
 
     @cached_property
     def _scale(self) -> Array:
-        return sums(self.inertia)  # N x N, which frames with n < N do not need
+        """lambda_i + lambda_j, the factors of J(X) = X Lambda + Lambda X for skew X: N x N, which frames with n < N do not need."""
+        factors: Array = self.inertia[:, None] + self.inertia
+        np.fill_diagonal(factors, 1.0)  # the diagonal of skew matrices is 0
+        return factors
 
     def __repr__(self) -> str:
         return f"Lambda = {self.inertia}"
@@ -161,13 +154,8 @@ class InertiaMetric:
         name: FieldName = "M" if whole else "S"
         second = self._scale * (Omega - transposed(Omega)) / 2 if whole else self.tangent(Q, V) * self.inertia
         blocks: Any = {"Q": Q.reshape(-1, n, N), name: second.reshape(-1, n, N)}
-        scene: Scene = {"system": "rigid_body" if whole else "stiefel", "inertia": self.inertia.tolist(), "step": 1.0}
-        members = blocks["Q"].shape[0]
-        if members == 1:
-            blocks = {one: block[0] for one, block in blocks.items()}
-        else:
-            scene["members"] = members
-        scene["initial"] = blocks
+        scene: Scene = {"system": "rigid_body" if whole else "stiefel", "inertia": self.inertia.tolist(), "step": 1.0,
+                        "members": len(blocks["Q"]), "initial": blocks}
         if N > 3:
             scene["method"] = self.METHOD
         with self._client().create(scene) as session:

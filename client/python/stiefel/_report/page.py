@@ -14,8 +14,8 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel._given.numbers import refused
 from stiefel._report import run_data
+from stiefel._results import body, sphere
 from stiefel._results.base import Array
-from stiefel._results.body import matrices
 from stiefel._results.save import complete
 from stiefel.errors import StiefelError
 
@@ -64,22 +64,45 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
     drawn = run_data.samples(session, run)
     scene = session.scene
     of = member if scene.get("members") else None
+    inertia = _inertia(drawn, of) if body.is_body(drawn) else None
     whole = len(json.dumps(scene)) <= LARGEST_SCENE
     return {
         "name": name or scene["system"], "file": f"{name or 'scene'}.json", "to": run.step, "member": of,
         "horizon": run.horizon, "turn": 2 * math.pi / run.speed if run.speed else None,
         "outcome": str(run.run_status.outcome), "message": run.run_status.message,
         "choice": session.choice.reason if session.choice else None,
-        "epoch": session.epoch, "version": run_data.described(session).version, "numerics_id": session.message.numerics_id,
+        "epoch": session.epoch, "version": run_data.described(session).version, "numerics_id": drawn.build, "side": drawn.origin.side,
         "scene": scene if whole else {key: value for key, value in scene.items() if not key.startswith("initial")},
         "whole_scene": whole,
+        "inertia": inertia, "character": _character(drawn, of) if inertia else None,
         "samples": {"time": _packed(drawn.time, np.float64),
                     **({} if drawn.utc is None else {"utc": _packed(drawn.utc.astype(float) / 1000, np.float64)}),  # milliseconds
-                    "fields": {field: _field(matrices(values, of)) for field, values in drawn.fields.items()}},
+                    "fields": {field: _field(body.matrices(values, of)) for field, values in drawn.fields.items()}},
         "drift": {"time": run.time, "families": [vars(family) for family in run.families]},
         "error": {"time": run.error_time, **run.errors, "last": vars(run.error) if run.error else None},
         "tradeoff": _tradeoff(session, tradeoff, abs(run.horizon)),
     }
+
+
+def _inertia(drawn: Trajectory, of: Optional[int]) -> dict[str, Any]:
+    """Returns the principal axes, with the separatrix and the polhodes of other energies where no two moments are equal."""
+    inertia = body.principal(drawn.scene, of)
+    curves = {"separatrix": sphere.separatrix, "others": sphere.other_polhodes}
+    return {"moments": inertia.moments.tolist(), "axes": inertia.axes.tolist(), "names": inertia.names, **{
+        name: [curve[::3].round(4).tolist() for curve in (made(inertia.moments) if inertia.distinct else ())] for name, made in curves.items()}}
+
+
+def _character(drawn: Trajectory, of: Optional[int]) -> str:
+    """Returns what the momentum at the start does in the body, with its norm and the energy."""
+    inertia, momentum = body.principal(drawn.scene, of), body.momenta(drawn.scene, drawn, of)[0]
+    L, energy = float(np.linalg.norm(momentum)), float(momentum @ inertia.velocity(momentum)) / 2
+    above = 2 * energy * inertia.moments[1] / L**2 - 1 if L else 0.0  # of the energy over that of the separatrix
+    kind = ("The body is at rest." if not L else "Two moments are equal: the momentum moves on a circle about the third axis."
+            if not inertia.distinct else "The motion is on the separatrix or a spin about the middle axis." if abs(above) < 1e-9 else
+            f"Short-axis mode: the momentum circles axis {inertia.names[2]}, that of the largest moment." if above < 0 else
+            f"Long-axis mode: the momentum circles axis {inertia.names[0]}, that of the smallest moment.")
+    units = (" kg m²/s", " J") if "body" in drawn.scene else ("", "")
+    return f"{kind} |L| = {L:.5g}{units[0]}, energy {energy:.5g}{units[1]}"
 
 
 def _field(values: Array) -> dict[str, Any]:
@@ -110,11 +133,10 @@ def _tradeoff(session: Session, asked: Optional[bool], horizon: float) -> Option
     setup = next(part.setup for part in parts if part.HasField("setup"))
     front = {index for part in parts for index in part.front.points}
     points = [part.point for part in parts if part.HasField("point")]
-    reached = [point.run_status.outcome == pb.OUTCOME_REACHED for point in points]
     return {"horizon": setup.horizon, "reference_error": setup.reference_error, "points": [
-        {"method": point.method.name, "order": point.method.order, "work": point.work,
-         "error": max(point.attitude_error, point.momentum_error) if ended else None, "front": index in front}
-        for index, (point, ended) in enumerate(zip(points, reached))]} if points else None
+        {"method": point.method.name, "order": point.method.order, "work": point.work, "front": index in front, "error":
+         max(point.attitude_error, point.momentum_error) if point.run_status.outcome == pb.OUTCOME_REACHED else None}
+        for index, point in enumerate(points)]} if points else None
 
 
 def _finite(value: Any) -> Any:

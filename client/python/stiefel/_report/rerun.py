@@ -28,7 +28,7 @@ def log(batch: Batch, scene: Mapping[str, Any], entity: str, recording: Any) -> 
             rerun.send_columns(f"{place}/{name}".rstrip("/"), indexes, columns, recording=recording)
 
         centre = _centre(member or 0, members or 1)
-        if body.is_body(scene, batch) and (rotations := body.attitudes(scene, batch, member)) is not None:
+        if body.is_body(batch) and (rotations := body.attitudes(batch, member)) is not None:
             _log_body(rerun, scene, batch, member, rotations, centre, place, send, recording)
         else:
             _log_frame(rerun, batch, member, centre, send)

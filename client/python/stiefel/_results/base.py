@@ -4,13 +4,13 @@ from __future__ import annotations
 import dataclasses
 import enum
 from dataclasses import dataclass
-from typing import Any, Callable, Iterator, Mapping, Optional, TypeVar
+from typing import Any, Callable, ClassVar, Iterator, Mapping, Optional, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.shown import shown
-from stiefel._results.html import Shown, of_fields
+from stiefel._results.html import Shown
 
 N = TypeVar("N", bound="Named")
 T = TypeVar("T")
@@ -105,6 +105,21 @@ class Ended(Shown):
         """How the run ended; `run_status` has the reason."""
         return self.run_status.outcome
 
+    @property
+    def status(self) -> int:
+        """0 if the run reached its end, -1 if it stopped before, as in the results of SciPy."""
+        return 0 if self.success else -1
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end."""
+        return self.outcome is Outcome.REACHED
+
+    @property
+    def message(self) -> str:
+        """How the run ended, in one sentence."""
+        return self.run_status.message or ("The run reached its end." if self.success else f"The run ended: {self.outcome}.")
+
 
 @dataclass(frozen=True)
 class Price(Shown):
@@ -120,11 +135,11 @@ class Named(ByValue):
     """What has fields by their names: `state["Q"]`."""
 
     fields: dict[str, Array]
-    _system = ""  #: the system of the scene, where it is known
+    _side: ClassVar[Optional[str]] = ""  #: how the frame of the system moves, as `Origin.side`
 
-    def _of(self: N, system: str) -> N:
-        """Tells the system of the scene."""
-        object.__setattr__(self, "_system", system)
+    def _of(self: N, side: "Optional[str] | Callable[[], Optional[str]]") -> N:
+        """Tells how the frame moves. A function is called if there are fields for which it matters."""
+        object.__setattr__(self, "_side", side if not callable(side) else side() if self.fields.keys() & {"Q", "M"} else "")
         return self
 
     def _field(self, name: object) -> Array:
@@ -155,7 +170,10 @@ class Named(ByValue):
         return {}
 
     def _as_table(self) -> Any:
-        return of_fields(repr(self).strip("<>").partition(": ")[0], self.fields, self.units)
+        known = {name: values[np.isfinite(values)] if values.dtype.kind == "f" else np.empty(0) for name, values in self.fields.items()}
+        return repr(self).strip("<>").partition(": ")[0], ("field", "shape", "unit", "least", "largest"), [
+            (name, str(self.fields[name].shape), self.units.get(name, ""), *((one.min(), one.max()) if one.size else ("", "")))
+            for name, one in known.items()]
 
     def _shapes(self) -> str:
         return ", ".join(f"{name} {values.shape}" for name, values in self.fields.items()) or "no fields"

@@ -7,6 +7,7 @@ from typing import Any, Mapping, Optional
 import numpy as np
 
 from stiefel._results.base import Array
+from stiefel._rotations import to_matrices
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
@@ -55,17 +56,10 @@ def principal(scene: Mapping[str, Any], member: Optional[int]) -> Principal:
     return Principal(moments[order], np.eye(3)[order], tuple("xyz"[k] for k in order))
 
 
-def is_body(scene: Mapping[str, Any], trajectory: Trajectory) -> bool:
+def is_body(trajectory: Trajectory) -> bool:
     """Returns whether the trajectory has the momentum or the angular velocity of a body in three dimensions."""
-    if scene["system"].startswith("parametric"):
-        return False
     there = trajectory.fields
-    return "angular_velocity" in there or ("M" in there and there["M"].shape[-2:] == (3, 3))
-
-
-def is_attitude(scene: Mapping[str, Any]) -> bool:
-    """Returns whether a 3 x 3 matrix Q of the system is the attitude of a body."""
-    return not str(scene["system"]).startswith(("parametric", "stiefel", "discrete_stiefel", "double_bracket"))
+    return "angular_velocity" in there or (bool(trajectory._side) and "M" in there and there["M"].shape[-2:] == (3, 3))
 
 
 def momenta(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Array:
@@ -74,22 +68,26 @@ def momenta(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[i
     if "angular_velocity" in fields:
         return principal(scene, member).momentum(vectors(fields["angular_velocity"], member))
     M = matrices(fields["M"], member)
-    sign = -1 if scene["system"].startswith("right_") else 1
-    return sign * M[:, [2, 0, 1], [1, 2, 0]]  # M = hat(m)
+    return (-1 if trajectory._side == "right" else 1) * M[:, [2, 0, 1], [1, 2, 0]]  # M = hat(m)
 
 
-def attitudes(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Optional[Array]:
+def velocities(scene: Mapping[str, Any], trajectory: Trajectory, member: Optional[int]) -> Array:
+    """Returns the angular velocities in the body axes of the scene, (samples, 3)."""
+    there = trajectory.fields.get("angular_velocity")
+    if there is not None:
+        return vectors(there, member)
+    return principal(scene, member).velocity(momenta(scene, trajectory, member))
+
+
+def attitudes(trajectory: Trajectory, member: Optional[int]) -> Optional[Array]:
     """Returns the rotations from body to space, (samples, 3, 3); None where the trajectory has none."""
     fields = trajectory.fields
     if "quaternion" in fields:
-        w, x, y, z = vectors(fields["quaternion"], member).T
-        return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]).transpose(2, 0, 1)
-    if "Q" not in fields or fields["Q"].shape[-2:] != (3, 3):
+        return to_matrices(vectors(fields["quaternion"], member))
+    if not trajectory._side or "Q" not in fields or fields["Q"].shape[-2:] != (3, 3):
         return None
     Q = matrices(fields["Q"], member)
-    return Q.transpose(0, 2, 1) if scene["system"].startswith("right_") else Q
+    return Q.transpose(0, 2, 1) if trajectory._side == "right" else Q
 
 
 def matrices(values: Array, member: Optional[int]) -> Array:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, fields
 from statistics import median
 from typing import Any, Optional
 
-from stiefel import v1 as pb
+import numpy as np
+
 from stiefel._results import diagram
 from stiefel._results.base import Ended, RunStatus
 from stiefel._results.extras import imported
@@ -25,10 +26,10 @@ class Point(Ended):
     tolerance: Optional[float]
     arithmetic: str
     scalar: str
-    #: max |Q - Q_exact| at the horizon, with moduli for complex Q, at least `setup.reference_error`. None without a
+    #: max |Q - Q_exact| at the horizon, with moduli for complex Q, at least `Tradeoff.reference_error`. None without a
     #: frame and where the run stopped.
     attitude_error: Optional[float]
-    #: max |M - M_exact| / max |M_exact| at the horizon, at least `setup.reference_error`. None where the run stopped.
+    #: max |M - M_exact| / max |M_exact| at the horizon, at least `Tradeoff.reference_error`. None where the run stopped.
     momentum_error: Optional[float]
     drift: float  #: the worst drift of an invariant at up to 58 steps of the run
     drift_of: str  #: the invariant with the worst drift
@@ -37,7 +38,7 @@ class Point(Ended):
     steps_per_second: float  #: in the median of the timed runs
     measured_steps: int  #: fewer than the steps to the horizon if `extrapolated`
     extrapolated: bool
-    below_reference: bool  #: no error was measured above `setup.reference_error`, so that both are reported as that
+    below_reference: bool  #: no error was measured above `Tradeoff.reference_error`, so that both are reported as that
     run_status: RunStatus
 
     @property
@@ -60,9 +61,18 @@ class Point(Ended):
 class Tradeoff(Shown):
     """Error against cost on one scene."""
 
-    setup: pb.TradeoffSetup  #: machine, numerics id, reference and its error, horizon, budget, repeats, warnings
     points: tuple[Point, ...]
     front: tuple[Point, ...]  #: the points that no other one beats in both work and error, the cheapest first
+    horizon: float
+    steps: int  #: to the horizon
+    reference: str  #: what the points were compared with
+    reference_steps: int  #: that the reference took
+    reference_error: float
+    machine: str
+    numerics_id: str  #: of the build
+    budget: float  #: instructions that the measurement may take
+    repeats: int  #: timed runs of a point
+    warnings: tuple[str, ...]
 
     def _as_table(self) -> Any:
         return ("Pareto front, the cheapest first", ("method", "arithmetic", "substeps", "error", "work", "drift"),
@@ -71,7 +81,7 @@ class Tradeoff(Shown):
     def __repr__(self) -> str:
         """Returns three lines, with the ends of the Pareto front."""
         lines = [f"<stiefel.Tradeoff of {len(self.points)} points, {len(self.front)} of them on the Pareto front, horizon "
-                 f"{self.setup.horizon:g}, reference error {self.setup.reference_error:.0e}"]
+                 f"{self.horizon:g}, reference error {self.reference_error:.0e}"]
         for what, ends in (("cheapest", self.front[:1]), ("most accurate", self.front[-1:])):
             lines += [f"  {what}: {p.family}, {p.substeps} substeps: error {p.error:.1e}, work {p.work:.1e}"
                       for p in ends if p.error is not None]
@@ -86,7 +96,7 @@ class Tradeoff(Shown):
                  "cpu_seconds_per_second": median(p.cpu_seconds_per_second or (math.nan,)), "front": p in self.front,
                  "outcome": str(p.outcome)} for p in self.points]
         frame = pandas.DataFrame(rows).astype({name: float for name in ("tolerance", "attitude_error", "momentum_error", "error")})
-        frame.attrs.update({name: getattr(self.setup, name) for name in ("horizon", "reference_error", "machine", "numerics_id")})
+        frame.attrs.update({name: getattr(self, name) for name in ("horizon", "reference_error", "machine", "numerics_id")})
         return frame
 
     def plot(self, axes: Any = None, cost: str = "work", error: str = "error") -> Any:
@@ -95,28 +105,31 @@ class Tradeoff(Shown):
         `axes`: the matplotlib axes to use; new ones by default. `cost`: "work" or "time" (CPU seconds per simulated
         second, the median with a bar over the repeats). `error`: "error" (the larger of attitude and momentum error),
         "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. The best order and
-        arithmetic of each method is a coloured curve with its name at the end; the best is the one whose points beat
-        the largest area of the diagram. All other curves are grey.
+        arithmetic of each method is a coloured curve; the best is the one whose points beat the largest area of the diagram.
+        All other curves are grey. Needs matplotlib: stiefel[plot].
         """
-        import matplotlib.pyplot as plt  # imported here because only diagrams need it
-
         if cost not in ("work", "time"):
             raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
         if axes is None:
-            _, axes = plt.subplots(figsize=(11, 6.5), layout="constrained")
-        known = self.setup.reference_error
-        families: dict[str, _Curve] = {}
+            _, axes = imported("matplotlib.pyplot", "plot").subplots(figsize=(11, 6.5), layout="constrained")
+        known = self.reference_error
+        families: dict[str, list[tuple[float, float, Point]]] = {}  # cost, error
         for point in self.points:
-            if (value := getattr(point, error)) is not None and point.outcome == "REACHED":
+            if (value := getattr(point, error)) is not None and point.success:
                 x = point.work if cost == "work" else median(point.cpu_seconds_per_second)
                 families.setdefault(point.family, []).append((x, max(value, known), point))
-        best = _best_of_each_method(families)
-        ends = []
+        best = _best_of_each_method({name: [one[:2] for one in curve] for name, curve in families.items()})
         for name, curve in families.items():
-            look = diagram.style(best[name]) if name in best else None
-            _draw(axes, curve, look, cost == "time")
-            if look:
-                ends.append(diagram.End(*curve[-1][:2], name, look["color"]))
+            k = best.get(name)
+            look = {"color": diagram.GREY, "lw": 0.8, "marker": "o", "ms": 2.5, "zorder": 1} if k is None else \
+                {**diagram.style(k), "lw": 1.4, "ms": 5, "zorder": 4, "label": name}
+            x, y = np.transpose([one[:2] for one in curve])
+            hollow = [one.extrapolated for *_, one in curve]
+            axes.plot(x, y, **look)
+            axes.plot(x[hollow], y[hollow], **{**look, "linestyle": "", "mfc": "white", "label": None})
+            if cost == "time":
+                ends = np.transpose([(min(one.cpu_seconds_per_second), max(one.cpu_seconds_per_second)) for *_, one in curve])
+                axes.hlines(y, *ends, color=look["color"], lw=look["lw"])
         if cost == "work" and error == "error":
             front = [(p.work, max(p.error, known)) for p in self.front if p.error is not None]
         else:
@@ -130,42 +143,19 @@ class Tradeoff(Shown):
             axes.axhline(known, color="0.4", ls=":", lw=1, label="error of the reference")
         axes.set(xscale="log", yscale="log", ylabel=error.replace("_", " ") + " at the horizon",
                  xlabel="work, instructions" if cost == "work" else "CPU seconds a simulated second")
-        axes.set_title(f"horizon {self.setup.horizon:g}, {self.setup.steps} steps; {self.setup.repeats} timed runs "
-                       f"a point; error of the reference {known:.0e}\n{self.setup.machine}\n"
-                       f"stiefel, numerics id {self.setup.numerics_id}", fontsize=8, loc="left")
-        left, right = axes.get_xlim()
-        axes.set_xlim(right=right * (right / left) ** 0.25)  # for the names
-        axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none").set_zorder(20)
-        diagram.label_ends(axes, ends, [[(x, y) for x, y, _ in families[name]] for name in best])
+        axes.set_title(f"horizon {self.horizon:g}, {self.steps} steps; {self.repeats} timed runs a point; error of the reference "
+                       f"{known:.0e}\n{self.machine}\nstiefel, numerics id {self.numerics_id}", fontsize=8, loc="left")
+        axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
         return axes
 
 
-_Curve = list[tuple[float, float, Point]]  # cost, error
-
-
-def _best_of_each_method(families: dict[str, _Curve]) -> dict[str, int]:
+def _best_of_each_method(curves: dict[str, list[tuple[float, float]]]) -> dict[str, int]:
     """Returns for each method, in order, the family whose points beat the largest area, with the number of its
-    style."""
-    drawn = [(x, y) for curve in families.values() for x, y, _ in curve]
+    style. `curves`: those of the families, whose names begin with the method."""
+    drawn = [point for curve in curves.values() for point in curve]
     corner = (2 * max((x for x, _ in drawn), default=1), 2 * max((y for _, y in drawn), default=1))
     best: dict[str, tuple[float, str]] = {}
-    for name, curve in families.items():
-        method = curve[0][2].method
-        area = diagram.dominated_area(((x, y) for x, y, _ in curve), corner)
-        best[method] = max(best.get(method, (-1.0, name)), (area, name), key=lambda found: found[0])
+    for name, curve in curves.items():
+        method = name.replace(",", "").split()[0]
+        best[method] = max(best.get(method, (-1.0, name)), (diagram.dominated_area(curve, corner), name), key=lambda found: found[0])
     return {name: k for k, (_, name) in enumerate(best.values())}
-
-
-def _draw(axes: Any, curve: _Curve, look: Optional[dict[str, Any]], spread: bool) -> None:
-    """Draws a curve in the style `look`; without one in grey, behind the others. Extrapolated points have hollow
-    marks."""
-    colour = look["color"] if look else diagram.GREY
-    width, size, order = (1.4, 5, 4) if look else (0.8, 2.5, 1)
-    axes.plot([x for x, _, _ in curve], [y for _, y, _ in curve], lw=width, color=colour, zorder=order,
-              ls=look["linestyle"] if look else "-")
-    for x, y, point in curve:
-        axes.plot(x, y, ls="", marker=look["marker"] if look else "o", ms=size, color=colour, zorder=order + 0.5,
-                  mfc="white" if point.extrapolated else colour)
-        if spread:
-            times = point.cpu_seconds_per_second
-            axes.plot([min(times), max(times)], [y, y], color=colour, lw=width, zorder=order)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stiefel._results.base import Array, ByValue
 from stiefel._results.html import Shown
 
-__all__ = ["Errors", "EstimatedError"]
+__all__ = ["EstimatedError", "EstimatedErrors"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,7 +43,7 @@ class EstimatedError(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Errors(ByValue):
+class EstimatedErrors(ByValue):
     """The estimated errors at several times, one number each; NaN where there is none, because it is too small to tell or
     was not estimated. See `EstimatedError`."""
 
@@ -65,5 +65,5 @@ class Errors(ByValue):
         largest = [f"{name} {np.nanmax(values):.1e}" for name in ("attitude", "momentum", "angle")
                    if not np.isnan(values := getattr(self, name)).all()]
         found = f"at most {', '.join(largest)}" if largest else self.missing or "too small to tell"
-        return (f"<stiefel.Errors at {len(self.time)} times: {found}\n"
+        return (f"<stiefel.EstimatedErrors at {len(self.time)} times: {found}\n"
                 f"  from {self.reference or 'no reference'}>")

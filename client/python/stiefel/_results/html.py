@@ -5,7 +5,7 @@ import dataclasses
 import datetime
 import html
 import reprlib
-from typing import Any, Iterable, Mapping, Sequence
+from typing import Any, Sequence
 
 import numpy as np
 
@@ -45,18 +45,6 @@ def _in_line(value: Any) -> str:
     if isinstance(value, np.ndarray) and value.dtype.kind in "fciu" and value.size <= 24:
         return " ".join(np.array2string(value, precision=6, max_line_width=1000).split())
     return value if isinstance(value, str) else brief(value)
-
-
-def of_fields(caption: str, fields: Mapping[str, Any],
-              units: Mapping[str, str]) -> "tuple[str, Sequence[str], list[Sequence[Any]]]":
-    """Returns the table of fields by name: shape, unit and the range of the numbers."""
-    return caption, ("field", "shape", "unit", "least", "largest"), [
-        (name, str(values.shape), units.get(name, ""), *_range(values)) for name, values in fields.items()]
-
-
-def _range(values: Any) -> Iterable[Any]:
-    known = values[np.isfinite(values)] if values.dtype.kind == "f" else np.empty(0)
-    return (known.min(), known.max()) if known.size else ("", "")
 
 
 def _row(cells: Sequence[Any]) -> str:

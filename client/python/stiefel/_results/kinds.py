@@ -25,7 +25,7 @@ _KINDS = {
     "angular_velocity": Kind(1, _xyz("omega"), "rad/s"),
     "angular_velocity_space": Kind(1, _xyz("omega_space"), "rad/s"),
     "momentum_space": Kind(1, _xyz("momentum_space"), "kg m^2/s"),
-    "euler_angles": Kind(1, (), "rad"),
+    "euler_angles": Kind(1, (), "rad"), "euler_rates": Kind(1, (), "rad/s"),
     "epsilon": Kind(0),
     **dict.fromkeys(("q", "qdot", "p"), Kind(1)),
     "Q": Kind(unit="1"), "M": Kind(unit="kg m^2/s"), "Omega": Kind(unit="rad/s"),
@@ -35,7 +35,7 @@ _MATRIX = Kind()
 
 def kind_of(field: str) -> Kind:
     """Returns the kind of a field. A name that is not known is that of a matrix."""
-    return _KINDS.get(field, _MATRIX)
+    return _KINDS.get(field.rpartition("_")[0] if field.startswith("euler_") and field not in _KINDS else field, _MATRIX)
 
 
 def as_named(field: str, array: Array, behind: int = 0) -> Array:
@@ -44,10 +44,3 @@ def as_named(field: str, array: Array, behind: int = 0) -> Array:
     rows = array.ndim - 2 - behind
     gone = {0: (rows, rows + 1), 1: (rows,), 2: ()}[kind_of(field).axes]
     return array.squeeze(gone) if gone else array
-
-
-def as_matrix(field: str, array: Array) -> Array:
-    """Returns what `as_named` was given."""
-    axes = kind_of(field).axes
-    own = array.ndim - axes
-    return array.reshape(*array.shape[:own], *(1 for _ in range(2 - axes)), *array.shape[own:])

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from pathlib import Path
 from typing import Any, Callable, Mapping, Optional, cast
@@ -10,8 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._results import about
-from stiefel._results.extras import imported
-from stiefel._results.kinds import as_named
 from stiefel._results.origin import Origin
 from stiefel.client import Client
 from stiefel.results import Trajectory
@@ -22,7 +21,7 @@ Read = tuple[NDArray[Any], NDArray[Any], dict[str, NDArray[Any]], Mapping[str, A
 
 
 def load(file: "str | os.PathLike[str]") -> Trajectory:
-    """Reads a file that `Trajectory.save` or `stiefel run --output` wrote: .npz, .csv, .json, .h5, .zarr or .parquet.
+    """Reads a file that `Trajectory.save` or `stiefel run --output` wrote: .npz, .csv or .json.
 
     The arrays have the bits that were written; in .json NaN stands for the infinities too. Scene, build, outcome and
     estimated error are those of the run. Raises ValueError for a file of something else.
@@ -37,12 +36,12 @@ def load(file: "str | os.PathLike[str]") -> Trajectory:
             raise KeyError(f"its format is {described.get('format')!r}")
         status, error = about.run_status(described), about.estimated_error(described)
         return Trajectory(np.asarray(step, np.int64), np.asarray(time, float), fields, status, 0, _origin(described), error)
-    except (ImportError, MemoryError):
+    except MemoryError:
         raise
     except Exception as fault:  # of the libraries that read such files, each with its own kinds
         if isinstance(fault, OSError) and fault.filename is not None:
             raise
-        raise ValueError(f"{path}: is not a file of a trajectory, or of an earlier version: {fault}") from fault
+        raise ValueError(f"{path}: is not a file of a trajectory: {fault}") from fault
 
 
 def rerun(file: "str | os.PathLike[str]", client: Optional[Client] = None) -> Trajectory:
@@ -67,7 +66,8 @@ def _origin(described: Mapping[str, Any]) -> Optional[Origin]:
     asked = described.get("run", {})
     epoch = scene.pop("epoch", None)
     times = np.asarray(asked["times"], float) if "times" in asked else None
-    return Origin(to_message(cast(Any, scene)), described["numerics_id"], to=asked.get("to"), times=times, epoch=epoch)
+    return Origin(to_message(cast(Any, scene)), described["numerics_id"], to=asked.get("to"), times=times, epoch=epoch,
+                  side=described.get("side", ""))
 
 
 def _npz(path: str) -> Read:
@@ -77,72 +77,36 @@ def _npz(path: str) -> Read:
 
 
 def _csv(path: str) -> Read:
-    described: dict[str, Any] = {}
-    rows, utc = [], False
     with open(path, encoding="utf-8-sig") as lines:
-        for line in lines:
-            if line.startswith("# {"):
-                described.update(json.loads(line[2:]))
-            elif line[0] == "s":  # the names, which begin with "step"
-                utc = line.rstrip().endswith(",utc")
-            elif line[0] != "#":
-                rows.append(line.rpartition(",")[0] if utc else line)
-    table = np.loadtxt(rows, delimiter=",", ndmin=2) if rows else np.empty((0, 2))
-    return table[:, 0], table[:, 1], about.from_table(table[:, 2:], described), described
+        first, _, _, *rows = lines
+    described = json.loads(first[1:])
+    dtypes = {name: np.dtype(field["dtype"]) for name, field in described["fields"].items()}
+    counts = [math.prod(described["fields"][name]["shape"]) * (1 + (dtype.kind == "c")) for name, dtype in dtypes.items()]
+    table = np.loadtxt(rows, delimiter=",", usecols=range(2 + sum(counts)), ndmin=2) if rows else np.empty((0, 2 + sum(counts)))
+    parts = np.split(table[:, 2:], np.cumsum(counts[:-1], dtype=int), axis=1)
+    fields = {}
+    for (name, dtype), part in zip(dtypes.items(), parts):
+        numbers = np.ascontiguousarray(part, np.zeros((), dtype).real.dtype)
+        fields[name] = numbers.view(dtype).reshape(len(table), *described["fields"][name]["shape"])
+    return table[:, 0], table[:, 1], fields, described
 
 
 def _json(path: str) -> Read:
     described = json.loads(Path(path).read_text(encoding="utf-8-sig"))
     samples = described.pop("samples")
-    fields = {}
-    for name in samples[0]["fields"] if samples else ():
-        values = _field(name, [sample["fields"][name] for sample in samples])
-        fields[name] = values.astype(described.get("fields", {}).get(name, {}).get("dtype", values.dtype))
-    step, time = ([sample[name] for sample in samples] for name in ("step", "time"))
+    fields = {name: _field([one["fields"][name] for one in samples]).astype(field["dtype"]).reshape(-1, *field["shape"])
+              for name, field in described["fields"].items()}
+    step, time = ([one[name] for one in samples] for name in ("step", "time"))
     return np.array(step, np.int64), np.array(time, float), fields, described
 
 
-def _field(name: str, samples: list[Any]) -> NDArray[Any]:
-    """Returns the field of samples given as nested lists; a complex one, and every one in files of earlier versions, is an
-    object, there with `rows` and `cols` around flat lists."""
-    first = samples[0]
-    if not isinstance(first, Mapping):
-        return _numbers(samples)
-    values = _numbers([sample["values"] for sample in samples])
-    if "imaginary" in first:
-        values = values + 1j * _numbers([sample["imaginary"] for sample in samples])
-    if "rows" not in first:
-        return values
-    members = (first["members"],) if "members" in first else ()
-    return as_named(name, values.reshape(len(samples), *members, first["rows"], first["cols"]))
+def _field(samples: list[Any]) -> NDArray[Any]:
+    """Returns the field of samples given as nested lists, a complex one as objects of two such lists. null becomes NaN."""
+    if not samples or not isinstance(samples[0], Mapping):
+        return np.array(samples, float)
+    values = np.array([one["values"] for one in samples], complex)
+    values.imag = np.array([one["imaginary"] for one in samples], float)
+    return values
 
 
-def _numbers(samples: list[Any]) -> NDArray[Any]:
-    return np.array(samples, float)  # null becomes NaN
-
-
-def _hdf5(path: str) -> Read:
-    with imported("h5py", "hdf5").File(path, "r") as file:
-        described = json.loads(file[about.KEY][()])
-        # The description has the fields in their order; the file has them by name.
-        fields = {name: file[name][()] for name in described["fields"]}
-        return file["step"][()], file["time"][()], fields, described
-
-
-def _zarr(path: str) -> Read:
-    group = imported("zarr", "xarray").open_group(path, mode="r")
-    described = json.loads(group.attrs[about.KEY])
-    fields = {name: np.asarray(group[name][...]) for name in described["fields"]}
-    return np.asarray(group["step"][...]), np.asarray(group["time"][...]), fields, described
-
-
-def _parquet(path: str) -> Read:
-    table = imported("pyarrow.parquet", "parquet").read_table(path)
-    described = json.loads(table.schema.metadata[about.KEY.encode()])
-    columns = [table.column(name).to_numpy() for name in table.column_names if name != "utc"]
-    numbers = np.stack(columns[2:], axis=1) if len(columns) > 2 else np.empty((len(columns[0]), 0))
-    return columns[0], columns[1], about.from_table(numbers, described), described
-
-
-_READERS: dict[str, Callable[[str], Read]] = {
-    ".npz": _npz, ".csv": _csv, ".json": _json, ".h5": _hdf5, ".hdf5": _hdf5, ".zarr": _zarr, ".parquet": _parquet}
+_READERS: dict[str, Callable[[str], Read]] = {".npz": _npz, ".csv": _csv, ".json": _json}

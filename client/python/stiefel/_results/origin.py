@@ -9,6 +9,17 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 
 
+_SIDES: dict[str, str] = {}
+
+
+def side_of(system: str, systems: Callable[[], Any]) -> str:
+    """Returns how the frame of a system moves: "left" if Q takes body to space, "right" if it takes space to body, "" if it is no
+    attitude. `systems`: returns those of a server, which is asked once in a process."""
+    if system not in _SIDES:
+        _SIDES.update({one.name: pb.Side.Name(one.side)[5:].lower().replace("unspecified", "") for one in systems()})
+    return _SIDES.get(system, "")
+
+
 class Origin:
     """The resolved scene, the build, and what the run was asked for. A copy in another process has no connection."""
 
@@ -16,15 +27,17 @@ class Origin:
     elsewhere: ClassVar[Callable[[Mapping[str, Any]], Any]]
 
     def __init__(self, scene: Union[pb.Scene, Callable[[], pb.Scene]], build: str, create: Any = None,
-                 to: Optional[int] = None, times: Optional[NDArray[Any]] = None, epoch: Optional[str] = None):
+                 to: Optional[int] = None, times: Optional[NDArray[Any]] = None, epoch: Optional[str] = None, side: Optional[str] = ""):
         """`scene`: a message, or a function that fetches it when it is first needed. `create`: creates a session of a scene
         at the server of the run, or returns None if its client is closed. `to`, `times`: what the caller asked for,
-        which a run that stopped did not reach."""
+        which a run that stopped did not reach. `side`: how the frame moves, as `side_of` says; None if it is
+        not known."""
         self._scene = scene
         self.build = build  #: the numerics id of the server
         self._create = create
         self.to, self.times = to, times
         self.epoch = epoch  #: the instant of time 0 in ISO 8601, None if the scene has none
+        self.side = side
 
     @property
     def scene(self) -> pb.Scene:
@@ -39,8 +52,8 @@ class Origin:
         return Origin.elsewhere(scene) if found is None else found
 
     def __reduce__(self) -> Any:
-        return _restored, (self.scene.SerializeToString(), self.build, self.to, self.times, self.epoch)
+        return _restored, (self.scene.SerializeToString(), self.build, None, self.to, self.times, self.epoch, self.side)
 
 
-def _restored(scene: bytes, build: str, to: Optional[int], times: Any, epoch: Optional[str]) -> Origin:
-    return Origin(pb.Scene.FromString(scene), build, None, to, None if times is None else np.asarray(times), epoch)
+def _restored(scene: bytes, *rest: Any) -> Origin:
+    return Origin(pb.Scene.FromString(scene), *rest)

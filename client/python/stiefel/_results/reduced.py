@@ -12,6 +12,7 @@ from stiefel._given.numbers import numbers
 from stiefel._results import diagram
 from stiefel._results.base import Array, ByValue, Ended, Named, Price, RunStatus
 from stiefel._results.extras import imported
+from stiefel._results.tables import flat
 
 __all__ = ["Events", "LyapunovSpectrum", "Section", "StateTransition", "Summary", "Verdict"]
 
@@ -57,6 +58,15 @@ class Events(Named):
         """Yields each zero as events of length 1."""
         return (self[k:k + 1] for k in range(len(self)))
 
+    def to_dataframe(self) -> Any:
+        """Returns a `pandas.DataFrame` with a row for each zero: event, step, fraction, time, in an ensemble member, and a column
+        for each number of the fields; of a section also point[0], point[1], ... and residual."""
+        return imported("pandas", "pandas").DataFrame({name: np.ascontiguousarray(values) for name, values in self._columns().items()})
+
+    def _columns(self) -> dict[str, Array]:
+        found: dict[str, Any] = {name: getattr(self, name) for name in ("event", "step", "fraction", "time")}
+        return {**found, **({} if self.member is None else {"member": self.member}), **flat(self.fields)}
+
     def __repr__(self) -> str:
         outcome = f" {self.run_status.outcome}" if self.run_status else ""
         return f"<stiefel.Events{outcome} of {self.count} zero{'s' if self.count != 1 else ''}: {self._shapes()}>"
@@ -80,6 +90,10 @@ class Section(Events):
         return part if isinstance(which, str) else Section(
             part.event, part.step, part.fraction, part.time, part.member, part.fields, part.run_status, self.points[which],
             self.residual[which])
+
+    def _columns(self) -> dict[str, Array]:
+        points = {f"point[{k}]": values for k, values in enumerate(self.points.T)}
+        return {**super()._columns(), **points, "residual": self.residual}
 
     def plot(self, axes: Any = None, x: int = 0, y: int = 1, **look: Any) -> Any:
         """Draws column `y` of `points` over column `x`, each member of an ensemble in a colour of its own, and returns the axes.
@@ -171,7 +185,6 @@ class LyapunovSpectrum(Ended, ByValue):
     interval: int  #: steps between two orthonormalisations
     run_status: RunStatus
     checkpoint: bytes = field(default=b"", compare=False)  #: from which a later call goes on
-    checkpoint_ignored: bool = field(default=False, compare=False)  #: whether the server did not have the key of the given one
     computed_steps: int = field(default=0, compare=False)
     price: Optional[Price] = field(default=None, compare=False)
 
@@ -218,8 +231,6 @@ class Summary(Ended, ByValue, Mapping[str, "dict[str, Array]"]):
     computed_steps: int = field(compare=False)
     price: Optional[Price] = field(default=None, compare=False)
     checkpoint: bytes = field(default=b"", compare=False)  #: the last checkpoint, if any was asked for
-    #: whether the server ignored the call's checkpoint, because it does not have the key that signed it
-    checkpoint_ignored: bool = field(default=False, compare=False)
 
     def __getitem__(self, name: str) -> dict[str, Array]:
         try:

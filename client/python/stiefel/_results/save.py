@@ -1,18 +1,16 @@
-"""Writes a trajectory to a file, in the formats of `stiefel run --output` and in those of other tools."""
+"""Writes a trajectory to a file: .npz, .csv or .json."""
 from __future__ import annotations
 
 import io
 import json
 import os
-import shutil
 from contextlib import contextmanager
 from typing import Any, Callable, Iterator, TextIO
 
 import numpy as np
 
-from stiefel._results import about
+from stiefel._results import about, tables
 from stiefel._results.base import Array
-from stiefel._results.extras import imported
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
@@ -21,7 +19,7 @@ def save(run: Trajectory, file: "str | os.PathLike[str]") -> None:
     """Writes the format of the file's extension. Raises ValueError if that is none of `WRITERS`."""
     write = WRITERS.get(os.path.splitext(os.fspath(file))[1].lower())
     if write is None:
-        raise ValueError(f"{os.fspath(file)}: must end in {', '.join(list(WRITERS)[:-1])} or {list(WRITERS)[-1]}")
+        raise ValueError(f"{os.fspath(file)}: must end in .npz, .csv or .json; `to_xarray` and `to_dataframe` lead to other formats")
     with complete(file) as part:
         write(run, part)
 
@@ -37,25 +35,15 @@ def complete(file: "str | os.PathLike[str]") -> Iterator[str]:
     part = path + ".part"
     try:
         yield part
-        if os.path.isdir(path) and os.path.isdir(part):  # a folder cannot replace another one
-            shutil.rmtree(path)
         os.replace(part, path)
     except BaseException:
-        remove(part)
+        if os.path.exists(part):
+            os.remove(part)
         raise
 
 
-def remove(path: str) -> None:
-    """Removes a file or a folder if it is there."""
-    if os.path.isdir(path):
-        shutil.rmtree(path)
-    elif os.path.exists(path):
-        os.remove(path)
-
-
 def _npz(run: Trajectory, part: str) -> None:
-    described = about.compact({**about.beginning(run), **about.ending(run)})
-    arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields, about.KEY: np.array(described.encode())}
+    arrays: dict[str, Any] = {"step": run.step, "time": run.time, **run.fields, about.KEY: np.array(about.compact(run).encode())}
     packed = io.BytesIO()  # numpy closes a file badly that could not be written
     np.savez_compressed(packed, **arrays)
     with open(part, "wb") as out:
@@ -63,18 +51,16 @@ def _npz(run: Trajectory, part: str) -> None:
 
 
 def _csv(run: Trajectory, part: str) -> None:
-    """Writes CSV: lines that begin with # tell scene, units and, at the end, how the run ended."""
-    columns = about.table(run)
-    units = [about.unit_of(run, field) for field, values in run.fields.items() for _ in about.columns(field, values)]
+    """Writes CSV below two lines with #, which have the description and the units."""
+    columns, units = tables.table(run), {"step": "1", "time": run.units["time"], "utc": "UTC"}
+    units.update({name: run.units.get(field, "") for field, values in run.fields.items() for name in tables.columns(field, values)})
     if "utc" in columns:
-        columns["utc"], units = np.datetime_as_string(columns["utc"], timezone="UTC"), [*units, "UTC"]
+        columns["utc"] = np.datetime_as_string(columns["utc"], timezone="UTC")
     with open(part, "w", encoding="utf-8", newline="\n") as out:
-        out.write(f"# {about.compact(about.beginning(run))}\n")
-        out.write(f"# units: {','.join(['1', about.unit_of(run, 'time'), *units])}\n")
+        out.write(f"# {about.compact(run)}\n# units: {','.join(units[name] for name in columns)}\n")
         out.write(",".join(f'"{name}"' if "," in name else name for name in columns) + "\n")
         for row in zip(*(map(str if name in ("step", "utc") else repr, values.tolist()) for name, values in columns.items())):
             out.write(",".join(row) + "\n")
-        out.write(f"# {about.compact(about.ending(run))}\n")
 
 
 def _json(run: Trajectory, part: str) -> None:
@@ -83,66 +69,21 @@ def _json(run: Trajectory, part: str) -> None:
 
 
 def write_json(run: Trajectory, out: TextIO) -> None:
-    """Writes {"samples": [...], "outcome": ..., "scene": ...}. NaN and the infinities, which JSON does not have, become
-    null."""
+    """Writes {"samples": [...], "format": ..., "scene": ...}. NaN and the infinities, which JSON does not have, become null."""
     out.write('{"samples": [')
-    separator = "\n"
-    for step, time, fields in _samples(run):
-        blocks = ", ".join(f"{json.dumps(name)}: {_block(values)}" for name, values in fields.items())
-        out.write(f'{separator}{{"step": {step}, "time": {_in_json(time)}, "fields": {{{blocks}}}}}')
-        separator = ",\n"
-    rest = {**about.ending(run), **about.beginning(run)}
-    parts = (f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in rest.items())
-    out.write("],\n" + ",\n".join(parts) + "\n}\n")
+    for k, (step, time) in enumerate(zip(run.step.tolist(), _lists(run.time))):
+        sample = {"step": step, "time": time, "fields": {name: _block(values[k]) for name, values in run.fields.items()}}
+        out.write(f"{',' * (k > 0)}\n{json.dumps(sample)}")
+    out.write("],\n" + ",\n".join(f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in about.described(run).items()) + "\n}\n")
 
 
-def _hdf5(run: Trajectory, part: str) -> None:
-    """Writes a dataset for step, time and every field, with its unit, and the description as a dataset of one text."""
-    with imported("h5py", "hdf5").File(part, "w") as out:
-        for name, values in (("step", run.step), ("time", run.time), *run.fields.items()):
-            out[name] = values
-            out[name].attrs["units"] = about.unit_of(run, name)
-        out[about.KEY] = about.compact({**about.beginning(run), **about.ending(run)})
-
-
-def _zarr(run: Trajectory, part: str) -> None:
-    """Writes a group with an array for step, time and every field; the description is an attribute of the group."""
-    group = imported("zarr", "xarray").open_group(part, mode="w")
-    make = getattr(group, "create_array", None) or group.create_dataset  # zarr 3, else zarr 2
-    for name, values in (("step", run.step), ("time", run.time), *run.fields.items()):
-        array = make(name, shape=values.shape, dtype=values.dtype, chunks=(max(1, len(values)), *values.shape[1:]))
-        array[...] = values
-        array.attrs["units"] = about.unit_of(run, name)
-    group.attrs[about.KEY] = about.compact({**about.beginning(run), **about.ending(run)})  # zarr sorts a mapping
-
-
-def _parquet(run: Trajectory, part: str) -> None:
-    """Writes the columns of the CSV file; the description is in the schema's metadata."""
-    pyarrow, parquet = imported("pyarrow", "parquet"), imported("pyarrow.parquet", "parquet")
-    described = about.compact({**about.beginning(run), **about.ending(run)})
-    columns = {name: np.ascontiguousarray(values) for name, values in about.table(run).items()}
-    parquet.write_table(pyarrow.table(columns).replace_schema_metadata({about.KEY: described}), part)
-
-
-def _block(values: Array) -> str:
+def _block(values: Array) -> Any:
     """Returns one field of one sample as nested lists; a complex one as an object of two such lists."""
-    if np.iscomplexobj(values):
-        return f'{{"values": {_lists(np.real(values).tolist())}, "imaginary": {_lists(np.imag(values).tolist())}}}'
-    return _lists(values.tolist())
+    return {"values": _lists(np.real(values)), "imaginary": _lists(np.imag(values))} if np.iscomplexobj(values) else _lists(values)
 
 
-def _lists(values: Any) -> str:
-    return f"[{', '.join(map(_lists, values))}]" if isinstance(values, list) else _in_json(values)
+def _lists(values: Array) -> Any:
+    return np.where(np.isfinite(values), values, np.array(None)).tolist()
 
 
-def _in_json(value: float) -> str:
-    return repr(value) if np.isfinite(value) else "null"
-
-
-def _samples(run: Trajectory) -> Iterator[tuple[int, float, dict[str, Array]]]:
-    for k, (step, time) in enumerate(zip(run.step.tolist(), run.time.tolist())):
-        yield step, time, {name: values[k] for name, values in run.fields.items()}
-
-
-WRITERS: dict[str, Callable[[Trajectory, str], None]] = {
-    ".npz": _npz, ".csv": _csv, ".json": _json, ".h5": _hdf5, ".hdf5": _hdf5, ".zarr": _zarr, ".parquet": _parquet}
+WRITERS: dict[str, Callable[[Trajectory, str], None]] = {".npz": _npz, ".csv": _csv, ".json": _json}

@@ -15,15 +15,15 @@ class Catalogue(Shown):
     `systems`, `methods`, `limits`, `version`, `numerics_id` and `build`."""
 
     def __init__(self, message: pb.DescribeResponse):
-        self.message = message  #: the server's reply
+        self._message = message
 
     def __getattr__(self, name: str) -> Any:
-        if name == "message" or name.startswith("__"):
+        if name.startswith("_"):
             raise AttributeError(name)
-        return getattr(self.message, name)
+        return getattr(self._message, name)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Catalogue) and bool(self.message == other.message)
+        return isinstance(other, Catalogue) and bool(self._message == other._message)
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -8,7 +8,8 @@ from typing import Any, Optional
 from stiefel import v1 as pb
 from stiefel._results.base import Ended, Price, RunStatus
 from stiefel._results.estimate import EstimatedError
-from stiefel._results.html import Shown
+from stiefel._results.html import Shown, text_table
+from stiefel._results.motion import Motion
 
 __all__ = ["Conservation", "Diagnosis", "Domain", "Invariant"]
 
@@ -77,24 +78,20 @@ class Diagnosis(Ended):
     estimated_error: Optional[EstimatedError]
     run_status: RunStatus
     computed_steps: int = field(compare=False, repr=False)
+    #: The exact motion from the state at step 0, of a free rigid body in three dimensions; None of another system.
+    motion: Optional[Motion] = field(default=None, repr=False)
     #: The families of which `invariants` has only those with the largest drifts, and how many invariants each has.
     shortened: dict[str, int] = field(default_factory=dict)
     price: Optional[Price] = field(default=None, compare=False, repr=False)  #: the predicted price of the call
 
     def __repr__(self) -> str:
         """Returns three lines; `table` has every invariant."""
-        lines = [f"<stiefel.Diagnosis {self.outcome} at step {self.step}, time {self.time!r}: {len(self.invariants)} invariants"]
-        kept = []
-        if self.invariants:
-            worst = max(self.invariants, key=lambda invariant: invariant.drift)
-            kept.append(f"largest drift {worst.drift:.1e} of {worst.name}{worst.of_member} ({worst.conservation})")
-        if self.orthogonality is not None:
-            kept.append(f"orthogonality {self.orthogonality:.1e}")
-        if kept:
-            lines.append(f"  {', '.join(kept)}")
-        if self.estimated_error is not None:
-            lines.append(f"  estimated error: {self.estimated_error}")
-        return "\n".join(lines) + ">"
+        text = f"<stiefel.Diagnosis {self.outcome} at step {self.step}, time {self.time!r}: {len(self.invariants)} invariants"
+        worst = max(self.invariants, key=lambda invariant: invariant.drift, default=None)
+        kept = [f"largest drift {worst.drift:.1e} of {worst.name}{worst.of_member} ({worst.conservation})"] if worst else []
+        kept += [] if self.orthogonality is None else [f"orthogonality {self.orthogonality:.1e}"]
+        text += f"\n  {', '.join(kept)}" * bool(kept)
+        return text + f"\n  estimated error: {self.estimated_error}" * (self.estimated_error is not None) + ">"
 
     def _as_table(self) -> Any:
         return (f"{self.outcome} at step {self.step}, time {self.time:g}; estimated error: {self.estimated_error or 'not asked for'}",
@@ -104,14 +101,11 @@ class Diagnosis(Ended):
     def table(self) -> str:
         """Returns a table with one line for each invariant, and the estimated error if it was asked for. A drift says
         nothing about that error. In an ensemble a line names the member whose drift of that invariant is the largest."""
-        names = [invariant.name + invariant.of_member for invariant in self.invariants]
-        width = max(map(len, names), default=0)
-        lines = [f"{self.outcome} at step {self.step}, time {self.time!r}"]
-        lines += [f"  {name:{width}}  {i.value:< 19.12g}  drift {i.drift:.1e}  {i.conservation}"
-                  for name, i in zip(names, self.invariants)]
+        rows = [(i.name + i.of_member, f"{i.value:< 19.12g}", f"drift {i.drift:.1e}", str(i.conservation)) for i in self.invariants]
+        lines = [text_table(f"{self.outcome} at step {self.step}, time {self.time!r}", (), rows)]
         if self.orthogonality is not None:
             of_all = any(i.member is not None for i in self.invariants)
-            lines.append(f"  orthogonality {self.orthogonality:.1e}" + ("  the largest of all members" if of_all else ""))
+            lines.append(f"  orthogonality {self.orthogonality:.1e}" + "  the largest of all members" * of_all)
         if self.estimated_error is not None:
             lines.append(f"  estimated error: {self.estimated_error}")
         return "\n".join(lines)

@@ -1,137 +1,123 @@
-"""Gives questions and the chunks of a plan to workers, and takes the results as they arrive."""
+"""Gives the tasks of a plan to those who compute them: a server of this process, running servers, or the workers of an
+executor. Takes the results as they arrive."""
 from __future__ import annotations
 
-from collections import deque
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+import queue
+from collections import Counter, deque
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from contextvars import ContextVar
 from dataclasses import replace
-from typing import Any, Callable, Iterable, Optional, Union
+from typing import Any, Callable, Iterable, Optional, Sequence, TypeVar, Union
 
-from numpy.typing import NDArray
+from stiefel._given.numbers import refused
+from stiefel._sweep.failures import check
+from stiefel._sweep.own_server import TIMEOUT, OwnServer, Share
+from stiefel._sweep.plan import Plan, Task
+from stiefel.client import Client
 
-from stiefel.errors import InvalidArgument
-from stiefel._sweep.executors import Workers
-from stiefel._sweep.failures import Failures, SweepFailed
-from stiefel._sweep.plan import Plan, place_violations
-from stiefel._sweep.reduction import Reduced
-from stiefel._sweep.resolution import Question, Resolved
-from stiefel._sweep.result import canonical
-from stiefel._sweep.shared_store import Place, Written
-from stiefel._sweep.warned import Warned
-
-Take = Callable[[int, "dict[str, NDArray[Any]]"], None]
-TakeWritten = Callable[[int, Written], bool]
-TakeAnswer = Callable[[int, "list[Resolved]"], None]
-GRACE = 5.0  #: seconds in which running chunks may still finish when the sweep fails
+AHEAD = 4  #: tasks in flight per worker
+UNKNOWN = 512  #: tasks in flight at an executor that does not say how many workers it has
+CALLS = 2  #: calls in flight per server, so that it computes one while the other's numbers travel
 #: A future with whose exception the sweeps of this context end.
 STOP: "ContextVar[Optional[Future[None]]]" = ContextVar("STOP", default=None)
+T = TypeVar("T")
 
 
-def ask_all(count: int, question: Callable[[int], Question], workers: Workers, failures: Failures, take: TakeAnswer) -> None:
-    """Asks `count` questions. `take` gets the number of each question with a worker's answer, in the order of arrival.
-    A question whose worker died is asked again. Raises SweepFailed when too many workers died."""
-    def ask(k: int) -> "Future[Any]":
-        asked = question(k)
-        again = tuple(replace(task, attempt=failures.of(_place(k))) for task in asked.tasks)
-        return workers.ask(replace(asked, tasks=again))
+class Servers:
+    """Running servers, each of which gets a few calls at a time. Thread-safe."""
 
-    def check(error: BaseException, k: int) -> None:
-        if not failures.may_try_again(_place(k), error):
-            if failures.of(_place(k)) == 0:
-                raise error
-            raise SweepFailed(f"no worker answered: {_text(error)}", failures=dict(failures.counted)) from error
-        if not workers.replace(error):
-            raise SweepFailed(f"the executor takes no tasks: {_text(error)}", failures=dict(failures.counted)) from error
+    def __init__(self, servers: Sequence[Union[str, Client]]):
+        self._own = [Client(one, timeout=TIMEOUT) for one in servers if isinstance(one, str)]
+        for client in self._own:
+            client._connection.waits = False  # another server takes what one that went has left
+        self._free: "queue.SimpleQueue[Client]" = queue.SimpleQueue()
+        for client in (self._own + [one for one in servers if isinstance(one, Client)]) * CALLS:
+            self._free.put(client)
 
-    def taken(k: int, answer: "list[Resolved]") -> bool:
-        take(k, answer)
-        return True
+    def use(self, function: Callable[[Client], T], share: Share) -> T:
+        client = self._free.get()
+        try:
+            return function(client)
+        finally:
+            self._free.put(client)
 
-    _spread(range(count), workers, ask, taken, check, grace=0)
-
-
-def run_chunks(plan: Plan, chunks: Iterable[int], workers: Workers, failures: Failures, take: Take,
-               place: Callable[[int], Optional[Place]] = lambda chunk: None,
-               take_written: TakeWritten = lambda chunk, written: False, warned: Optional[Warned] = None) -> None:
-    """Computes chunks. `take` gets the number of each chunk with its arrays, in the order in which they finish.
-
-    `place` returns where a worker may write a chunk into a store. `take_written` gets a chunk that its worker wrote,
-    and returns False if it is not there, after which the chunk is computed again. `warned` gets the servers' warnings.
-
-    A chunk whose worker died is given again, until it has failed `ATTEMPTS` times. Raises SweepFailed after that, or if
-    the executor takes no more tasks; an exception of the task itself is raised unchanged. Running chunks may then still
-    finish within `GRACE` seconds; all others are cancelled if the executor can do so.
-    """
-    def give(chunk: int) -> "Future[Any]":
-        return workers.give(replace(plan.task(chunk), place=place(chunk), attempt=failures.of(chunk)))
-
-    def taken(chunk: int, reduced: Union[Reduced, Written]) -> bool:
-        there = True
-        if isinstance(reduced, Written):
-            there = take_written(chunk, reduced)
-        else:
-            take(chunk, canonical(reduced))
-        if there and warned is not None:
-            warned.take(plan.points(chunk), reduced.warnings)
-        return there
-
-    _spread(chunks, workers, give, taken, lambda error, chunk: _again_or_raise(error, chunk, plan, workers, failures), GRACE)
+    def stop(self) -> None:
+        for client in self._own:
+            client.close()
 
 
-def _spread(waiting: Iterable[int], workers: Workers, give: Callable[[int], "Future[Any]"], take: Callable[[int, Any], bool],
-            check: Callable[[BaseException, int], None], grace: float) -> None:
-    """Gives all of `waiting` to the workers, at most `Workers.window` at once, and passes the results to `take`. Gives
-    again what `take` refuses by returning False, and what failed with an error for which `check` does not raise. After
-    an exception, running tasks may still finish within `grace` seconds."""
-    left, stop = deque(waiting), STOP.get()
-    running: "dict[Future[Any], int]" = {}
+class Workers:
+    """Gives tasks to an executor. `servers`: those of this process that compute them; None: each worker has its own."""
+
+    def __init__(self, executor: Any, servers: Union[OwnServer, Servers, None] = None):
+        self._executor, self._servers = executor, servers
+
+    def submit(self, function: Callable[..., T], task: Task) -> "Future[T]":
+        return self._executor.submit(function, task, *([self._servers] if self._servers else ()))  # type: ignore[no-any-return]
+
+    @property
+    def window(self) -> int:
+        """The most tasks in flight."""
+        dask: Any = getattr(self._executor, "_client", None)
+        count = sum(dask.nthreads().values()) if hasattr(dask, "nthreads") else getattr(self._executor, "_max_workers", 0)
+        return AHEAD * count or UNKNOWN
+
+    def close(self) -> None:
+        if self._servers:
+            self._servers.stop()  # ends running calls
+            self._executor.shutdown(wait=True)
+            self._servers.stop()
+
+
+def workers_for(executor: Optional[Executor], servers: Optional[Sequence[Union[str, Client]]]) -> Workers:
+    """Returns the workers for the arguments of `sweep`. Raises InvalidArgument if both are given or one is wrong."""
+    if servers is not None and executor is not None:
+        raise refused("executor", "servers are given too: must be one of them")
+    if servers is not None:
+        if isinstance(servers, str) or not servers or not all(isinstance(one, (str, Client)) for one in servers):
+            raise refused("servers", f"{servers!r}: must be a list of addresses or clients")
+        return Workers(ThreadPoolExecutor(CALLS * len(servers)), Servers(servers))
+    if executor is None:
+        return Workers(ThreadPoolExecutor(CALLS), OwnServer())
+    if not callable(getattr(executor, "submit", None)):
+        raise refused("executor", f"{executor!r}: must have submit(function, *arguments), as the executors of concurrent.futures")
+    return Workers(executor)
+
+
+def spread(plan: Plan, chunks: Iterable[int], function: Callable[[Task], T], workers: Workers, failures: "Counter[str]",
+           take: Callable[[int, T], None]) -> None:
+    """Computes `function` of the tasks of chunks. `take` gets the number of each chunk with its result, in the order in
+    which they finish. A task whose worker was lost is given again; `failures` counts this by the name of the exception. At
+    an exception, `take` gets the results that are there, and tasks that have not begun are cancelled."""
+    left, stop, attempts = deque(chunks), STOP.get(), Counter[int]()
+    running: "dict[Future[T], int]" = {}
+
+    def again(chunk: int, error: Exception) -> None:
+        attempts[chunk] += 1
+        failures[type(error).__name__] += 1
+        check(error, attempts[chunk], plan.name(chunk))
+        left.append(chunk)
+
     try:
         while left or running:
             while left and len(running) < workers.window:
-                one = left.popleft()
-                running[give(one)] = one
+                chunk = left.popleft()
+                try:
+                    running[workers.submit(function, replace(plan.task(chunk), attempt=attempts[chunk]))] = chunk
+                except BrokenExecutor as error:  # the pool broke after its last result was taken
+                    again(chunk, error)
             ended = wait([*running, *([stop] if stop else ())], return_when=FIRST_COMPLETED).done
             if stop is not None and stop in ended:
-                grace = 0
                 stop.result()
             for future in ended:
-                one = running.pop(future)
+                chunk = running.pop(future)
                 try:
                     result = future.result()
-                except (Exception, CancelledError) as error:
-                    check(error, one)
-                    left.append(one)
+                except Exception as error:
+                    again(chunk, error)
                 else:
-                    workers.finished()
-                    if not take(one, result):
-                        left.append(one)
-    except Exception:
-        begun = {future: one for future, one in running.items() if not future.cancel()}
-        for future in wait(begun, timeout=grace).done:
-            if not future.cancelled() and future.exception() is None:
-                take(begun[future], future.result())
-        raise
+                    take(chunk, result)
     finally:
-        for future in running:
-            future.cancel()
-
-
-def _again_or_raise(error: BaseException, chunk: int, plan: Plan, workers: Workers, failures: Failures) -> None:
-    """Returns if the chunk may be given again, else raises."""
-    if not failures.may_try_again(chunk, error):
-        if failures.of(chunk) == 0:  # the error is the task's, not a worker's
-            raise place_violations(error, plan, chunk) if isinstance(error, InvalidArgument) else error
-        points = plan.points(chunk)
-        raise SweepFailed(f"the chunk of points {points[0]} to {points[-1]} failed {failures.of(chunk)} times, at last with "
-                          f"{_text(error)}", failures=dict(failures.counted)) from error
-    if not workers.replace(error):
-        raise SweepFailed(f"the executor takes no more tasks: {_text(error)}", failures=dict(failures.counted)) from error
-
-
-def _place(question: int) -> int:
-    """Returns the number under which `Failures` counts a question: negative, because chunks have the others."""
-    return -1 - question
-
-
-def _text(error: BaseException) -> str:
-    return f"{type(error).__name__}: {error}"
+        for future, chunk in running.items():
+            if not future.cancel() and future.done() and future.exception() is None:
+                take(chunk, future.result())

@@ -1,20 +1,14 @@
-"""A server that this process starts on first use and keeps.
-
-The server ends with the process, because it stops when its stdin ends. A forked child starts its own: it uses neither
-the server nor the channel of its parent.
-"""
+"""A server that this process starts on first use and keeps. It ends with the process, because it stops when its stdin ends.
+A forked child starts its own: it uses neither the server nor the channel of its parent."""
 from __future__ import annotations
 
 import os
-import socket
 import threading
-import weakref
 from typing import Callable, NamedTuple, Optional, TypeVar
 
+from stiefel._sweep.failures import GONE
 from stiefel.client import Client
-from stiefel.errors import Closed, NotStarted
 from stiefel.server import Server
-from stiefel._sweep.failures import LostServer
 
 TIMEOUT = 600.0  #: seconds for one call; a chunk takes a few seconds
 T = TypeVar("T")
@@ -24,6 +18,10 @@ class _Held(NamedTuple):
     server: Server
     client: Client
 
+    def end(self) -> None:
+        self.client.close()
+        self.server.stop()
+
 
 class Share(NamedTuple):
     """The part of the machine that a server may use."""
@@ -32,82 +30,43 @@ class Share(NamedTuple):
     memory: Optional[int] = None  #: in bytes; None: the server's own default
 
 
-_all: "weakref.WeakSet[OwnServer]" = weakref.WeakSet()
-_inherited: list[_Held] = []  # the parent's servers, kept so that no destructor of gRPC runs in the child
-
-
 class OwnServer:
     """A server of this process, started on first use. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._held: Optional[_Held] = None
-        _all.add(self)
+        #: By the process's id. A forked child keeps that of its parent, so that no destructor of gRPC runs in the child.
+        self._by_process: dict[int, _Held] = {}
 
     def use(self, function: Callable[[Client], T], share: Share) -> T:
-        """Calls `function` with a client of the server, and starts the server with `share` if there is none. If
-        `function` raises LostServer, stops the server, so that the next use starts another one, and raises it again."""
-        try:
-            held = self.hold(share)
-        except NotStarted as error:
-            raise LostServer(f"on {socket.gethostname()}: {error.message}") from None
+        """Calls `function` with a client of the server. If the server is gone, the next use starts another one."""
+        held = self.hold(share)
         try:
             return function(held.client)
-        except LostServer:
-            self._drop(held)
+        except GONE:
+            self.stop(held)
             raise
-        except Closed as error:  # another thread has lost the server and closed the client
-            raise LostServer(error.message) from None
-
-    def stop(self) -> None:
-        """Stops the server. The next use starts another one."""
-        held = self._held
-        if held is not None:
-            self._drop(held)
 
     def hold(self, share: Share) -> _Held:
         """Returns the server and its client, and starts the server with `share` if there is none or if it has ended.
-        Raises NotStarted."""
+        Raises Unavailable."""
         with self._lock:
-            if self._held is not None and self._held.server.process.poll() is not None:
-                _end(self._held)
-                self._held = None
-            if self._held is None:
-                server = Server.start(arguments=["--threads", str(share.threads)], environment=_memory(share))
-                client = Client(server.address, timeout=TIMEOUT)
-                client._connection.waits = False  # a server that ends is replaced by another one
-                self._held = _Held(server, client)
-            return self._held
+            held = self._by_process.get(os.getpid())
+            if held is not None and held.server.process.poll() is not None:
+                held.end()
+                held = None
+            if held is None:
+                memory = {} if share.memory is None else {"STIEFEL_MEMORY": str(share.memory)}
+                server = Server.start(arguments=["--threads", str(share.threads)], environment=memory)
+                held = self._by_process[os.getpid()] = _Held(server, Client(server.address, timeout=TIMEOUT))
+                held.client._connection.waits = False  # a server that ends is replaced by another one
+            return held
 
-    def _drop(self, held: _Held) -> None:
-        """Stops the server `held`, unless another thread has already done so."""
+    def stop(self, held: Optional[_Held] = None) -> None:
+        """Stops the server, which ends running calls, or `held` alone if it is still the server."""
         with self._lock:
-            if self._held is not held:
+            if held not in (None, self._by_process.get(os.getpid())):
                 return
-            self._held = None
-        _end(held)
-
-    def forget(self) -> None:
-        """Call this in a forked child, because the server and the channel are the parent's."""
-        self._lock = threading.Lock()
-        if self._held is not None:
-            _inherited.append(self._held)
-            self._held = None
-
-
-def _memory(share: Share) -> dict[str, str]:
-    return {} if share.memory is None else {"STIEFEL_MEMORY": str(share.memory)}
-
-
-def _end(held: _Held) -> None:
-    held.client.close()
-    held.server.stop()
-
-
-def _forked() -> None:
-    for own in list(_all):
-        own.forget()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forked)
+            held = self._by_process.pop(os.getpid(), None)
+        if held is not None:
+            held.end()

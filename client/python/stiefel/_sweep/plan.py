@@ -1,25 +1,69 @@
-"""The plan of a sweep: divides its points into chunks, each of which is a task for a worker."""
+"""The plan of a sweep: divides its points into chunks, ensembles of about one second of work, whose sizes never depend on
+the workers."""
 from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, replace
-from typing import Any, Optional, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
-from google.protobuf import json_format
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel.errors import InvalidArgument
-from stiefel.scene import to_dict
-from stiefel._sweep.axes import Axes
-from stiefel._sweep.choices import AskAll, ask, by_choice, with_recommended
-from stiefel._sweep.chunks import SLOWEST, WORK, Task, members_of_a_chunk
-from stiefel._sweep.failures import at
-from stiefel._sweep.fold import per_member
-from stiefel._sweep.groups import Group, groups_of, task_of
-from stiefel._sweep.resolution import Question
+from stiefel._given.shapes import owner_of
+from stiefel._sweep.axes import COMMON, Axes, set_common
+from stiefel._wire.arrays import decode, put_block, to_array
+from stiefel.scene import to_dict, to_method
+
+WORK = 2.0**34  #: instructions of a chunk, about a second of one core
+CREATION = 2.0**20  #: instructions for checking and setting up one member
+READING = 2.0**10  #: instructions for reading one quantity of one sample, which a predicted price leaves out
+LARGEST = 1 << 14  #: the most members of a chunk
+KEPT = 1 << 20  #: the most numbers that the quantiles of one call may keep
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of every motion: statistics over the samples at the steps start, start + every, ... and `to`."""
+
+    to: int
+    start: int
+    every: int
+    summarize: dict[str, dict[str, Any]]  #: by quantity, as `Session.summarize` takes them
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Everything that a worker needs to compute a chunk. A task has the same result on every worker."""
+
+    scene: bytes  #: the ensemble as a serialized message
+    asked: Asked
+    numerics_id: str = ""  #: that of the build which may compute the task; empty: any
+    threads: Optional[int] = None  #: threads of the worker's own server; 0: all cores; None: those that a scheduler gave it
+    #: How often the task failed before. It makes each attempt a different task: Dask would return the remembered
+    #: failure.
+    attempt: int = 0
+
+
+class Resolved(NamedTuple):
+    """What a server says of one ensemble."""
+
+    method: dict[str, Any]  #: the resolved method; empty for a discrete system
+    rank: int  #: the place of the method among those that the server recommends for the system; later ones take more scenes
+    step_work: float  #: instructions for one step of one member
+    kept: int  #: how many numbers the quantiles keep for one sample of one member
+    numerics_id: str
+    build: str
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Points that may be members of one ensemble, because they agree in the fields that members share."""
+
+    scene: pb.Scene
+    begin: int  #: the first point, as an index in `Plan.order`
+    end: int  #: one past the last point
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,111 +74,100 @@ class Plan:
     groups: tuple[Group, ...]
     order: NDArray[np.int64]  #: all points, ordered by group and row-major within each group
     chunks: tuple[tuple[int, int, int], ...]  #: group, begin, end
-    request: pb.SummarizeRequest
-    numerics_id: str
-    build: str
-    scene: dict[str, Any]  #: the resolved base scene, without fields that the axes set and without methods that differ
-    fills_in: bool  #: whether the server filled in methods that may differ between points
     template: Task  #: all tasks are copies of it
-    warnings: tuple[str, ...]
+    scene: dict[str, Any]  #: as it was given, without lists and blocks that the axes set
+    build: str = ""
 
     def points(self, chunk: int) -> NDArray[np.int64]:
         _, begin, end = self.chunks[chunk]
         return self.order[begin:end]
 
+    def name(self, chunk: int) -> str:
+        first, last = self.points(chunk)[[0, -1]]
+        return f"point {first}" if first == last else f"the chunk of points {first} to {last}"
+
     def task(self, chunk: int) -> Task:
-        group, begin, end = self.chunks[chunk]
-        return task_of(self.template, self.axes, self.groups[group].scene, self.order[begin:end], chunk)
+        scene = ensemble(self.groups[self.chunks[chunk][0]].scene, self.axes, self.points(chunk))
+        return replace(self.template, scene=scene.SerializeToString(deterministic=True))
 
     def methods(self) -> tuple[list[dict[str, Any]], NDArray[np.uint16]]:
         """Returns the methods of all points, and for each point the index of its method."""
-        known = sorted({group.scene.method.SerializeToString(deterministic=True) for group in self.groups})
+        names = [json.dumps(to_dict(group.scene).get("method"), sort_keys=True) for group in self.groups]
+        known = sorted(set(names))
         which = np.zeros(self.axes.points, "<u2")
-        for group in self.groups:
-            which[self.order[group.begin:group.end]] = known.index(group.scene.method.SerializeToString(deterministic=True))
-        return [to_dict(pb.Scene(method=pb.Method.FromString(name)))["method"] for name in known], which
+        for group, name in zip(self.groups, names):
+            which[self.order[group.begin:group.end]] = known.index(name)
+        return [json.loads(name) for name in known], which
 
     def identity(self) -> dict[str, Any]:
-        """Returns, part by part, everything that decides the result's bytes and the place of each point in a store."""
+        """Returns, part by part, everything that decides the result's bytes and the points of each chunk."""
         return {
-            "scene": json.dumps(self.scene, sort_keys=True),
+            "scene": self.scene,
             "axes": {axis.path: _digest(axis.values) for axis in self.axes.axes},
             "zipped": self.axes.zipped,
-            "request": json.dumps(json_format.MessageToDict(self.request, preserving_proto_field_name=True), sort_keys=True),
-            "numerics_id": self.numerics_id,
+            "request": asdict(self.template.asked),
+            "numerics_id": self.template.numerics_id,
             "chunks": _digest(np.array(self.chunks, "<i8")),
         }
 
 
-def make_plan(base: pb.Scene, axes: Axes, request: pb.SummarizeRequest, ask_all: AskAll, threads: Optional[int],
-              home: tuple[str, int]) -> Plan:
-    """Makes the plan. `ask_all` asks workers to resolve ensembles, and raises InvalidArgument for a wrong scene."""
-    template = Task(b"", 0, (), per_member(request).SerializeToString(deterministic=True), "", threads=threads, home=home)
-    given, order = groups_of(base, axes)
-    first = ask(Question(tuple(task_of(template, axes, group.scene, order[group.begin:group.begin + 1], 0) for group in given)),
-                ask_all)
-    template = replace(template, numerics_id=first[0].numerics_id)
-    parts = []
-    for group, one in zip(given, first):
-        parts += by_choice(group, template, axes, order, ask_all) if group.scene.HasField("tolerance") else [
-            with_recommended(group, one, template, axes, order, ask_all)]
-    groups, resolved = tuple(group for group, _ in parts), [one for _, one in parts]
-    steps = max(request.to, getattr(request, "from"))
-    samples = -(-max(request.to - getattr(request, "from"), 0) // request.every) + 1
-    read = sum(_is_read_on_the_way(quantity) for quantity in request.quantities)
+def make_plan(base: pb.Scene, axes: Axes, template: Task, ask: Callable[[Plan], "list[Resolved]"]) -> Plan:
+    """Makes the plan. `ask` asks workers to resolve ensembles, and raises InvalidArgument for a wrong scene. A group whose
+    scene names no method gets one for all of its points; it does not depend on how the group is cut into chunks."""
+    given, order = _groups(base, axes)
+    parts: list[tuple[int, int, int]] = []
+    for k, group in enumerate(given):
+        tolerance, method = group.scene.HasField("tolerance"), group.scene.HasField("method")
+        end = min(group.begin + 2, group.end) if method and not tolerance else group.end
+        size = group.end - group.begin if tolerance else LARGEST  # an error is measured for the whole ensemble
+        parts += [(k, begin, min(begin + size, end)) for begin in range(group.begin, end, size)]
+    plan = Plan(axes, given, order, ((0, 0, 1),), template, to_dict(base))
+    first, = ask(plan)
+    plan = replace(plan, template=replace(template, numerics_id=first.numerics_id), build=first.build)
+    answers = ask(replace(plan, chunks=tuple(parts)))
+    by_group: list[list[Resolved]] = [[] for _ in given]
+    for (k, _, _), answer in zip(parts, answers):
+        by_group[k].append(answer)
+    groups: list[Group] = []
     chunks: list[tuple[int, int, int]] = []
-    for k, (group, one) in enumerate(zip(groups, resolved)):
-        members = members_of_a_chunk(one.step_work, steps, samples * read, one.kept * samples)
-        slowest = SLOWEST * members * steps * one.step_work / WORK
-        template = replace(template, timeout=max(template.timeout, slowest))
+    for k, (group, its) in enumerate(zip(given, by_group)):
+        chosen = max(its, key=lambda answer: answer.rank)
+        if chosen.method and (group.scene.HasField("tolerance") or not group.scene.HasField("method")):
+            scene = _copy(group.scene)
+            for name in ("tolerance", "horizon", "verification"):  # the method stands for them
+                scene.ClearField(name)
+            scene.method.CopyFrom(to_method(chosen.method))
+            scene.method.substeps = max(answer.method.get("substeps", 0) for answer in its)
+            group = replace(group, scene=scene)
+        groups.append(group)
+        members = members_of_a_chunk(template.asked, chosen.step_work, chosen.kept)
         chunks += [(k, begin, min(begin + members, group.end)) for begin in range(group.begin, group.end, members)]
-    plan = Plan(axes, groups, order, tuple(chunks), request, first[0].numerics_id, first[0].build,
-                _described(groups, given), _fills_in(groups, given), template,
-                tuple(dict.fromkeys(text for one in resolved for text in one.warnings)))
-    _check_shapes(plan, ask_all)
-    return plan
+    return replace(plan, groups=tuple(groups), chunks=tuple(chunks))
 
 
-def _fills_in(groups: Sequence[Group], given: Sequence[Group]) -> bool:
-    """Returns whether methods were chosen for a tolerance, or are those recommended for scenes that differ in `step` or
-    another field that members share."""
-    chosen = any(group.scene.HasField("tolerance") for group in given)
-    named = all(group.scene.HasField("method") for group in given)
-    has_method = any(group.scene.HasField("method") for group in groups)  # a discrete system has none
-    return chosen or (len(groups) > 1 and has_method and not named)
+def _groups(base: pb.Scene, axes: Axes) -> tuple[tuple[Group, ...], NDArray[np.int64]]:
+    """Returns the groups, and all points ordered by group and row-major within each group."""
+    points = np.arange(axes.points, dtype=np.int64)
+    common = [(axis, at) for axis, at in zip(axes.axes, axes.at(points)) if axis.field in COMMON]
+    if not common:
+        return (Group(base, 0, len(points)),), points
+    _, ids = np.unique(np.stack([at for _, at in common]), axis=1, return_inverse=True)
+    ids = ids.ravel()
+    order = np.argsort(ids, kind="stable").astype(np.int64)
+    bounds = np.flatnonzero(np.diff(ids[order], prepend=-1)).tolist() + [len(points)]
+    groups = []
+    for begin, end in zip(bounds, bounds[1:]):
+        scene = _copy(base)
+        for axis, at in common:
+            set_common(scene, axis.field, axis.values[at[order[begin]]])
+        groups.append(Group(scene, begin, end))
+    return tuple(groups), order
 
 
-def _is_read_on_the_way(quantity: pb.Quantity) -> bool:
-    """Returns whether the quantity asks for more than its last value, so that it is read at every sample."""
-    return bool(set(quantity.statistics) - {pb.STATISTIC_LAST} or quantity.quantiles or quantity.edges)
-
-
-def _check_shapes(plan: Plan, ask_all: AskAll) -> None:
-    """Resolves the first two members of each group as an ensemble, because an ensemble may be refused where a single
-    motion is not."""
-    tasks = []
-    for k, group in enumerate(plan.groups):
-        if group.end - group.begin > 1:
-            tasks.append(task_of(plan.template, plan.axes, group.scene, plan.order[group.begin:min(group.begin + 2, group.end)], k))
-    if tasks:
-        ask(Question(tuple(tasks)), ask_all)
-
-
-def _described(groups: Sequence[Group], given: Sequence[Group]) -> dict[str, Any]:
-    """Returns the scene of the groups without the fields in which they differ. If these include methods chosen for a
-    tolerance, the scene has the tolerance instead."""
-    scene, asked = _common(groups), _common(given)
-    if "method" not in scene and "tolerance" in asked:
-        scene = asked
-    return scene
-
-
-def _common(groups: Sequence[Group]) -> dict[str, Any]:
-    scene = to_dict(groups[0].scene)
-    for group in groups[1:]:
-        other = to_dict(group.scene)
-        scene = {name: value for name, value in scene.items() if other.get(name) == value}
-    return scene
+def _copy(scene: pb.Scene) -> pb.Scene:
+    result = pb.Scene()
+    result.CopyFrom(scene)
+    return result
 
 
 def _digest(values: NDArray[Any]) -> str:
@@ -142,7 +175,36 @@ def _digest(values: NDArray[Any]) -> str:
     return hashlib.sha256(head + np.ascontiguousarray(values).tobytes()).hexdigest()
 
 
-def place_violations(error: InvalidArgument, plan: Plan, chunk: int) -> InvalidArgument:
-    """Returns the error of a chunk with the chunk's points added."""
-    points = plan.points(chunk)
-    return at(error, f"in the chunk of points {points[0]} to {points[-1]}")
+def members_of_a_chunk(asked: Asked, step_work: float, kept: int) -> int:
+    """Returns how many members make a chunk of about `WORK` instructions whose quantiles keep at most `KEPT` numbers. A
+    step of one member takes `step_work` instructions, and its quantiles keep `kept` numbers of each sample."""
+    samples = -(-max(asked.to - asked.start, 0) // asked.every) + 1
+    read = samples * sum(one != {"statistics": ["last"]} for one in asked.summarize.values())
+    fit = int(WORK / (step_work * max(asked.to, asked.start, 1) + READING * read + CREATION))
+    return max(1, min(fit, LARGEST, KEPT // (kept * samples) if kept else LARGEST))
+
+
+def ensemble(base: pb.Scene, axes: Axes, points: NDArray[np.int64]) -> pb.Scene:
+    """Returns the scene of the ensemble of these points. `base` has the fields that they share."""
+    scene = _copy(base)
+    scene.members = members = len(points)
+    for block in {*base.initial, *base.initial_tensors}:
+        one = to_array(base.initial[block]) if block in base.initial else decode(base.initial_tensors[block])
+        put_block(scene, block, np.broadcast_to(one, (members, *one.shape)))
+    lists: dict[str, NDArray[Any]] = {}
+    for axis, at in zip(axes.axes, axes.at(points)):
+        values = axis.values[at]
+        if axis.field.startswith("initial."):
+            put_block(scene, axis.field[len("initial."):], values)
+        elif axis.field not in COMMON:
+            if axis.entry is not None:
+                owner, name = owner_of(base, axis.field)
+                whole = np.array(lists.get(axis.field, np.broadcast_to(getattr(owner, name), (members, len(getattr(owner, name))))))
+                whole[:, axis.entry] = values
+                values = whole
+            lists[axis.field] = values
+    for path, values in lists.items():
+        owner, name = owner_of(scene, path)
+        owner.ClearField(name)
+        getattr(owner, name).extend(values.ravel().tolist())
+    return scene

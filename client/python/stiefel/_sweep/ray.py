@@ -13,16 +13,13 @@ class Executor(_Executor):
     """Submits tasks, each with `num_cpus` cores, to a Ray cluster. Calls `ray.init` with `address` if nobody did.
 
         stiefel.sweep(..., executor=stiefel.ray.Executor())
-
-    retries: how often Ray itself gives a task to another worker when a worker dies.
     """
 
-    def __init__(self, num_cpus: float = 1, retries: int = 3, address: Optional[str] = None):
+    def __init__(self, num_cpus: float = 1, address: Optional[str] = None):
         if not ray.is_initialized():
             ray.init(address=address, ignore_reinit_error=True)
         self._num_cpus = num_cpus
-        self._remote = ray.remote(num_cpus=num_cpus, max_retries=retries)(_call)
-        self._open = True
+        self._remote = ray.remote(num_cpus=num_cpus)(_call)
 
     @property
     def _max_workers(self) -> int:
@@ -30,14 +27,8 @@ class Executor(_Executor):
         return max(int(ray.cluster_resources().get("CPU", 1) / self._num_cpus), 1)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        if not self._open:
-            raise RuntimeError("cannot schedule new futures after shutdown")
-        return self._remote.remote(function, args, kwargs).future()  # type: ignore[no-any-return]
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Takes no more tasks. Ray itself goes on, and so do the tasks."""
-        self._open = False
+        return self._remote.remote(function, *args, **kwargs).future()  # type: ignore[no-any-return]
 
 
-def _call(function: Callable[..., Any], args: Any, kwargs: Any) -> Any:
+def _call(function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
     return function(*args, **kwargs)

@@ -1,102 +1,55 @@
-"""What a sweep returns: one array per statistic over all points, as an xarray.Dataset if xarray is installed."""
+"""What is finished of a sweep: its arrays, the Dataset that they make, and the folder that keeps them."""
 from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Any, Iterator, Mapping
+import os
+from pathlib import Path
+from typing import Any, Callable, Iterable, Iterator, Mapping, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._results.base import ByValue
+from stiefel._given.numbers import refused
+from stiefel._results.extras import imported
 from stiefel._sweep.axes import Axes
-from stiefel._sweep.fold import SAMPLES, over_points
-from stiefel._sweep.reduction import OUTCOME, Reduced
 
 Variable = tuple[tuple[str, ...], NDArray[Any]]  # names of the dimensions, values
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class SweepResult(ByValue, Mapping[str, NDArray[Any]]):
-    """The result of a sweep without xarray: `result["energy.drift"]` is an array over the points.
-
-    "outcome" has the numbers of `Outcome` on the wire, with the names in attrs["outcomes"]; 0 means not computed.
-    """
-
-    coords: dict[str, Variable]  #: the values of the axes, with the names of their dimensions
-    variables: dict[str, Variable]  #: the statistics, "outcome" and "last_step", with the names of their dimensions
-    attrs: dict[str, Any] = field(compare=False)
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        for part in (self.variables, self.coords):
-            if name in part:
-                return part[name][1]
-        raise KeyError(f"no {name!r}; there are {', '.join((*self.variables, *self.coords))}")
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.variables)
-
-    def __len__(self) -> int:
-        return len(self.variables)
-
-    def to_xarray(self) -> Any:
-        """Returns the same content as an xarray.Dataset."""
-        import xarray
-
-        return xarray.Dataset(dict(self.variables), dict(self.coords), self.attrs)
-
-    def _as_table(self) -> Any:
-        return (f"sweep over {', '.join(self.coords)}", ("variable", "dimensions", "shape"),
-                [(name, ", ".join(dims), str(values.shape)) for name, (dims, values) in self.variables.items()])
-
-    def __repr__(self) -> str:
-        shapes = ", ".join(f"{name} {values.shape}" for name, (_, values) in self.variables.items())
-        return f"<stiefel.SweepResult: {shapes}>"
 
 
 class Table:
     """Collects the statistics of finished points in arrays that are allocated once."""
 
-    def __init__(self, axes: Axes, request: pb.SummarizeRequest):
+    def __init__(self, axes: Axes):
         self._axes = axes
-        self._request = request
-        self.arrays: dict[str, NDArray[Any]] = {}
+        self._arrays: dict[str, NDArray[Any]] = {}
 
     def put(self, points: NDArray[np.int64], arrays: Mapping[str, NDArray[Any]]) -> None:
         for name, values in arrays.items():
-            if name not in self.arrays:
+            if name not in self._arrays:
                 empty = np.nan if values.dtype.kind in "fc" else 0
-                self.arrays[name] = np.full((self._axes.points, *values.shape[1:]), empty, values.dtype)
-            self.arrays[name][points] = values
+                self._arrays[name] = np.full((self._axes.points, *values.shape[1:]), empty, values.dtype)
+            self._arrays[name][points] = values
 
-    def result(self, attrs: Mapping[str, Any], also: Mapping[str, NDArray[Any]] = MappingProxyType({})) -> SweepResult:
-        """Returns the result. Adds the SHA-256 of all arrays to `attrs`. `also`: further variables over all points. The
-        number of samples, which follows from `last_step`, is not in the result."""
+    def dataset(self, attrs: Mapping[str, Any], failures: Mapping[str, int]) -> Any:
+        """Returns the Dataset. "outcome" has the numbers of `Outcome` on the wire, 0 where a point was not computed."""
         dims, shape = self._axes.dims, self._axes.shape
-        variables: dict[str, Variable] = {}
-        folded = over_points(self._request, self.arrays, self.arrays[OUTCOME] != 0) if self.arrays else {}
-        for name, values in sorted({**self.arrays, **also}.items()):
-            if name == SAMPLES:
-                continue
-            if name in folded:
-                variables[name] = (_inner_dims(name, folded[name].ndim), folded[name])
-                continue
-            variables[name] = ((*dims, *_inner_dims(name, values.ndim - 1)), values.reshape(*shape, *values.shape[1:]))
-        coords = {axis.path: ((dims[0 if self._axes.zipped else k], *_inner_dims(axis.path, axis.values.ndim - 1)), axis.values)
-                  for k, axis in enumerate(self._axes.axes)}
+        variables: dict[str, Variable] = {
+            name: ((*dims, *_inner_dims(name, values.ndim - 1)), values.reshape(*shape, *values.shape[1:]))
+            for name, values in sorted(self._arrays.items())}
+        coords: dict[str, Variable] = {
+            axis.path: ((dims[0 if self._axes.zipped else k], *_inner_dims(axis.path, axis.values.ndim - 1)), axis.values)
+            for k, axis in enumerate(self._axes.axes)}
         codes = {name[len("OUTCOME_"):]: number for name, number in pb.Outcome.items()}
-        return SweepResult(coords, variables, {**attrs, "outcomes": json.dumps(codes), "sha256": sha256(coords, variables)})
+        return imported("xarray", "xarray").Dataset(variables, coords, {
+            **attrs, "failures": json.dumps(failures), "outcomes": json.dumps(codes), "sha256": sha256(coords, variables)})
 
 
-def canonical(reduced: Reduced) -> dict[str, NDArray[Any]]:
-    """Returns the arrays in one form: little-endian, every NaN with the same bits, outcomes as bytes."""
+def canonical(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Returns the arrays in one form: little-endian, every NaN with the same bits."""
     result = {}
-    for name, values in reduced.arrays.items():
-        if name == OUTCOME:
-            values = values.astype("u1")
+    for name, values in arrays.items():
         values = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
         if values.dtype.kind in "fc":
             nan = np.isnan(values.view(np.real(values).dtype))
@@ -127,3 +80,45 @@ def _inner_dims(name: str, count: int) -> tuple[str, ...]:
     if f"STATISTIC_{statistic.upper()}" in pb.Statistic.keys():
         name = owner
     return {0: (), 1: (f"{name}_entry",), 2: (f"{name}_row", f"{name}_col")}[count]
+
+
+class Store:
+    """The folder of one sweep, which sweep.json describes; each finished chunk is a file of arrays. Only the process that
+    called `sweep` writes. A file gets its name when it is complete; a damaged one is computed again. Raises InvalidArgument
+    if the folder holds another sweep or something else."""
+
+    def __init__(self, folder: "Union[str, os.PathLike[str]]", identity: Mapping[str, Any]):
+        self._folder = Path(folder)
+        made, text = self._folder / "sweep.json", json.dumps(identity)
+        rule = "must be an empty folder or the store of this sweep"
+        if made.is_file():
+            found = json.loads(made.read_text(encoding="utf-8"))
+            wrong = [name for name, part in json.loads(text).items() if found.get(name) != part]
+            if wrong:
+                raise refused("store", f"{folder}: is the store of another sweep: {', '.join(wrong)} differ; {rule}")
+        elif self._folder.exists() and (not self._folder.is_dir() or any(
+                one.suffix != ".part" for one in self._folder.iterdir())):
+            raise refused("store", f"{folder}: is something else: {rule}")
+        else:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._write("sweep.json", lambda file: file.write(text.encode()))
+
+    def finished(self, chunks: Iterable[int]) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:
+        """Yields those chunks that are finished, with their arrays."""
+        for chunk in chunks:
+            try:
+                with np.load(self._folder / f"{chunk}.npz", allow_pickle=False) as file:
+                    arrays = {name: file[name] for name in file.files}
+            except Exception:  # no such file, or one that is damaged, for which zip and numpy have many exceptions
+                continue
+            yield chunk, arrays
+
+    def put(self, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
+        savez: Any = np.savez
+        self._write(f"{chunk}.npz", lambda file: savez(file, **arrays))
+
+    def _write(self, name: str, write: Callable[[Any], Any]) -> None:
+        part = self._folder / (name + ".part")
+        with open(part, "wb") as file:
+            write(file)
+        os.replace(part, self._folder / name)

@@ -2,36 +2,38 @@
 from __future__ import annotations
 
 import json
+import os
+import re
+from collections import Counter
 from concurrent.futures import Executor
 from contextlib import suppress
-from typing import Any, Callable, Mapping, Optional, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence, Union
 
+from numpy.typing import NDArray
+
+from stiefel import v1 as pb
+from stiefel._given.numbers import refused, step_index
+from stiefel._given.summaries import Quantities, to_quantities
+from stiefel._given.when import step_of
+from stiefel._results.extras import imported
+from stiefel._sweep.axes import base_of, read_axes
+from stiefel._sweep.dispatch import Workers, spread, workers_for
+from stiefel._sweep.plan import Asked, Plan, Resolved, Task, make_plan
+from stiefel._sweep.result import Store, Table, canonical
+from stiefel._sweep.worker import compute, resolve
+from stiefel._wire.streams import progress_bar
 from stiefel.client import Client
 from stiefel.errors import StiefelError, warn_of_scene
-from stiefel._given.numbers import refused, step_index
 from stiefel.scene import SceneLike
-from stiefel._given.summaries import Quantities
-from stiefel._given.when import step_of
-from stiefel._sweep.axes import base_of, read_axes
-from stiefel._sweep.chunk_store import open_store
-from stiefel._sweep.dispatch import ask_all, run_chunks
-from stiefel._sweep.executors import Workers, workers_for
-from stiefel._sweep.failures import Failures, LostServer, OtherNumerics, SweepFailed
-from stiefel._sweep.plan import Plan, make_plan
-from stiefel._sweep.progress import Progress
-from stiefel._sweep.reduction import request_of
-from stiefel._sweep.result import SweepResult, Table
-from stiefel._sweep.shared_store import Written
-from stiefel._sweep.warned import Warned
-from stiefel._sweep.worker import here
 
-__all__ = ["LostServer", "OtherNumerics", "SweepFailed", "SweepResult", "sweep"]
+# "member 1: TEXT (2 members have a warning like this)", in which both additions may be absent.
+_WARNING = re.compile(r"(?:member (\d+): )?(.*?)(?: \(\d+ members have a warning like this\))?", re.DOTALL)
 
 
-def sweep(scene: SceneLike, axes: Mapping[str, Any], to: Optional[int] = None, summarize: Optional[Quantities] = None, *,
-          time: Any = None, start: int = 0, every: int = 1, zipped: bool = False,
-          executor: Optional[Union[Executor, Callable[[], Executor]]] = None, servers: Optional[Sequence[Union[str, Client]]] = None,
-          store: Optional[Any] = None, progress: bool = False, threads: Optional[int] = None) -> Any:
+def sweep(scene: SceneLike, axes: Mapping[str, Any], *, to: Optional[int] = None, time: Any = None, summarize: Quantities,
+          start: int = 0, every: int = 1, zipped: bool = False, executor: Optional[Executor] = None,
+          servers: Optional[Sequence[Union[str, Client]]] = None, store: "Union[str, os.PathLike[str], None]" = None,
+          progress: bool = False, threads: Optional[int] = None) -> Any:
     """Runs `scene` for every value of `axes` and reduces each motion to statistics on the server that runs it.
 
         stiefel.sweep(scene, {"inertia": bodies, "body.angular_velocity": spins}, to=10_000,
@@ -42,121 +44,102 @@ def sweep(scene: SceneLike, axes: Mapping[str, Any], to: Optional[int] = None, s
         or a field that all members of an ensemble share, such as "step", "tolerance", "method.order" (points), or whole
         methods as in a scene: {"method": ["rk4", {"name": "variational", "order": 4}]}. The result is a grid with a
         dimension for each axis; with `zipped` the axes vary together along one dimension, "point".
-    summarize: statistics of fields and invariants at the steps start, start + every, ... and `to`: names of statistics
-        (last, min, max, mean, rms, sign_changes, drift), quantiles and histograms, as in `Session.summarize`. With
-        "over_members" all motions together have one value, which is combined here in the order of the points; this is
-        not possible for last and quantiles.
-    time: instead of `to`, the time of a step, where `step` is no axis.
-    executor: an executor of concurrent.futures, Dask, mpi4py or loky, a `stiefel.ray.Executor`, or a function that
-        returns one and is called again when the executor breaks. None: one server on all cores of this machine.
+    to, time: the last step, or its time, where `step` is no axis.
+    summarize: statistics at the steps start, start + every, ... and the last, as in `Session.summarize`.
+    executor: one of concurrent.futures, Dask, mpi4py or loky, or a `stiefel.ray.Executor`. None: one server here.
     servers: running servers to use instead, as addresses or, where an address does not suffice, as clients.
-    store: a Zarr group, given as a path or as anything that zarr.open_group takes, in which finished chunks are kept.
-        Chunks that it has are not computed again. Workers that see the path write their chunks themselves.
+    store: a folder in which finished chunks are kept. Chunks that it has are not computed again.
     progress: shows how many motions are done and the time left.
-    threads: threads of each worker's own server. None: as many as Dask, Ray or Slurm gave the worker, or else 1; all
-        cores without an executor.
+    threads: those of each worker's own server. None: what Dask, Ray or Slurm gave the worker, else 1; here all cores.
 
-    Returns an xarray.Dataset, or a `SweepResult` with the same content if xarray is not installed. It has a variable
-    such as "energy.drift" for each statistic, "outcome" and "last_step" of each motion, the axes as coordinates, and as
-    attributes the resolved scene, the build and the SHA-256 of all arrays. Its bytes do not depend on the executor, the
-    number of workers, or failures on the way. A scene without a method gets the recommended one, with the substeps that
-    the most demanding point needs of those that agree in `step` and all other fields that members share. For a scene with
-    a tolerance, a method is chosen for each point alone. Then, and where such a field is an axis, the variable "method"
-    has the index of each point's method in attrs["methods"].
+    Returns an xarray.Dataset with a variable such as "energy.drift" for each statistic, "outcome" and "last_step" of each
+    motion, and the axes as coordinates. Its bytes, of which attrs["sha256"] is the digest, do not depend on who computes
+    them. Points that agree in all fields that members share have one method: where the scene names none, the recommended
+    one, with the substeps that the most demanding point needs, or one that meets the tolerance at all of them. If there are
+    several, the variable "method" has the index of each point's method in attrs["methods"].
 
-    Raises InvalidArgument before work starts, and SweepFailed when a chunk failed too often or the executor takes no more
-    tasks. A wrong value at some point, which no other point has, is found when its chunk is computed, and then raises
-    InvalidArgument with the chunk's points. The exception has the finished part in `partial`.
+    Raises ImportError without xarray, InvalidArgument, and SweepFailed when a chunk failed too often or the executor takes
+    no more tasks. The exception, and the KeyboardInterrupt of Ctrl-C, says how many chunks are done and has the finished
+    part in `partial`.
     """
+    imported("xarray", "xarray")
     given = read_axes(axes, zipped)
     base = base_of(scene, given)
-    if summarize is None:
-        raise refused("summarize", "must be given")
     if time is not None and "step" in axes:
         raise refused("time", f"{time!r}: must be absent where `step` is an axis: give `to`")
-    request = request_of(step_of("to", to, time, base.step, None), step_index("start", start), step_index("every", every, 1), summarize)
-    workers, failures = workers_for(executor, servers, threads), Failures()
+    asked = Asked(step_of("to", to, time, base.step, None), step_index("start", start), step_index("every", every, 1),
+                  _statistics(summarize))
+    workers, failures = workers_for(executor, servers), Counter[str]()
+    template = Task(b"", asked, threads=0 if threads is None and executor is None else threads)
+
+    def ask(plan: Plan) -> list[Resolved]:
+        answers: dict[int, Resolved] = {}
+        spread(plan, range(len(plan.chunks)), resolve, workers, failures, answers.__setitem__)
+        return [answers[k] for k in range(len(plan.chunks))]
+
     try:
-        plan = make_plan(base, given, request,
-                         lambda count, question, take: ask_all(count, question, workers, failures, take), threads, here())
-        for text in plan.warnings:
-            warn_of_scene(text)
-        warned = Warned(plan.warnings)
-        try:
-            return _as_dataset(_run(plan, workers, failures, store, progress, _described(request, summarize), warned))
-        finally:
-            for text in warned.texts():
-                warn_of_scene(text)
+        plan = make_plan(base, given, template, ask)
+        return _run(plan, workers, failures, None if store is None else Store(store, plan.identity()), progress)
     finally:
         workers.close()
 
 
-def _run(plan: Plan, workers: Workers, failures: Failures, store: Optional[Any], progress: bool,
-         asked: Mapping[str, Any], warned: Warned) -> SweepResult:
-    table, kept, done = Table(plan.axes, plan.request), open_store(store, plan), set()
-    for chunk, arrays in kept.finished() if kept else ():
-        table.put(plan.points(chunk), arrays)
+def _run(plan: Plan, workers: Workers, failures: "Counter[str]", store: Optional[Store], progress: bool) -> Any:
+    table, asked, every, warned = Table(plan.axes), plan.template.asked, range(len(plan.chunks)), set()
+    done: set[int] = set()
+    methods, which = plan.methods()
+    differ = len(methods) > 1 and all(axis.path != "method" for axis in plan.axes.axes)
+    attrs = {"scene": json.dumps(plan.scene), "from": asked.start, "to": asked.to, "every": asked.every,
+             "summarize": json.dumps(asked.summarize), "numerics_id": plan.template.numerics_id, "build": plan.build,
+             "methods": json.dumps(methods), "chunks": len(every)}
+
+    def finish(chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
+        points = plan.points(chunk)
+        table.put(points, {**arrays, **({"method": which[points]} if differ else {})})
         done.add(chunk)
+        bar.update(len(points))
 
-    methods, which = plan.methods() if plan.fills_in else ([], None)
-    chosen = {"methods": json.dumps(methods)} if plan.fills_in else {}
+    def take(chunk: int, reduced: tuple[dict[str, NDArray[Any]], list[str]]) -> None:
+        arrays = canonical(reduced[0])
+        if store:
+            store.put(chunk, arrays)
+        finish(chunk, arrays)
+        for text in reduced[1]:
+            member, said = _WARNING.fullmatch(text).groups()  # type: ignore[union-attr]
+            kind = said.rpartition(": ")[2]
+            if kind not in warned:
+                warned.add(kind)
+                warn_of_scene(f"point {plan.points(chunk)[int(member or 0)]}: {said}; others may have a warning like this")
 
-    def result() -> SweepResult:
-        return table.result({"scene": json.dumps(plan.scene), **asked, "numerics_id": plan.numerics_id, "build": plan.build,
-                             **chosen, "chunks": len(plan.chunks), "failures": json.dumps(failures.counted)},
-                            {} if which is None else {"method": which})
-
-    with Progress(plan.axes.points, sum(len(plan.points(chunk)) for chunk in done), progress) as bar:
-        def finish(chunk: int, arrays: Any) -> None:
-            table.put(plan.points(chunk), arrays)
-            done.add(chunk)
-            bar.add(len(plan.points(chunk)))
-
-        def take(chunk: int, arrays: Any) -> None:
-            if kept:
-                kept.put(chunk, arrays)
+    with progress_bar(plan.axes.points, progress, " motions") as bar:
+        for chunk, arrays in store.finished(every) if store else ():
             finish(chunk, arrays)
-
-        def take_written(chunk: int, written: Written) -> bool:
-            arrays = kept.read(chunk, written) if kept else None
-            if arrays is not None:
-                finish(chunk, arrays)
-            return arrays is not None
-
         try:
-            run_chunks(plan, [k for k in range(len(plan.chunks)) if k not in done], workers, failures, take,
-                       kept.place if kept and workers.in_other_processes else lambda chunk: None, take_written, warned)
-        except StiefelError as error:
-            raise _completed(error, len(done), len(plan.chunks), result() if done else None, kept is not None) from error.__cause__
-        except Exception as error:  # an executor's or a task's own
-            with suppress(AttributeError):  # an exception that takes no attributes
-                error.partial = _as_dataset(result()) if done else None  # type: ignore[attr-defined]
+            spread(plan, [chunk for chunk in every if chunk not in done], compute, workers, failures, take)
+        except (Exception, KeyboardInterrupt) as error:
+            said = f"{len(done)} of {len(every)} chunks are done"
+            said += "; they are in the store, and the same call goes on from there" if store and done else ""
+            if isinstance(error, StiefelError):
+                error._say(f"{error.message}; {said}")
+            elif isinstance(error, KeyboardInterrupt):
+                error.args = (said,)
+            with suppress(AttributeError):  # of an exception that takes no attributes
+                error.partial = table.dataset(attrs, failures) if done else None  # type: ignore[union-attr]
             raise
-    return result()
+    return table.dataset(attrs, failures)
 
 
-def _completed(error: StiefelError, done: int, chunks: int, partial: Optional[SweepResult], kept: bool) -> StiefelError:
-    """Returns the error with the number of finished chunks and the partial result added."""
-    again = "; they are in the store, and the same call goes on from there" if kept and done else ""
-    message = f"{error.message}; {done} of {chunks} chunks are done{again}"
-    if isinstance(error, SweepFailed):
-        error.done, error.chunks = done, chunks
-    error._say(message)
-    error.partial = _as_dataset(partial) if partial is not None else None
-    return error
-
-
-def _as_dataset(result: SweepResult) -> Any:
-    try:
-        return result.to_xarray()
-    except ImportError:
-        return result
-
-
-def _described(request: Any, summarize: Quantities) -> dict[str, Any]:
-    return {"from": getattr(request, "from"), "to": request.to, "every": request.every,
-            "summarize": json.dumps({name: wanted for name, wanted in summarize.items()}, default=list)}
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+def _statistics(summarize: Quantities) -> dict[str, dict[str, Any]]:
+    """Returns the statistics in one form. Raises InvalidArgument if they are malformed."""
+    result = {}
+    for quantity in to_quantities(summarize):
+        names = [pb.Statistic.Name(number)[len("STATISTIC_"):].lower() for number in quantity.statistics]
+        more = {name: list(values) for name, values in (("quantiles", quantity.quantiles), ("edges", quantity.edges)) if values}
+        if quantity.over_members:
+            raise refused(f"summarize[{quantity.name!r}]", "over_members: must be absent: reduce the Dataset, as by `.mean()`")
+        if not names and not more:
+            raise refused(f"summarize[{quantity.name!r}]", "nothing is asked for: must have a statistic, quantiles or edges")
+        result[quantity.name] = {"statistics": names, **more}
+    if not result:
+        raise refused("summarize", f"{summarize!r}: must be a mapping from fields and invariants to statistics")
+    return result

@@ -1,73 +1,104 @@
 """A worker: computes tasks with its own server, which it starts for the first task and keeps."""
 from __future__ import annotations
 
+import math
+import multiprocessing
 import os
+import signal
 import socket
 import sys
+import threading
 import time
-from dataclasses import replace
-from typing import Any, Optional, Union
+from contextlib import suppress
+from typing import Any, Callable, TypeVar
+
+import numpy as np
 
 from stiefel import v1 as pb
-from stiefel.client import Client
-from stiefel.errors import CorruptReply, DeadlineExceeded, NotFound, Unavailable
-from stiefel._sweep.chunks import Task
-from stiefel._sweep.failures import LostServer, OtherNumerics
-from stiefel._sweep.orphans import end_with_parent
+from stiefel._results.base import Array
+from stiefel._sweep.failures import GONE, LostServer
 from stiefel._sweep.own_server import OwnServer, Share
-from stiefel._sweep.reduction import Reduced, reduce
-from stiefel._sweep.result import canonical
-from stiefel._sweep.shared_store import Written, write_if_seen
+from stiefel._sweep.plan import Resolved, Task
+from stiefel.client import Client
+from stiefel.errors import SCENE_WARNINGS
+from stiefel.results import Summary
+from stiefel.session import Session
 
-REFUSAL = 1.0  #: seconds that a refused task takes, so that a worker of another build does not get all tasks
+PAUSE = 0.5  #: seconds before a worker without a usable server takes another task, so that it does not get them all
+T = TypeVar("T")
 
 _own = OwnServer()
+_watched = 0  # the id of the process in which a thread waits for the parent's end; 0: none
 
 
-def compute(task: Task) -> Union[Reduced, Written]:
-    """Returns the task's statistics, computed by this process's own server, or their mark if this process wrote them
-    into the store. Raises LostServer and OtherNumerics."""
-    end_with_parent()
-    reduced = _own.use(lambda client: compute_at(client, task), share_of(task))
-    if task.place is None:
-        return reduced
-    written = write_if_seen(task.place, canonical(reduced))
-    return replace(written, warnings=reduced.warnings) if isinstance(written, Written) else reduced
+def compute(task: Task, servers: Any = _own) -> tuple[dict[str, Array], list[str]]:
+    """Returns the statistics of the task's ensemble, "outcome" and "last_step", each (members, ...), and the server's
+    warnings about the scene. Raises LostServer."""
+    def statistics(client: Client, session: Session) -> dict[str, Array]:
+        asked = task.asked
+        found = session.summarize(to=asked.to, quantities=asked.summarize, start=asked.start, every=asked.every)
+        outcome = np.array([pb.Outcome.Value(f"OUTCOME_{one}") for one in found.outcomes], "u1")
+        return {**_arrays(found), "outcome": outcome, "last_step": found.last_step}
+
+    return _in_session(task, pb.Scene.FromString(task.scene), servers, statistics)
 
 
-def compute_at(client: Client, task: Task) -> Reduced:
-    """Returns the task's statistics, computed by the server of `client`. Raises LostServer and OtherNumerics."""
+def resolve(task: Task, servers: Any = _own) -> Resolved:
+    """Returns what the server says of the task's ensemble, or of the motion if it has one member, before any step is
+    computed. A summary of step 0 finds wrong names. Raises LostServer."""
+    scene = pb.Scene.FromString(task.scene)
+    members = scene.members
+    if members == 1:
+        scene.ClearField("members")  # the server may choose another method for a single motion
+
+    def resolved(client: Client, session: Session) -> Resolved:
+        method: Any = session.scene.get("method", {})
+        catalogue = client.describe()
+        listed = [(one.method.name, one.method.order) for info in catalogue.systems if info.name == scene.system
+                  for one in info.recommended]
+        name = method.get("name"), method.get("order", 0)
+        arrays = _arrays(session.summarize(to=0, quantities=task.asked.summarize))
+        kept = sum(math.prod(array.shape[members > 1:-1]) for name, array in arrays.items() if name.endswith(".quantiles"))
+        return Resolved(method, listed.index(name) if name in listed else 0, session.step_price.work / members, kept,
+                        catalogue.numerics_id, catalogue.build)
+
+    return _in_session(task, scene, servers, resolved)[0]
+
+
+def _in_session(task: Task, scene: pb.Scene, servers: Any, function: Callable[[Client, Session], T]) -> tuple[T, list[str]]:
+    """Returns what `function` returns of a session of the scene, and the server's warnings about it."""
+    warnings: list[str] = []
+
+    def use(client: Client) -> T:
+        with client.create(scene) as session:
+            numerics_id = session.message.numerics_id
+            if task.numerics_id not in ("", numerics_id):
+                raise LostServer(f"{client.address} has the numerics id {numerics_id}, the sweep {task.numerics_id}: install one "
+                                 "build on all workers")
+            return function(client, session)
+
+    _end_with_parent()
+    kept = SCENE_WARNINGS.set(warnings)
     try:
-        return reduce(client, task.ensemble(), pb.SummarizeRequest.FromString(task.request), task.numerics_id, task.timeout)
-    except OtherNumerics:
-        time.sleep(REFUSAL)
-        raise
-    except (Unavailable, NotFound, CorruptReply, DeadlineExceeded) as error:
-        raise LostServer(f"{client.address} on {socket.gethostname()}: {error.message}") from None
+        return servers.use(use, share_of(task)), warnings
+    except (*GONE, LostServer) as error:
+        time.sleep(PAUSE)
+        raise LostServer(f"on {socket.gethostname()}: {error.message}") from None
+    finally:
+        SCENE_WARNINGS.reset(kept)
 
 
-def own_server() -> OwnServer:
-    """Returns the server of this process."""
-    return _own
+def _arrays(found: Summary) -> dict[str, Array]:
+    return {f"{name}.{statistic}": values for name, of in found.quantities.items() for statistic, values in of.items()}
 
 
 def share_of(task: Task) -> Share:
-    """Returns the part of its machine that this worker may use: what the sweep says, else what the scheduler gave
-    it."""
-    if task.home == here():
-        return Share(task.threads or 0)
-    given = scheduled()
-    if task.threads is None:
-        return given
-    return Share(task.threads, given.memory) if task.threads else Share(0)
-
-
-def scheduled() -> Share:
-    """Returns what Dask, Ray or Slurm gave this process; one thread if none of them did. The server gets three quarters
-    of the memory and leaves the rest to the worker. Without a limit, the memory is the machine's in proportion to the
-    cores."""
-    threads = int(os.environ.get("SLURM_CPUS_PER_TASK", "1"))
-    memory: Optional[float] = None
+    """Returns the part of its machine that this worker may use: the threads of the task, else what Dask, Ray or Slurm gave
+    this process, else one thread. The server gets three quarters of the memory and leaves the rest to the worker. Without a
+    limit, the memory is the machine's in proportion to the cores."""
+    if task.threads == 0:
+        return Share(0)
+    threads, memory = int(os.environ.get("SLURM_CPUS_PER_TASK", "1")), None
     if "distributed" in sys.modules:
         from distributed import get_worker
 
@@ -76,17 +107,25 @@ def scheduled() -> Share:
             threads, memory = int(worker.state.nthreads), worker.memory_manager.memory_limit
         except (ValueError, AttributeError):
             pass  # this is not a task of Dask
-    elif "ray" in sys.modules:
-        ray: Any = sys.modules["ray"]
-        if ray.is_initialized():
-            resources = ray.get_runtime_context().get_assigned_resources()
+    elif "ray" in sys.modules and sys.modules["ray"].is_initialized():
+        with suppress(AssertionError):  # of a process that is no worker
+            resources = sys.modules["ray"].get_runtime_context().get_assigned_resources()
             threads, memory = max(int(resources.get("CPU", 1)), 1), resources.get("memory")
-    if not memory:
-        machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-        memory = machine * min(threads / (os.cpu_count() or 1), 1)
-    return Share(threads, int(0.75 * memory))
+    threads = threads if task.threads is None else task.threads
+    machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return Share(threads, int(0.75 * (memory or machine * min(threads / (os.cpu_count() or 1), 1))))
 
 
-def here() -> tuple[str, int]:
-    """Returns the name of this host and the id of this process."""
-    return socket.gethostname(), os.getpid()
+def _end_with_parent() -> None:
+    """Ends a worker of a process pool when its parent was killed. The worker would wait for tasks forever: the pipe from
+    which it reads stays open, because the other workers have inherited the other end."""
+    global _watched
+    parent = multiprocessing.parent_process()
+    if parent is not None and _watched != os.getpid():
+        _watched = os.getpid()
+
+        def watch() -> None:
+            parent.join()
+            os.kill(os.getpid(), signal.SIGTERM)
+
+        threading.Thread(target=watch, daemon=True).start()

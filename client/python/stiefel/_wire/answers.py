@@ -8,16 +8,17 @@ import numpy as np
 from google.protobuf import json_format
 
 from stiefel import v1 as pb
-from stiefel._given.mappings import is_repeated
+from stiefel._given.shapes import is_repeated
 from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
-from stiefel._wire.arrays import Assembly, named, put_block, to_array
-from stiefel._wire.replies import complete, name_of, optional, price, require, run_status
-from stiefel._wire.resolved import put, resolve
-from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, Errors, EstimatedError, Events, Geodesic, InjectivityRadius,
+from stiefel._results.motion import KINDS, motion_of
+from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
+from stiefel._wire.replies import ends_at, name_of, optional, price, require, run_status
+from stiefel._wire.resolved import put
+from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, EstimatedError, EstimatedErrors, Events, Geodesic, InjectivityRadius,
                              Invariant,
                              Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
-from stiefel.scene import blocks_of, to_dict
+from stiefel.scene import to_dict
 
 T = TypeVar("T")
 
@@ -47,20 +48,16 @@ def choice(message: Any) -> Optional[Choice]:
     return read(Choice, message.choice, method=method)
 
 
-def conversion(messages: Sequence[pb.ConvertResponse], request: pb.ConvertRequest) -> Conversion:
+def conversion(messages: Sequence[pb.ConvertResponse]) -> Conversion:
     """Reads the messages of one call."""
     blocks, arrays = Assembly(), Assembly()
     for message in messages:
         require(message.continues == (message is not messages[-1]), "a part of the conversion is missing")
         blocks.take(message.blocks)
         arrays.take(message.scene_arrays)
-    first, found = complete(messages[0], "price"), arrays.finish()
-    scene: Any = None
-    if first.HasField("scene"):
-        scene = partial(_scene, resolve(request.scene, first.scene, first.cleared, found), found)
-    others = blocks.finish()
+    first, others = messages[0], blocks.finish()
+    scene: Any = partial(_scene, first.scene, arrays.finish()) if first.HasField("scene") else None
     require(bool(others) == (scene is None), "a conversion has a scene or blocks")
-    require(all(array.dtype.kind in "fc" for array in others.values()), "a block has counts")
     return Conversion(scene, named(others), {margin.domain: margin.margin for margin in first.margins}, choice(first))
 
 
@@ -82,7 +79,7 @@ def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest,
             if message.HasField(name):
                 assembly.take([getattr(message, name)])
         assembly.take(message.scene_arrays)
-    first = complete(messages[0], "run_status", "price")
+    first = messages[0]
     status, scene, shortest = run_status(first.run_status), None, "unspecified"
     arrays = assembly.finish()
     velocity, trajectory = arrays.pop("Qdot", None), arrays.pop("Q", None)
@@ -94,8 +91,6 @@ def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest,
         for array, shape in ((velocity, None if request.steps else (n, N)), (trajectory, (steps + 1, n, N) if steps else None)):
             require((array if array is None else (array.dtype, array.shape)) == (shape and (np.dtype(np.float64), shape)),
                     "velocity or trajectory are not those that were asked for")
-        bent = 1 < n < N and (request.metric == pb.METRIC_CANONICAL or request.metric == pb.METRIC_BETA and request.beta != 1)
-        require(first.HasField("scene") == (request.view == pb.GEODESIC_VIEW_SCENE and not bent), "a geodesic has a scene")
         if first.HasField("scene"):
             scene = partial(_scene, first.scene, arrays, span, first.pair)
     if span is not None:
@@ -109,17 +104,15 @@ def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:
     return to_array(matrix)
 
 
-def _first_of_points(messages: Sequence[pb.ConjugatePointsResponse], with_radius: bool) -> pb.ConjugatePointsResponse:
+def _check_continued(messages: Sequence[pb.ConjugatePointsResponse]) -> None:
     for message in messages:
         require(message.continues == (message is not messages[-1]), "a part of the points is missing")
-    first = complete(messages[0], "run_status", "price")
-    require(first.HasField("radius") == with_radius, "a radius is not what was asked for")
-    return first
 
 
 def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> ConjugatePoints:
     """Reads the messages of one call."""
-    first, shape = _first_of_points(messages, False), (request.q.rows, request.q.cols)
+    _check_continued(messages)
+    first, shape = messages[0], (request.q.rows, request.q.cols)
     points = []
     for point in (point for message in messages for point in message.points):
         require(len(point.kernel) == point.multiplicity > 0, "a kernel has another dimension")
@@ -130,69 +123,38 @@ def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb
 
 def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> InjectivityRadius:
     """Reads the messages of one call."""
-    first = _first_of_points(messages, True)
-    found = complete(first.radius, "q", "qdot")
+    _check_continued(messages)
+    first, found = messages[0], messages[0].radius
     shape = (request.radius.n, len(request.inertia))
     Q, Qdot = _block(found.q, shape), _block(found.qdot, shape)
     return read(InjectivityRadius, found, Q=Q, Qdot=Qdot, witness=name_of(pb.RadiusWitness, found.witness).lower(),
                 run_status=run_status(first.run_status))
 
 
-def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest) -> Diagnosis:
+def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest, in_si: bool = False) -> Diagnosis:
+    """`in_si`: whether the scene has `body`."""
     for given, asked in ((message.forms, request.forms), (message.dirac_brackets, request.dirac_brackets)):
         require(len(given) == len(asked), f"{len(given)} values for {len(asked)} forms or brackets")
-    require(not request.invariants or bool(message.invariants), "it has no invariants")
-    invariants = tuple(read(Invariant, complete(one, "name"), conservation=Conservation(one.conservation))
-                       for one in message.invariants)
-    if request.estimate_error == pb.ERROR_ESTIMATION_ALWAYS:
-        complete(message, "estimated_error")
+    ends_at(message.run_status, message.step, request.to)
+    invariants = tuple(read(Invariant, one, conservation=Conservation(one.conservation)) for one in message.invariants)
     error = read(EstimatedError, message.estimated_error) if message.HasField("estimated_error") else None
+    motion = message.motion if message.HasField("motion") else None
+    require(motion is None or motion.kind in KINDS and [len(one) for one in (motion.momentum, motion.moments, motion.axes)] == [3, 3, 9],
+            "the motion of a body has another kind or shape")
     return read(Diagnosis, message, invariants=invariants, domain=read(Domain, message.domain), estimated_error=error,
                 run_status=run_status(message.run_status), price=price(message.price),
-                shortened={family.name: family.count for family in message.shortened})
-
-
-class TradeoffParts:
-    """Checks the parts of a trade-off as they arrive: the setup, then the points, then the front."""
-
-    def __init__(self) -> None:
-        self._points = 0
-        self._last: Optional[str] = None
-
-    @property
-    def begun(self) -> bool:
-        return self._last is not None
-
-    def check(self, part: pb.MeasureTradeoffResponse) -> None:
-        kind = part.WhichOneof("part")
-        require((kind == "setup") == (self._last is None) and kind is not None and self._last != "front",
-                f"{kind} comes after {self._last}")
-        if kind == "setup":
-            complete(part.setup, "machine", "numerics_id", "reference", "price")
-        elif kind == "point":
-            self._points += 1
-            point = complete(part.point, "method", "run_status")  # no times where the first step failed
-            reached = run_status(point.run_status).outcome == Outcome.REACHED
-            require(point.HasField("momentum_error") == reached, "a point has an error where its run has REACHED the horizon")
-        else:
-            require(all(i < self._points for i in part.front.points), f"the front is not of {self._points} points")
-        self._last = kind
-
-    def end(self) -> None:
-        require(self._last == "front", "the front is missing")
+                shortened={family.name: family.count for family in message.shortened},
+                motion=None if motion is None else motion_of(motion, in_si))
 
 
 def tradeoff(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
-    setup, points = pb.TradeoffSetup(), []
-    front: tuple[Point, ...] = ()
-    for message in messages:
-        if message.HasField("setup"):
-            setup = message.setup
-        elif message.HasField("point"):
-            points.append(_point(message.point))
-        else:
-            front = tuple(points[i] for i in message.front.points)
-    return Tradeoff(setup, tuple(points), front)
+    """Reads the setup, the points and the front."""
+    parts = list(messages)
+    kinds = [part.WhichOneof("part") for part in parts]
+    require(kinds == ["setup", *["point"] * (len(kinds) - 2), "front"], f"its parts are {kinds}")
+    points, front = tuple(_point(part.point) for part in parts[1:-1]), parts[-1].front.points
+    require(all(i < len(points) for i in front), f"the front is not of {len(points)} points")
+    return read(Tradeoff, parts[0].setup, points=points, front=tuple(points[i] for i in front))
 
 
 def _point(message: pb.TradeoffPoint) -> Point:
@@ -207,13 +169,13 @@ def events(batch: pb.EventBatch, fields: dict[str, Array], ensemble: bool) -> Ev
                   np.array(batch.times), np.array(batch.members, np.uint32) if ensemble else None, fields)
 
 
-def errors(times: Array, steps: Array, found: Sequence[Optional[EstimatedError]]) -> Errors:
+def errors(times: Array, steps: Array, found: Sequence[Optional[EstimatedError]]) -> EstimatedErrors:
     def numbers(name: str) -> Array:
         return np.array([getattr(one, name, None) for one in found], float)  # None becomes NaN
 
     reference = next((one.reference for one in found if one and one.reference), "")
     missing = next((one.missing for one in found if one and one.missing), "")
-    return Errors(times, steps, numbers("attitude"), numbers("momentum"), numbers("angle"), numbers("reference_error"),
+    return EstimatedErrors(times, steps, numbers("attitude"), numbers("momentum"), numbers("angle"), numbers("reference_error"),
                   reference, missing)
 
 
@@ -239,18 +201,14 @@ _OUTCOMES = np.array([name[len("OUTCOME_"):] for name in pb.Outcome.keys()])
 def check_statistics(arrays: Mapping[str, Array], request: pb.SummarizeRequest, ensemble: bool) -> None:
     """Raises CorruptReply unless `arrays` are those that the request asks for: one for each statistic, and how each motion
     ended."""
-    wanted = {name: "i" for name in ("outcome", "last_step", "ended_by", "samples")}
+    wanted = ["outcome", "last_step", "ended_by", "samples"]
     for quantity in request.quantities:
-        of_quantity = [(pb.Statistic.Name(s)[len("STATISTIC_"):].lower(), "i" if s == pb.STATISTIC_SIGN_CHANGES else "fc")
-                       for s in quantity.statistics]
-        of_quantity += [("quantiles", "fc")] * bool(quantity.quantiles) + [("histogram", "i")] * bool(quantity.edges)
-        wanted.update((f"{quantity.name}.{name}", kind) for name, kind in of_quantity)
-    require(arrays.keys() == wanted.keys(), f"it has the statistics {', '.join(arrays)}")
-    require(all(arrays[name].dtype.kind in kind for name, kind in wanted.items()), "a statistic has another data type")
+        wanted += [f"{quantity.name}.{pb.Statistic.Name(one)[len('STATISTIC_'):].lower()}" for one in quantity.statistics]
+        wanted += [f"{quantity.name}.quantiles"] * bool(quantity.quantiles) + [f"{quantity.name}.histogram"] * bool(quantity.edges)
+    require(arrays.keys() == set(wanted), f"it has the statistics {', '.join(arrays)}")
     outcome = arrays["outcome"]
-    require(outcome.ndim == ensemble and all(arrays[name].shape == outcome.shape for name in ("last_step", "ended_by")),
-            "outcome, last_step and ended_by do not have one number for each motion")
-    require(bool(((0 < outcome) & (outcome < len(_OUTCOMES))).all()), f"the outcomes are {outcome}")
+    require(outcome.ndim == ensemble and all(arrays[name].shape == outcome.shape for name in wanted[1:3])
+            and set(outcome.ravel().tolist()) <= set(range(1, len(_OUTCOMES))), f"the outcomes are {outcome}")
 
 
 def named_statistics(arrays: Mapping[str, Array]) -> dict[str, Array]:
@@ -264,11 +222,11 @@ def named_statistics(arrays: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def summary(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: int, price: Optional[Price],
-       checkpoint: bytes, checkpoint_ignored: bool = False) -> Summary:
+       checkpoint: bytes) -> Summary:
     quantities: dict[str, dict[str, Array]] = {}
     for name, values in arrays.items():
         quantity, dot, statistic = name.rpartition(".")
         if dot:
             quantities.setdefault(quantity, {})[statistic] = values
     return Summary(quantities, _OUTCOMES[arrays["outcome"]], arrays["last_step"], arrays["ended_by"],
-                   arrays["samples"], run_status, computed_steps, price, checkpoint, checkpoint_ignored)
+                   arrays["samples"], run_status, computed_steps, price, checkpoint)

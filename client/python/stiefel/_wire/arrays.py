@@ -75,6 +75,12 @@ def to_array(matrix: pb.Matrix) -> NDArray[Any]:
     return np.asarray(values + 1j * imaginary)
 
 
+def blocks_of(scene: pb.Scene) -> dict[str, NDArray[Any]]:
+    """Returns the blocks of the initial state, (rows, cols) or, where they are given so, (members, rows, cols)."""
+    return {**{name: to_array(block) for name, block in sorted(scene.initial.items())},
+            **{name: decode(tensor) for name, tensor in sorted(scene.initial_tensors.items())}}
+
+
 def put_block(scene: pb.Scene, name: str, block: Array) -> None:
     """Sets a block of a scene's initial state, as bytes if it is large."""
     scene.initial.pop(name, None)

@@ -11,10 +11,9 @@ from stiefel._given.mappings import names
 from stiefel._given.numbers import step_index
 from stiefel._given.typed import Fields
 from stiefel._wire.failures import from_status
-from stiefel._wire.recreating import Attempts, Recreation
-from stiefel._wire.replies import complete
-from stiefel._wire.retries import Deadline
-from stiefel.errors import InvalidArgument, NotFound, ResourceExhausted, Unavailable
+from stiefel._wire.recreating import Recreation
+from stiefel._wire.retries import Attempts
+from stiefel.errors import InvalidArgument, NotFound, Unavailable
 from stiefel.results import State
 
 TOO_LARGE = "REPLY_TOO_LARGE"  # the reason of the error after which a state is fetched over Stream instead
@@ -43,26 +42,19 @@ class Drive:
         to, wanted = step_index("to", to), names("fields", fields) or self._fields
         request = pb.DriveRequest(session_id=self._id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or self._handle.wants_checkpoint(to))
-        attempts = Attempts(self._handle, Deadline(None))
-        while True:
-            try:
-                state = self._read(self._ask(request), request, wanted, checkpoint)
-            except (NotFound, Unavailable) as error:
-                attempts.again(error)
-                self.close()  # the next stream goes to the server where the session is now
-            except ResourceExhausted as error:
-                attempts.again(error)
-            except InvalidArgument as error:
-                if error.reason != TOO_LARGE:
-                    raise
-                self._fields = wanted
-                return self._in_parts(to, wanted, checkpoint)
-            else:
-                self._fields = wanted
-                return state
+        try:
+            reply = Attempts(self._handle.connection, None, self._handle, endless=True).run(lambda left: self._ask(request))
+        except InvalidArgument as error:
+            if error.reason != TOO_LARGE:
+                raise
+            state = self._in_parts(to, wanted, checkpoint)
+        else:
+            state = self._read(reply, request, wanted, checkpoint)
+        self._fields = wanted
+        return state
 
     def _ask(self, request: pb.DriveRequest) -> pb.StepResponse:
-        begins, metadata = self._replies is None, self._handle.metadata
+        begins, metadata = self._replies is None, self._handle.metadata(None)
         if begins:
             method, self._requests = self._handle.connection.stub.Drive, queue.SimpleQueue()
             self._replies = method(iter(self._requests.get, None), metadata=metadata)
@@ -71,18 +63,20 @@ class Drive:
             reply = next(self._replies)
         except grpc.RpcError as failure:
             self.close()
-            self._handle.check_failure(failure)
-            raise self._handle.connection.error(failure) from None
+            raise self._handle.failed(failure) from None
         except StopIteration:
             self.close()
             raise Unavailable("the server ended the drive") from None
         if begins:
             self._handle.check_build(self._replies)
+        self._handle.connection.answered(reply)
         if reply.HasField("error"):
             error = from_status(reply.error)
             self._handle.keep_of(error)
+            if isinstance(error, (NotFound, Unavailable)):
+                self.close()  # the next stream goes to the server where the session is then
             raise error
-        answer: pb.StepResponse = complete(reply, "step").step
+        answer: pb.StepResponse = reply.step
         return answer
 
     def close(self) -> None:

@@ -61,50 +61,32 @@ def from_status(status: pb.Status) -> StiefelError:
 # The messages of gRPC for a server that it does not find. The address is the first or the second group.
 _UNREACHABLE = re.compile(r"(?:DNS resolution failed for|errors resolving) (\S+): |failed to connect to all addresses"
                           r"(?:; last error: \w+: (?:ipv4:|ipv6:)?(\S+): )?")
-_NO_GRPC = "nothing that speaks gRPC answers there"
+_REFUSED = "the connection is refused, nothing listens there"
 _CLOSES = "it closes the connection"
-_FAILS_LATER = "it accepts the connection, and then the TLS handshake fails"
-_REASONS = {  # the first key that occurs in gRPC's message counts
-    "Connection refused": "the connection is refused, nothing listens there",
-    "No such file or directory": "there is no such socket",
-    "Permission denied": "permission is denied",
-    "No route to host": "there is no route to this host",
-    "Network is unreachable": "its network cannot be reached",
-    "is not in peer certificate": "its certificate has another name",
-    "Hostname Verification Check failed": "its certificate has another name",
-    "CERTIFICATE_VERIFY_FAILED": "its certificate is not trusted",
-    "certificate verify failed": "its certificate is not trusted",
-    "WRONG_VERSION_NUMBER": "it does not speak TLS",
-    "wrong version number": "it does not speak TLS",
-    "handshake failed": "the TLS handshake failed",
-    "handshaker shutdown": _NO_GRPC,
-    "http1.x server": _NO_GRPC,
-    "Failed parsing HTTP/2": _NO_GRPC,
-    "Socket closed": _CLOSES,
-    "Connection reset": _CLOSES,
-    "Broken pipe": _CLOSES,
-    "Timeout occurred": "the server does not answer",
-    "timed out": "the server does not answer",
-    "contacting DNS servers": "no name server answers",
-    "contact DNS servers": "no name server answers",
-    "DNS resolution failed": "the name is unknown",
-    "Domain name not found": "the name is unknown",
-    "errors resolving": "its name cannot be resolved",
-}
+_REASONS = (  # the first one that occurs in gRPC's message counts
+    ("Connection refused", _REFUSED),
+    ("No such file", "there is no such socket"),
+    ("not in peer certificate|Hostname Verification Check failed", "its certificate has another name"),
+    ("(?i)certificate.verify.failed", "its certificate is not trusted"),
+    ("(?i)wrong.version.number", "it does not speak TLS"),
+    ("handshaker shutdown|http1.x server|Failed parsing HTTP/2", "nothing that speaks gRPC answers there"),
+    ("Socket closed|Connection reset|Broken pipe", _CLOSES),
+    ("(?i)timed out|timeout occurred", "the server does not answer"),
+    ("errors resolving|DNS", "the name is unknown"),
+)
 # gRPC's messages for a connection that broke while a call ran, such as that of a proxy to its server, and for a call
 # that reached a server while it shut down. Their codes are CANCELLED, INTERNAL, UNKNOWN and UNAVAILABLE; errors of the
 # server itself have details.
 _BROKEN = re.compile(r"Received RST_STREAM|Stream removed\b|Socket closed$|CANCELLED$|No status received|"
                      r"recvmsg:|sendmsg:|Broken pipe$|Connection reset by peer$|GOAWAY received$")
-_BROKE = "the connection to the server broke"
 _ENHANCE_YOUR_CALM = "Received RST_STREAM with error code 11"  # HTTP/2's error for too much at once
-_PLAIN = {  # gRPC's messages for calls that reached a server, by how they begin
-    _ENHANCE_YOUR_CALM: "the server or a proxy before it refuses the call as too much: the call's metadata, such as its "
-                        "token, is too large, or too many calls or bytes come at once",
-    "received initial metadata size exceeds": "the call's metadata, such as its token, is larger than the server takes",
-    "Received http2 header with status:": "a web server answers there, not a stiefel server",
-    "Deadline Exceeded": "the call took longer than its timeout",
-}
+_PLAIN = (  # gRPC's messages for calls that reached a server, by how they begin
+    (f"{_ENHANCE_YOUR_CALM}|received initial metadata size", "the server or a proxy before it refuses the call as too much: "
+     "the call's metadata, such as its token, is too large, or too many calls or bytes come at once"),
+    ("Received http2 header with status:", "a web server answers there, not a stiefel server"),
+    ("Deadline Exceeded", "the call took longer than its timeout"),
+    (_BROKEN.pattern, "the connection to the server broke"),
+)
 
 
 def in_plain_words(message: str, tls: Optional[bool] = None, asked: str = "") -> str:
@@ -113,12 +95,11 @@ def in_plain_words(message: str, tls: Optional[bool] = None, asked: str = "") ->
     has TLS, if that is known. `asked`: the address of the channel."""
     found = _UNREACHABLE.match(message)
     if not found:
-        plain = next((ours for theirs, ours in _PLAIN.items() if message.startswith(theirs)), None)
-        return plain or (_BROKE if _BROKEN.match(message) else message)
+        return next((plain for pattern, plain in _PLAIN if re.match(pattern, message)), message)
     address = unquote(found.group(1) or found.group(2) or "the server")
-    reason = next((plain for grpc_says, plain in _REASONS.items() if grpc_says in message), message.split(": ")[-1])
-    if reason == _REASONS["Connection refused"] and asked not in ("", address) and _accepts(asked):
-        address, reason = asked, _FAILS_LATER if tls else _CLOSES
+    reason = next((plain for pattern, plain in _REASONS if re.search(pattern, message)), message.split(": ")[-1])
+    if reason == _REFUSED and asked not in ("", address) and _accepts(asked):
+        address, reason = asked, "it accepts the connection, and then the TLS handshake fails" if tls else _CLOSES
     if reason == _CLOSES and tls is not None:
         reason += (", as a server does that asks clients for a certificate: give one in `tls`" if tls else
                    ", as a server with TLS does to a client without: give `tls`")

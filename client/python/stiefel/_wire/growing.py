@@ -1,105 +1,72 @@
-"""Reads the streams of a LyapunovSpectrum, which go on where they broke."""
+"""Reads the stream of a LyapunovSpectrum."""
 from __future__ import annotations
 
-from contextlib import closing
-from typing import Any, Optional
+from typing import Optional
 
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel._results.base import Array, Outcome, Price
-from stiefel._wire import replies
-from stiefel._wire.recreating import Attempts, Recreation, refuses_checkpoint
-from stiefel._wire.replies import complete, ends_at, require
-from stiefel._wire.retries import Deadline
-from stiefel._wire.streams import CheckpointParts
-from stiefel.errors import CorruptReply, StiefelError
+from stiefel._results.base import Array, Outcome
+from stiefel._wire.recreating import Recreation
+from stiefel._wire.replies import ends_at, require
+from stiefel._wire.streams import Resuming
 from stiefel.results import LyapunovSpectrum, Verdict
 
 
 def grown(handle: Recreation, request: pb.LyapunovSpectrumRequest, timeout: Optional[float]) -> LyapunovSpectrum:
-    """Returns the result of the call. A stream that breaks goes on from the last checkpoint that came, or begins anew."""
-    attempts, reading = Attempts(handle, Deadline(timeout)), _Reading(request)
-    given = request.checkpoint  # the caller's
-    while True:
-        try:
-            with handle.explains(request.to), closing(handle.messages("LyapunovSpectrum", reading.request,
-                                                                      attempts.deadline.left())) as arriving:
-                for message in arriving:
-                    if reading.takes_checkpoint(message):
-                        attempts.renew()
-                    if message.HasField("run_status"):
-                        return reading.result(message)
-            raise CorruptReply("the reply breaks the protocol: it has no end")
-        except StiefelError as broken:
-            error: StiefelError = broken
-        reading.broke()
-        if reading.request.checkpoint != given and refuses_checkpoint(error):
-            reading.request.checkpoint = given  # this server has another build
-            continue
-        attempts.again(error)
+    """Returns the result of the call."""
+    growth = _Growth(handle, request, timeout)
+    for _ in growth:
+        pass
+    return growth.result
 
 
-class _Reading:
-    """The numbers of the streams of one call, each of which is read once."""
+class _Growth(Resuming[None]):
+    """Yields nothing; `result` is there at the end. The numbers at a step are read once, whatever streams send them."""
 
-    def __init__(self, request: pb.LyapunovSpectrumRequest):
-        self.request = request
-        self._parts, self._checkpoint = CheckpointParts(), b""
+    method = "LyapunovSpectrum"
+    result: LyapunovSpectrum
+
+    def __init__(self, handle: Recreation, request: pb.LyapunovSpectrumRequest, timeout: Optional[float]):
+        super().__init__(handle, request, timeout)
+        self.checkpoint = b""  # the caller's is no result
         self._steps: list[int] = []
         self._times: list[float] = []
         self._rows: list[Array] = []
         self._volumes: list[Array] = []
-        self._price: Optional[Price] = None
-        self._ignored = self._priced = False
-        self._before = self._computed = 0  # the steps that broken streams computed, and this one
+
+    def _begin(self) -> int:
         self._seen = -1  # the last step with numbers of this stream
+        return self.computed_steps
 
-    def broke(self) -> None:
-        self._before += self._computed
-        self._computed, self._seen, self._priced, self._parts = 0, -1, False, CheckpointParts()
-
-    def takes_checkpoint(self, message: pb.LyapunovSpectrumResponse) -> bool:
-        """Reads a message, and returns whether a new stream can begin where a checkpoint in it was taken."""
-        if not self._priced:
-            price, self._priced = replies.price(complete(message, "price").price), True
-            if self._price is None:
-                self._price, self._ignored = price, message.checkpoint_ignored
-        self._computed = message.computed_steps
+    def _take(self, message: pb.LyapunovSpectrumResponse) -> None:
         exponents = np.array(message.exponents)
-        if exponents.size:
-            require(len(message.log_gali) == exponents.size - 1 and (not self._rows or exponents.size == self._rows[0].size)
-                    and self.request.count in (0, exponents.size), f"it has {exponents.size} exponents")
-            require(message.step > self._seen, "its results are not in order")
-            self._seen = message.step
-            if not self._steps or message.step > self._steps[-1]:
-                self._steps.append(message.step)
-                self._times.append(message.time)
-                self._rows.append(exponents)
-                self._volumes.append(np.array(message.log_gali))
-        whole = self._parts.take(message.checkpoint) if message.HasField("checkpoint") else b""
-        self._checkpoint = whole or self._checkpoint
-        if not whole or message.HasField("run_status"):
-            return False
-        self.request.checkpoint = whole
-        return True
+        if not exponents.size:
+            return
+        require(len(message.log_gali) == exponents.size - 1 and (not self._rows or exponents.size == self._rows[0].size)
+                and self._request.count in (0, exponents.size), f"it has {exponents.size} exponents")
+        require(message.step > self._seen, "its results are not in order")
+        self._seen = message.step
+        if not self._steps or message.step > self._steps[-1]:
+            self._steps.append(message.step)
+            self._times.append(message.time)
+            self._rows.append(exponents)
+            self._volumes.append(np.array(message.log_gali))
 
-    def result(self, end: pb.LyapunovSpectrumResponse) -> LyapunovSpectrum:
-        rows, volumes, steps = self._rows, self._volumes, self._steps
-        assert self._price is not None
-        status = replies.run_status(end.run_status)
-        ends_at(end.run_status, end.step, self.request.to)
-        require(status.outcome != Outcome.REACHED or bool(rows) and steps[-1] == self.request.to and bool(self._checkpoint)
-                and len(end.errors) == rows[-1].size, "its last result is missing")
-        require(end.verdict in _VERDICTS and bool(end.reason), "it has no verdict")
+    def _check_end(self, message: pb.LyapunovSpectrumResponse) -> None:
+        rows, volumes, steps, status = self._rows, self._volumes, self._steps, self.run_status
+        assert status is not None and self.price is not None
+        ends_at(message.run_status, message.step, self._request.to)
+        require(status.outcome != Outcome.REACHED or bool(rows) and steps[-1] == self._request.to and bool(self.checkpoint)
+                and len(message.errors) == rows[-1].size, "its last result is missing")
+        require(message.verdict in _VERDICTS, "it has no verdict")
         count = rows[-1].size if rows else 0
-        return LyapunovSpectrum(
-            exponents=rows[-1] if rows else np.empty(0), errors=np.array(end.errors), verdict=_VERDICTS[end.verdict],
-            reason=end.reason, log_gali=volumes[-1] if rows else np.empty(0), step=end.step, time=end.time,
+        self.result = LyapunovSpectrum(
+            exponents=rows[-1] if rows else np.empty(0), errors=np.array(message.errors), verdict=_VERDICTS[message.verdict],
+            reason=message.reason, log_gali=volumes[-1] if rows else np.empty(0), step=message.step, time=message.time,
             steps=np.array(steps, np.int64), times=np.array(self._times), history=np.reshape(rows, (len(rows), count)),
-            log_gali_history=np.reshape(volumes, (len(rows), max(count - 1, 0))), interval=end.interval, run_status=status,
-            checkpoint=self._checkpoint, checkpoint_ignored=self._ignored,
-            computed_steps=self._before + end.computed_steps, price=self._price)
-
+            log_gali_history=np.reshape(volumes, (len(rows), max(count - 1, 0))), interval=message.interval, run_status=status,
+            checkpoint=self.checkpoint, computed_steps=self.computed_steps,
+            price=self.price)
 
 _VERDICTS = {pb.VERDICT_UNDECIDED: Verdict.UNDECIDED, pb.VERDICT_REGULAR: Verdict.REGULAR, pb.VERDICT_CHAOTIC: Verdict.CHAOTIC}

@@ -8,14 +8,16 @@ from stiefel import v1 as pb
 from stiefel._given.numbers import step_index
 from stiefel._given.typed import Scene
 from stiefel._given.when import step_of, time_of
+from stiefel._results.origin import side_of
 from stiefel._wire import answers
 from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import Recreation
-from stiefel._wire.replies import Layout, answered, complete, described, ends_at, price, require
-from stiefel._wire.resolved import put, resolve, scene_arrays, with_blocks_as_matrices
+from stiefel._wire.replies import Layout, described, ends_at, price, require
+from stiefel._wire.resolved import put, scene_arrays, with_blocks_as_matrices
 from stiefel._wire.sampling import Samples
 from stiefel._wire.summarizing import Summarizing
+from stiefel.errors import StiefelError
 from stiefel.results import Choice, Outcome, Price, RunStatus, State
 from stiefel.scene import to_dict
 
@@ -23,23 +25,21 @@ from stiefel.scene import to_dict
 class Held:
     """The handle of a session of a server."""
 
-    def __init__(self, connection: Connection, message: pb.Session, created: bool, base: Optional[pb.Scene] = None,
+    def __init__(self, connection: Connection, message: pb.Session, created: bool, sent: Optional[pb.Scene] = None,
                  owner: bool = False, checkpoint: bytes = b"", epoch: Optional[str] = None):
-        """`base`: the scene that the scene of `message` completes; None for a session from `Client.list`. `owner`:
-        whether this handle created the session, with `checkpoint`."""
+        """`message`: the server's reply, with its scene, except of a session from `Client.list`. `sent`: the scene that made
+        it, if it is known. `owner`: whether this handle created the session, with `checkpoint`."""
         self._connection = connection
-        self.message = message  #: the server's reply; its scene may have only the fields that the server filled in
+        self.message = message  #: the server's reply; its scene may lack arrays that are too large for one
         self.created = created  #: False if the session existed already
         #: The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
         #: `Client.get` and `Client.list`, because the server does not know it.
         self.epoch = epoch
         self._lock = threading.Lock()
-        self._scene: Optional[pb.Scene] = None
-        self._whole = False
-        self._sent = base  # the scene as sent, kept until all arrays of the resolved scene have arrived
+        self._sent = sent  # kept until all arrays of the resolved scene have arrived
+        self._arrived: Optional[pb.Scene] = None  # the resolved scene with all arrays
         self._recreation = Recreation(connection, message, self._known_or_sent if owner else None, checkpoint)
-        if base is not None:
-            self._resolve(base)
+        self._take(message)
 
     @property
     def id(self) -> str:
@@ -51,7 +51,7 @@ class Held:
         """The resolved scene, every default filled in.
 
         This makes a call only the first time, for sessions from `Client.list` and for arrays that are too large for a
-        reply and that the client did not send itself.
+        reply.
         """
         scene = to_dict(with_blocks_as_matrices(self.resolved()))
         return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
@@ -68,50 +68,54 @@ class Held:
         self._known_scene()
         return price(self.message.step_price)
 
+    def _side(self) -> Optional[str]:
+        """Returns how the frame of the system moves, as `Origin.side`; None if the server does not say it at once."""
+        try:
+            return side_of(self.message.system, lambda: self._connection.call("Describe", pb.DescribeRequest(), 5.0, waits=False).systems)
+        except StiefelError:
+            return None
+
     def resolved(self) -> pb.Scene:
         """Returns the resolved scene as a message. Do not change it: the session keeps it."""
-        return self._resolved_by(self._recreation)
-
-    def _resolved_by(self, handle: Recreation) -> pb.Scene:
-        """Does what `resolved` does. `handle` says whether a lost session is created again for it."""
         scene = self._known_scene()
         with self._lock:
-            if not self._whole:
-                arrays = scene_arrays(handle, self.id)
-                require(arrays.keys() >= set(self.message.left_out), f"arrays of the scene are missing: {self.message.left_out}")
-                put({path: arrays[path] for path in self.message.left_out}, scene)
-                self._whole, self._sent = True, None
+            if self._arrived is None:
+                arrays, missing = scene_arrays(self._recreation, self.id), self.message.left_out
+                require(arrays.keys() >= set(missing), f"arrays of the scene are missing: {missing}")
+                put({path: arrays[path] for path in missing}, scene)
+                self._arrived, self._sent = scene, None
         return scene
 
     def _known_scene(self) -> pb.Scene:
         """Returns the resolved scene, possibly without the arrays that are too large for a reply."""
         with self._lock:
-            if self._scene is None:
-                view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
-                reply = self._recreation.call("GetSession", pb.GetSessionRequest(session_id=self.id, view=view))
-                self.message = described(reply.session, self.id)
-                self._resolve(pb.Scene())
-            assert self._scene is not None
-            return self._scene
+            if not self.message.HasField("scene"):
+                request = pb.GetSessionRequest(session_id=self.id, view=pb.SessionView(scene=pb.SCENE_VIEW_FULL))
+                reply = self._recreation.call("GetSession", request)
+                require(reply.session.HasField("scene"), "the session has no scene")
+                self._take(described(reply.session, self.id))
+            return self.message.scene
 
-    def _resolve(self, base: pb.Scene) -> None:
-        scene = resolve(base, self.message.scene, self.message.cleared, self.message.left_out)
-        require(scene.system == self.message.system or not scene.system, f"the scene is of {scene.system}")
-        self._scene = scene
-        self._whole = not self.message.left_out
-        self._sent = None if self._whole else base
+    def _take(self, message: pb.Session) -> None:
+        self.message = message
+        if message.HasField("scene"):
+            require(message.scene.system == message.system, f"the scene is of {message.scene.system!r}")
+            if not message.left_out:
+                self._arrived, self._sent = message.scene, None
 
-    def _known_or_sent(self) -> pb.Scene:
+    def _known_or_sent(self) -> Optional[pb.Scene]:
         """Returns the scene that creates the session again: the resolved one if it is whole, else the one sent."""
-        scene = self._scene if self._whole else self._sent
-        assert scene is not None
-        return scene
+        return self._sent if self._arrived is None else self._arrived
 
-    def _blocks(self) -> int:
-        """Returns the number of fields that a reply has where none are named: those of `body`, or the blocks."""
+    def _blocks(self) -> set[str]:
+        """Returns the names of the blocks of the scene's initial state."""
         scene = self._known_scene()
-        left_out = [path.partition(".")[2] for path in self.message.left_out if path.startswith("initial.")]
-        return 2 if scene.HasField("body") else len({*scene.initial, *scene.initial_tensors, *left_out})
+        return {*scene.initial, *scene.initial_tensors,
+                *(path[len("initial."):] for path in self.message.left_out if path.startswith("initial."))}
+
+    def _field_count(self) -> int:
+        """Returns the number of fields that a reply has where none are named: those of `body`, or the blocks."""
+        return 2 if self._known_scene().HasField("body") else len(self._blocks())
 
     def _is_step(self, time: Any) -> bool:
         steps = time_of(time, self._known_scene().step, self.epoch)[1]
@@ -126,47 +130,40 @@ class Held:
         to, start = self._step_of("to", to, time), step_index("start", start)
         return to, start, step_index("every", every, 1)
 
-    def _ask(self, rpc: str, request: Any, timeout: Optional[float]) -> Any:
-        """Returns the reply of a unary call up to the step `request.to`."""
-        with self._recreation.explains(request.to):
-            return answered(self._recreation.call(rpc, request, timeout), request)
-
     def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
         message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, **request)
         setattr(message, "from", start)
         return message
 
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
-        return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout, self._blocks())
+        return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout, self._field_count())
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
                  checkpoint: bool = False) -> Samples:
         request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
                                    checkpoint_every=self._recreation.checkpoint_every())
         setattr(request, "from", start)
-        return Samples(self._recreation, request, self._known_scene().step, timeout, self._blocks())
+        return Samples(self._recreation, request, self._known_scene().step, timeout, self._field_count())
 
     def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
                checkpoint: bool) -> State:
         """Reads a reply of Step or Drive. Keeps its checkpoint, and passes it on only if the caller asked for it.
         `fields`: the names that are in force, none for the system's blocks."""
-        sample = complete(reply, "run_status", "sample", "price").sample
+        sample = reply.sample
         ends_at(reply.run_status, sample.step, request.to)
-        if request.return_checkpoint:
-            complete(reply, "checkpoint")
         if reply.checkpoint:
-            self._recreation.keep(reply.sample.step, reply.checkpoint)
+            self._recreation.keep(sample.step, reply.checkpoint)
         if not checkpoint:
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
-        Layout(fields, axes=(2, 3), blocks=self._blocks()).check(arrays)
-        return answers.state(reply, named(arrays))._of(self.message.system)
+        Layout(fields, axes=(2, 3), blocks=self._field_count()).check(arrays)
+        return answers.state(reply, named(arrays))._of(self._side)
 
     def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
                        timeout: Optional[float] = None) -> State:
         """Does what `step` does over a stream, which sends states of any size."""
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
-        last = list(samples)[-1]._of(self.message.system)
+        last = list(samples)[-1]._of(self._side)
         return State(int(last.step[-1]), float(last.time[-1]), {name: values[-1] for name, values in last.fields.items()},
                      samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps,
-                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._system)
+                     samples.checkpoint if checkpoint else b"", samples.price)._of(last._side)

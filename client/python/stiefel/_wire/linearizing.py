@@ -1,7 +1,6 @@
-"""Reads the stream of a Linearize, and begins it anew where it broke."""
+"""Reads the stream of a Linearize."""
 from __future__ import annotations
 
-from contextlib import closing
 from typing import Any, Optional
 
 import numpy as np
@@ -9,13 +8,13 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel._given.numbers import numbers, refused, step_index
 from stiefel._given.when import steps_of
-from stiefel._results.base import Array, Outcome, Price, RunStatus
+from stiefel._results.base import Array, Outcome
 from stiefel._results.body import principal
-from stiefel._wire import replies
 from stiefel._wire.arrays import Assembly, set_tensor
-from stiefel._wire.recreating import Attempts, Recreation
-from stiefel._wire.replies import complete, ends_at, require
-from stiefel.errors import FailedPrecondition, StiefelError
+from stiefel._wire.recreating import Recreation
+from stiefel._wire.replies import ends_at, require
+from stiefel._wire.streams import Reading
+from stiefel.errors import FailedPrecondition
 from stiefel.results import StateTransition
 
 
@@ -30,16 +29,11 @@ def put_vectors(request: pb.LinearizeRequest, vectors: Any) -> None:
 
 
 def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, timeout: Optional[float]) -> StateTransition:
-    """Returns the results of the call. The vectors at a step depend on the request alone, so a stream that breaks begins
-    anew. `step`: the scene's time between two states."""
-    attempts = Attempts(handle, handle.connection.deadline(timeout))
-    while True:
-        try:
-            with handle.explains(request.to):
-                return _read(handle, request, step, attempts.deadline.left())
-        except StiefelError as broken:
-            error: StiefelError = broken
-        attempts.again(error)
+    """Returns the results of the call. `step`: the scene's time between two states."""
+    transition = _Transition(handle, request, step, timeout)
+    for _ in transition:
+        pass
+    return transition.result
 
 
 def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int, timeout: Optional[float], time: Any,
@@ -71,73 +65,71 @@ def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int,
     return np.asarray((Phi @ given @ np.swapaxes(Phi, -1, -2))[which])
 
 
-def _read(handle: Recreation, request: pb.LinearizeRequest, step: float, timeout: Optional[float]) -> StateTransition:
-    steps: list[int] = []
-    results: list[dict[str, Array]] = []
-    assembly = Assembly()
-    price: Optional[Price] = None
-    status: Optional[RunStatus] = None
-    computed, last = 0, int(getattr(request, "from"))
-    with closing(handle.messages("Linearize", request, timeout)) as arriving:
-        for message in arriving:
-            require(bool(message.fields) or message.HasField("run_status"), "a message is empty")
-            computed, last = message.computed_steps, message.step
-            if price is None:
-                price = replies.price(complete(message, "price").price)
-            assembly.take(message.fields)
-            if not message.result_continues and assembly.begun:
-                steps.append(message.step)
-                results.append(assembly.finish())
-            if message.HasField("run_status"):
-                status = replies.run_status(message.run_status)
-                ends_at(message.run_status, last, request.to)
-                break
-    require(status is not None and not assembly.begun, "it has no end")
-    assert status is not None and price is not None
-    return _joined(request, step, steps, results, status, computed, price)
+class _Transition(Reading[None]):
+    """Yields nothing; `result` is there at the end. The vectors at a step depend on the request alone, so a stream that breaks
+    begins anew."""
 
+    method, endless = "Linearize", False
+    result: StateTransition
 
-def _joined(request: pb.LinearizeRequest, step: float, steps: list[int], results: list[dict[str, Array]],
-            status: RunStatus, computed: int, price: Price) -> StateTransition:
-    name = "vectors" if len(request.vectors.shape) == 3 else "matrix"
-    require(status.outcome != Outcome.REACHED or (bool(steps) and steps[-1] == request.to), "its last result is missing")
-    require(steps == sorted(set(steps)), "its results are not in order")
-    require(all(name in result and result[name].ndim == (3 if name == "vectors" else 2) for result in results),
-            f"a result has no {name}")
-    require(not request.bases or all("basis" in result and result["basis"].ndim == 3 for result in results)
-            and (not results or "start_basis" in results[0]), "a result has no basis")
-    for result in results:
-        _check_shape(request, result, results[0])
+    def __init__(self, handle: Recreation, request: pb.LinearizeRequest, step: float, timeout: Optional[float]):
+        super().__init__(handle, request, timeout)
+        self._step = step
 
-    def stacked(which: str) -> Optional[Array]:
-        if not results or which not in results[0]:
-            return None
-        arrays = [result[which] for result in results]
-        return arrays[0] if request.every == 0 and len(arrays) == 1 else np.stack(arrays)
+    def _begin(self) -> int:
+        self._steps: list[int] = []
+        self._results: list[dict[str, Array]] = []
+        self._assembly = Assembly()
+        return self.computed_steps
 
-    reached = np.array(steps, np.int64)
-    if request.every == 0 and len(results) == 1:
-        reached = reached[0]
-    return StateTransition(
-        step=reached, time=reached * step,
-        matrix=stacked("matrix"), vectors=stacked("vectors"), basis=stacked("basis"),
-        start_basis=results[0].get("start_basis") if results else None,
-        parameters=("inertia",) * request.inertia + ("step",) * request.step,
-        run_status=status, computed_steps=computed, price=price)
+    def _take(self, message: pb.LinearizeResponse) -> None:
+        require(bool(message.fields) or message.HasField("run_status"), "a message is empty")
+        self._assembly.take(message.fields)
+        if not message.result_continues and self._assembly.begun:
+            require(not self._steps or message.step > self._steps[-1], "its results are not in order")
+            self._steps.append(message.step)
+            self._results.append(self._assembly.finish())
+
+    def _check_end(self, message: pb.LinearizeResponse) -> None:
+        request, steps, results, status = self._request, self._steps, self._results, self.run_status
+        assert status is not None and self.price is not None
+        ends_at(message.run_status, message.step, request.to)
+        require(not self._assembly.begun, "it has no end")
+        require(status.outcome != Outcome.REACHED or (bool(steps) and steps[-1] == request.to), "its last result is missing")
+        for result in results:
+            _check_shape(request, result, results[0])
+        alone = request.every == 0 and len(results) == 1
+
+        def stacked(which: str) -> Optional[Array]:
+            if not results or which not in results[0]:
+                return None
+            arrays = [result[which] for result in results]
+            return arrays[0] if alone else np.stack(arrays)
+
+        reached = np.array(steps, np.int64)
+        if alone:
+            reached = reached[0]
+        self.result = StateTransition(
+            step=reached, time=reached * self._step,
+            matrix=stacked("matrix"), vectors=stacked("vectors"), basis=stacked("basis"),
+            start_basis=results[0].get("start_basis") if results else None,
+            parameters=("inertia",) * request.inertia + ("step",) * request.step,
+            run_status=status, computed_steps=self.computed_steps, price=self.price)
 
 
 def _check_shape(request: pb.LinearizeRequest, result: dict[str, Array], first: dict[str, Array]) -> None:
     """Checks that a result has a column for every vector and every parameter, and a row for every coordinate."""
     given = tuple(request.vectors.shape)
-    if len(given) == 3:
-        vectors, shape = given[0], result["vectors"].shape
-        require(shape[1:] == given[1:] and shape[0] >= vectors, f"its vectors have the shape {shape}")
-        extra = shape[0] - vectors
+    name = "vectors" if len(given) == 3 else "matrix"
+    require(name in result and result[name].ndim == (3 if name == "vectors" else 2), f"a result has no {name}")
+    shape, like = result[name].shape, first[name].shape
+    require(shape == like, f"its {name} have the shapes {shape} and {like}")
+    if name == "vectors":
+        count, asked = shape[0], given[0]
+        require(shape[1:] == given[1:], f"its vectors have the shape {shape}")
     else:
-        basis, start = result["basis"], first["start_basis"]
-        vectors, shape = given[0] if given else start.shape[0], result["matrix"].shape
-        require(shape[0] == basis.shape[0] and shape[1] >= vectors and basis.shape[1:] == start.shape[1:] and start.ndim == 3,
-                f"its matrix has the shape {shape}")
-        extra = shape[1] - vectors
-    require(extra == 0 if not (request.inertia or request.step) else extra == 1 if not request.inertia
-            else extra > request.step, f"it has {extra} parameters")
+        basis, start = result.get("basis", np.empty(0)), first.get("start_basis", np.empty(0))
+        count, asked = shape[1], given[0] if given else len(start)
+        require(start.ndim == 3 and basis.shape == (shape[0], *start.shape[1:]), f"its matrix has the shape {shape}")
+    extra = count - asked
+    require(extra == request.step if not request.inertia else extra > request.step, f"it has {extra} parameters")

@@ -1,49 +1,26 @@
-"""Checks that a reply has what the protocol promises. A server, or what stands before it, may answer anything; what breaks
-the protocol raises CorruptReply."""
+"""Checks that a reply has what the protocol promises: the shapes of its arrays, its steps, and how its run ended. A message that
+is absent has enums of the value 0, which no reply has. What breaks the protocol raises CorruptReply."""
 from __future__ import annotations
 
-from typing import Any, Iterable, Mapping, Optional, Sequence, TypeVar
+from typing import Any, Iterable, Mapping, Optional, Sequence
 
 import numpy as np
 from google.protobuf.message import Message
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.mappings import is_repeated
+from stiefel._given.shapes import is_repeated
 from stiefel._results.base import Array, Outcome, Price, RunStatus
 from stiefel.errors import CorruptReply
-
-T = TypeVar("T", bound=Message)
-
 
 def require(holds: bool, fault: str) -> None:
     if not holds:
         raise CorruptReply(f"the reply breaks the protocol: {fault}")
 
 
-def complete(message: T, *names: str) -> T:
-    """Returns the message. Raises CorruptReply if one of its fields `names`, which are never empty, is absent."""
-    for name in names:
-        value = getattr(message, name)
-        present = message.HasField(name) if isinstance(value, Message) else bool(value)
-        require(present, f"{type(message).__name__} has no {name}")
-    return message
-
-
-def answered(reply: Any, request: Any) -> Any:
-    """Returns the reply of a unary call. Raises CorruptReply unless its messages that are not `optional` are there, and its
-    run ended at the step that its outcome says."""
-    fields = reply.DESCRIPTOR.fields
-    complete(reply, *(one.name for one in fields if one.message_type and not is_repeated(one) and not one.containing_oneof))
-    if {"run_status", "step"} <= {one.name for one in fields}:
-        ends_at(reply.run_status, reply.step, request.to)
-    return reply
-
-
-def described(session: pb.Session, id: str, wants_scene: bool = True) -> pb.Session:
+def described(session: pb.Session, id: str) -> pb.Session:
     """Returns the description of the session `id`."""
-    complete(session, "session_id", "system", "numerics_id", *(("scene", "step_price") if wants_scene else ()))
-    require(session.session_id == id, f"the session is {session.session_id}, not {id}")
+    require(session.session_id == id, f"the session is {session.session_id!r}, not {id}")
     return session
 
 

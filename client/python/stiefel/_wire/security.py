@@ -129,29 +129,19 @@ class _Authorized:
         self._channel = channel
         self._metadata = ("authorization", f"Bearer {token}")
 
-    def unary_unary(self, *arguments: Any, **more: Any) -> Any:
-        return _AuthorizedCall(self._channel.unary_unary(*arguments, **more), self._metadata)
-
-    def unary_stream(self, *arguments: Any, **more: Any) -> Any:
-        return _AuthorizedCall(self._channel.unary_stream(*arguments, **more), self._metadata)
-
-    def stream_stream(self, *arguments: Any, **more: Any) -> Any:
-        return _AuthorizedCall(self._channel.stream_stream(*arguments, **more), self._metadata)
-
-    def __getattr__(self, name: str) -> Any:  # close, subscribe
-        return getattr(self._channel, name)
+    def __getattr__(self, name: str) -> Any:
+        attribute = getattr(self._channel, name)
+        if name not in ("unary_unary", "unary_stream", "stream_stream"):
+            return attribute
+        return lambda *method, **more: _AuthorizedCall(attribute(*method, **more), self._metadata)
 
 
 class _AuthorizedCall:
     def __init__(self, call: Any, metadata: tuple[str, str]):
-        self._call = call
-        self._metadata = metadata
+        self._call, self._metadata = call, metadata
 
     def __call__(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
         return self._call(request, timeout=timeout, metadata=(*(metadata or ()), self._metadata), **more)
 
     def with_call(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
         return self._call.with_call(request, timeout, (*(metadata or ()), self._metadata), **more)
-
-    def future(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
-        return self._call.future(request, timeout, (*(metadata or ()), self._metadata), **more)

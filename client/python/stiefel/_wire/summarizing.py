@@ -1,158 +1,101 @@
-"""Reads the stream of a Summarize, and resumes it where it broke."""
+"""Reads the stream of a Summarize."""
 from __future__ import annotations
 
 import dataclasses
-from contextlib import closing
-from typing import Any, Iterator, Optional, Sequence, Union
+from typing import Any, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._results.base import Array, Outcome, Price, RunStatus
+from stiefel._results.base import Array, Outcome, RunStatus
 from stiefel._results.origin import Origin
-from stiefel._wire import answers, replies
+from stiefel._wire import answers
 from stiefel._wire.arrays import Assembly, named
-from stiefel._wire.recreating import Attempts, Recreation, refuses_checkpoint
-from stiefel._wire.replies import Layout, complete, require
-from stiefel._wire.retries import Deadline
+from stiefel._wire.recreating import Recreation
+from stiefel._wire.replies import Layout, require
 from stiefel._wire.sampling import Collector
-from stiefel._wire.streams import CheckpointParts, progress_bar
-from stiefel.errors import FailedPrecondition, StiefelError
+from stiefel._wire.streams import Resuming, progress_bar
+from stiefel.errors import StiefelError
 from stiefel.results import Batch, Events, Summary, Trajectory
 
 
-class Summarizing:
-    """Iterates over events and states at times as they arrive; the summary is available afterwards.
+class Summarizing(Resuming[Union[Events, Batch]]):
+    """Iterates over events, or over states at times, of which a request asks for one kind; the summary is available
+    afterwards. Nothing is yielded twice."""
 
-    A stream that breaks because the server is unavailable or has lost the session is resumed from the last checkpoint
-    that came, or begins anew. A stream that ends at its price is resumed from the checkpoint that the server sends before
-    the error. Events and states are never yielded twice.
-    """
+    method = "Summarize"
 
     def __init__(self, handle: Recreation, request: pb.SummarizeRequest, ensemble: bool, timeout: Optional[float],
                  blocks: int = 0):
         """`blocks`: as of Layout."""
-        self._handle = handle
-        self._request = request
+        super().__init__(handle, request, timeout)
         self._ensemble = ensemble
-        self._timeout = timeout
-        self._given = request.checkpoint  # the caller's checkpoint
-        self._layouts = {kind: Layout(request.fields, axes, blocks) for kind, axes in ((Events, (3,)), (Batch, (3, 4)))}
-        self.run_status: Optional[RunStatus] = None  #: set at the end
+        self._layout = Layout(request.fields, (3,) if request.events else (3, 4), blocks)
         self.arrays: dict[str, Array] = {}  #: statistics by name, set at the end
-        self.computed_steps = 0
-        self.price: Optional[Price] = None
-        self.checkpoint = request.checkpoint  #: the last complete checkpoint
-        self.checkpoint_ignored = False  #: whether a server ignored the caller's checkpoint
+        self._yielded = self._seen = self._kept = 0  # elements: yielded, of this stream, and before the last checkpoint
+        self._recounted = 0  # computed steps before the last checkpoint, which the next stream counts again
 
     def summary(self) -> Summary:
         """Returns the summary. Call it after the iteration has ended."""
         assert self.run_status is not None
-        return answers.summary(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint,
-                               self.checkpoint_ignored)
+        return answers.summary(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
 
-    def __iter__(self) -> Iterator[Union[Events, Batch]]:
-        with self._handle.explains(self._request.to):
-            yield from self._parts()
+    def _begin(self) -> int:
+        self._seen, self._fields, self._statistics = self._kept, Assembly(), Assembly()
+        return max(self.computed_steps - self._recounted, 0)
 
-    def _parts(self) -> Iterator[Union[Events, Batch]]:
-        attempts = Attempts(self._handle, Deadline(self._timeout))
-        taken = {Events: 0, Batch: 0}  # how many events and states have been yielded
-        kept = dict(taken)  # how many of them came before the last checkpoint
-        before = 0  # steps computed by broken streams, without those up to the checkpoint
-        at_checkpoint = 0  # steps up to the checkpoint, which the next stream counts again
-        while True:
-            seen, fields, statistics = dict(kept), Assembly(), Assembly()
-            computed, parts = 0, CheckpointParts()
-            try:
-                with closing(self._handle.messages("Summarize", self._request, attempts.deadline.left())) as arriving:
-                    for message in arriving:
-                        if message.checkpoint_ignored:  # the server does not have its key: the stream begins anew
-                            seen, kept = dict.fromkeys(seen, 0), dict.fromkeys(kept, 0)
-                            before, at_checkpoint = before + at_checkpoint, 0
-                            self._forget_checkpoint(any(taken.values()))
-                        computed = message.computed_steps
-                        self.computed_steps = before + computed
-                        if self.price is None:
-                            self.price = replies.price(complete(message, "price").price)
-                        statistics.take(message.statistics)
-                        batch = self._read(message, fields)
-                        if batch is not None:
-                            kind, count = type(batch), batch.count if isinstance(batch, Events) else batch.samples
-                            if isinstance(batch, Batch):
-                                asked = self._request.times[seen[Batch]:seen[Batch] + count]
-                                require(list(asked) == batch.time.tolist(), "its states are not at the times asked for")
-                            old = max(0, min(count, taken[kind] - seen[kind]))
-                            seen[kind] += count
-                            if old < count:
-                                taken[kind] = seen[kind]
-                                yield batch if old == 0 else _after(batch, old)
-                        whole = parts.take(message.checkpoint) if message.HasField("checkpoint") else b""
-                        if whole:
-                            kept, self._request.checkpoint, self.checkpoint = dict(seen), whole, whole
-                            at_checkpoint = computed
-                            attempts.renew()
-                        if message.HasField("run_status"):
-                            self.run_status = replies.run_status(message.run_status)
-                            self.arrays = statistics.finish()
-                            self._check_end(seen[Batch], fields)
-                            self.arrays = answers.named_statistics(self.arrays)
-                            return
-            except StiefelError as broken:
-                error: StiefelError = broken
-            else:
-                raise AssertionError("a stream ends with an exception")
-            before += computed - at_checkpoint if computed else 0
-            if self._request.checkpoint != self._given and refuses_checkpoint(error):
-                # This server has another build: the stream begins anew.
-                kept, self._request.checkpoint = dict.fromkeys(kept, 0), self._given
-                before, at_checkpoint = before + at_checkpoint, 0
-                continue
-            attempts.again(error)
-
-    def _forget_checkpoint(self, yielded: bool) -> None:
-        """Raises FailedPrecondition if the caller's checkpoint was taken before and something was yielded since, because
-        nobody could tell what of this stream is new."""
-        if self._given and yielded:
-            raise FailedPrecondition("checkpoint: the call goes on at a server that does not have its key")
-        self.checkpoint_ignored |= bool(self._given)
-        self._given = self._request.checkpoint = self.checkpoint = b""
-
-    def _read(self, message: pb.SummarizeResponse, assembly: Assembly) -> Union[Events, Batch, None]:
-        """Reads a message and returns the events or states that it completes."""
-        batch: Union[pb.EventBatch, pb.StateBatch]
-        if message.HasField("events"):
-            batch, count = message.events, {len(message.events.steps), *map(len, (
-                message.events.events, message.events.fractions, message.events.times))}
-            if self._ensemble:
-                count.add(len(message.events.members))
-            require(all(event < len(self._request.events) for event in message.events.events), "it has an unknown event")
-        elif message.HasField("states"):
-            batch, count = message.states, {len(message.states.steps), len(message.states.times)}
-        else:
+    def _take(self, message: pb.SummarizeResponse) -> Union[Events, Batch, None]:
+        self._statistics.take(message.statistics)
+        batch = self._read(message)
+        if batch is None:
             return None
-        require(len(count) == 1, "its events or states have lists of different lengths")
-        assembly.take(batch.fields)
+        begin, self._seen = self._seen, self._seen + len(batch)
+        old, self._yielded = max(self._yielded - begin, 0), max(self._yielded, self._seen)
+        return batch if old == 0 else _after(batch, old) if old < len(batch) else None
+
+    def _keep(self, message: pb.SummarizeResponse, ends: bool) -> bool:
+        self._kept, self._recounted = self._seen, message.computed_steps
+        return super()._keep(message, ends)
+
+    def _begins_anew(self, error: StiefelError) -> bool:
+        anew = super()._begins_anew(error)
+        if anew:
+            self._kept = self._recounted = 0
+        return anew
+
+    def _read(self, message: pb.SummarizeResponse) -> Union[Events, Batch, None]:
+        """Reads a message and returns the events or states that it completes."""
+        of_events = message.HasField("events")
+        if not of_events and not message.HasField("states"):
+            return None
+        batch: Any = message.events if of_events else message.states
+        lists = [batch.steps, batch.times]
+        if of_events:
+            lists += [batch.events, batch.fractions, *([batch.members] if self._ensemble else [])]
+            require(all(event < len(self._request.events) for event in batch.events), "it has an unknown event")
+        require(len({*map(len, lists)}) == 1, "its events or states have lists of different lengths")
+        self._fields.take(batch.fields)
         if message.continues:
             return None
-        fields = assembly.finish()
-        self._layouts[Events if message.HasField("events") else Batch].check(fields, count.pop())
-        fields = named(fields)
-        if message.HasField("events"):
-            return answers.events(message.events, fields, self._ensemble)
-        return Batch(np.array(batch.steps, np.int64), np.array(batch.times), fields)
+        fields = self._fields.finish()
+        self._layout.check(fields, len(batch.steps))
+        if of_events:
+            return answers.events(batch, named(fields), self._ensemble)
+        asked = self._request.times[self._seen:self._seen + len(batch.times)]
+        require(list(asked) == list(batch.times), "its states are not at the times asked for")
+        return Batch(np.array(batch.steps, np.int64), np.array(batch.times), named(fields))
 
-    def _check_end(self, states: int, fields: Assembly) -> None:
+    def _check_end(self, message: pb.SummarizeResponse) -> None:
         """Checks that all has come: every state, unless the run stopped or an event may have ended it, and the
         statistics."""
         assert self.run_status is not None
-        require(not fields.begun, "the last event or state is incomplete")
+        require(not self._fields.begun, "the last event or state is incomplete")
         may_end = self.run_status.outcome != Outcome.REACHED or any(event.terminal for event in self._request.events)
-        require(may_end or states == len(self._request.times), f"it has {states} states")
+        require(may_end or not self._request.times or self._seen == len(self._request.times), f"it has {self._seen} states")
+        self.arrays = self._statistics.finish()
         answers.check_statistics(self.arrays, self._request, self._ensemble)
-        require((self.run_status.outcome == Outcome.REACHED) == bool((self.arrays["outcome"] == pb.OUTCOME_REACHED).all()),
-                f"it is {self.run_status.outcome}, and its motions are not")
+        self.arrays = answers.named_statistics(self.arrays)
 
 
 def _after(batch: Union[Events, Batch], count: int) -> Union[Events, Batch]:

@@ -16,15 +16,15 @@ from stiefel._wire.sampling import Collector
 from stiefel._wire.streams import progress_bar
 from stiefel._wire.summarizing import in_given_order, states_at
 from stiefel.errors import FailedPrecondition, StiefelError
-from stiefel.results import Errors, EstimatedError, Outcome, RunStatus, State, Trajectory
+from stiefel.results import EstimatedError, EstimatedErrors, Outcome, RunStatus, State, Trajectory
 
 
 def trajectory(session: Any, to: Optional[int], start: int, every: Optional[int], fields: Sequence[str], progress: bool,
                timeout: Optional[float], times: Any, time: Any) -> Trajectory:
     """Returns the samples that `Session.trajectory` describes, without the estimate of an error."""
     if times is not None:
-        for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, 1)):
-            if value != default and not (name == "every" and value is None):
+        for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, None)):
+            if value != default:
                 raise refused(name, f"{value!r}: must be absent where `times` are given")
         return at_times(session, times, fields, progress, timeout)
     if to is None and time is None:
@@ -95,14 +95,14 @@ def on_one_side(session: Any, given: NDArray[Any], places: NDArray[Any], fields:
 def backwards(session: Any, times: NDArray[Any], timeout: Optional[float]) -> Any:
     """Returns a session of the states before time 0, at which some of the times are."""
     step = session._known_scene().step
-    if any(block == "Q_prev" for block in session._known_scene().initial):
+    if "Q_prev" in session._blocks():
         k = int(np.argmax(times * np.sign(step) < 0))
         raise refused(f"times[{k}]", f"{float(times[k])!r}: must have the sign of the scene's step, because the state 0 of "
                                      "this system is a pair of frames")
     return session.fork(at=0, step=-step, timeout=timeout)
 
 
-def errors_at(session: Any, times: Any, timeout: Optional[float]) -> Errors:
+def errors_at(session: Any, times: Any, timeout: Optional[float]) -> EstimatedErrors:
     """Returns the estimated errors at times, as `Session.error_at` describes them."""
     given = np.atleast_1d(seconds_of("times", times, session.epoch))
     if given.ndim != 1:
@@ -124,4 +124,4 @@ def between_steps(session: Any, time: Any, fields: Sequence[str], timeout: Optio
     if not run.step.size:
         raise FailedPrecondition(f"time {time!r} cannot be reached: {run.run_status.message}")
     return State(int(run.step[0]), float(run.time[0]), {name: values[0] for name, values in run.fields.items()},
-                 run.run_status, run.computed_steps, b"")._of(run._system)
+                 run.run_status, run.computed_steps, b"")._of(run._side)

@@ -99,24 +99,12 @@ class Channel:
         return lambda requests, **call: made.begin(None, **call).sending(requests)
 
     def rest(self, seconds: float) -> None:
-        """Waits for `seconds`, or until a disconnected channel has connected, or until `close`."""
+        """Waits for `seconds`, or until `close`."""
         wait(self._rest(seconds))
 
     async def _rest(self, seconds: float) -> None:
-        ends = [asyncio.ensure_future(self._closed.wait()), asyncio.ensure_future(self._connects())]
-        try:
-            await asyncio.wait(ends, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            for end in ends:
-                end.cancel()
-
-    async def _connects(self) -> None:
-        state = self.opened.get_state(try_to_connect=True)
-        if state is grpc.ChannelConnectivity.READY:
-            await self._closed.wait()
-        while state is not grpc.ChannelConnectivity.READY:
-            await self.opened.wait_for_state_change(state)
-            state = self.opened.get_state(try_to_connect=True)
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._closed.wait(), seconds)
 
     def close(self) -> None:
         """Ends every `rest` and every call. Outside `run`, when the process ends, there is no loop that could do so."""

@@ -178,9 +178,6 @@ def of_session(given: Given, client: Client) -> int:
             result = getattr(session, method)(**{**asked, **end})
     shown.tell(given, result.table if method == "diagnose" else shown.as_table(result), result)
     if getattr(given, "checkpoint", None):
-        if result.checkpoint_ignored:
-            print(f"warning: {given.checkpoint}: signed with another key, so the exponents began anew: give the server a "
-                  "checkpoint key (STIEFEL_CHECKPOINT_KEY)", file=sys.stderr)
         with complete(given.checkpoint) as part:
             Path(part).write_bytes(result.checkpoint)
     return _conclude(result.run_status, getattr(result, "step", None) if method in ("diagnose", "lyapunov") else None)
@@ -273,7 +270,7 @@ def report(given: Given, client: Client) -> int:
 
 def describe(given: Given, client: Client) -> int:
     found = client.describe()
-    shown.tell(given, lambda: "\n".join(shown.catalogue(found)), found.message)
+    shown.tell(given, lambda: "\n".join(shown.catalogue(found)), found._message)
     return REACHED
 
 

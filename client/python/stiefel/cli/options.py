@@ -19,6 +19,8 @@ failure. After Ctrl-C or SIGTERM a command says which step it reached, leaves no
 class _Parser(argparse.ArgumentParser):
     """A parser that names the nearest option or command of a misspelt one."""
 
+    commands: dict[str, _Parser]
+
     def __init__(self, **more: Any):
         super().__init__(allow_abbrev=False, **more)
         self._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)  # argparse's lacks -1e3
@@ -42,22 +44,29 @@ def told_as_errors(lines: Sequence[str]) -> str:
     return "".join(f"stiefel: error: {line}\n" for line in lines)
 
 
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """Reads a command line. Prints help, version or what is wrong and raises SystemExit with the exit status."""
-    parser = _Parser(prog="stiefel", epilog=_ENDING, formatter_class=argparse.RawDescriptionHelpFormatter, description=(
+def parser() -> _Parser:
+    """Returns the parser of the command line; its `commands` are those of the commands, by their names."""
+    made = _Parser(prog="stiefel", epilog=_ENDING, formatter_class=argparse.RawDescriptionHelpFormatter, description=(
         "Simulates torque-free rigid bodies in any dimension and geodesics on Stiefel manifolds, and reports how accurate the "
         "result is."))
-    parser.add_argument("--version", action="version", version=__version__)
-    several = parser.add_subparsers(dest="command", metavar="COMMAND", prog="stiefel")
-    commands = {name: _added(several, name) for name in sorted(COMMANDS)}
+    made.add_argument("--version", action="version", version=__version__)
+    several = made.add_subparsers(dest="command", metavar="COMMAND", prog="stiefel")
+    made.commands = {name: _added(several, name) for name in sorted(COMMANDS)}
+    return made
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Reads a command line. Prints help, version or what is wrong and raises SystemExit with the exit status."""
+    every = parser()
+    commands = every.commands
     first = next((word for word in arguments if not word.startswith("-")), None)
     if first is None and not {"-h", "--help", "--version"} & {*arguments}:
-        faults = [parser.near(word) for word in arguments] or [f"a command is required: {', '.join(commands)}"]
-        parser.error("\nstiefel: error: ".join(faults))
+        faults = [every.near(word) for word in arguments] or [f"a command is required: {', '.join(commands)}"]
+        every.error("\nstiefel: error: ".join(faults))
     if first is not None and first not in commands:
         found = difflib.get_close_matches(first.lower(), commands, n=1)
-        parser.error(f"unknown command {first}; " + (f"did you mean {found[0]}?" if found else f"the commands are {', '.join(commands)}"))
-    given, left = parser.parse_known_args(arguments)
+        every.error(f"unknown command {first}; " + (f"did you mean {found[0]}?" if found else f"the commands are {', '.join(commands)}"))
+    given, left = every.parse_known_args(arguments)
     chosen = commands[given.command]
     if left:
         chosen.error("\nstiefel: error: ".join(map(chosen.near, left)))
@@ -143,7 +152,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "estimate the error of the last state, or do not; by default where that takes less work than the run or less than 10 ms, on "
         "a page at most about ten seconds")),
     "output": dict(metavar="FILE", help=(
-        "a file instead of stdout: .json; for samples also .csv, .npz, .h5, .zarr and .parquet, as Trajectory.save writes them; for "
+        "a file instead of stdout: .json; for samples also .csv and .npz, as Trajectory.save writes them; for "
         "a trade-off also .csv; for a page .html")),
     "file": dict(metavar="FILE", help="a file of samples that `stiefel run` or Trajectory.save wrote; status 1: the samples differ"),
     "invariants": dict(type=names, metavar="A,B,...", help=(

@@ -17,13 +17,13 @@ import numpy as np
 from google.protobuf import json_format
 from google.protobuf.message import Message
 
-from stiefel._results.about import table
 from stiefel._results.html import text_table
 from stiefel._results.save import complete
+from stiefel._results.tables import table
 from stiefel.cli.given import BadInput
 from stiefel.results import Conservation, Section
 
-_LEFT_OUT = ("checkpoint", "checkpoint_ignored", "computed_steps", "price")  # what a result has beside its numbers
+_LEFT_OUT = ("checkpoint", "computed_steps", "price")  # what a result has beside its numbers
 
 
 def plain(value: Any) -> Any:
@@ -101,7 +101,7 @@ def check_output(file: Any, extensions: Sequence[str]) -> None:
     path = os.path.realpath(file)
     if os.path.splitext(file)[1].lower() not in extensions:
         raise BadInput(f"--output: {file}: must end in {', '.join(extensions[:-1])}{' or ' * (len(extensions) > 1)}{extensions[-1]}")
-    if os.path.isdir(path) and not path.endswith(".zarr"):
+    if os.path.isdir(path):
         raise BadInput(f"--output: {file}: is a folder")
     folder = os.path.dirname(path)
     if not os.path.isdir(folder) or not os.access(folder, os.W_OK):

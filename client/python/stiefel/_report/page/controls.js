@@ -35,7 +35,7 @@ if (initial && Math.abs(span) > 30 * D.turn) initial.selected = true;
 if (!$("body").hidden) views.push(new View("body", bodies ? paintBody : paintFrame, [.6, .35]));
 if (rigid) {
   // The axis that the momentum circles is turned towards the viewer.
-  const u = onSphere[0], level = dot(u, u.map((x, i) => x / inertia.moments[i])) * middle;
+  const u = onSphere[0], level = dot(u, u.map((x, i) => x / inertia.moments[i])) * inertia.moments[1];
   views.push(new View("polhode", paintPolhode, level < 1 ? [.6, u[2] < 0 ? -.9 : .9] : [.5 + (u[0] < 0 ? Math.PI : 0), .35]));
 }
 if (!$("body").hidden && !bodies && coordinates > 3) {

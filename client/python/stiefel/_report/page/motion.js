@@ -3,9 +3,8 @@ const samples = D.samples, at = decode(samples.time), count = at.length, instant
 const fields = Object.fromEntries(Object.entries(samples.fields).map(([name, f]) => [name, { ...f, values: decode(f) }]));
 const pick = (...names) => names.map(name => fields[name]).find(Boolean);
 const Q = pick("Q", "q"), rate = pick("Qdot", "qdot", "M", "P");
-const right = D.scene.system.startsWith("right_"), complex = Boolean(Q && Q.complex);
-const rigid = Boolean(fields.M) && fields.M.rows === 3 && fields.M.cols === 3 && !D.scene.system.startsWith("parametric");
-const bodies = rigid && Q && Q.rows === 3 && Q.cols === 3;
+const right = D.side === "right", complex = Boolean(Q && Q.complex);
+const inertia = D.inertia, rigid = Boolean(inertia), bodies = rigid && Q && Q.rows === 3 && Q.cols === 3;
 const whole = D.horizon, clock = !D.scene.body ? [1, " (1)"] : Math.abs(whole) >= 2 * 86400 ? [86400, " (days)"] : Math.abs(whole) >= 7200 ? [3600, " (hours)"] : [1, " (s)"];
 const span = at[count - 1] - at[0], seconds = D.scene.body ? " s" : "";
 
@@ -15,26 +14,6 @@ const attitude = k => [0, 1, 2].map(i => [0, 1, 2].map(j => right ? entry(Q, k, 
 /** Returns the momentum in the caller's body axes at sample k. */
 const momentum = k => scaled([entry(fields.M, k, 2, 1), entry(fields.M, k, 0, 2), entry(fields.M, k, 1, 0)], right ? -1 : 1);
 
-/** Returns principal moments, ascending, with names and directions of their axes in the caller's body axes. */
-function principal() {
-  const given = (list, size) => list.length > size ? list.slice(D.member * size, (D.member + 1) * size) : list;
-  const body = D.scene.body || {}, flat = a => a.flat(2);
-  let moments = body.moments && given(flat(body.moments), 3);
-  if (!moments && D.scene.inertia) {
-    const [a, b, c] = given(flat(D.scene.inertia), 3);
-    moments = [b + c, c + a, a + b];
-  }
-  let columns = [[1, 0, 0], [0, 1, 0], [0, 0, 1]], names = ["x", "y", "z"];
-  if (!moments) {
-    const t = flat(body.inertia_tensor), [xx, yy, zz, xy, xz, yz] = given(t, 6);
-    const found = eigen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]);
-    [moments, columns, names] = [found.values, transposed(found.vectors).map(v => scaled(v, v.reduce((a, x) => Math.abs(x) > Math.abs(a) ? x : a) < 0 ? -1 : 1)), null];
-  }
-  const order = [0, 1, 2].sort((i, j) => moments[i] - moments[j]);
-  return { moments: order.map(i => moments[i]), axes: order.map(i => columns[i]),
-           names: names ? order.map(i => names[i]) : ["a", "b", "c"] };
-}
-const inertia = rigid ? principal() : null;
 /** Returns the angular velocity in the caller's body axes for a momentum. */
 const velocity = m => inertia.axes.reduce((sum, axis, i) => sum.map((x, j) => x + dot(axis, m) / inertia.moments[i] * axis[j]), [0, 0, 0]);
 

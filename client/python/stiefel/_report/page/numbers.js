@@ -17,15 +17,3 @@ const unit = a => scaled(a, 1 / (norm(a) || 1));
 const times = (A, v) => A.map(row => row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
 const transposed = A => A[0].map((_, j) => A.map(row => row[j]));
 const extent = values => values.reduce(([a, b], y) => y < a ? [y, b] : y > b ? [a, y] : [a, b], [Infinity, -Infinity]);
-
-/** Returns eigenvalues and eigenvectors (columns of V) of a symmetric 3 x 3 matrix, by Jacobi's rotations. */
-function eigen(S) {
-  const A = S.map(row => row.slice()), V = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-  for (let sweep = 0; sweep < 30; ++sweep) for (const [p, q] of [[0, 1], [0, 2], [1, 2]]) {
-    if (Math.abs(A[p][q]) <= 1e-15 * (Math.abs(A[p][p]) + Math.abs(A[q][q]))) continue;
-    const angle = Math.atan2(2 * A[p][q], A[q][q] - A[p][p]) / 2, c = Math.cos(angle), s = Math.sin(angle);
-    for (const M of [A, V]) for (let k = 0; k < 3; ++k) [M[k][p], M[k][q]] = [c * M[k][p] - s * M[k][q], s * M[k][p] + c * M[k][q]];
-    for (let k = 0; k < 3; ++k) [A[p][k], A[q][k]] = [c * A[p][k] - s * A[q][k], s * A[p][k] + c * A[q][k]];
-  }
-  return { values: [A[0][0], A[1][1], A[2][2]], vectors: V };
-}

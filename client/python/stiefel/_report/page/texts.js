@@ -29,15 +29,7 @@ function describe() {
   $("subtitle").textContent = `${s.system}, ${method}, ${D.to} steps of ${short(s.step, 6)}${seconds}` +
     (s.method && s.method.substeps > 1 ? ` with ${s.method.substeps} substeps each` : "") +
     `, up to time ${short(whole, 6)}${seconds}` + (D.epoch ? ` after ${D.epoch}` : "") + (D.member === null ? "" : `; member ${D.member} of ${s.members}`);
-  if (rigid) {
-    const m = momentum(0), L = norm(m), E = dot(m, velocity(m)) / 2, level = 2 * E / L ** 2, shift = level * middle - 1;
-    const kind = !(L > 0) ? "The body is at rest." : !threeMoments ? "Two moments are equal: the momentum moves on a circle about the third axis."
-      : Math.abs(shift) < 1e-9 ? "The motion is on the separatrix or a spin about the middle axis."
-      : shift < 0 ? `Short-axis mode: the momentum circles axis ${inertia.names[2]}, that of the largest moment.`
-      : `Long-axis mode: the momentum circles axis ${inertia.names[0]}, that of the smallest moment.`;
-    $("character").textContent = `${kind} |L| = ${short(L, 5)}${unitOf("kg m\u00b2/s")}, energy ${short(E, 5)}${unitOf("J")}` +
-      (D.turn ? `, about ${short(Math.abs(whole) / D.turn, 3)} turns.` : ".");
-  }
+  if (D.character) $("character").textContent = D.character + (D.turn ? `, about ${short(Math.abs(whole) / D.turn, 3)} turns.` : ".");
   $("shown").textContent = Math.abs(span) < Math.abs(whole) * (1 - 1e-9)
     ? `The body and the rates are shown up to time ${short(at[count - 1], 5)}${seconds} in ${count} samples; drift and error over the whole run.`
     : `${count} samples.`;
@@ -67,7 +59,7 @@ function describe() {
     : (vectors === 1 ? "The vector q, with the path of its end over about a turn." : `${byRows ? "Rows" : "Columns"} 0 to ${vectors - 1} of Q, with the paths of their ends over about a turn.`)
       + (coordinates > 3 ? " An end inside the circle has components along other coordinates too." : ""));
   caption("polhode", rigid ? `The momentum in the body, divided by its norm, on axes ${inertia.names.join(", ")} (smallest to largest moment). ` +
-    (threeMoments ? "Dashed: the separatrix; grey: other energies. " : "") + "The dot is the present." : "");
+    (inertia.separatrix.length ? "Dashed: the separatrix; grey: other energies. " : "") + "The dot is the present." : "");
   document.querySelector("#rates h2").textContent = rigid ? "Angular velocity in body axes" : `${rate ? "Rates" : "Frame"}: the entries that vary most`;
   caption("rates", "Click, drag or use the arrow keys to move the time." + (rigid ? axesText() : ""));
   caption("drift", "The largest relative drift in each family of invariants, not below the rounding unit 1.1e-16. A small drift does not mean a small error.");
