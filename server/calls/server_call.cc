@@ -73,6 +73,9 @@ grpc::Status ServerCall::current_error() const {
   } catch (...) {
     status = errors::from_current_exception();
   }
+  // What a stop interrupted may have another error of its own.
+  const bool told = status.error_code() == grpc::UNAVAILABLE;
+  if (stop_.stop_requested() && !told) status = errors::cancelled();
   const bool stopped = status.error_code() == grpc::CANCELLED;
   return stopped && host_.lifecycle.stopping() && !caller_left() ? errors::shutting_down() : status;
 }

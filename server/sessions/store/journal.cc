@@ -137,6 +137,7 @@ std::size_t Journal::write_together(std::span<const Change> changes) {
     changes = changes.first(static_cast<std::size_t>(
         std::find_if(changes.begin() + 1, changes.end(), waits) - changes.begin()));
   } else if (fault && fault->kind != Kind::unavailable) {
+    if (fault->kind == Kind::full) store_.empty_log();
     for (const Change& change : changes) settle(change, transact({&change, 1}));
     return changes.size();
   }

@@ -81,6 +81,9 @@ class Store {
   /// Removes the checkpoints with another numerics id and those without a session; returns their
   /// number.
   std::int64_t drop_checkpoints_except(std::string_view numerics_id);
+  /// Moves the log's pages into the file as far as that can grow, so that the log begins anew.
+  void empty_log() noexcept;
+
   /// A session's row, with its checkpoint if there is a valid one.
   struct Row {
     StoredSession session;

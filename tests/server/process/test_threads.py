@@ -3,7 +3,7 @@ import os
 
 
 def test_no_thread_polls_what_has_no_connections(serve):
-    """gRPC's connections are in one set of descriptors, those that have not spoken yet in another."""
+    """gRPC's connections are in one set of descriptors."""
     process = serve("--log-level", "off")
     folder = f"/proc/{process.child.pid}/fd"
-    assert sum("eventpoll" in os.readlink(f"{folder}/{each}") for each in os.listdir(folder)) == 2
+    assert sum("eventpoll" in os.readlink(f"{folder}/{each}") for each in os.listdir(folder)) == 1

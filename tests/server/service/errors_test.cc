@@ -146,8 +146,7 @@ TEST_F(Errors, OfCheckpoints) {
   std::mt19937 random(2);
   for (int i = 0; i < 200; ++i) {
     std::string damaged = checkpoint;
-    const std::size_t at = random() % damaged.size();
-    damaged[at] ^= 0x40;
+    damaged[random() % damaged.size()] ^= 0x40;
     expect_invalid(with(damaged), "checkpoint");
   }
   expect_invalid(with("x"), "checkpoint");

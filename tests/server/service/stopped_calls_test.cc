@@ -44,13 +44,11 @@ void cancel_while_the_ensemble_is_made(Call call) {
 
 using Stub = v1::SimulationService::StubInterface;
 
-/// A fork goes on to convert its ensemble, so that it is cancelled later too.
 TEST(Cancel, OfAFork) {
   cancel_while_the_ensemble_is_made([](Stub& stub, grpc::ClientContext& context) {
     v1::ForkSessionRequest request;
     request.set_session_id("t");
     request.set_from_session_id("s");
-    request.set_system("symmetric_rigid_body");
     v1::ForkSessionResponse response;
     return stub.ForkSession(&context, request, &response);
   });

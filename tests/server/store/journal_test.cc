@@ -234,7 +234,7 @@ TEST_F(JournalTest, WhatDoesNotFitOnTheDiskIsRefusedAndLateSpaceIsUsed) {
     return !fault;
   };
   {
-    const FileSizes limited(200'000);
+    const FileSizes limited(100'000);
     while (create("a" + std::to_string(made.size()))) continue;
     EXPECT_GT(made.size(), 100u);
   }
