@@ -76,7 +76,12 @@ class Sent {
       write();
     }
   }
-  void write() { call_.write(writer_, bytes_, messages_.empty() && sampling_.done()); }
+  /// Sends the bytes. A simulation of large N would hold its memory while the reader lets it wait.
+  void write() {
+    const bool last = messages_.empty() && sampling_.done();
+    if (!last) sampling_.rest();
+    call_.write(writer_, bytes_, last);
+  }
   /// Adds what a message has beside its samples, and serializes it.
   void complete() {
     message_.set_computed_steps(sampling_.cursor().computed_steps());

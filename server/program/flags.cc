@@ -139,7 +139,7 @@ Flags::Flags(CLI::App& app) {
       ->default_str("");
   app.add_option("--max-call-seconds", options.quota.call_seconds,
                  "Seconds for which one call, or one request of a Drive, may compute; 0: no limit")
-      ->check(within(0.0, 1e9, "seconds"));
+      ->check(within(0.0, 1e9, "a number of seconds"));
   add_bytes(app, "--principal-memory", options.quota.memory, 0,
             "Largest number of bytes that the sessions and calls of one principal hold, such as "
             "512M; 0: no limit. Default: with --tokens half of what --memory leaves for sessions "

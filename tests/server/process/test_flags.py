@@ -11,8 +11,8 @@ from stiefel._programs import variables
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 NUMBERS = ["--threads", "--max-sessions", "--principal-sessions"]
-AMOUNTS = ["--max-call-seconds", "--principal-memory"]
-SECONDS = ["--grace", "--idle-timeout", "--max-connection-age"]
+AMOUNTS = ["--principal-memory"]
+SECONDS = ["--grace", "--idle-timeout", "--max-connection-age", "--max-call-seconds"]
 
 
 def run(*arguments, **environment):
