@@ -11,16 +11,19 @@
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "server/calls/durability.h"
 #include "server/calls/gate.h"
+#include "server/calls/health_service.h"
 #include "server/calls/service.h"
 #include "server/connections/acceptor.h"
 #include "server/connections/callers.h"
 #include "server/connections/certificates.h"
 #include "server/connections/exporter.h"
 #include "server/connections/listener.h"
+#include "server/connections/reflection_limit.h"
 #include "server/connections/watched_files.h"
 #include "server/observability/log.h"
 #include "server/observability/metrics.h"
@@ -85,12 +88,11 @@ void keep_connections(const ConnectionOptions& options, grpc::ServerBuilder& bui
 /// Limits the memory of what gRPC is receiving: beyond its share, gRPC ends first idle connections
 /// and then calls, with RESOURCE_EXHAUSTED.
 void limit_memory(std::uint64_t memory, grpc::ServerBuilder& builder) {
-  // The calls of the reflection service at once, each of which holds a thread; further ones are
-  // refused with RESOURCE_EXHAUSTED.
-  constexpr int most_reflections = 16;
+  // Some calls more than are let in, so that the others are refused with a reason.
+  constexpr int most_threads = most_calls + 100;
   grpc::ResourceQuota quota("stiefel");
   quota.Resize(grpc_share(memory));
-  quota.SetMaxThreads(most_reflections);
+  quota.SetMaxThreads(most_threads);
   builder.SetResourceQuota(quota);
   builder.SetMaxReceiveMessageSize(static_cast<int>(largest_message(memory)));
 }
@@ -101,6 +103,11 @@ void refuse_compression(grpc::ServerBuilder& builder) {
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
   builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
+}
+
+int threads_of(const Options& options) {
+  if (options.threads > 0) return options.threads;
+  return static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 }
 
 std::uint64_t memory_limit_of(const Options& options) {
@@ -129,14 +136,14 @@ struct Server::Parts {
                       }),
              Registry(options.max_sessions, options.idle_timeout, options.clock, host.memory),
              Lifecycle(),
-             options.identify ? options.identify : Identify(&principal_of),
+             options.identify,
              options.metrics.empty() ? nullptr : std::make_shared<Metrics>(method_names()),
-             Scheduler(options.threads)},
+             threads_of(options)},
+        health(v1::SimulationService::service_full_name()),
         durability(options.store.file.empty()
                        ? nullptr
-                       : std::make_unique<Durability>(options.store, host,
-                                                      [this](bool able) { serve(able); })),
-        service(host),
+                       : std::make_unique<Durability>(
+                             options.store, host, [this](bool able) { health.set_able(able); })),
         sweeper("sweep", host.registry.sweep_interval(),
                 [this](const auto&) {
                   if (const std::size_t dropped = host.registry.expire())
@@ -145,17 +152,14 @@ struct Server::Parts {
                 }),
         freed_memory(host.memory) {
     guard(options.access);
-    gate.emplace(host, service, callers ? &*callers : nullptr);
+    host.description = description(host);
+    gate.emplace(host, callers ? &*callers : nullptr);
   }
 
   /// Loads the certificates and the tokens, and watches their files.
   void guard(const AccessOptions& access);
   void listen(const std::vector<std::string>& at, const AccessOptions& access);
   void accept();
-  /// Tells the health service, once it is there, whether the server can keep what it acknowledges.
-  void serve(bool able) {
-    if (auto* there = health.load()) there->SetServingStatus(able);
-  }
   void export_metrics(const std::string& address, bool insecure);
 
   const std::chrono::milliseconds grace;
@@ -163,9 +167,8 @@ struct Server::Parts {
   const std::uint64_t memory_limit;
   const Quota quota;
   Host host;
-  std::atomic<grpc::HealthCheckServiceInterface*> health = nullptr;
+  HealthService health;
   std::unique_ptr<Durability> durability;  // null if sessions live in memory
-  Service service;
   std::optional<ServedCertificates> certificates;
   std::optional<Callers> callers;
   std::optional<Gate> gate;
@@ -216,7 +219,7 @@ void Server::Parts::export_metrics(const std::string& address, bool insecure) {
   if (const auto fault =
           address_fault(address).or_else([&] { return metrics_fault(address, insecure); }))
     throw std::runtime_error("cannot serve metrics on " + address + ": " + *fault);
-  const ServerMetrics::Parts parts{host.registry, host.scheduler, host.accounts, host.memory,
+  const ServerMetrics::Parts parts{host.registry, host.turns, host.threads, host.memory,
                                    STIEFEL_VERSION};
   exporter.emplace(address, Exporter::Metrics{{host.metrics, &host.metrics->calls},
                                               {host.metrics, &host.metrics->streams},
@@ -255,8 +258,8 @@ Server::Server(Options options) {
   parts_->listen(options.listen, options.access);
   parts_->export_metrics(options.metrics, options.access.insecure);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-  grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;
+  builder.experimental().SetInterceptorCreators(ReflectionLimit::interceptors());
   limit_memory(parts_->memory_limit, builder);
   keep_connections(options.connections, builder);
   refuse_compression(builder);
@@ -266,12 +269,11 @@ Server::Server(Options options) {
   if (parts_->certificates)
     parts_->tls_connections = builder.experimental().AddExternalConnectionAcceptor(
         Builder::ExternalConnectionType::FROM_FD, parts_->certificates->credentials());
-  if (parts_->callers) builder.SetContextAllocator(parts_->callers->context_allocator());
+  builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 8);
   builder.RegisterService(&*parts_->gate);
+  builder.RegisterService(&parts_->health);
   parts_->grpc = builder.BuildAndStart();
   if (!parts_->grpc) throw std::runtime_error("cannot start the server");
-  parts_->health = parts_->grpc->GetHealthCheckService();
-  parts_->health.load()->SetServingStatus(v1::SimulationService::service_full_name(), true);
   parts_->accept();
 }
 
@@ -295,7 +297,7 @@ void Server::shutdown() {
     const auto& waits_for = parts_->waits_for;
     host.lifecycle.refuse();
     waits_for("the health service");
-    parts_->health.load()->Shutdown();
+    parts_->health.stop();
     host.log.line(Log::Level::info, "shutting down");
     waits_for("running calls");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);

@@ -14,7 +14,7 @@
 #include "server/sessions/store/store_file.h"
 
 namespace grpc {
-class CallbackServerContext;
+class ServerContextBase;
 }
 
 namespace stiefel::server {
@@ -64,7 +64,7 @@ struct Options {
   /// Called during `shutdown` with what it begins to wait for.
   std::function<void(const char*)> waits_for = {};
   /// For tests: returns who calls; if empty, the caller's token decides.
-  std::function<Principal(const grpc::CallbackServerContext&)> identify = {};
+  std::function<Principal(const grpc::ServerContextBase&)> identify = {};
   /// For tests: the clock; the steady clock if empty.
   std::function<std::chrono::steady_clock::time_point()> clock = {};
 };

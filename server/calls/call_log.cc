@@ -12,7 +12,6 @@
 
 #include "server/convert/errors.h"
 #include "server/scheduling/account.h"
-#include "server/scheduling/scheduler.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
@@ -25,7 +24,7 @@ std::string new_request_id() {
 
 /// Tells gRPC's retries of a refused call when to come back, in the trailing metadata
 /// `grpc-retry-pushback-ms`: after the delay of the status, or never (-1) if it has none.
-void push_back(const grpc::Status& status, grpc::CallbackServerContext& context) {
+void push_back(const grpc::Status& status, grpc::ServerContextBase& context) {
   if (status.error_code() != grpc::RESOURCE_EXHAUSTED) return;
   const auto delay = errors::retry_delay(status);
   context.AddTrailingMetadata("grpc-retry-pushback-ms",
@@ -40,19 +39,16 @@ std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work
 /// Returns the first 128 bytes, the most that an id may have.
 std::string cut(std::string_view text) { return std::string(text.substr(0, 128)); }
 
-/// The least price that is told when a call begins, in instructions: a fifth of a second, beside
-/// which the message that tells it takes nothing.
-constexpr double told_from = instructions_a_second / 5;
 }  // namespace
 
-std::string_view trace_id_of(const grpc::CallbackServerContext& context) {
+std::string_view trace_id_of(const grpc::ServerContextBase& context) {
   const auto [first, last] = context.client_metadata().equal_range("traceparent");
   // A call with several headers has no valid trace id.
   if (first == last || std::next(first) != last) return {};
   return trace_id({first->second.data(), first->second.size()});
 }
 
-CallLog::CallLog(const Log& log, grpc::CallbackServerContext& context, const char* method,
+CallLog::CallLog(const Log& log, grpc::ServerContextBase& context, const char* method,
                  Metrics* metrics)
     : log_(&log),
       method_(method),
@@ -71,20 +67,6 @@ CallLog::CallLog(const Log& log, grpc::CallbackServerContext& context, const cha
 void CallLog::tell_numerics() {
   if (!std::exchange(numerics_told_, true))
     context_->AddInitialMetadata(numerics_key, numerics_id());
-}
-
-bool CallLog::tell_price(bool at_most) {
-  if (price_ < told_from) return false;
-  tell_numerics();
-  std::array<char, 16> text;
-  std::snprintf(text.data(), text.size(), "%.2e", price_);
-  context_->AddInitialMetadata("stiefel-work", text.data());
-  if (at_most) context_->AddInitialMetadata("stiefel-work-bound", "at_most");
-  return true;
-}
-
-void CallLog::worked() {
-  if (details_) work_ += take_slice_work();
 }
 
 void CallLog::name(std::string_view session_id) {
@@ -107,7 +89,7 @@ void CallLog::refuse(const grpc::Status& status) const noexcept {
   }
 }
 
-void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
+void CallLog::finish(const grpc::Status& status) noexcept {
   refuse(status);
   running_.end(status.error_code());
   stream_.reset();
@@ -118,8 +100,7 @@ void CallLog::finish(const grpc::Status& status, std::int64_t steps) noexcept {
       tell_numerics();
     else if (!numerics_told_)
       context_->AddTrailingMetadata(numerics_key, numerics_id());
-    worked();
-    write(status, steps_ + steps);
+    write(status);
   } catch (const std::exception&) {
   }
   details_.reset();
@@ -133,7 +114,7 @@ std::optional<Log::Level> CallLog::level(const grpc::Status& status,
   return Log::Level::debug;
 }
 
-void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
+void CallLog::write(const grpc::Status& status) const {
   const auto took = details_ ? std::chrono::steady_clock::now() - details_->start
                              : std::chrono::steady_clock::duration();
   const std::optional<Log::Level> level = this->level(status, took);
@@ -154,7 +135,7 @@ void CallLog::write(const grpc::Status& status, std::int64_t steps) const {
   if (!status.ok()) facts.push_back({"error", status.error_message()});
   if (details_) {
     facts.push_back({"milliseconds", std::chrono::duration<double, std::milli>(took).count()});
-    facts.push_back({"steps", steps});
+    facts.push_back({"steps", steps_});
     facts.push_back({"work", whole(work_)});
   }
   log_->line(*level, "rpc", facts);

@@ -27,7 +27,7 @@ struct Metrics {
 
 /// Returns the trace id of the call's metadata `traceparent` (W3C Trace Context); empty without a
 /// valid one.
-std::string_view trace_id_of(const grpc::CallbackServerContext& context);
+std::string_view trace_id_of(const grpc::ServerContextBase& context);
 
 /// Writes the log line of one RPC, with the message "rpc" however the call ended: request id (the
 /// caller's `x-request-id`, or a new one), trace id if there is one, method, session, peer,
@@ -36,7 +36,7 @@ std::string_view trace_id_of(const grpc::CallbackServerContext& context);
 /// Also counts the call in the metrics, if there are any, and tells the caller the numerics id.
 class CallLog {
  public:
-  CallLog(const Log& log, grpc::CallbackServerContext& context, const char* method,
+  CallLog(const Log& log, grpc::ServerContextBase& context, const char* method,
           Metrics* metrics = nullptr);
   CallLog(CallLog&&) = default;
   static constexpr std::chrono::milliseconds is_long{10};
@@ -45,17 +45,7 @@ class CallLog {
   void bill(Account& account) { account_ = &account; }
   Account& account() const { return *account_; }
 
-  /// Adds to the predicted price, in instructions.
-  void price(double work) { price_ += work; }
-  /// Puts the price of a call of 10⁹ instructions or more into its initial metadata, as
-  /// `stiefel-work`, so that a caller whose deadline passes can say how long the call takes.
-  /// `at_most`: whether the call may end long before it has taken its price. Returns whether there
-  /// is such metadata to send.
-  bool tell_price(bool at_most);
-  /// Adds the work of the slice that this thread runs. Call it before a slice ends that does not
-  /// end the call; `finish` does the same.
-  void worked();
-  /// Adds work, in instructions, that was done outside a slice, and the steps that it computed.
+  /// Adds work, in instructions, and the steps that it computed.
   void did(double work, std::int64_t steps = 0) {
     work_ += work;
     steps_ += steps;
@@ -79,12 +69,12 @@ class CallLog {
   /// Ends the call in the metrics, completes the reply's metadata, and writes the call's line. Call
   /// it once. The line costs nothing when the level is above info; that of an INTERNAL error has
   /// the level error. Without memory the line is lost.
-  void finish(const grpc::Status& status, std::int64_t steps = 0) noexcept;
+  void finish(const grpc::Status& status) noexcept;
 
  private:
   /// Puts the numerics id into the initial metadata, once, before the first message.
   void tell_numerics();
-  void write(const grpc::Status& status, std::int64_t steps) const;
+  void write(const grpc::Status& status) const;
   /// Returns the level of the line of a call that ended so after that time; nothing if it has none.
   std::optional<Log::Level> level(const grpc::Status& status, std::chrono::nanoseconds took) const;
 
@@ -98,14 +88,14 @@ class CallLog {
   const Log* log_;
   const char* method_;
   Account* account_ = nullptr;
-  grpc::CallbackServerContext* context_;
+  grpc::ServerContextBase* context_;
   bool numerics_told_ = false;
   std::unique_ptr<Details> details_;
   Metrics* metrics_ = nullptr;
   CallMetrics::Running running_;
   std::unique_ptr<OpenStreams::Stream> stream_;
-  double price_ = 0, work_ = 0;  // instructions
-  std::int64_t steps_ = 0;       // outside slices
+  double work_ = 0;  // instructions
+  std::int64_t steps_ = 0;
 };
 
 }  // namespace stiefel::server

@@ -157,8 +157,7 @@ void Durability::restore_sessions(const std::function<void(const Store::Row&)>& 
   host_.memory.allow_excess(true);
   {
     std::vector<std::jthread> threads;
-    for (int i = 0; i < host_.scheduler.threads(); ++i)
-      threads.emplace_back([&] { rows.work(use); });
+    for (int i = 0; i < host_.threads; ++i) threads.emplace_back([&] { rows.work(use); });
   }
   host_.memory.allow_excess(false);
   rows.rethrow();

@@ -1,200 +1,125 @@
 #include "server/calls/gate.h"
 
-#include <new>
-#include <string>
 #include <utility>
 
 #include "server/convert/errors.h"
 
 namespace stiefel::server {
-namespace {
 
-/// Sets the trailing metadata `stiefel-trace-id` of a call with a `traceparent`.
-void mark(grpc::CallbackServerContext& context) {
-  if (const auto trace = trace_id_of(context); !trace.empty())
-    context.AddTrailingMetadata("stiefel-trace-id", std::string(trace));
+template <class Body>
+grpc::Status Gate::serve(std::optional<ServerCall>& call, grpc::ServerContext& context,
+                         const char* name, const Body& body) {
+  grpc::Status status;
+  try {
+    call.emplace(host_, context, name);
+    call->admit(callers_);
+    body(*call);
+  } catch (...) {
+    status = call ? call->current_error() : errors::from_current_exception();
+  }
+  if (call) call->end(status);
+  return status;
 }
 
-/// Ends a call. Deletes itself.
-template <class Reactor>
-class Ended final : public Reactor {
+/// The call, and with it its memory, lives until the reply is sent.
+template <class Request, class Response>
+class Gate::UnaryHandler final : public grpc::internal::MethodHandler {
  public:
-  explicit Ended(const grpc::Status& status) { this->Finish(status); }
-  void OnDone() override { delete this; }
-};
+  UnaryHandler(Gate& gate, const char* name, Unary<Request, Response>* handler)
+      : gate_(gate), name_(name), handler_(handler) {}
 
-template <class Reactor>
-Reactor* ended(grpc::CallbackServerContext&, const grpc::Status& status) {
-  return new Ended<Reactor>(status);
-}
-template <>
-grpc::ServerUnaryReactor* ended(grpc::CallbackServerContext& context, const grpc::Status& status) {
-  auto* reactor = context.DefaultReactor();
-  reactor->Finish(status);
-  return reactor;
-}
-
-grpc::Status status_of(Refused refused) {
-  return refused == Refused::token_missing ? errors::token_missing() : errors::token_unknown();
-}
-
-const google::protobuf::MethodDescriptor& method(const char* name) {
-  return *google::protobuf::DescriptorPool::generated_pool()
-              ->FindServiceByName(v1::SimulationService::service_full_name())
-              ->FindMethodByName(name);
-}
-
-/// Thrown where the bytes of a request are not a message of its type.
-struct Unreadable : std::exception {
-  explicit Unreadable(const google::protobuf::Descriptor& type)
-      : status(errors::invalid("request", "", "the bytes are not a " + type.name())) {}
-  const grpc::Status status;
-};
-
-/// Reads the request, tells the log its session and returns the message. Throws Unreadable.
-template <class Request>
-const Request& argument(const ReadRequest<Request>* request, CallLog& log) {
-  if (!request->read(log.account().memory())) throw Unreadable(*Request::descriptor());
-  if constexpr (requires { request->message().session_id(); })
-    log.name(request->message().session_id());
-  return request->message();
-}
-template <class Response>
-Response* argument(Response* response, CallLog&) {
-  return response;
-}
-
-/// Begins one call, on a worker. Deletes itself.
-class Beginning final : public Job {
- public:
-  Beginning(Host& host, Account& account, std::size_t bytes, const std::function<void()>& begin)
-      : host_(host), begin_(begin) {
-    const double work = work_of_a_byte * static_cast<double>(bytes);
-    bill(account.share(), work);
-    host_.lifecycle.enter();
-    host_.scheduler.submit(this, kind_of_piece(work));
+  void* Deserialize(grpc_call* call, grpc_byte_buffer* bytes, grpc::Status* status,
+                    void**) override {
+    void* place = grpc_call_arena_alloc(call, sizeof(ReadRequest<Request>));
+    return grpc::internal::UnaryDeserializeHelper(bytes, status, new (place) ReadRequest<Request>);
+  }
+  void RunHandler(const HandlerParameter& parameter) override {
+    auto* request = static_cast<ReadRequest<Request>*>(parameter.request);
+    auto& context = *static_cast<grpc::ServerContext*>(parameter.server_context);
+    std::optional<ServerCall> call;
+    Response response;
+    grpc::Status status = gate_.serve(call, context, name_, [&](ServerCall& of) {
+      of.run([&] { handler_(of, of.read(*request), &response); });
+    });
+    request->~ReadRequest();
+    grpc::internal::UnaryRunHandlerHelper(parameter, &response, status);
   }
 
  private:
-  bool run_slice() noexcept override {
-    begin_();
-    Lifecycle& lifecycle = host_.lifecycle;
-    delete this;
-    lifecycle.leave();
-    return false;
-  }
-
-  Host& host_;
-  const std::function<void()> begin_;
+  Gate& gate_;
+  const char* const name_;
+  Unary<Request, Response>* const handler_;
 };
 
-}  // namespace
-
-Gate::Gate(Host& host, server::Service& service, Callers* callers)
-    : host_(host), service_(service), callers_(callers) {
-#define UNARY(Name) take(#Name, &server::Service::Name);
-#define STREAM(Name) take(#Name, &server::Service::Name);
-#define DUPLEX(Name) take(#Name, &server::Service::Name);
-#include "stiefel/v1/rpcs.inc"
-#undef UNARY
-#undef STREAM
-#undef DUPLEX
-}
-
-template <class Handler, class Request>
-class Gate::ByWorker final : public grpc::internal::MethodHandler {
+/// The call lives until its status is sent, as above.
+template <class Request, class Response>
+class Gate::StreamingHandler final : public grpc::internal::MethodHandler {
  public:
-  template <class Call>
-  ByWorker(Gate& gate, Call call) : gate_(gate), handler_(std::move(call)) {}
+  StreamingHandler(Gate& gate, const char* name, Streaming<Request, Response>* handler)
+      : handler_(
+            [&gate, name, handler](Gate*, grpc::ServerContext* context,
+                                   const ReadRequest<Request>* request,
+                                   grpc::ServerWriter<Response>* writer) {
+              return gate.serve(*call_of_this_thread, *context, name, [&](ServerCall& of) {
+                of.log().begin();
+                of.run([&] { handler(of, of.read(*request), *writer); });
+              });
+            },
+            &gate) {}
 
   void* Deserialize(grpc_call* call, grpc_byte_buffer* bytes, grpc::Status* status,
                     void** data) override {
     return handler_.Deserialize(call, bytes, status, data);
   }
   void RunHandler(const HandlerParameter& parameter) override {
-    const auto* request = static_cast<const ReadRequest<Request>*>(parameter.request);
-    if (request == nullptr || request->size() <= inline_request)
-      return handler_.RunHandler(parameter);
-    std::function<void()> begin;
-    try {
-      begin = [this, parameter] { handler_.RunHandler(parameter); };
-    } catch (const std::bad_alloc&) {
-      return handler_.RunHandler(parameter);
-    }
-    gate_.begin_later(*static_cast<Context*>(parameter.server_context), request->size(), begin);
+    std::optional<ServerCall> call;
+    call_of_this_thread = &call;
+    handler_.RunHandler(parameter);
   }
 
  private:
-  Gate& gate_;
-  Handler handler_;
+  static inline thread_local std::optional<ServerCall>* call_of_this_thread = nullptr;
+
+  grpc::internal::ServerStreamingHandler<Gate, ReadRequest<Request>, Response> handler_;
 };
 
-void Gate::begin_later(Context& context, std::size_t bytes, const std::function<void()>& begin) {
-  try {
-    if (!callers_ || !callers_->admit(context)) {
-      new Beginning(host_, host_.accounts.of(host_.identify(context)), bytes, begin);
-      return;
-    }
-  } catch (const std::exception&) {  // ends the call below
-  }
-  begin();
-}
-
-template <class Reactor, class Handler, class... Message>
-Reactor* Gate::pass(const char* name, Handler handler, Context* context, Message*... messages) {
-  std::optional<CallLog> log;
-  Begun<Reactor> begun = grpc::Status::OK;
-  try {
-    log.emplace(host_.log, *context, name, host_.metrics.get());
-    mark(*context);
-    if (const auto refused = callers_ ? callers_->admit(*context) : std::nullopt) {
-      begun = status_of(*refused);
-    } else {
-      log->bill(host_.accounts.of(host_.identify(*context)));
-      begun = (service_.*handler)(*context, *log, argument(messages, *log)...);
-    }
-  } catch (const Unreadable& unreadable) {
-    begun = unreadable.status;
-  } catch (...) {
-    begun = errors::from_current_exception();
-  }
-  if (begun.reactor) return begun.reactor;
-  if (log) log->finish(begun.status);
-  return ended<Reactor>(*context, begun.status);
+template <class Request, class Response>
+grpc::internal::MethodHandler* Gate::take(const char* name, Unary<Request, Response>* handler) {
+  return new UnaryHandler<Request, Response>(*this, name, handler);
 }
 
 template <class Request, class Response>
-void Gate::take(const char* name, Unary<Request, Response> handler) {
-  using Read = const ReadRequest<Request>;
-  using Handler = grpc::internal::CallbackUnaryHandler<ReadRequest<Request>, Response>;
-  take<Handler, Request>(
-      name, std::bind_front(
-                &Gate::pass<grpc::ServerUnaryReactor, Unary<Request, Response>, Read, Response>,
-                this, name, handler));
+grpc::internal::MethodHandler* Gate::take(const char* name, Streaming<Request, Response>* handler) {
+  return new StreamingHandler<Request, Response>(*this, name, handler);
 }
 
 template <class Request, class Response>
-void Gate::take(const char* name, Writing<Request, Response> handler) {
-  using Read = const ReadRequest<Request>;
-  using Handler = grpc::internal::CallbackServerStreamingHandler<ReadRequest<Request>, Response>;
-  take<Handler, Request>(
-      name, std::bind_front(
-                &Gate::pass<grpc::ServerWriteReactor<Response>, Writing<Request, Response>, Read>,
-                this, name, handler));
+grpc::internal::MethodHandler* Gate::take(const char* name, Driving<Request, Response>* handler) {
+  using Stream = grpc::ServerReaderWriter<Response, ReadRequest<Request>>;
+  return new grpc::internal::TemplatedBidiStreamingHandler<Stream, false>(
+      [this, name, handler](grpc::ServerContext* context, Stream* stream) {
+        std::optional<ServerCall> call;
+        return serve(call, *context, name, [&](ServerCall& of) {
+          of.log().begin();
+          handler(of, *stream);
+        });
+      });
 }
 
-template <class Handler, class Request, class Pass>
-void Gate::take(const char* name, Pass pass) {
-  MarkMethodCallback(method(name).index(), new ByWorker<Handler, Request>(*this, std::move(pass)));
-}
-
-template <class Request, class Response>
-void Gate::take(const char* name, Driving<Request, Response> handler) {
-  using Reactor = grpc::ServerBidiReactor<ReadRequest<Request>, Response>;
-  using Handler = grpc::internal::CallbackBidiHandler<ReadRequest<Request>, Response>;
-  MarkMethodCallback(method(name).index(), new Handler([this, name, handler](Context* context) {
-                       return pass<Reactor>(name, handler, context);
-                     }));
+Gate::Gate(Host& host, Callers* callers) : host_(host), callers_(callers) {
+  using grpc::internal::RpcMethod;
+  const auto add = [&](const char* name, RpcMethod::RpcType type, auto* handler) {
+    const auto& path = paths_.emplace_back(
+        "/" + std::string(v1::SimulationService::service_full_name()) + "/" + name);
+    AddMethod(new grpc::internal::RpcServiceMethod(path.c_str(), type, take(name, handler)));
+  };
+#define UNARY(Name) add(#Name, RpcMethod::NORMAL_RPC, &Name);
+#define STREAM(Name) add(#Name, RpcMethod::SERVER_STREAMING, &Name);
+#define DUPLEX(Name) add(#Name, RpcMethod::BIDI_STREAMING, &Name);
+#include "stiefel/v1/rpcs.inc"
+#undef UNARY
+#undef STREAM
+#undef DUPLEX
 }
 
 }  // namespace stiefel::server

@@ -1,67 +1,49 @@
 #pragma once
 
-#include <functional>
+#include <deque>
 #include <optional>
+#include <string>
 
-#include "server/calls/read_request.h"
+#include "server/calls/server_call.h"
 #include "server/calls/service.h"
 #include "server/connections/callers.h"
 
 namespace stiefel::server {
 
-/// The service that is registered with gRPC: every call passes through it, and every reply gets the
-/// metadata that tells the trace. Ends a call with UNAUTHENTICATED if its caller is
-/// not let in, with INVALID_ARGUMENT if its request is not a message of the right type, and with
-/// the status that its handler returns or that of an exception; writes a log line for each. No
-/// RPC can miss the checks: they all are taken from simulation.proto.
+/// The service that is registered with gRPC: every call passes through `serve`. Ends a call with
+/// UNAUTHENTICATED if its caller is not let in, with INVALID_ARGUMENT if its request is not a
+/// message of the right type, and with the status of what its handler throws; writes a log line for
+/// each. No RPC can miss the checks: they all are taken from simulation.proto.
 ///
-/// Reads every request, and counts it against its principal's memory from before it is read to the
-/// end of the call: one that does not fit is refused unread. A request of more than
-/// `inline_request` bytes is read, and its call begun, by a worker, in the share of its principal.
-/// The messages of a call with many requests are read by the call.
-class Gate final : public v1::SimulationService::CallbackService {
+/// A request arrives as bytes, and counts against its principal's memory from before it is read to
+/// the end of the call: one that does not fit is refused unread.
+class Gate final : public grpc::Service {
  public:
   /// `callers` is null where every caller is let in.
-  Gate(Host& host, server::Service& service, Callers* callers);
-
-  using Context = grpc::CallbackServerContext;
+  Gate(Host& host, Callers* callers);
 
  private:
-  /// A handler of gRPC that lets a worker begin the calls with long requests.
-  template <class Handler, class Request>
-  class ByWorker;
-  /// A handler of the service: of a unary call, of one that answers with a stream, or of one that
-  /// reads a stream too.
   template <class Request, class Response>
-  using Unary = server::Service::Unary (server::Service::*)(Context&, CallLog&, const Request&,
-                                                            Response*);
+  class UnaryHandler;
   template <class Request, class Response>
-  using Writing = server::Service::Writing<Response> (server::Service::*)(Context&, CallLog&,
-                                                                          const Request&);
-  template <class Request, class Response>
-  using Driving = server::Service::Driving<Request, Response> (server::Service::*)(Context&,
-                                                                                   CallLog&);
+  class StreamingHandler;
 
-  /// Registers the RPC `name` with a ReadRequest, in place of the generated code, which would end a
-  /// call with an unreadable request without a log line.
+  /// Makes gRPC's handler of an RPC from ours.
   template <class Request, class Response>
-  void take(const char* name, Unary<Request, Response> handler);
+  grpc::internal::MethodHandler* take(const char* name, Unary<Request, Response>* handler);
   template <class Request, class Response>
-  void take(const char* name, Writing<Request, Response> handler);
+  grpc::internal::MethodHandler* take(const char* name, Streaming<Request, Response>* handler);
   template <class Request, class Response>
-  void take(const char* name, Driving<Request, Response> handler);
-  template <class Handler, class Request, class Pass>
-  void take(const char* name, Pass pass);
-  /// Lets the handler begin a call of the RPC `name` if its caller is let in and its request can be
-  /// read; ends a call that goes no further.
-  template <class Reactor, class Handler, class... Message>
-  Reactor* pass(const char* name, Handler handler, Context* context, Message*... messages);
-  /// Lets a worker call `begin`, which begins a call with a request of that size.
-  void begin_later(Context& context, std::size_t bytes, const std::function<void()>& begin);
+  grpc::internal::MethodHandler* take(const char* name, Driving<Request, Response>* handler);
+  /// Makes `call`, lets `body` answer it if its caller is let in, and returns the status with which
+  /// it ends.
+  template <class Body>
+  grpc::Status serve(std::optional<ServerCall>& call, grpc::ServerContext& context,
+                     const char* name, const Body& body);
 
   Host& host_;
-  server::Service& service_;
   Callers* const callers_;
+  std::deque<std::string> paths_;  // of the methods
 };
 
 }  // namespace stiefel::server

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 
 #include <atomic>
 #include <chrono>
@@ -13,8 +14,9 @@
 #include "server/calls/call_log.h"
 #include "server/scheduling/account.h"
 #include "server/scheduling/memory_budget.h"
-#include "server/scheduling/scheduler.h"
 #include "server/scheduling/slice.h"
+#include "server/scheduling/helpers.h"
+#include "server/scheduling/turns.h"
 #include "server/sessions/registry.h"
 
 namespace stiefel::server {
@@ -50,11 +52,10 @@ class Lifecycle {
   std::condition_variable idle_;
 };
 
-/// Returns who calls: `principal_of` (callers.h), or a test's function.
-using Identify = std::function<Principal(const grpc::CallbackServerContext&)>;
+/// Returns who calls, for tests; empty: the caller's token decides.
+using Identify = std::function<Principal(const grpc::ServerContextBase&)>;
 
-/// The objects that every call uses. The scheduler is the last member, so that it is destroyed
-/// before what its jobs use.
+/// The objects that every call uses.
 struct Host {
   Log log;
   /// The bytes that the whole process may take, and the budget of calls and sessions within them.
@@ -66,7 +67,12 @@ struct Host {
   Identify identify;
   /// Null if nobody reads metrics.
   std::shared_ptr<Metrics> metrics;
-  Scheduler scheduler;
+  /// The threads that compute at once.
+  const int threads;
+  Turns turns{threads};
+  Helpers helpers{turns, threads - 1};
+  std::atomic<std::uint32_t> open_calls = 0;
+  grpc::ByteBuffer description = {};  ///< the reply of Describe
 };
 
 }  // namespace stiefel::server

@@ -8,7 +8,7 @@
 
 namespace stiefel::server {
 
-grpc::Status check_routing(const grpc::CallbackServerContext& context, std::string_view id,
+grpc::Status check_routing(const grpc::ServerContextBase& context, std::string_view id,
                            const char* field) {
   // All of them, because a proxy may route by any.
   const auto [first, last] = context.client_metadata().equal_range("stiefel-session");
@@ -22,12 +22,12 @@ grpc::Status check_routing(const grpc::CallbackServerContext& context, std::stri
   return grpc::Status::OK;
 }
 
-OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
-                                    std::string_view id, const char* field) {
+OrStatus<SessionLease> find_session(const Host& host, const grpc::ServerContextBase& context,
+                                    const Principal& principal, std::string_view id,
+                                    const char* field) {
   if (host.lifecycle.refusing()) return std::unexpected(errors::shutting_down());
   if (const auto status = check_routing(context, id, field); !status.ok())
     return std::unexpected(status);
-  const Principal principal = host.identify(context);
   if (auto session = host.registry.find(principal, id)) return *std::move(session);
   const grpc::Status status = check_session_id(id, field);
   if (!status.ok()) return std::unexpected(status);

@@ -16,13 +16,14 @@ namespace stiefel::server {
 
 /// Returns INVALID_ARGUMENT if the call's metadata `stiefel-session`, by which proxies route, names
 /// another session.
-grpc::Status check_routing(const grpc::CallbackServerContext& context, std::string_view id,
+grpc::Status check_routing(const grpc::ServerContextBase& context, std::string_view id,
                            const char* field = "session_id");
 
 /// Returns the session, or UNAVAILABLE during shutdown, INVALID_ARGUMENT, or NOT_FOUND, whose
 /// reason distinguishes a deleted session from one that was never there or is lost.
-OrStatus<SessionLease> find_session(const Host& host, const grpc::CallbackServerContext& context,
-                                    std::string_view id, const char* field = "session_id");
+OrStatus<SessionLease> find_session(const Host& host, const grpc::ServerContextBase& context,
+                                    const Principal& principal, std::string_view id,
+                                    const char* field = "session_id");
 
 /// Returns INVALID_ARGUMENT unless the id is 1 to 128 characters of [A-Za-z0-9._-].
 grpc::Status check_session_id(std::string_view id, const char* field = "session_id");

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <grpcpp/support/status.h>
-
 #include <cstdint>
 #include <vector>
 
+#include "server/calls/server_call.h"
 #include "server/convert/convert.h"
-#include "server/scheduling/account.h"
 #include "server/sessions/cursor.h"
 
 namespace stiefel::server {
@@ -21,16 +19,14 @@ struct StepTask {
 /// Returns the bytes of memory that the reply takes while it is made and sent.
 std::uint64_t step_memory(const Session& session, const StepTask& task);
 
-/// Returns REPLY_TOO_LARGE if the reply is too large to send.
-grpc::Status check_size(const Session& session, const StepTask& task);
+/// Throws StatusError, REPLY_TOO_LARGE, if the reply is too large to send.
+void check_size(const Session& session, const StepTask& task);
 
-/// Writes the reply at the step where the cursor ended.
-void answer_step(const Session& session, const Cursor& cursor, const StepTask& task,
-                 v1::StepResponse* response);
+/// Advances the cursor to `to` or to a numerical stop, in pieces of work. Throws StatusError if the
+/// caller leaves or the server ends before; the error then has the state where the cursor stopped.
+void advance(ServerCall& call, const Session& session, Cursor& cursor, std::int64_t to);
 
-/// Steps on the calling thread and charges the account if that is expected to take less than
-/// `inline_nanoseconds`; returns whether it did.
-bool step_inline(Session& session, const StepTask& task, Account& account,
-                 v1::StepResponse* response);
+/// Computes to the step of the task and writes the reply.
+void step(ServerCall& call, Session& session, const StepTask& task, v1::StepResponse* response);
 
 }  // namespace stiefel::server

@@ -80,25 +80,6 @@ std::optional<Bytes32> digest_of_bearer(std::string_view authorization) {
   return sha256(authorization);
 }
 
-class CallerContexts final : public grpc::ContextAllocator {
- public:
-  explicit CallerContexts(Callers& callers) : callers_(callers) {}
-
-  /// Without memory, gRPC uses a context of its own, and the call is refused.
-  grpc::CallbackServerContext* NewCallbackServerContext() override {
-    return new (std::nothrow) CallerContext();
-  }
-  void Release(grpc::CallbackServerContext* context) override {
-    auto* ours = dynamic_cast<CallerContext*>(context);
-    if (ours == nullptr) return;
-    callers_.leave(*ours);
-    delete ours;
-  }
-
- private:
-  Callers& callers_;
-};
-
 Callers::Callers(const std::string& file, Report report) : report_(std::move(report)) {
   const auto contents = read_texts({file});
   table_ = checked(file, contents);
@@ -106,21 +87,20 @@ Callers::Callers(const std::string& file, Report report) : report_(std::move(rep
                  [this](const WatchedFiles::Contents& changed) { take(changed); });
 }
 
-std::optional<Refused> Callers::admit(grpc::CallbackServerContext& context) {
-  auto* ours = dynamic_cast<CallerContext*>(&context);
-  if (ours != nullptr && ours->admitted_) return std::nullopt;
+std::optional<Refused> Callers::admit(grpc::ServerContextBase& context, AdmittedCall& call) {
+  if (call.call_ != nullptr) return std::nullopt;
   const auto& metadata = context.client_metadata();
   if (!metadata.contains("authorization")) return Refused::token_missing;
   const auto [first, last] = metadata.equal_range("authorization");
   const auto digest = digest_of_bearer({first->second.data(), first->second.size()});
-  if (!digest || std::next(first) != last || ours == nullptr) return Refused::token_unknown;
+  if (!digest || std::next(first) != last) return Refused::token_unknown;
   const std::lock_guard lock(mutex_);
   const Principal* principal = table_.find(*digest);
   if (principal == nullptr) return Refused::token_unknown;
-  ours->principal_ = *principal;
-  ours->digest_ = *digest;
-  ours->admitted_ = true;
-  calls_.push_back(*ours);
+  call.principal_ = *principal;
+  call.digest_ = *digest;
+  call.call_ = context.c_call();
+  calls_.push_back(call);
   return std::nullopt;
 }
 
@@ -140,12 +120,12 @@ void Callers::replace(TokenTable table) {
   {
     const std::lock_guard lock(mutex_);
     table_ = std::move(table);
-    for (CallerContext& call : calls_) {
+    for (AdmittedCall& call : calls_) {
       const Principal* principal = table_.find(call.digest_);
       if (principal != nullptr && *principal == call.principal_) continue;
-      // gRPC releases the context before it frees the call, so the call still exists.
-      grpc_call_ref(call.c_call());
-      withdrawn.push_back(call.c_call());
+      // A call leaves, or gRPC releases its context, before gRPC frees it: so it still exists.
+      grpc_call_ref(call.call_);
+      withdrawn.push_back(call.call_);
     }
   }
   // Cancels without the lock: a cancellation may release contexts on this thread.
@@ -154,15 +134,6 @@ void Callers::replace(TokenTable table) {
                                  nullptr);
     grpc_call_unref(call);
   }
-}
-
-std::unique_ptr<grpc::ContextAllocator> Callers::context_allocator() {
-  return std::make_unique<CallerContexts>(*this);
-}
-
-Principal principal_of(const grpc::CallbackServerContext& context) {
-  const auto* caller = dynamic_cast<const CallerContext*>(&context);
-  return caller == nullptr ? Principal{} : caller->principal();
 }
 
 std::vector<std::string> faults_of_tokens(const std::string& file) {

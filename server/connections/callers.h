@@ -60,22 +60,17 @@ NewToken make_token(std::string_view name);
 /// nothing for a value of another form. The case of Bearer does not matter.
 std::optional<Bytes32> digest_of_bearer(std::string_view authorization);
 
-/// The context of a call at a server with tokens, with the caller's principal, which `Callers`
-/// sets.
-class CallerContext final : public grpc::CallbackServerContext,
-                            public boost::intrusive::list_base_hook<> {
+/// A call at a server with tokens, with its caller's principal, which `Callers` sets.
+class AdmittedCall : public boost::intrusive::list_base_hook<> {
  public:
   const Principal& principal() const { return principal_; }
 
  private:
   friend class Callers;
   Principal principal_;
-  Bytes32 digest_{};  // SHA-256 of the token
-  bool admitted_ = false;
+  Bytes32 digest_{};           // SHA-256 of the token
+  grpc_call* call_ = nullptr;  // null: not admitted
 };
-
-/// Returns the caller of a call that was let in; the principal "" at a server without tokens.
-Principal principal_of(const grpc::CallbackServerContext& context);
 
 /// Why a caller is refused.
 enum class Refused { token_missing, token_unknown };
@@ -101,24 +96,21 @@ class Callers {
 
   /// Admits a call by its metadata `authorization` or returns the reason for refusing it. A call
   /// that was admitted stays so.
-  std::optional<Refused> admit(grpc::CallbackServerContext& context);
-
-  /// Returns the allocator of the contexts that `admit` needs. It refers to this object.
-  std::unique_ptr<grpc::ContextAllocator> context_allocator();
+  std::optional<Refused> admit(grpc::ServerContextBase& context, AdmittedCall& call);
+  /// Forgets a call, before it ends.
+  void leave(AdmittedCall& call) noexcept {
+    const std::lock_guard lock(mutex_);
+    if (call.is_linked()) calls_.erase(calls_.iterator_to(call));
+  }
 
  private:
-  friend class CallerContexts;
-  void leave(CallerContext& context) noexcept {
-    const std::lock_guard lock(mutex_);
-    if (context.is_linked()) calls_.erase(calls_.iterator_to(context));
-  }
   void take(const WatchedFiles::Contents& contents);
   void replace(TokenTable table);
 
   const Report report_;
   std::mutex mutex_;
-  TokenTable table_;                             // guarded by mutex_
-  boost::intrusive::list<CallerContext> calls_;  // guarded by mutex_; the admitted calls
+  TokenTable table_;                            // guarded by mutex_
+  boost::intrusive::list<AdmittedCall> calls_;  // guarded by mutex_; the admitted calls
   std::optional<WatchedFiles> watch_;
 };
 

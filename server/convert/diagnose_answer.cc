@@ -50,7 +50,7 @@ constexpr v1::MotionKind kinds[] = {v1::MOTION_KIND_AT_REST, v1::MOTION_KIND_STE
                                     v1::MOTION_KIND_SHORT_AXIS, v1::MOTION_KIND_LONG_AXIS,
                                     v1::MOTION_KIND_SEPARATRIX};
 
-void to_proto(const BodyMotion& motion, v1::BodyMotion* out) {
+void put(const BodyMotion& motion, v1::BodyMotion* out) {
   out->set_kind(kinds[static_cast<int>(motion.kind)]);
   out->set_separatrix(motion.separatrix);
   if (motion.period) out->set_period(*motion.period);
@@ -67,7 +67,7 @@ void to_proto(const BodyMotion& motion, v1::BodyMotion* out) {
 
 }  // namespace
 
-void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
+void put(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
   for (const InvariantDrift& drift : diagnosis.invariants) {
     auto* to = out->add_invariants();
     to->set_name(drift.name);
@@ -81,10 +81,10 @@ void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
   if (diagnosis.orthogonality) out->set_orthogonality(*diagnosis.orthogonality);
   out->mutable_domain()->set_h_omega(diagnosis.h_omega);
   if (diagnosis.largest_step) out->mutable_domain()->set_largest_step(*diagnosis.largest_step);
-  if (diagnosis.motion) to_proto(*diagnosis.motion, out->mutable_motion());
+  if (diagnosis.motion) put(*diagnosis.motion, out->mutable_motion());
 }
 
-void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out) {
+void put(const ErrorEstimate& estimate, v1::EstimatedError* out) {
   if (estimate.attitude) out->set_attitude(*estimate.attitude);
   if (estimate.momentum) out->set_momentum(*estimate.momentum);
   if (estimate.angle) out->set_angle(*estimate.angle);
@@ -103,7 +103,7 @@ void DiagnoseTask::estimate(const Scene& scene, const Simulation& now, const std
   const double budget = estimate_error_ == v1::ERROR_ESTIMATION_IF_CHEAPER
                             ? std::clamp(run_work(scene, now), small, most_estimate_work)
                             : most_estimate_work;
-  to_proto(estimate_error(scene, now, budget, stop), out);
+  put(estimate_error(scene, now, budget, stop), out);
 }
 
 grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
@@ -119,7 +119,7 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
            bound_of_steps(session), session.simulation_bytes() + memory, response->mutable_price());
   Diagnosis diagnosis = diagnose(scene, now, invariants_, stop);
   shorten(max_invariants_, diagnosis.invariants, response);
-  to_proto(diagnosis, response);
+  put(diagnosis, response);
   for (std::size_t i = 0; i < forms_.size() && !stop.stop_requested(); ++i) {
     const auto& [name, first, second] = forms_[i];
     const std::string path = Path("forms", i).text();

@@ -197,24 +197,17 @@ std::vector<prometheus::MetricFamily> ServerMetrics::Collect() const {
   const auto counter = [](const char* name, const char* help, double value) {
     return single(name, help, MetricType::Counter, value);
   };
-  const Accounts::Use use = parts_.accounts.use();
   const double start = std::chrono::duration<double>(start_.time_since_epoch()).count();
   return {
       gauge("stiefel_sessions", "Sessions that the server holds.",
             static_cast<double>(parts_.registry.size())),
       gauge("stiefel_sessions_limit", "Largest number of sessions (--max-sessions).",
             parts_.registry.max_sessions()),
-      counter("stiefel_work_done_total", "Work done for calls, in instructions.",
-              parts_.scheduler.work_done() + static_cast<double>(use.paid)),
-      gauge("stiefel_work_queued",
-            "Work that waits for a thread, in instructions: what is left of the price of each "
-            "call, at most 5e9.",
-            static_cast<double>(parts_.scheduler.waiting_work())),
-      gauge("stiefel_work_admitted",
-            "The prices of all calls that run or wait, streams of slow readers included, in "
-            "instructions.",
-            static_cast<double>(use.admitted)),
-      gauge("stiefel_threads", "Threads that compute.", parts_.scheduler.threads()),
+      counter("stiefel_computing_seconds_total", "Time for which calls have computed, in seconds.",
+              std::chrono::duration<double>(parts_.turns.computed()).count()),
+      gauge("stiefel_calls_waiting", "Calls that wait for their turn to compute.",
+            static_cast<double>(parts_.turns.waiting())),
+      gauge("stiefel_threads", "Threads that compute.", parts_.threads),
       gauge("stiefel_memory_bytes", "Bytes that sessions and calls hold.",
             static_cast<double>(parts_.memory.used())),
       gauge("stiefel_memory_limit_bytes", "Bytes that sessions and calls may hold.",

@@ -19,7 +19,7 @@
 
 #include "server/scheduling/account.h"
 #include "server/scheduling/memory_budget.h"
-#include "server/scheduling/scheduler.h"
+#include "server/scheduling/turns.h"
 #include "server/sessions/registry.h"
 
 namespace stiefel::server {
@@ -135,8 +135,8 @@ class ServerMetrics final : public prometheus::Collectable {
  public:
   struct Parts {
     const Registry& registry;
-    const Scheduler& scheduler;
-    const Accounts& accounts;
+    const Turns& turns;
+    const int threads;
     const MemoryBudget& memory;
     std::string version;
   };

@@ -137,9 +137,9 @@ Flags::Flags(CLI::App& app) {
                  "half of --max-sessions, otherwise no limit")
       ->check(within<std::int64_t>(0, billion, "a number"))
       ->default_str("");
-  app.add_option("--max-call-work", options.quota.call_work,
-                 "Largest price of one call, in instructions; 0: no limit")
-      ->check(within(0.0, 1e18, "a number of instructions"));
+  app.add_option("--max-call-seconds", options.quota.call_seconds,
+                 "Seconds for which one call, or one request of a Drive, may compute; 0: no limit")
+      ->check(within(0.0, 1e9, "a number of seconds"));
   add_bytes(app, "--principal-memory", options.quota.memory, 0,
             "Largest number of bytes that the sessions and calls of one principal hold, such as "
             "512M; 0: no limit. Default: with --tokens half of what --memory leaves for sessions "

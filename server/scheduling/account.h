@@ -10,7 +10,7 @@
 
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/principal.h"
-#include "server/scheduling/run_queue.h"
+#include "server/scheduling/turns.h"
 
 namespace stiefel::server {
 
@@ -26,13 +26,15 @@ class Account {
   Account& operator=(const Account&) = delete;
 
   const Principal& principal() const { return principal_; }
-  /// The principal's share of the threads.
-  Share& share() { return share_; }
+  /// The time for which one call may compute.
+  Turns::Time most_time() const;
+  /// The principal's share of the places in which calls compute.
+  Turns::Share& share() { return share_; }
 
-  /// Counts work, in instructions, that was done outside a job.
-  void pay(double work) {
-    paid_.fetch_add(static_cast<std::uint64_t>(work), std::memory_order_relaxed);
-  }
+  /// Counts a call of the principal, and in `all` the calls of all principals. If there are too
+  /// many, returns the reason and counts nothing.
+  std::optional<Refusal> enter_call(std::atomic<std::uint32_t>& all);
+  void leave_call(std::atomic<std::uint32_t>& all);
 
   /// The budget for the principal's sessions and calls: a part of the server's memory, or all of it
   /// without a quota. Bytes beyond the part throw MemoryExhausted with `part()` "principal_memory".
@@ -50,9 +52,6 @@ class Account {
   SessionPermit admit_restored_session();
 
  private:
-  friend class Permit;
-  friend class Accounts;
-
   /// Returns a permit for a session that `sessions_` counts already.
   SessionPermit permit();
 
@@ -60,30 +59,8 @@ class Account {
   const Quota quota_;
   MemoryBudget& whole_memory_;
   MemoryBudget memory_;
-  Share share_;
-  std::atomic<std::uint32_t> sessions_ = 0, streams_ = 0, calls_ = 0;
-  std::atomic<std::uint64_t> admitted_ = 0, paid_ = 0;  // instructions
-};
-
-/// A call's place in an account, given back when the permit is destroyed.
-class Permit {
- public:
-  enum class Kind : std::uint8_t { call, stream };
-
-  Permit() = default;
-  Permit(Permit&& other) noexcept { *this = std::move(other); }
-  Permit& operator=(Permit&& other) noexcept;
-  ~Permit() { give_back(); }
-
-  /// Takes a place for a call with that price in instructions. If there is none, returns the reason
-  /// and leaves the permit empty.
-  std::optional<Refusal> take(Account& account, Kind kind, double price);
-  void give_back();
-
- private:
-  Account* account_ = nullptr;
-  Kind kind_ = Kind::call;
-  std::uint64_t price_ = 0;
+  Turns::Share share_;
+  std::atomic<std::uint32_t> sessions_ = 0, calls_ = 0;
 };
 
 /// The accounts of all principals, which live as long as this object, one for each principal.
@@ -97,13 +74,6 @@ class Accounts {
 
   /// Returns the principal's account, made at the first call.
   Account& of(const Principal& principal);
-
-  /// The use of all principals together, in instructions.
-  struct Use {
-    std::uint64_t admitted = 0;  ///< the prices of all calls that run or wait
-    std::uint64_t paid = 0;      ///< work that was done outside jobs
-  };
-  Use use() const;
 
  private:
   const Quota quota_;

@@ -16,18 +16,19 @@ struct Principal {
   auto operator<=>(const Principal&) const = default;
 };
 
-/// The limits of one principal; 0 means no limit. Work and prices are in instructions.
+/// The most calls of a server at once: each has a thread.
+inline constexpr std::uint32_t most_calls = 900;
+
+/// The limits of one principal; 0 means no limit.
 struct Quota {
   /// If not set, that of `with_shares`.
   std::optional<std::uint32_t> sessions = std::nullopt;
-  /// Open Streams and Drives.
-  std::uint32_t streams = 4096;
-  /// Other calls that compute or wait for a worker.
-  std::uint32_t calls = 4096;
+  /// Calls at once, Streams and Drives included. If not set, that of `with_shares`.
+  std::uint32_t calls = 0;
   /// Bytes that sessions and calls hold. If not set, that of `with_shares`.
   std::optional<std::uint64_t> memory = std::nullopt;
-  /// The price of one call.
-  double call_work = 0;
+  /// The seconds for which one call, or one request of a Drive, may compute.
+  double call_seconds = 0;
 };
 
 /// Returns the limits with those that are not set: half of the server's `sessions` and `memory` if
@@ -36,6 +37,7 @@ struct Quota {
 inline Quota with_shares(Quota quota, bool several, std::uint32_t sessions, std::uint64_t memory) {
   if (!quota.sessions) quota.sessions = several ? (sessions + 1) / 2 : 0;
   if (!quota.memory) quota.memory = several ? memory / 2 : 0;
+  if (quota.calls == 0 && several) quota.calls = most_calls / 2;
   return quota;
 }
 

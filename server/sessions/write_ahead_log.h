@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -43,6 +44,12 @@ class PendingWrite {
     }
     done(fault_);
   }
+  /// Waits for the end of the write.
+  std::optional<WriteFault> wait() {
+    std::unique_lock lock(mutex_);
+    ended_.wait(lock, [this] { return settled_; });
+    return fault_;
+  }
   /// Ends the write and calls the waiting functions, none of which may throw. Call it once.
   void settle(std::optional<WriteFault> fault) noexcept {
     std::vector<Done> waiting;
@@ -51,12 +58,14 @@ class PendingWrite {
       fault_ = std::move(fault);
       settled_ = true;
       waiting.swap(waiting_);
+      ended_.notify_all();
     }
     for (const Done& done : waiting) done(fault_);
   }
 
  private:
   std::mutex mutex_;
+  std::condition_variable ended_;
   bool settled_ = false;
   std::optional<WriteFault> fault_;  // constant once settled
   std::vector<Done> waiting_;

@@ -41,7 +41,7 @@ constexpr int concurrent_calls_limit = 12;
 int serve(int threads) {
   server::Options options{.listen = {"127.0.0.1:0"}, .threads = threads};
   options.quota.calls = concurrent_calls_limit;
-  options.identify = [](const grpc::CallbackServerContext& context) {
+  options.identify = [](const grpc::ServerContextBase& context) {
     const auto sent = context.client_metadata().find("x-principal");
     if (sent == context.client_metadata().end()) return server::Principal{};
     return server::Principal{std::string(sent->second.data(), sent->second.size())};

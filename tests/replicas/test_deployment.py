@@ -122,7 +122,7 @@ def test_kubernetes_manifests_agree() -> None:
     assert policy["ingress"][0]["from"] == [{"podSelector": {"matchLabels": pods(proxies)}}]
     scaler = every["HorizontalPodAutoscaler", "stiefel"]["spec"]
     assert scaler["scaleTargetRef"]["name"] == "stiefel" and "replicas" not in servers["spec"]
-    assert scaler["metrics"][0]["pods"]["metric"]["name"] == "stiefel_work_queued"
+    assert scaler["metrics"][0]["pods"]["metric"]["name"] == "stiefel_calls_waiting"
     pod = servers["spec"]["template"]["spec"]
     environment = {entry["name"]: entry.get("value") for entry in pod["containers"][0]["env"]}
     assert pod["terminationGracePeriodSeconds"] > float(environment["STIEFEL_GRACE"]) + 2

@@ -15,7 +15,7 @@ constexpr std::int64_t forever = 1'000'000'000'000;
 
 /// Takes as principal what the metadata `x-principal` names.
 inline server::Options by_name(server::Options options) {
-  options.identify = [](const grpc::CallbackServerContext& context) {
+  options.identify = [](const grpc::ServerContextBase& context) {
     const auto sent = context.client_metadata().find("x-principal");
     if (sent == context.client_metadata().end()) return server::Principal{};
     return server::Principal{std::string(sent->second.data(), sent->second.size())};

@@ -17,6 +17,17 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "the computation was told to stop"; }
 };
 
+/// A thread's turn to compute, where threads take turns.
+class Turn {
+ public:
+  /// Is called at each stop point of the thread: returns when the thread may compute on. May block,
+  /// and requests the stop of a token where the computation is not wanted any more.
+  virtual void pass() = 0;
+
+ protected:
+  ~Turn() = default;
+};
+
 /// Makes the computations of this thread stoppable while the scope lives. A long computation calls
 /// `stop_point` before each of its pieces, such as a product of large matrices or an iteration of a
 /// solver; `stop_point` throws Stopped when the scope's token requests a stop. Scopes nest, and
@@ -35,6 +46,9 @@ class StopScope {
   explicit StopScope(const std::stop_token& token, double most_work = unlimited)
       : token_(&token), most_(most_work) {}
   explicit StopScope(std::stop_token&&, double = unlimited) = delete;
+  /// Also passes the turn at each stop point, before it checks the token. Both must outlive the
+  /// scope.
+  StopScope(const std::stop_token& token, Turn& turn) : token_(&token), turn_(&turn) {}
 
   /// Opens a scope in which nothing is stopped, whatever the outer scopes say: for code that could
   /// not restore its state.
@@ -68,10 +82,12 @@ class StopScope {
   void look_here(double operations) {
     ++looks_;
     operations_ += operations;
+    if (turn_ != nullptr) turn_->pass();
     if (used_up() || token_->stop_requested()) throw Stopped();
   }
 
   const std::stop_token* token_ = nullptr;  ///< null: nothing is stopped
+  Turn* turn_ = nullptr;
   double most_ = unlimited, operations_ = 0;
   std::int64_t looks_ = 0;
   StopScope* const outer_ = std::exchange(innermost(), this);

@@ -141,7 +141,7 @@ CALLS = {
     "CreateSession, double_bracket": lambda stub: stub.CreateSession.future(
         pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256))),
     "ForkSession, ensemble": with_session(bodies(65536), lambda stub, s: stub.ForkSession.future(pb.ForkSessionRequest(
-        session_id="t", from_session_id=s, system="symmetric_rigid_body"))),
+        session_id="t", from_session_id=s, from_step=10**6))),
     "Drive, ensemble": drive_of(bodies(65536), "angular_velocity"),
     "Summarize, ensemble": with_session(bodies(65536), lambda stub, s: stub.Summarize(pb.SummarizeRequest(
         session_id=s, to=10**6, every=10**5, quantities=[pb.Quantity(name="energy", statistics=[pb.STATISTIC_DRIFT])]))),

@@ -99,7 +99,7 @@ def test_promtool_takes_the_rules(tmp_path):
     test = {"rule_files": [str(RULES)], "evaluation_interval": "5s", "tests": [{
         "interval": "5s",
         "input_series": [series("up", "1x11 0x40"),
-                         series("stiefel_work_queued", "3e9x11 1.5e10x40"), series("stiefel_threads", "2x52"),
+                         series("stiefel_calls_waiting", "3x11 15x40"), series("stiefel_threads", "2x52"),
                          series("stiefel_calls_total", "0x11 1x40", code="INTERNAL", method="Step")]}]}
     expressions = [
         ('ALERTS{alertname="StiefelServerDown",alertstate="firing"}', "50s", 0),

@@ -8,8 +8,8 @@ import pytest
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 NUMBERS = ["--threads", "--max-sessions", "--principal-sessions"]
-AMOUNTS = ["--max-call-work", "--principal-memory"]
-SECONDS = ["--grace", "--idle-timeout", "--max-connection-age"]
+AMOUNTS = ["--principal-memory"]
+SECONDS = ["--grace", "--idle-timeout", "--max-connection-age", "--max-call-seconds"]
 
 
 def run(*arguments, **environment):

@@ -87,37 +87,6 @@ def drained(call):
         pass
 
 
-@pytest.mark.parametrize("leave", ["cancelled", "expired"])
-def test_a_call_that_waits_for_a_worker_ends_when_its_caller_leaves(serve, leave):
-    process = serve("--log-format", "json", "--log-level", "debug", "--threads", "2")
-    replies = Replies(process)
-    stub = connected(process)
-    for name in ("busy", "waiting"):
-        create(stub, name, body(8, step=1e10, name="gauss4"))
-    # The one worker that takes such steps is busy for minutes.
-    busy = stub.Step.future(pb.StepRequest(session_id="busy", to=1000), timeout=300)
-    process.computes()
-    seconds = 2 if leave == "expired" else 300
-    waiting = {
-        "Step": stub.Step.future(pb.StepRequest(session_id="waiting", to=1), timeout=seconds),
-        "Diagnose": stub.Diagnose.future(pb.DiagnoseRequest(session_id="waiting"), timeout=seconds),
-        "Stream": stub.Stream(pb.StreamRequest(session_id="waiting", to=1), timeout=seconds),
-        "Drive": stub.Drive(iter([pb.DriveRequest(session_id="waiting", to=1)]), timeout=seconds),
-        "CreateSession": stub.CreateSession.future(pb.CreateSessionRequest(session_id="n", scene=body(128)), timeout=seconds),
-        "Summarize": stub.Summarize(pb.SummarizeRequest(session_id="waiting", to=1, quantities=[pb.Quantity(name="M")]),
-                                    timeout=seconds),
-    }
-    stub.Describe(pb.DescribeRequest(), timeout=60)  # on their connection: they are there
-    if leave == "cancelled":
-        for call in waiting.values():
-            call.cancel()
-    for method in waiting:
-        end = ended(replies, method, 3 if method == "CreateSession" else 1)[-1]
-        assert '"code":"CANCELLED"' in end[1] or '"code":"DEADLINE_EXCEEDED"' in end[1], end[1]
-    assert not busy.done()
-    busy.cancel()
-
-
 def test_lists_of_large_ensembles_leave_the_connections_alone(serve):
     process = serve("--log-level", "off", "--memory", "4G")
     stub = connected(process)

@@ -9,7 +9,6 @@
 #include <new>
 #include <string_view>
 
-#include "server/scheduling/scheduler.h"
 #include "tests/server/programs/every_call.h"
 
 namespace {
@@ -29,7 +28,7 @@ bool on_pool() {
   thread_local const bool is = [] {
     char name[16] = {};
     pthread_getname_np(pthread_self(), name, sizeof name);
-    return std::string_view(name) == stiefel::server::Scheduler::thread_name;
+    return std::string_view(name) == "grpcpp_sync_ser";
   }();
   return is;
 }

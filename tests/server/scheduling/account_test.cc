@@ -9,51 +9,27 @@ namespace stiefel::server {
 namespace {
 
 using namespace std::chrono_literals;
-using Kind = Permit::Kind;
 
-TEST(Account, CallsAndStreamsAtOnce) {
-  Accounts accounts({.streams = 1, .calls = 2});
-  Account& account = accounts.of({"alice"});
-  Permit first, second, third;
-  EXPECT_FALSE(first.take(account, Kind::call, 1));
-  EXPECT_FALSE(second.take(account, Kind::call, 1));
-  const auto refusal = third.take(account, Kind::call, 1);
+TEST(Account, CallsAtOnce) {
+  Accounts accounts({.calls = 2});
+  Account &alice = accounts.of({"alice"}), &bob = accounts.of({"bob"});
+  std::atomic<std::uint32_t> all = 0;
+  EXPECT_FALSE(alice.enter_call(all));
+  EXPECT_FALSE(alice.enter_call(all));
+  const auto refusal = alice.enter_call(all);
   ASSERT_TRUE(refusal);
   EXPECT_STREQ(refusal->limit, "principal_calls");
   EXPECT_EQ(refusal->most, 2);
   EXPECT_EQ(refusal->asked, 3);
   EXPECT_GT(refusal->retry_after, 0ms);
-  EXPECT_FALSE(third.take(account, Kind::stream, 1)) << "a stream is not a call";
-  EXPECT_FALSE(Permit().take(accounts.of({"bob"}), Kind::call, 1)) << "each has its own";
-  const Permit moved = std::move(first);
-  EXPECT_TRUE(first.take(account, Kind::call, 1)) << "the moved permit holds the place";
-  second.give_back();
-  second.give_back();
-  EXPECT_FALSE(first.take(account, Kind::call, 1));
-  EXPECT_TRUE(second.take(account, Kind::call, 1)) << "given back once";
-}
-
-TEST(Account, ACallThatCostsTooMuchNeverSucceeds) {
-  Accounts accounts({.call_work = 1000});
-  Permit permit;
-  EXPECT_FALSE(permit.take(accounts.of({}), Kind::call, 1000));
-  const auto refusal = permit.take(accounts.of({}), Kind::call, 1001);
-  ASSERT_TRUE(refusal);
-  EXPECT_STREQ(refusal->limit, "call_work");
-  EXPECT_EQ(refusal->retry_after, 0ms);
-}
-
-TEST(Account, TheUseOfAllIsTheSum) {
-  Accounts accounts({});
-  Permit first, second;
-  EXPECT_FALSE(first.take(accounts.of({}), Kind::call, 100));
-  EXPECT_FALSE(second.take(accounts.of({"alice"}), Kind::stream, 20));
-  accounts.of({"alice"}).pay(3);
-  accounts.of({}).pay(4);
-  EXPECT_EQ(accounts.use().admitted, 120U);
-  EXPECT_EQ(accounts.use().paid, 7U);
-  first.give_back();
-  EXPECT_EQ(accounts.use().admitted, 20U);
+  EXPECT_FALSE(bob.enter_call(all)) << "each has its own";
+  EXPECT_EQ(all, 3U);
+  all = most_calls;
+  const auto full = bob.enter_call(all);
+  ASSERT_TRUE(full);
+  EXPECT_STREQ(full->limit, "calls");
+  bob.leave_call(all);
+  EXPECT_FALSE(bob.enter_call(all));
 }
 
 TEST(Account, PermitsOfSessionsAreGivenBack) {
@@ -99,26 +75,27 @@ TEST(Account, MemoryIsThePrincipalsPartOfTheServers) {
 
 TEST(Account, ManyThreadsNeverHoldMoreThanTheLimit) {
   Accounts accounts({.calls = 3});
+  std::atomic<std::uint32_t> all = 0;
   std::atomic<int> inside = 0, at_most = 0, taken = 0;
   std::vector<std::jthread> threads;
   for (int t = 0; t < 8; ++t) {
     threads.emplace_back([&] {
       for (int i = 0; i < 2000; ++i) {
         Account& account = accounts.of({"one"});
-        Permit permit;
-        if (permit.take(account, Kind::call, 1)) continue;
+        if (account.enter_call(all)) continue;
         ++taken;
         const int now = ++inside;
         for (int seen = at_most; now > seen && !at_most.compare_exchange_weak(seen, now);) {
         }
         --inside;
+        account.leave_call(all);
       }
     });
   }
   threads.clear();
   EXPECT_LE(at_most, 3);
   EXPECT_GT(taken, 0);
-  EXPECT_FALSE(Permit().take(accounts.of({"one"}), Kind::call, 1));
+  EXPECT_EQ(all, 0U);
 }
 
 }  // namespace

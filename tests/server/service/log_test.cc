@@ -60,7 +60,7 @@ TEST(Log, AnInternalErrorIsToldAtEveryLevel) {
   for (const char* level : {"debug", "error"}) {
     const Lines lines = logged([&] {
       const server::Log log(level, true);
-      grpc::CallbackServerContext context;
+      grpc::ServerContext context;
       server::CallLog(log, context, "Step").finish({grpc::INTERNAL, "out of \"luck\""});
       server::CallLog(log, context, "Describe").finish(grpc::Status::OK);
     });
@@ -76,7 +76,7 @@ TEST(Log, AnInternalErrorIsToldAtEveryLevel) {
 TEST(Log, ShortCallsThatSucceedHaveNoLineAtInfo) {
   const Lines lines = logged([] {
     const server::Log log("info", true);
-    grpc::CallbackServerContext context;
+    grpc::ServerContext context;
     for (int i = 0; i < 100; ++i) server::CallLog(log, context, "Step").finish(grpc::Status::OK);
     server::CallLog(log, context, "GetSession").finish({grpc::NOT_FOUND, "no such session"});
     server::CallLog slow(log, context, "Stream");

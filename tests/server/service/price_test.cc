@@ -122,24 +122,6 @@ TEST_F(Price, ASummaryEndsWithACheckpointAndGoesOnFromIt) {
   ADD_FAILURE() << "four calls did not reach the step";
 }
 
-/// The price that a limit is compared with is the cap.
-TEST(PriceLimit, BoundsTheCallsOfAdaptive) {
-  test::Harness harness({.quota = {.call_work = 1e6}});
-  auto scene = test::wire_scene();
-  scene.mutable_method()->set_name("adaptive");
-  const double attempt = harness.create("s", scene).session().step_price().work();
-  const auto step = [&](std::int64_t end) {
-    v1::StepRequest request;
-    request.set_session_id("s");
-    request.set_to(end);
-    grpc::ClientContext context;
-    v1::StepResponse response;
-    return harness.stub->Step(&context, request, &response).error_code();
-  };
-  EXPECT_EQ(step(static_cast<std::int64_t>(1e6 / attempt) / 2), grpc::RESOURCE_EXHAUSTED);
-  EXPECT_EQ(step(static_cast<std::int64_t>(1e6 / attempt) / 5), grpc::OK);
-}
-
 /// Calls `method` with the request and returns the first message and the status.
 template <class Method, class Request, class Response>
 grpc::Status first(test::Harness& harness, Method method, const Request& request,

@@ -1,0 +1,32 @@
+#include "server/calls/requests.h"
+#include "server/calls/service.h"
+#include "server/calls/step.h"
+#include "server/convert/convert.h"
+#include "server/convert/memory_price.h"
+#include "server/convert/resolve.h"
+
+namespace stiefel::server {
+void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
+                 v1::ForkSessionResponse* response) {
+  const SessionLease from = call.session(request.from_session_id(), "from_session_id");
+  check(check_session_id(request.session_id()));
+  check(check_step("from_step", request.from_step()));
+  // The scene in its steps from the old one to the new one.
+  call.hold(memory_price({.workspace = 2 * from->scene_bytes()}));
+  Cursor cursor(*from, request.from_step(), call.stop());
+  advance(call, *from, cursor, request.from_step());
+  to_proto(cursor, from->scene(), response->mutable_run_status());
+  to_proto(from->most_work(cursor.start(), request.from_step()), 0, bound_of_steps(*from),
+           from->simulation_bytes() + call.memory().bytes(), response->mutable_price());
+  if (!cursor.run_status().reached()) return;
+  ResolvedScene scene = value_of(forked(*from, cursor, request));
+  const Resolution resolution = scene.resolution;
+  const auto made =
+      value_of(admit(call.host(), call.account(), request.session_id(), std::move(scene)));
+  to_proto(*made.session, resolution, call.host().registry, request.view(),
+           response->mutable_session());
+  response->set_created(made.created);
+  call.wait_for(made.pending_write);
+}
+
+}  // namespace stiefel::server

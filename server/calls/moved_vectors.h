@@ -1,0 +1,39 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "server/calls/requests.h"
+#include "server/calls/service.h"
+#include "server/convert/errors.h"
+#include "server/convert/memory_price.h"
+#include "server/convert/tangents/linearize_answer.h"
+
+namespace stiefel::server {
+
+/// Answers a call that moves tangent vectors along the states of a session: `Answer` is
+/// LinearizeAnswer or LyapunovAnswer.
+template <class Answer, class Request, class Response>
+void move_vectors(ServerCall& call, const Request& request, grpc::ServerWriter<Response>& writer) {
+  constexpr std::chrono::milliseconds longest_silence{100};
+  SessionLease session = call.session(request.session_id());
+  check(check_step("from", request.from()));
+  check(check_step("to", request.to(), request.from()));
+  if (request.every() < 0)
+    throw StatusError(
+        errors::invalid("every", std::to_string(request.every()), "must be at least 0"));
+  if (const auto members = session->scene().members().size(); members > 0)
+    throw StatusError(errors::invalid("session_id", std::to_string(members) + " members",
+                                      "the scene must have no `members`"));
+  const TangentPrice price = price_of(*session, request);
+  call.hold(memory_price({held_by(request), price.bytes}));
+  const double step_cost = session->step_cost() + price.of_step / instructions_a_nanosecond;
+  Answer answer(std::move(session), request, price.total, call.memory().bytes());
+  check(answer.make());
+  send_results<Response>(call, writer, answer, longest_silence,
+                         [&] { check(answer.advance(slice_steps(step_cost), call.stop())); });
+  call.log().did(0, answer.computed_steps());
+}
+
+}  // namespace stiefel::server

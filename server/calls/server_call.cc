@@ -1,0 +1,88 @@
+#include "server/calls/server_call.h"
+
+#include <string>
+
+#include "server/calls/requests.h"
+#include "server/convert/errors.h"
+
+namespace stiefel::server {
+
+ServerCall::ServerCall(Host& host, grpc::ServerContext& context, const char* name)
+    : host_(host),
+      context_(context),
+      log_(std::in_place, host.log, context, name, host.metrics.get()),
+      shutdown_(host.lifecycle.stop_token(), RequestStop{stop_source_}) {
+  if (const auto trace = trace_id_of(context); !trace.empty())
+    context.AddTrailingMetadata("stiefel-trace-id", std::string(trace));
+  host_.lifecycle.enter();
+}
+
+ServerCall::~ServerCall() {
+  if (callers_) callers_->leave(admitted_);
+  if (counted_) account_->leave_call(host_.open_calls);
+  host_.lifecycle.leave();
+}
+
+void ServerCall::admit(Callers* callers) {
+  if (callers) {
+    callers_ = callers;
+    if (const auto refused = callers->admit(context_, admitted_))
+      throw StatusError(*refused == Refused::token_missing ? errors::token_missing()
+                                                           : errors::token_unknown());
+  }
+  account_ = &host_.accounts.of(host_.identify ? host_.identify(context_) : admitted_.principal());
+  log_->bill(*account_);
+  turn_.emplace(
+      host_.turns, account_->share(), stop_source_, [this] { return context_.IsCancelled(); },
+      account_->most_time());
+  if (const auto refusal = account_->enter_call(host_.open_calls))
+    throw StatusError(errors::over_quota(*refusal));
+  counted_ = true;
+}
+
+SessionLease ServerCall::session(std::string_view id, const char* field) {
+  return value_of(find_session(host_, context_, account_->principal(), id, field));
+}
+
+ServerCall::Computed::~Computed() {
+  const std::chrono::duration<double, std::nano> spent = of.turn_->give();
+  of.log_->did(spent.count() * instructions_a_nanosecond);
+}
+
+void ServerCall::unreadable(const google::protobuf::Descriptor& type) {
+  throw StatusError(errors::invalid("request", "", "the bytes are not a " + type.name()));
+}
+
+void ServerCall::leave() { throw StatusError(errors::cancelled()); }
+
+void ServerCall::wait_for(const std::shared_ptr<PendingWrite>& change) {
+  if (!change) return;
+  const auto fault = turn_->without_place([&] { return change->wait(); });
+  if (fault) throw StatusError(errors::not_written(*fault));
+}
+
+grpc::Status ServerCall::current_error() const {
+  grpc::Status status;
+  try {
+    throw;
+  } catch (const StatusError& error) {
+    status = error.status;
+  } catch (const TimeReached& reached) {
+    const double most = std::chrono::duration<double>(reached.most).count();
+    status = errors::over_quota({"call_seconds", most, most, {}});
+  } catch (...) {
+    status = errors::from_current_exception();
+  }
+  // What a stop interrupted may have another error of its own.
+  const bool told = status.error_code() == grpc::UNAVAILABLE;
+  if (stop_.stop_requested() && !told) status = errors::cancelled();
+  const bool stopped = status.error_code() == grpc::CANCELLED;
+  return stopped && host_.lifecycle.stopping() && !caller_left() ? errors::shutting_down() : status;
+}
+
+void ServerCall::end(const grpc::Status& status) {
+  turn_.reset();
+  log_->finish(status);
+}
+
+}  // namespace stiefel::server

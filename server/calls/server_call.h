@@ -1,0 +1,192 @@
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <expected>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "server/calls/call_log.h"
+#include "server/calls/host.h"
+#include "server/calls/read_request.h"
+#include "server/connections/callers.h"
+#include "server/convert/errors.h"
+#include "server/scheduling/turns.h"
+#include "server/sessions/write_ahead_log.h"
+
+namespace stiefel::server {
+
+/// Ends a call, or the answer to one request of a Drive, with that status.
+struct StatusError : std::exception {
+  explicit StatusError(grpc::Status of_call) : status(std::move(of_call)) {}
+  const grpc::Status status;
+};
+/// Throws the error of a check.
+inline void check(const grpc::Status& status) {
+  if (!status.ok()) throw StatusError(status);
+}
+template <class Value, class Error>
+Value value_of(std::expected<Value, Error> checked) {
+  if (checked) return *std::move(checked);
+  if constexpr (std::is_same_v<Error, grpc::Status>)
+    throw StatusError(checked.error());
+  else
+    throw StatusError(errors::invalid(checked.error()));
+}
+
+/// Sends the messages of an answer, and lets it `advance` by one piece of work at a time while it
+/// has no results. A message without results, which tells the progress, follows the one before by
+/// `longest_wait`.
+template <class Response, class Call, class Writer, class Answer, class Advance>
+void send_results(Call& call, Writer& writer, Answer& answer,
+                  std::chrono::milliseconds longest_wait, const Advance& advance) {
+  Response message;
+  try {
+    for (bool last = false; !last;) {
+      const auto due = std::chrono::steady_clock::now() + longest_wait;
+      while (!answer.has_results() && std::chrono::steady_clock::now() < due) {
+        call.pass();
+        advance();
+      }
+      last = answer.next(message);
+      call.write(writer, message, last);
+    }
+  } catch (const Stopped&) {
+    if (call.stop().stop_requested() || !answer.save()) throw;
+    for (bool more = true; more; more = answer.has_results()) {
+      answer.next(message);
+      call.write(writer, message);
+    }
+    throw;
+  }
+}
+
+/// A call while its handler runs, on a thread of its own: who makes it and pays for it, its log,
+/// its turn, its stop. The stop is requested when the caller leaves and when the server ends its
+/// calls.
+class ServerCall {
+ public:
+  ServerCall(Host& host, grpc::ServerContext& context, const char* name);
+  ~ServerCall();
+  ServerCall(const ServerCall&) = delete;
+  ServerCall& operator=(const ServerCall&) = delete;
+
+  /// Finds out who calls. Throws StatusError if the caller is not let in or has too many calls.
+  void admit(Callers* callers);
+  /// Reads the request, a long one in the call's turn. Throws StatusError if its bytes are no such
+  /// message.
+  template <class Request>
+  const Request& read(const ReadRequest<Request>& request) {
+    if (request.size() > short_request) turn_->take();
+    if (!request.read(account().memory())) unreadable(*Request::descriptor());
+    if constexpr (requires { request.message().session_id(); })
+      log_->name(request.message().session_id());
+    return request.message();
+  }
+  /// Returns the session; see find_session.
+  SessionLease session(std::string_view id, const char* field = "session_id");
+  /// Takes so many more bytes until the reply is sent.
+  void hold(std::uint64_t bytes) {
+    if (memory_)
+      memory_.grow_to(memory_.bytes() + bytes);
+    else
+      memory_ = MemoryLease(account().memory(), bytes);
+  }
+  MemoryLease& memory() { return memory_; }
+
+  /// Runs a part of the handler, which may compute: its stop points pass the call's turn.
+  template <class Work>
+  void run(const Work& work) {
+    turn_->begin();
+    const StopScope scope(stop_, *turn_);
+    Helpers::OfCall helpers(host_.helpers, *turn_);
+    const CrewOfThisThread crew(helpers);
+    const SliceLength pieces(brief_slice_nanoseconds);
+    const Computed computed(*this);
+    work();
+  }
+  /// Passes the turn between two pieces of work. Throws Stopped if the call is to end before its
+  /// next piece.
+  void pass() const {
+    stop_point();
+    if (host_.lifecycle.stopping()) throw Stopped();
+  }
+  /// Waits until a change is on disk, and throws StatusError if it cannot be written. Does nothing
+  /// without a change.
+  void wait_for(const std::shared_ptr<PendingWrite>& change);
+  /// Sends a message; the last one goes together with the status. For one thread at a time: that of
+  /// the call, or one that helps it. Throws StatusError if the caller has left.
+  template <class Writer, class Message>
+  void write(Writer& writer, const Message& message, bool last = false) {
+    log_->writing();
+    grpc::WriteOptions options;
+    if (last) options.set_last_message();
+    const auto send = [&] { return writer.Write(message, options); };
+    const bool helps = std::this_thread::get_id() != thread_;
+    if (!(helps ? send() : turn_->without_place(send))) leave();
+    log_->written();
+  }
+  /// Reads the next message of a stream; returns whether there is one.
+  template <class Reader, class Message>
+  bool next(Reader& reader, Message& message) {
+    host_.lifecycle.leave();
+    const bool is_there = turn_->without_place([&] { return reader.Read(&message); });
+    host_.lifecycle.enter();
+    return is_there;
+  }
+
+  /// Returns the status that the caller is told for the exception that is handled.
+  grpc::Status current_error() const;
+  /// Writes the log line. The memory and the place of the call are given back when this object is
+  /// destroyed, after its reply is sent.
+  void end(const grpc::Status& status);
+
+  Host& host() const { return host_; }
+  CallLog& log() { return *log_; }
+  Account& account() const { return *account_; }
+  /// Requests a stop when the caller leaves or the server ends its calls.
+  const std::stop_token& stop() const { return stop_; }
+  bool caller_left() const { return context_.IsCancelled(); }
+  const Principal& principal() const { return account_->principal(); }
+  grpc::ServerContext& context() const { return context_; }
+
+ private:
+  /// The most bytes of a request that is read in less than the free time of a turn.
+  static constexpr std::size_t short_request = 4 << 10;
+
+  [[noreturn]] static void unreadable(const google::protobuf::Descriptor& type);
+  [[noreturn]] static void leave();
+  /// Ends the turn, and tells the log how long the call has computed.
+  struct Computed {
+    explicit Computed(ServerCall& call) : of(call) {}
+    ~Computed();
+    ServerCall& of;
+  };
+  struct RequestStop {
+    std::stop_source& stop;
+    void operator()() const { stop.request_stop(); }
+  };
+
+  Host& host_;
+  grpc::ServerContext& context_;
+  const std::thread::id thread_ = std::this_thread::get_id();
+  std::optional<CallLog> log_;
+  Account* account_ = nullptr;
+  Callers* callers_ = nullptr;
+  AdmittedCall admitted_;
+  bool counted_ = false;
+  std::stop_source stop_source_;
+  const std::stop_token stop_ = stop_source_.get_token();
+  std::stop_callback<RequestStop> shutdown_;
+  std::optional<Turns::OfCall> turn_;
+  MemoryLease memory_;
+};
+
+}  // namespace stiefel::server
