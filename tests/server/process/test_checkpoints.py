@@ -2,8 +2,8 @@
 import hashlib
 import struct
 
-import numpy as np
 import grpc
+import numpy as np
 import pytest
 from conftest import BODY
 
