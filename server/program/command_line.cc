@@ -19,7 +19,7 @@ constexpr std::string_view prefix = "STIEFEL_";
 /// The names after the prefix. The server's are those of `stiefel-server flags`.
 constexpr std::array known_variables = {
     // of the server
-    "GRACE", "IDLE_TIMEOUT", "INSECURE", "LISTEN", "LOG_FORMAT", "LOG_LEVEL", "MAX_CALL_WORK",
+    "GRACE", "IDLE_TIMEOUT", "INSECURE", "LISTEN", "LOG_FORMAT", "LOG_LEVEL", "MAX_CALL_SECONDS",
     "MAX_CONNECTION_AGE", "MAX_SESSIONS", "MEMORY", "METRICS", "PRINCIPAL_MEMORY",
     "PRINCIPAL_SESSIONS", "STORE", "THREADS", "TLS_CERT", "TLS_CLIENT_CA", "TLS_KEY", "TOKENS",
     // of the clients

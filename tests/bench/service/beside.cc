@@ -149,7 +149,7 @@ int main(int, char** argv) {
       other.stub->Step(context, request, &response);
     });
   }
-  std::this_thread::sleep_for(1s);
+  std::this_thread::sleep_for(3s);
   steps(mine, what);
   for (const auto& context : contexts) context->TryCancel();
 }
