@@ -118,6 +118,11 @@ class ServerCall {
     stop_point();
     if (host_.lifecycle.stopping()) throw Stopped();
   }
+  /// Calls `wait`, which waits for other calls, without a place to compute in.
+  template <class Wait>
+  auto without_place(const Wait& wait) {
+    return turn_->without_place(wait);
+  }
   /// Waits until a change is on disk, and throws StatusError if it cannot be written. Does nothing
   /// without a change.
   void wait_for(const std::shared_ptr<PendingWrite>& change);

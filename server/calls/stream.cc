@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <semaphore>
 #include <utility>
 
 #include "server/calls/requests.h"
@@ -30,15 +31,52 @@ std::uint64_t stream_memory(const Session& session, const std::vector<std::size_
 /// The longest time for which a sample waits for others to fill a message.
 constexpr std::chrono::milliseconds longest_wait{10};
 
+/// A stream's place among those that hold a large simulation at once: the others of the principal
+/// wait without one. A small simulation needs no place.
+class LargePlace {
+ public:
+  LargePlace(ServerCall& call, const Session& session)
+      : call_(call), places_(call.account().large_streams()), needed_(Cursor::is_large(session)) {
+    take();
+  }
+  ~LargePlace() { leave(); }
+  LargePlace(const LargePlace&) = delete;
+  LargePlace& operator=(const LargePlace&) = delete;
+
+  void take() {
+    if (!needed_ || taken_) return;
+    while (!(taken_ = call_.without_place([&] { return places_.try_acquire_for(longest_look); })))
+      call_.pass();
+  }
+  /// Gives the simulation and the place back, unless the simulation is between two states.
+  void rest(Sampling& sampling) {
+    if (needed_ && sampling.rest()) leave();
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds longest_look{50};
+  void leave() {
+    if (std::exchange(taken_, false)) places_.release();
+  }
+
+  ServerCall& call_;
+  std::counting_semaphore<>& places_;
+  const bool needed_;
+  bool taken_ = false;
+};
+
 /// Takes samples until the batch is full, all are taken or one has waited for `longest_wait`.
-void fill(ServerCall& call, Sampling& sampling, Batch& batch) {
-  const auto end = std::chrono::steady_clock::now() + longest_wait;
-  while (true) {
+void fill(ServerCall& call, LargePlace& place, Sampling& sampling, Batch& batch) {
+  using Clock = std::chrono::steady_clock;
+  for (auto end = Clock::now() + longest_wait;; call.pass()) {
+    place.take();
     sampling.fill(batch, call.stop());
     if (sampling.cursor().stopped()) throw Stopped();
     if (sampling.done() || sampling.full(batch) || sampling.price_reached()) return;
-    if (batch.size() > 0 && std::chrono::steady_clock::now() > end) return;
-    call.pass();
+    if (Clock::now() < end) continue;
+    if (batch.size() > 0) return;
+    place.rest(sampling);
+    end = Clock::now() + longest_wait;
   }
 }
 
@@ -46,8 +84,13 @@ void fill(ServerCall& call, Sampling& sampling, Batch& batch) {
 class Sent {
  public:
   Sent(ServerCall& call, const Session& session, const std::vector<std::size_t>& fields,
-       Sampling& sampling, grpc::ServerWriter<grpc::ByteBuffer>& writer)
-      : call_(call), session_(session), fields_(fields), sampling_(sampling), writer_(writer) {
+       LargePlace& place, Sampling& sampling, grpc::ServerWriter<grpc::ByteBuffer>& writer)
+      : call_(call),
+        session_(session),
+        fields_(fields),
+        place_(place),
+        sampling_(sampling),
+        writer_(writer) {
     sampling_.clear(batch_);
   }
 
@@ -79,7 +122,7 @@ class Sent {
   /// Sends the bytes. A simulation of large N would hold its memory while the reader lets it wait.
   void write() {
     const bool last = messages_.empty() && sampling_.done();
-    if (!last) sampling_.rest();
+    if (!sampling_.done()) place_.rest(sampling_);
     call_.write(writer_, bytes_, last);
   }
   /// Adds what a message has beside its samples, and serializes it.
@@ -99,6 +142,7 @@ class Sent {
   ServerCall& call_;
   const Session& session_;
   const std::vector<std::size_t>& fields_;
+  LargePlace& place_;
   Sampling& sampling_;
   grpc::ServerWriter<grpc::ByteBuffer>& writer_;
   Batch batch_;
@@ -119,12 +163,13 @@ void Stream(ServerCall& call, const v1::StreamRequest& request,
                               std::max<std::int64_t>(request.every(), 1),
                               request.checkpoint_every(), request.return_checkpoint()};
   call.hold(stream_memory(*session, fields, range, request.scene_arrays()));
+  LargePlace place(call, *session);
   Sampling sampling(*session, fields, range, call.stop());
-  Sent sent(call, *session, fields, sampling, writer);
+  Sent sent(call, *session, fields, place, sampling, writer);
   if (request.scene_arrays()) sent.scene();
   try {
     while (!sampling.done()) {
-      fill(call, sampling, sent.batch());
+      fill(call, place, sampling, sent.batch());
       sent.send();
     }
   } catch (const Stopped&) {

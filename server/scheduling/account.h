@@ -1,11 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <semaphore>
 #include <shared_mutex>
 #include <string>
+#include <thread>
 #include <unordered_map>
 
 #include "server/scheduling/memory_budget.h"
@@ -41,6 +44,10 @@ class Account {
   MemoryBudget& memory() { return memory_.limit() > 0 ? memory_ : whole_memory_; }
   MemoryBudget& whole_memory() { return whole_memory_; }
 
+  /// The places for the principal's streams that hold a large simulation at once, one a core and at
+  /// least four.
+  std::counting_semaphore<>& large_streams() { return large_streams_; }
+
   /// A session's place in the account, given back when the last copy is destroyed.
   using SessionPermit = std::shared_ptr<void>;
   struct Admission {
@@ -60,6 +67,8 @@ class Account {
   MemoryBudget& whole_memory_;
   MemoryBudget memory_;
   Turns::Share share_;
+  std::counting_semaphore<> large_streams_{
+      std::max(4, static_cast<int>(std::thread::hardware_concurrency()))};
   std::atomic<std::uint32_t> sessions_ = 0, calls_ = 0;
 };
 

@@ -40,8 +40,10 @@ void Cursor::cancel() {
   end(RunStatus{Outcome::cancelled, std::nullopt});
 }
 
+bool Cursor::is_large(const Session& session) { return session.saved_size() >= least_to_rest; }
+
 void Cursor::rest() {
-  if (!simulation_ || on_the_way_ || session_->saved_size() < least_to_rest) return;
+  if (!simulation_ || on_the_way_ || !is_large(*session_)) return;
   rested_ = session_->keep(*simulation_);
   if (!rested_) return;
   rested_at_ = simulation_->step();

@@ -55,6 +55,9 @@ class Cursor {
   /// may be called. Does nothing when the state has fewer than 8192 numbers, when members are on
   /// their way, or when there is no memory for a copy.
   void rest();
+  /// Whether the session is so large that `rest` gives the simulation back.
+  static bool is_large(const Session& session);
+  bool rests() const { return !simulation_; }
 
   const RunStatus& run_status() const { return run_status_; }
   /// Whether a stop request or `cancel` ended the run.

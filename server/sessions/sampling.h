@@ -62,8 +62,11 @@ class Sampling {
   /// Whether the cursor has taken the price of the call. The samples in the batch are to be sent
   /// before the next `fill`, which throws.
   bool price_reached() const { return price_reached_; }
-  /// Calls `Cursor::rest`; the next `fill` ends the rest.
-  void rest() { cursor_.rest(); }
+  /// Calls `Cursor::rest`; the next `fill` ends the rest. Returns whether the cursor rests.
+  bool rest() {
+    cursor_.rest();
+    return cursor_.rests();
+  }
   /// Stops before the end. Makes a checkpoint of the last good state, if the range asks for any.
   /// Returns whether samples or a checkpoint are there to be sent.
   bool save(const Batch& batch);
