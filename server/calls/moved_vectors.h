@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "server/calls/requests.h"
@@ -13,10 +14,12 @@
 namespace stiefel::server {
 
 /// Answers a call that moves tangent vectors along the states of a session: `Answer` is
-/// LinearizeAnswer or LyapunovAnswer.
+/// LinearizeAnswer, whose messages all have results, or LyapunovAnswer.
 template <class Answer, class Request, class Response>
 void move_vectors(ServerCall& call, const Request& request, grpc::ServerWriter<Response>& writer) {
-  constexpr std::chrono::milliseconds longest_silence{100};
+  constexpr bool reports = !std::is_same_v<Answer, LinearizeAnswer>;
+  constexpr std::chrono::milliseconds longest_silence =
+      reports ? std::chrono::milliseconds(100) : std::chrono::hours(24 * 365);
   SessionLease session = call.session(request.session_id());
   check(check_step("from", request.from()));
   check(check_step("to", request.to(), request.from()));

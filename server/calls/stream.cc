@@ -48,9 +48,12 @@ class LargePlace {
     while (!(taken_ = call_.without_place([&] { return places_.try_acquire_for(longest_look); })))
       call_.pass();
   }
-  /// Gives the simulation and the place back, unless the simulation is between two states.
-  void rest(Sampling& sampling) {
-    if (needed_ && sampling.rest()) leave();
+  /// Gives the simulation and the place back, unless the simulation is between two states. Returns
+  /// whether it did.
+  bool rest(Sampling& sampling) {
+    if (!needed_ || !sampling.rest()) return false;
+    leave();
+    return true;
   }
 
  private:
@@ -119,10 +122,13 @@ class Sent {
       write();
     }
   }
-  /// Sends the bytes. A simulation of large N would hold its memory while the reader lets it wait.
+  /// Sends the bytes. A large simulation and its batch are not held while the reader lets it wait.
   void write() {
     const bool last = messages_.empty() && sampling_.done();
-    if (!sampling_.done()) place_.rest(sampling_);
+    if (!sampling_.done() && place_.rest(sampling_)) {
+      batch_ = {};
+      sampling_.clear(batch_);
+    }
     call_.write(writer_, bytes_, last);
   }
   /// Adds what a message has beside its samples, and serializes it.

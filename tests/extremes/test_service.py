@@ -313,4 +313,4 @@ def test_frames_of_too_many_rows(client, limits):
 def test_frames_are_as_large_as_the_memory_of_a_search(client):
     assert client.geodesics(**frames(1, 4000))[0].outcome == "REACHED"
     many = frames(5, 30_000) | {"inertia": np.linspace(1, 10, 30_000)}
-    refused(lambda: client.geodesics(**many)[0], "Q_0", "5 x 30000", "at most 512 MiB")
+    refused(lambda: client.geodesics(**many)[0], "pairs[0].Q_0", "5 x 30000", "at most 512 MiB")

@@ -51,7 +51,7 @@ CONVERSION = "server/convert"
 # What the folders outside the engine may include with quotes, in addition to TEXT and themselves.
 OTHERS = {
     "engine/include/stiefel": [PUBLIC],
-    "server/scheduling": [r"stiefel/crew\.h"],
+    "server/scheduling": [r"stiefel/(crew|stop)\.h"],
     "server/sessions": [PUBLIC, r"server/scheduling/.*"],
     "server/sessions/store": [r"server/scheduling/(principal|process)\.h", r"server/sessions/.*"],
     CONVERSION: [PUBLIC, PROTO, r"server/(scheduling|sessions)/.*"],

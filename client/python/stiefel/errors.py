@@ -131,7 +131,7 @@ class DeadlineExceeded(StiefelError, TimeoutError):
     """The time given to a call is over. For a trajectory, `partial` has the samples that had arrived."""
 
     code = grpc.StatusCode.DEADLINE_EXCEEDED
-    _takes: str = ""  #: how long the call takes, if the server has told that
+    _takes: str = ""  #: how long the call takes, if that is known
 
 
 class Unavailable(StiefelError):

@@ -20,7 +20,7 @@ from stiefel import v1 as pb
 from stiefel._wire.failures import from_rpc_error
 from stiefel._wire.replies import require
 from stiefel._wire.retries import Attempts
-from stiefel.errors import Closed, CorruptReply, DeadlineExceeded, StiefelError, Unavailable
+from stiefel.errors import Closed, CorruptReply, StiefelError, Unavailable
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 from stiefel.version import __version__
 
@@ -115,8 +115,6 @@ class Connection:
         if not isinstance(failure, grpc.RpcError):
             raise failure
         error = from_rpc_error(failure, self._tls, self.address)
-        if isinstance(error, DeadlineExceeded):
-            error._takes = _takes(failure)
         if error.code is grpc.StatusCode.UNIMPLEMENTED and not error.reason:  # gRPC's own names neither call nor version
             error._say(f"the server of {self.address} does not have this call ({error.message}): it needs stiefel-server "
                        f"{__version__}, the version of this client, or a later one")
@@ -147,15 +145,6 @@ class Connection:
             opened, self._opened = self._opened, None
         if opened is not None:
             opened[0].close()
-
-
-def _takes(failure: Any) -> str:
-    """How long a failed call takes, as its server told at the beginning; empty if it told nothing."""
-    told = {key: value for key, value in failure.initial_metadata() or ()}
-    if "stiefel-work" not in told:
-        return ""
-    work, bound = float(told["stiefel-work"]), "at most" if "stiefel-work-bound" in told else "about"
-    return f"; it takes {bound} {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)"
 
 
 def close_all() -> None:

@@ -71,12 +71,14 @@ class Recreation:
         """Call this before deleting the session: the handle never creates it again, and later calls raise NotFound."""
         self._scene, self._ended = None, True
 
-    def failed(self, failure: grpc.RpcError) -> StiefelError:
-        """Returns the exception of a failed call. Raises BuildChanged if this handle could create the session at that server,
+    def failed(self, failure: grpc.RpcError, to: int = 0) -> StiefelError:
+        """Returns the exception of a failed call, `to` the last step of it. Raises BuildChanged if this handle could create the session at that server,
         which is of another build."""
         if self._scene is not None:
             self.check_build(failure)
-        error = self.connection.error(failure)
+        error, work = self.connection.error(failure), self._step_work * to
+        if work > 0:
+            error._takes = f"; it takes about {work / WORK_PER_SECOND:.2g} s of one core ({work:.1e} instructions)"
         self.keep_of(error)
         return error
 
@@ -123,7 +125,7 @@ class Recreation:
                 self.reached = getattr(message, "step", self.reached)
                 yield message
         except grpc.RpcError as failure:
-            raise self.failed(failure) from None
+            raise self.failed(failure, getattr(request, "to", 0)) from None
         finally:
             stream.cancel()
         raise CorruptReply("the stream ended without saying how the run ended: a part of it is missing")
@@ -132,7 +134,7 @@ class Recreation:
         try:
             reply, call = getattr(self.connection.stub, method).with_call(request, timeout=timeout, metadata=metadata)
         except grpc.RpcError as failure:
-            raise self.failed(failure) from None
+            raise self.failed(failure, getattr(request, "to", 0)) from None
         self.check_build(call)
         return self.connection.answered(reply)
 
