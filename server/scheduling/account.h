@@ -45,7 +45,7 @@ class Account {
   MemoryBudget& whole_memory() { return whole_memory_; }
 
   /// The places for the principal's streams that hold a large simulation at once, one a core and at
-  /// least four.
+  /// least two.
   std::counting_semaphore<>& large_streams() { return large_streams_; }
 
   /// A session's place in the account, given back when the last copy is destroyed.
@@ -68,7 +68,7 @@ class Account {
   MemoryBudget memory_;
   Turns::Share share_;
   std::counting_semaphore<> large_streams_{
-      std::max(4, static_cast<int>(std::thread::hardware_concurrency()))};
+      std::max(2, static_cast<int>(std::thread::hardware_concurrency()))};
   std::atomic<std::uint32_t> sessions_ = 0, calls_ = 0;
 };
 
