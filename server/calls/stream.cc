@@ -9,6 +9,7 @@
 #include "server/convert/memory_price.h"
 #include "server/convert/messages.h"
 #include "server/convert/work_price.h"
+#include "server/scheduling/memory_limit.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
 
@@ -53,6 +54,7 @@ class LargePlace {
   bool rest(Sampling& sampling) {
     if (!needed_ || !sampling.rest()) return false;
     leave();
+    give_back_unused_stack();
     return true;
   }
 

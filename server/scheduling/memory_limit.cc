@@ -1,6 +1,8 @@
 #include "server/scheduling/memory_limit.h"
 
 #include <malloc.h>
+#include <pthread.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -55,6 +57,8 @@ constexpr auto longest_wait = std::chrono::seconds(5);
 constexpr std::uint64_t least_given_back = std::uint64_t{64} << 20;
 constexpr std::uint64_t least_surplus = std::uint64_t{64} << 20;
 constexpr int largest_kept = 512 * 1024, arenas_a_core = 2;
+/// Pages of a stack that stay, for the functions that are called next.
+constexpr std::uintptr_t pages_of_the_next_calls = 16;
 
 }  // namespace
 
@@ -118,6 +122,20 @@ void keep_little_freed_memory() {
   mallopt(M_TRIM_THRESHOLD, 2 * largest_kept);
   const auto cores = static_cast<int>(std::thread::hardware_concurrency());
   mallopt(M_ARENA_MAX, arenas_a_core * std::max(cores, 2));
+}
+
+void give_back_unused_stack() {
+  pthread_attr_t attributes;
+  if (pthread_getattr_np(pthread_self(), &attributes) != 0) return;
+  void* low = nullptr;
+  std::size_t size = 0;
+  pthread_attr_getstack(&attributes, &low, &size);
+  pthread_attr_destroy(&attributes);
+  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  const auto begin = reinterpret_cast<std::uintptr_t>(low);
+  const auto here = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0));
+  const std::uintptr_t end = (here / page - pages_of_the_next_calls) * page;
+  if (end > begin) madvise(low, end - begin, MADV_DONTNEED);
 }
 
 FreedMemory::FreedMemory(const MemoryBudget& budget)

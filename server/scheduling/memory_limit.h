@@ -45,6 +45,10 @@ std::uint64_t session_share(std::uint64_t memory);
 /// settings of its host alone.
 void keep_little_freed_memory();
 
+/// Gives back the pages below the stack of this thread. A step of a large body leaves megabytes of
+/// them, which a thread that waits would hold.
+void give_back_unused_stack();
+
 /// A thread that gives freed memory back to the system when the process holds more than the budget
 /// says is taken, by 64 MiB (an eighth of a budget below 512 MiB) and by an eighth of what is
 /// taken. Does so only once 64 MiB (a sixty-fourth of a budget below 4 GiB) were given back to the
