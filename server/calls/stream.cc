@@ -49,13 +49,14 @@ class LargePlace {
     while (!(taken_ = call_.without_place([&] { return places_.try_acquire_for(longest_look); })))
       call_.pass();
   }
-  /// Gives the simulation and the place back, unless the simulation is between two states. Returns
-  /// whether it did.
+  /// Gives the place back, and the simulation unless it is between two states or its state does not
+  /// fit into the memory. Returns whether it gave the simulation back.
   bool rest(Sampling& sampling) {
-    if (!needed_ || !sampling.rest()) return false;
+    if (!needed_) return false;
+    const bool rests = sampling.rest();
     leave();
     give_back_unused_stack();
-    return true;
+    return rests;
   }
 
  private:
