@@ -58,12 +58,12 @@ class LargePlace {
     give_back_unused_stack();
     return rests;
   }
-
- private:
-  static constexpr std::chrono::milliseconds longest_look{50};
   void leave() {
     if (std::exchange(taken_, false)) places_.release();
   }
+
+ private:
+  static constexpr std::chrono::milliseconds longest_look{50};
 
   ServerCall& call_;
   std::counting_semaphore<>& places_;
@@ -128,7 +128,9 @@ class Sent {
   /// Sends the bytes. A large simulation and its batch are not held while the reader lets it wait.
   void write() {
     const bool last = messages_.empty() && sampling_.done();
-    if (!sampling_.done() && place_.rest(sampling_)) {
+    if (sampling_.done()) {
+      place_.leave();
+    } else if (place_.rest(sampling_)) {
       batch_ = {};
       sampling_.clear(batch_);
     }
