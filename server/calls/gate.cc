@@ -21,7 +21,7 @@ grpc::Status Gate::serve(std::optional<ServerCall>& call, grpc::ServerContext& c
   return status;
 }
 
-/// The call, and with it its memory, lives until the reply is sent.
+/// Serves an RPC with one reply. The call, and with it its memory, lives until the reply is sent.
 template <class Request, class Response>
 class Gate::UnaryHandler final : public grpc::internal::MethodHandler {
  public:
@@ -51,7 +51,8 @@ class Gate::UnaryHandler final : public grpc::internal::MethodHandler {
   Unary<Request, Response>* const handler_;
 };
 
-/// The call lives until its status is sent, as above.
+/// Serves an RPC with a stream of messages. The call, and with it its memory, lives until its
+/// status is sent.
 template <class Request, class Response>
 class Gate::StreamingHandler final : public grpc::internal::MethodHandler {
  public:

@@ -17,8 +17,9 @@ void serialize(const Message& message, grpc::ByteBuffer& bytes) {
     throw std::bad_alloc();
 }
 
-/// What a handler gives to gRPC: its reply, or the bytes of its reply. Those of Describe are always
-/// the same, and a stream that waits for its reader holds a message only once.
+/// What a handler gives to gRPC: its reply, or the bytes of its reply. The reply of Describe never
+/// changes, so its bytes are kept; a stream gives bytes so that it holds a message only once while
+/// it waits for its reader.
 template <class Response>
 struct SentAs {
   using Type = Response;

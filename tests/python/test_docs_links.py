@@ -9,7 +9,6 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("client", "docker", "docs", "engine", "proto", "server", "tests")
 FILES = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.is_file()]
 NAMES = {path.name for path in FILES}
-# The changelog names files that are gone.
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(path for path in FILES if path.suffix == ".md")])
 # Words in backticks that name a file: with a folder, or a source file alone. `engine/systems/NAME.h` stands for any name.
 WITH_FOLDER = re.compile(r"`((?:[\w.-]+/)+[\w.-]*\.(?:cc|h|in|inc|py|md|proto|sh|json|txt|png|svg|bib))`")
@@ -36,7 +35,7 @@ def name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name)
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CHANGELOG.md"], ids=name)
 def test_every_link_leads_somewhere(page):
     dead = []
     for link in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
@@ -49,7 +48,7 @@ def test_every_link_leads_somewhere(page):
     assert dead == []
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name)
+@pytest.mark.parametrize("page", PAGES, ids=name)  # the changelog names files that are gone
 def test_every_path_in_backticks_exists(page):
     written = prose(page)
     roots = (ROOT, page.parent, ROOT / "engine")
@@ -72,6 +71,17 @@ def test_the_index_of_decisions_has_every_decision():
     titles = [re.match(r"# (\d+)\. (.*)\n", text(page)) for page in pages]
     assert [(int(n), title) for n, _, title in listed] == [(int(t[1]), t[2]) for t in titles]
     assert [file for _, file, _ in listed] == [page.name[:4] for page in pages]
+
+
+def test_the_engine_page_has_every_folder():
+    """Each folder of the engine that holds sources, or one that it is in, is a row of the table of folders."""
+    page = text(ROOT / "engine/README.md")
+    rows = re.findall(r"^\| (`.*?`) \|", page[:page.index("\n## ")], re.MULTILINE)
+    listed = [folder for row in rows for folder in re.findall(r"`([\w/]+)`", row)]
+    sources = {path.parent.relative_to(ROOT / "engine") for path in FILES
+               if path.is_relative_to(ROOT / "engine") and path.suffix in (".h", ".cc")}
+    assert [folder for folder in listed if not (ROOT / "engine" / folder).is_dir()] == []
+    assert [folder for folder in sources if not any(folder.is_relative_to(one) for one in listed)] == []
 
 
 def test_the_picture_of_the_architecture_is_what_its_script_draws():

@@ -36,7 +36,7 @@ struct Caller {
       went_on = true;
     });
   }
-  /// The same, and returns once the call waits for a place.
+  /// Begins a call on a thread of its own, and returns once it waits for a place.
   void wait_for_place() {
     const std::size_t before = all.waiting();
     start();

@@ -5,6 +5,8 @@ import threading
 from dataclasses import replace
 from typing import Any, Optional, Sequence, Union, cast
 
+import grpc
+
 from stiefel import v1 as pb
 from stiefel._given.numbers import step_index
 from stiefel._given.typed import Scene
@@ -70,10 +72,10 @@ class Held:
         return price(self._message.step_price)
 
     def _side(self) -> Optional[str]:
-        """Returns how the frame of the system moves, as `Origin.side`; None if the server does not say it at once."""
+        """Returns how the frame of the system moves, as `Origin.side`; None if one call does not tell it."""
         try:
-            return side_of(self._message.system, lambda: self._connection.call("Describe", pb.DescribeRequest(), 5.0, waits=False).systems)
-        except StiefelError:
+            return side_of(self._message.system, lambda: self._connection.stub.Describe(pb.DescribeRequest(), timeout=5.0).systems)
+        except (grpc.RpcError, ValueError, StiefelError):
             return None
 
     def _resolved(self) -> pb.Scene:
