@@ -1,6 +1,7 @@
 """Retries, resumption, deadlines and exceptions, against a server that fails on purpose."""
 import re
 import socket
+import threading
 
 import grpc
 import numpy as np
@@ -129,6 +130,23 @@ def test_a_call_that_took_too_long_says_how_long_it_takes(client, late):
         assert seconds == pytest.approx(work / 5e9, rel=0.1)
 
 
+def test_a_server_with_tls_is_told_from_a_silent_one(client):
+    """A client without TLS finds its connection closed."""
+    def closes(listener):
+        while True:
+            try:
+                listener.accept()[0].close()
+            except OSError:
+                return
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        threading.Thread(target=closes, args=[listener], daemon=True).start()
+        with stiefel.Client(f"127.0.0.1:{listener.getsockname()[1]}") as plain, pytest.raises(stiefel.Unavailable) as caught:
+            plain.describe()
+        listener.shutdown(socket.SHUT_RDWR)
+    assert str(caught.value).endswith(": it closes the connection, as a server with TLS does to a client without: give `tls`")
+
+
 @pytest.mark.parametrize("breaks", [[2], [1, 1, 1], [0, 0, 3], [UNAVAILABLE, 2, UNAVAILABLE, 1], [-1]],
                          ids=lambda breaks: " ".join(str(b) for b in breaks))
 def test_a_broken_stream_resumes_where_it_stopped(service, session, breaks):
@@ -153,6 +171,17 @@ def test_a_timeout_is_that_of_the_whole_trajectory(service, session, clock):
     assert list(partial.step) == list(range(140))
     assert list(partial["x"].ravel()) == list(partial.step)
     assert partial.computed_steps == 14 * 9
+
+
+def test_other_errors_have_what_arrived_too(service, session):
+    service.failures = [2, EXHAUSTED]
+    with pytest.raises(stiefel.ResourceExhausted) as caught:
+        session.trajectory(to=100)
+    assert list(caught.value.partial.step) == list(range(20))
+    with pytest.raises(stiefel.ResourceExhausted) as caught:
+        service.failures = [EXHAUSTED]
+        session.step(to=5)
+    assert caught.value.partial is None
 
 
 def test_a_refusal_with_a_time_is_made_again_after_it(service, session, monkeypatch):
