@@ -355,15 +355,14 @@ Violations Chooser::refusal() const {
 
 std::string Chooser::reason(const Trial& trial) const {
   const double measured = static_cast<double>(trial.steps) * std::abs(*description_.step);
-  std::string text = to_text(trial.method) + ": error " + short_text(trial.error * tolerance_) +
-                     " up to t = " + to_text(*description_.horizon) + " at " +
-                     short_text(trial.cost) + " instructions: " +
-                     (all_.size() == 1 ? "the only candidate"
-                                       : "the cheapest of " + std::to_string(all_.size()) +
-                                             " candidates") +
-                     " within " + to_text(tolerance_) +
-                     "; compared with " + samples().reference + " (error " +
-                     short_text(samples().answers.back().error) + ")";
+  std::string text =
+      to_text(trial.method) + ": error " + short_text(trial.error * tolerance_) +
+      " up to t = " + to_text(*description_.horizon) + " at " + short_text(trial.cost) +
+      " instructions: " +
+      (all_.size() == 1 ? "the only candidate"
+                        : "the cheapest of " + std::to_string(all_.size()) + " candidates") +
+      " within " + to_text(tolerance_) + "; compared with " + samples().reference + " (error " +
+      short_text(samples().answers.back().error) + ")";
   if (!is_weighed(motions_.front().with(trial.method).value()))
     text += "; the work of its steps is estimated, not counted";
   if (!trial.verified && trial.steps < steps_)

@@ -13,9 +13,9 @@
 
 #include "server/calls/call_log.h"
 #include "server/scheduling/account.h"
+#include "server/scheduling/helpers.h"
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/slice.h"
-#include "server/scheduling/helpers.h"
 #include "server/scheduling/turns.h"
 #include "server/sessions/registry.h"
 

@@ -84,7 +84,7 @@ class JoinedBytes {
   std::vector<char> whole_;
 };
 
-/// A request as it arrived, which `read` makes a message. gRPC's callback API itself would read it
+/// A request as it arrived, which `read` makes a message. gRPC itself would read it
 /// before anybody knows who pays for its memory, on its own thread, and end a call whose bytes are
 /// not a message of the right type with UNIMPLEMENTED, unseen by the service.
 ///

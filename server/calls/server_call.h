@@ -108,7 +108,6 @@ class ServerCall {
     const StopScope scope(stop_, *turn_);
     Helpers::OfCall helpers(host_.helpers, *turn_);
     const CrewOfThisThread crew(helpers);
-    const SliceLength pieces(brief_slice_nanoseconds);
     const Computed computed(*this);
     work();
   }

@@ -26,7 +26,6 @@ constexpr std::size_t max_blocks = 64;
 /// Above this dimension, or this number of members or of forms and brackets, a Diagnose is more
 /// than a slice of work.
 constexpr int small_dimension = 16;
-constexpr std::size_t few = 16;
 
 std::string near_invariant(const Scene& scene, const std::string& name) {
   const SystemInfo& system = *catalogue().system(scene.system());
@@ -136,7 +135,6 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
     task.brackets_.push_back({in.factors(Path(path, "first"), bracket.first()),
                               in.factors(Path(path, "second"), bracket.second())});
   }
-  task.large_ = whole_dimension(scene) > small_dimension || scene.members().size() > few;
   if (request.has_symplectic_test()) {
     task.symplectic_ = request.symplectic_test();
     const std::uint32_t pairs = task.symplectic_->pairs();
@@ -155,11 +153,6 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
       request.max_invariants() > 0 ? request.max_invariants() : default_invariants;
   if (!in.sound()) return std::unexpected(in.refusal());
   return task;
-}
-
-bool DiagnoseTask::takes_long(const Session& session) const {
-  return session.step_kind().kind == JobKind::unsliced || estimates_error() || symplectic_ ||
-         large_ || forms_.size() + brackets_.size() > few;
 }
 
 double DiagnoseTask::work(const Session& session) const {

@@ -19,9 +19,6 @@ class DiagnoseTask {
   /// Throws Stopped (stiefel/stop.h) on a stop request of the surrounding StopScope.
   static OrStatus<DiagnoseTask> read(const Session& session, const v1::DiagnoseRequest& request);
 
-  /// Whether the answer may be long work without slices: because of what the request asks for, or
-  /// because the search for the largest step follows steps that may take long.
-  bool takes_long(const Session& session) const;
   /// Returns the predicted work of the answer without the steps, in instructions, from its matrix
   /// products.
   double work(const Session& session) const;
@@ -51,7 +48,6 @@ class DiagnoseTask {
   std::vector<Form> forms_;
   std::vector<Bracket> brackets_;
   std::optional<v1::SymplecticTest> symplectic_;
-  bool large_ = false;  // the scene is so large that each invariant is work
   v1::ErrorEstimation estimate_error_ = v1::ERROR_ESTIMATION_UNSPECIFIED;
   std::size_t max_invariants_ = 0;
 };

@@ -125,10 +125,6 @@ ReadingWork reading_work(const Session& session, const v1::SummarizeRequest& req
   return {on_the_way + at_events, samples * on_the_way + steps * at_events + once};
 }
 
-JobKind kind_with(const Session& session, double work) {
-  return std::max(session.step_kind().kind, kind_of_steps(work / instructions_a_nanosecond));
-}
-
 double diagnosis_work(const Session& session, const DiagnosisSize& size) {
   // Matrix products for the norms, Casimirs and momenta of two states, for a form, and for a
   // bracket.

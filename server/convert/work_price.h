@@ -32,8 +32,6 @@ struct ReadingWork {
   double total = 0;  ///< of the call
 };
 ReadingWork reading_work(const Session& session, const v1::SummarizeRequest& request);
-/// Returns the kind of jobs for steps of the session with each of which so much work is done.
-JobKind kind_with(const Session& session, double work);
 
 /// What the price of a Diagnose depends on, beside its session.
 struct DiagnosisSize {

@@ -109,10 +109,4 @@ double sampling_work(const Session& session, const std::vector<std::size_t>& fie
          static_cast<double>(range.samples()) * sample_work(session, fields);
 }
 
-double expected_sampling_work(const Session& session, const std::vector<std::size_t>& fields,
-                              const Sampling::Range& range, std::int64_t start) {
-  return session.work(start, range.to, stops(range, start)) +
-         static_cast<double>(range.samples()) * sample_work(session, fields);
-}
-
 }  // namespace stiefel::server

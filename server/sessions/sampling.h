@@ -120,11 +120,8 @@ class Sampling {
   bool price_reached_ = false;
 };
 
-/// Returns the most work of such a sampling that begins with the state at `start`, and the work
-/// that is expected, in instructions.
+/// Returns the most work of such a sampling that begins with the state at `start`, in instructions.
 double sampling_work(const Session& session, const std::vector<std::size_t>& fields,
                      const Sampling::Range& range, std::int64_t start);
-double expected_sampling_work(const Session& session, const std::vector<std::size_t>& fields,
-                              const Sampling::Range& range, std::int64_t start);
 
 }  // namespace stiefel::server

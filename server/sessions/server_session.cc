@@ -14,12 +14,12 @@ namespace {
 
 constexpr std::size_t max_idle = 2;
 
-/// Returns the initial number of steps between two checkpoints: half a slice of work, more if the
+/// Returns the initial number of steps between two checkpoints: a millisecond of work, more if the
 /// states are large, so that a run of any size fills at most 16 MB a second with checkpoints.
 std::int64_t first_spacing(double step_cost, std::size_t bytes) {
   constexpr double nanoseconds_a_byte = 1e9 / 16e6;
-  const double work =
-      std::max(slice_nanoseconds / 2, static_cast<double>(bytes) * nanoseconds_a_byte);
+  constexpr double least_nanoseconds = 1e6;
+  const double work = std::max(least_nanoseconds, static_cast<double>(bytes) * nanoseconds_a_byte);
   return static_cast<std::int64_t>(
       std::bit_floor(static_cast<std::uint64_t>(std::max(work / std::max(step_cost, 1.0), 1.0))));
 }
@@ -100,8 +100,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   if (scene_.members().empty()) {
     auto simulation = make();
     set_outline(outline_of(*simulation));
-    const bool wants_rate = is_priced_by_rate(scene_) || chooses_steps(scene_) ||
-                            kind_depends_on_rate(scene_, step_cost_);
+    const bool wants_rate = is_priced_by_rate(scene_) || chooses_steps(scene_);
     const double rate = wants_rate ? simulation->rate() : 0;
     set_work(scene_, 1, rate, most_h_omega(scene_, rate));
     overflow_ = find_overflow(*simulation);
@@ -129,11 +128,11 @@ void Session::read_members() {
   const auto members = scene_.members();
   const Scene first = members.front();
   const bool by_rate = is_priced_by_rate(first);
-  const bool kind_by_rate = kind_depends_on_rate(first, 0) || chooses_steps(first);
+  const bool attempts_by_rate = chooses_steps(first);
   double rate = 0, most = 0;
   set_outline(outline_of(members, [&](const Scene& scene, const Simulation& member) {
     if (!overflow_) overflow_ = find_overflow(member);
-    if (!by_rate && !kind_by_rate) return;
+    if (!by_rate && !attempts_by_rate) return;
     const double of_member = member.rate();
     rate = std::max(rate, of_member);
     const double bound = most_h_omega(scene, of_member);
@@ -144,7 +143,6 @@ void Session::read_members() {
 
 void Session::set_work(const Scene& one, std::size_t members, double rate, double most_h_omega) {
   const double priced = is_priced_by_rate(one) ? rate : 0, of_one = step_price_of(one, priced);
-  step_kind_ = server::step_kind(one, step_cost_, most_h_omega);
   step_work_ = map_steps() * (scene_.members().empty() ? of_one
                                                        : ensemble_step_price(one, members, of_one,
                                                                              h_omega(one, priced)));

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "server/scheduling/memory_budget.h"
+#include "server/sessions/attempts.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/identity.h"
-#include "server/sessions/step_kind.h"
 #include "server/sessions/write_ahead_log.h"
 #include "stiefel/price.h"
 #include "stiefel/scene.h"
@@ -56,8 +56,6 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::vector<std::size_t>& default_fields() const { return default_fields_; }
   std::size_t saved_size() const { return saved_size_; }
   double step_cost() const { return step_cost_; }
-  /// How jobs run the session's steps.
-  const StepKind& step_kind() const { return step_kind_; }
   /// stiefel::warnings of the scene.
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether every state is computed directly from that at step 0, however far away it is.
@@ -202,7 +200,6 @@ class Session : public std::enable_shared_from_this<Session> {
   std::size_t saved_size_ = 0;
   double step_cost_ = 1;
   double step_work_ = 0;
-  StepKind step_kind_;
   std::optional<AttemptLimit> attempt_limit_;  ///< as predicted
   std::atomic<double> attempts_taken_ = 0;     ///< the most for each step of a call
   const std::vector<std::string> warnings_;

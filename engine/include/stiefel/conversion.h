@@ -64,8 +64,8 @@ using ConversionRefusal = std::variant<Violations, OutsideDomain>;
 /// (Q, S) where n < N. The step stays. The method stays where the target accepts it; otherwise
 /// the target gets its recommended method, a discrete system none. The scene's own system as target
 /// returns the scene itself, unless `body` gives the scene or the target sets ε or μ. Refused are
-/// ensembles, scenes without Q, complex scenes, and the discrete map of V(n, N), n < N, which is not
-/// the geodesic flow.
+/// ensembles, scenes without Q, complex scenes, and the discrete map of V(n, N), n < N, which is
+/// not the geodesic flow.
 std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target);
 

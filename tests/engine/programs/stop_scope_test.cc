@@ -171,8 +171,8 @@ void stops_inside_a_step(const SceneDescription& description) {
 }
 
 TEST(StopScope, AStepOfALargeBodyIsStoppedInside) {
-  for (const char* method : {"rk4", "munthe_kaas4", "implicit_midpoint",
-                             "gauss4", "variational", "adaptive"})
+  for (const char* method :
+       {"rk4", "munthe_kaas4", "implicit_midpoint", "gauss4", "variational", "adaptive"})
     stops_inside_a_step(body(96, method));
   SceneDescription high = body(96, "variational");
   high.method->order = 4;

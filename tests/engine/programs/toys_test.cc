@@ -179,8 +179,7 @@ TEST(Toys, WithoutAReferenceTheRefusalSaysSo) {
   auto d = toy_scene("rk4");
   const Scene scene = resolved(d);
   const auto now = make_simulation(scene);
-  EXPECT_EQ(estimate_error(scene, *now, 1e9, {}).missing,
-            "there is no reference for brockett");
+  EXPECT_EQ(estimate_error(scene, *now, 1e9, {}).missing, "there is no reference for brockett");
   auto tradeoff = Tradeoff::prepare({.scene = d, .horizon = 2});
   ASSERT_TRUE(tradeoff);
   EXPECT_EQ(tradeoff->solve_reference({}).error()[0].field, "scene.system");

@@ -68,7 +68,8 @@ TEST(SummaryOfAnEnsemble, OfManyMembersIsTheSameInPartsAndResumed) {
   EXPECT_EQ(finish(summary).bits(), whole);
 }
 
-/// Events and states at times are reported in the order of steps, once all members have passed them.
+/// Events and states at times are reported in the order of steps, once all members have passed
+/// them.
 TEST(SummaryOfAnEnsemble, OfManyMembersFindsTheSameEventsInParts) {
   limit_threads(1);
   auto scenes = bodies(300, "rk4", 0.3);

@@ -1,5 +1,5 @@
 // The limit of the attempts of a method that chooses its own steps.
-#include "server/sessions/step_kind.h"
+#include "server/sessions/attempts.h"
 
 #include <gtest/gtest.h>
 
