@@ -104,9 +104,9 @@ class Tradeoff(Shown):
 
         `axes`: the matplotlib axes to use; new ones by default. `cost`: "work" or "time" (CPU seconds per simulated
         second, the median with a bar over the repeats). `error`: "error" (the larger of attitude and momentum error),
-        "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. The order and
-        arithmetic with the most accurate point of each method is a coloured curve; all other curves are grey. Needs matplotlib:
-        stiefel[plot].
+        "attitude_error", "momentum_error" or "drift". The Pareto front is drawn in black on top. Of each method
+        the order and arithmetic with the point of the smallest product of cost and error is a coloured curve; all other curves
+        are grey. Needs matplotlib: stiefel[plot].
         """
         if cost not in ("work", "time"):
             raise ValueError(f'cost: {cost!r}: must be "work" or "time"')
@@ -120,7 +120,7 @@ class Tradeoff(Shown):
                 families.setdefault(point.family, []).append((x, max(value, known), point))
         front = diagram.pareto_front(one[:2] for curve in families.values() for one in curve)
         best: dict[str, str] = {}
-        for name in sorted(families, key=lambda name: min(y for _, y, _ in families[name])):
+        for name in sorted(families, key=lambda name: min(x * y for x, y, _ in families[name])):
             best.setdefault(families[name][0][2].method, name)
         named = [*best.values()]
         for name, curve in families.items():
