@@ -4,7 +4,6 @@
 #include "server/calls/service.h"
 #include "server/convert/geodesics/geodesic_answers.h"
 #include "server/convert/memory_price.h"
-#include "server/convert/work_price.h"
 
 namespace stiefel::server {
 void Connect(ServerCall& call, const v1::ConnectRequest& request,
@@ -17,7 +16,7 @@ void Connect(ServerCall& call, const v1::ConnectRequest& request,
                                                call.account().memory().limit() / part_of_memory);
   call.memory().grow_to(call.memory().bytes() + at_once * workspace +
                         waiting_answers_bytes(request));
-  ConnectAnswer answer(std::move(task), call.memory().bytes(), at_once);
+  ConnectAnswer answer(std::move(task), at_once);
   v1::ConnectResponse message;
   std::mutex sending;
   const auto send = [&] {

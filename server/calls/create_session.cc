@@ -1,11 +1,9 @@
-#include <algorithm>
 #include <utility>
 
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/memory_price.h"
-#include "server/convert/work_price.h"
 
 namespace stiefel::server {
 void CreateSession(ServerCall& call, const v1::CreateSessionRequest& request,
@@ -20,7 +18,6 @@ void CreateSession(ServerCall& call, const v1::CreateSessionRequest& request,
   MemoryLease resolving(memory, scene_workspace(given));
   ResolvedScene scene = value_of(read_scene(request.has_scene(), given, "scene",
                                             [&] { resolving.grow_to(choice_workspace(given)); }));
-  const std::uint64_t to_resolve = resolving.bytes();
   resolving = {};  // the session pays for its scene
   // A session is made only if its first step and the reply fit beside it. The state may have twice
   // the arrays of the request.
@@ -31,10 +28,6 @@ void CreateSession(ServerCall& call, const v1::CreateSessionRequest& request,
                                    request.checkpoint(), request.recreate()));
   to_proto(*made.session, resolution, host.registry, request.view(), response->mutable_session());
   response->set_created(made.created);
-  if (const double work = wants_choice(given) ? most_choice_work() : recommendation_work(given);
-      work > 0)
-    to_proto(work, 0, v1::PRICE_BOUND_AT_MOST, std::max(to_resolve, step.bytes()),
-             response->mutable_price());
   call.hold(memory_price({.reply = response->ByteSizeLong()}));
   call.wait_for(made.pending_write);
 }

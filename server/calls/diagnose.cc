@@ -13,7 +13,7 @@ void Diagnose(ServerCall& call, const v1::DiagnoseRequest& request,
   const DiagnoseTask task = value_of(DiagnoseTask::read(*session, request));
   Cursor cursor(*session, request.to(), call.stop());
   advance(call, *session, cursor, request.to());
-  check(task.answer(*session, cursor, call.memory().bytes(), call.stop(), response));
+  check(task.answer(*session, cursor, call.stop(), response));
   call.pass();  // an answer computed during a stop may be incomplete
 }
 

@@ -62,7 +62,10 @@ void Drive(ServerCall& call,
                           first ? "the first message must name a session" : "must be one"));
     response.has_step() ? response.mutable_step()->Clear() : response.Clear();
     try {
-      call.run([&] { driven.answer(call, request.message(), response.mutable_step()); });
+      call.run([&] {
+        driven.answer(call, request.message(), response.mutable_step());
+        response.mutable_step()->set_work(call.work());
+      });
     } catch (...) {
       const grpc::Status error = call.current_error();
       call.log().refuse(error);

@@ -16,8 +16,6 @@ void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
   Cursor cursor(*from, request.from_step(), call.stop());
   advance(call, *from, cursor, request.from_step());
   to_proto(cursor, from->scene(), response->mutable_run_status());
-  to_proto(from->most_work(cursor.start(), request.from_step()), 0, bound_of_steps(*from),
-           from->simulation_bytes() + call.memory().bytes(), response->mutable_price());
   if (!cursor.run_status().reached()) return;
   ResolvedScene scene = value_of(forked(*from, cursor, request));
   const Resolution resolution = scene.resolution;

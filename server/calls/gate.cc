@@ -39,7 +39,10 @@ class Gate::UnaryHandler final : public grpc::internal::MethodHandler {
     std::optional<ServerCall> call;
     Response response;
     grpc::Status status = gate_.serve(call, context, name_, [&](ServerCall& of) {
-      of.run([&] { handler_(of, of.read(*request), &response); });
+      of.run([&] {
+        handler_(of, of.read(*request), &response);
+        if constexpr (requires { response.set_work(0); }) response.set_work(of.work());
+      });
     });
     request->~ReadRequest();
     grpc::internal::UnaryRunHandlerHelper(parameter, &response, status);

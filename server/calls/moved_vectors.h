@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -29,13 +31,13 @@ void move_vectors(ServerCall& call, const Request& request, grpc::ServerWriter<R
   if (const auto members = session->scene().members().size(); members > 0)
     throw StatusError(errors::invalid("session_id", std::to_string(members) + " members",
                                       "the scene must have no `members`"));
-  const TangentPrice price = price_of(*session, request);
-  call.hold(memory_price({held_by(request), price.bytes}));
-  const double step_cost = session->step_cost() + price.of_step / instructions_a_nanosecond;
-  Answer answer(std::move(session), request, price.total, call.memory().bytes());
+  call.hold(memory_price({held_by(request), tangent_workspace(*session, request)}));
+  const double slice = slice_fraction(session->step_cost());
+  Answer answer(std::move(session), request);
   check(answer.make());
-  send_results<Response>(call, writer, answer, longest_silence,
-                         [&] { check(answer.advance(slice_steps(step_cost), call.stop())); });
+  send_results<Response>(call, writer, answer, longest_silence, slice, [&](double steps) {
+    check(answer.advance(std::max<std::int64_t>(static_cast<std::int64_t>(steps), 1), call.stop()));
+  });
   call.log().did(0, answer.computed_steps());
 }
 

@@ -10,8 +10,7 @@ namespace stiefel::server {
 ServerCall::ServerCall(Host& host, grpc::ServerContext& context, const char* name)
     : host_(host),
       context_(context),
-      log_(std::in_place, host.log, context, name, host.metrics.get()),
-      shutdown_(host.lifecycle.stop_token(), RequestStop{stop_source_}) {
+      log_(std::in_place, host.log, context, name, host.metrics.get()) {
   if (const auto trace = trace_id_of(context); !trace.empty())
     context.AddTrailingMetadata("stiefel-trace-id", std::string(trace));
   host_.lifecycle.enter();
@@ -45,8 +44,8 @@ SessionLease ServerCall::session(std::string_view id, const char* field) {
 }
 
 ServerCall::Computed::~Computed() {
-  const std::chrono::duration<double, std::nano> spent = of.turn_->give();
-  of.log_->did(spent.count() * instructions_a_nanosecond);
+  of.turn_->give();
+  of.log_->did(of.work());
 }
 
 void ServerCall::unreadable(const google::protobuf::Descriptor& type) {
@@ -67,17 +66,16 @@ grpc::Status ServerCall::current_error() const {
     throw;
   } catch (const StatusError& error) {
     status = error.status;
-  } catch (const TimeReached& reached) {
-    const double most = std::chrono::duration<double>(reached.most).count();
-    status = errors::over_quota({"call_seconds", most, most, {}});
   } catch (...) {
     status = errors::from_current_exception();
   }
   // What a stop interrupted may have another error of its own.
   const bool told = status.error_code() == grpc::UNAVAILABLE;
   if (stop_.stop_requested() && !told) status = errors::cancelled();
-  const bool stopped = status.error_code() == grpc::CANCELLED;
-  return stopped && host_.lifecycle.stopping() && !caller_left() ? errors::shutting_down() : status;
+  if (status.error_code() != grpc::CANCELLED || caller_left()) return status;
+  if (turn_ && turn_->time_is_up())
+    return errors::time_reached(std::chrono::duration<double>(account_->most_time()).count());
+  return host_.lifecycle.stopping() ? errors::shutting_down() : status;
 }
 
 void ServerCall::end(const grpc::Status& status) {

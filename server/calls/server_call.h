@@ -2,6 +2,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -41,19 +42,23 @@ Value value_of(std::expected<Value, Error> checked) {
     throw StatusError(errors::invalid(checked.error()));
 }
 
-/// Sends the messages of an answer, and lets it `advance` by one piece of work at a time while it
-/// has no results. A message without results, which tells the progress, follows the one before by
-/// `longest_wait`.
+/// Sends the messages of an answer, and lets it `advance` by `slice` steps at a time while it has
+/// no results, by fewer once so many have taken longer than a turn. A message without results,
+/// which tells the progress, follows the one before by `longest_wait`.
 template <class Response, class Call, class Writer, class Answer, class Advance>
 void send_results(Call& call, Writer& writer, Answer& answer,
-                  std::chrono::milliseconds longest_wait, const Advance& advance) {
+                  std::chrono::milliseconds longest_wait, double slice, const Advance& advance) {
   Response message;
   try {
     for (bool last = false; !last;) {
       const auto due = std::chrono::steady_clock::now() + longest_wait;
       while (!answer.has_results() && std::chrono::steady_clock::now() < due) {
         call.pass();
-        advance();
+        const double before = call.work();
+        advance(slice);
+        const double took = (call.work() - before) / instructions_a_nanosecond;
+        if (took > 2 * long_slice)
+          slice = std::max(slice * long_slice / took, std::min(slice, 1.0));
       }
       last = answer.next(message);
       call.write(writer, message, last);
@@ -69,8 +74,7 @@ void send_results(Call& call, Writer& writer, Answer& answer,
 }
 
 /// A call while its handler runs, on a thread of its own: who makes it and pays for it, its log,
-/// its turn, its stop. The stop is requested when the caller leaves and when the server ends its
-/// calls.
+/// its turn, its stop.
 class ServerCall {
  public:
   ServerCall(Host& host, grpc::ServerContext& context, const char* name);
@@ -104,6 +108,10 @@ class ServerCall {
   /// Runs a part of the handler, which may compute: its stop points pass the call's turn.
   template <class Work>
   void run(const Work& work) {
+    stop_source_ = {};  // what stopped a request of a Drive does not stop the next
+    stop_ = stop_source_.get_token();
+    const std::stop_callback shutdown(host_.lifecycle.stop_token(),
+                                      [this] { stop_source_.request_stop(); });
     turn_->begin();
     const StopScope scope(stop_, *turn_);
     Helpers::OfCall helpers(host_.helpers, *turn_);
@@ -128,8 +136,9 @@ class ServerCall {
   /// Sends a message; the last one goes together with the status. For one thread at a time: that of
   /// the call, or one that helps it. Throws StatusError if the caller has left.
   template <class Writer, class Message>
-  void write(Writer& writer, const Message& message, bool last = false) {
+  void write(Writer& writer, Message& message, bool last = false) {
     log_->writing();
+    if constexpr (requires { message.set_work(0); }) message.set_work(work());
     grpc::WriteOptions options;
     if (last) options.set_last_message();
     const auto send = [&] { return writer.Write(message, options); };
@@ -155,7 +164,14 @@ class ServerCall {
   Host& host() const { return host_; }
   CallLog& log() { return *log_; }
   Account& account() const { return *account_; }
-  /// Requests a stop when the caller leaves or the server ends its calls.
+  /// The measured work of the call, or of this request of a Drive, so far, in instructions. For the
+  /// thread of the call.
+  double work() const {
+    const std::chrono::duration<double, std::nano> spent = turn_->spent();
+    return spent.count() * instructions_a_nanosecond;
+  }
+  /// Requests a stop when the caller leaves, when the server ends its calls and when the call has
+  /// computed for as long as it may.
   const std::stop_token& stop() const { return stop_; }
   bool caller_left() const { return context_.IsCancelled(); }
   const Principal& principal() const { return account_->principal(); }
@@ -173,10 +189,6 @@ class ServerCall {
     ~Computed();
     ServerCall& of;
   };
-  struct RequestStop {
-    std::stop_source& stop;
-    void operator()() const { stop.request_stop(); }
-  };
 
   Host& host_;
   grpc::ServerContext& context_;
@@ -187,8 +199,7 @@ class ServerCall {
   AdmittedCall admitted_;
   bool counted_ = false;
   std::stop_source stop_source_;
-  const std::stop_token stop_ = stop_source_.get_token();
-  std::stop_callback<RequestStop> shutdown_;
+  std::stop_token stop_ = stop_source_.get_token();
   std::optional<Turns::OfCall> turn_;
   MemoryLease memory_;
 };

@@ -23,9 +23,6 @@ void answer_step(const Session& session, const Cursor& cursor, const StepTask& t
   to_proto(session, cursor.simulation(), task.fields, response->mutable_sample());
   demand_finite(is_finite(response->sample().fields()), response->mutable_run_status());
   response->set_computed_steps(cursor.computed_steps());
-  to_proto(session.most_work(cursor.start(), task.to), reply_bytes(session, task),
-           bound_of_steps(session), session.simulation_bytes() + step_memory(session, task),
-           response->mutable_price());
   if (task.return_checkpoint)
     response->set_checkpoint(encode_checkpoint(session, cursor.simulation()));
 }
@@ -53,8 +50,8 @@ void advance(ServerCall& call, const Session& session, Cursor& cursor, std::int6
   }
   call.log().did(0, cursor.computed_steps());
   if (!cursor.stopped()) return;
-  throw StatusError(call.caller_left() ? errors::cancelled()
-                                       : errors::shutting_down(session, cursor.simulation()));
+  if (!call.host().lifecycle.stopping()) throw Stopped();
+  throw StatusError(errors::shutting_down(session, cursor.simulation()));
 }
 
 void step(ServerCall& call, Session& session, const StepTask& task, v1::StepResponse* response) {

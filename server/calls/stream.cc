@@ -8,7 +8,6 @@
 #include "server/convert/convert.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/messages.h"
-#include "server/convert/work_price.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/sampling.h"
@@ -78,7 +77,7 @@ void fill(ServerCall& call, LargePlace& place, Sampling& sampling, Batch& batch)
     place.take();
     sampling.fill(batch, call.stop());
     if (sampling.cursor().stopped()) throw Stopped();
-    if (sampling.done() || sampling.full(batch) || sampling.price_reached()) return;
+    if (sampling.done() || sampling.full(batch)) return;
     if (Clock::now() < end) continue;
     if (batch.size() > 0) return;
     place.rest(sampling);
@@ -139,9 +138,7 @@ class Sent {
   /// Adds what a message has beside its samples, and serializes it.
   void complete() {
     message_.set_computed_steps(sampling_.cursor().computed_steps());
-    if (std::exchange(first_, false))
-      to_proto(sampling_.work(), sampling_.bytes(), bound_of_steps(session_),
-               session_.simulation_bytes() + call_.memory().bytes(), message_.mutable_price());
+    message_.set_work(call_.work());
     finite_ = finite_ && is_finite(message_.fields());
     if (messages_.empty() && sampling_.done()) {
       to_proto(sampling_.cursor(), session_.scene(), message_.mutable_run_status());
@@ -160,7 +157,7 @@ class Sent {
   StreamMessages messages_;
   v1::StreamResponse message_;
   grpc::ByteBuffer bytes_;
-  bool first_ = true, finite_ = true;
+  bool finite_ = true;
 };
 
 }  // namespace

@@ -54,8 +54,6 @@ grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
           {"to", target.name, "takes more than " + to_text(most_work(scene)) + " operations"}}));
     }
   }();
-  to_proto(most_work(scene) + (resolution.choice ? Choice::most_work : 0), 0,
-           v1::PRICE_BOUND_AT_MOST, memory_.bytes(), response.mutable_price());
   if (!converted) return refused(converted.error());
   if (converted->scene) {
     const SceneDescription& result = converted->scene->description();

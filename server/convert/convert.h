@@ -72,15 +72,6 @@ void describe_field(const Session& session, std::size_t index, std::optional<std
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out);
 
-/// Returns how well `Session::most_work` is known before the steps are computed: EXPECTED, or
-/// AT_MOST where the method chooses its own steps and the call ends when it has taken that much.
-v1::PriceBound bound_of_steps(const Session& session);
-
-/// Writes the price of `work` instructions, `bytes` of arrays and `memory` bytes that the call
-/// holds.
-void to_proto(double work, std::uint64_t bytes, v1::PriceBound bound, std::uint64_t memory,
-              v1::Price* out);
-
 /// Reads a block of a description. If the numbers of values do not match the shape, leaves `out`
 /// unchanged and adds faults at `path`.
 void read_block(const Path& path, const v1::Matrix& matrix, Block& out, Faults& faults);

@@ -107,7 +107,7 @@ void DiagnoseTask::estimate(const Scene& scene, const Simulation& now, const std
 }
 
 grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
-                                  std::uint64_t memory, const std::stop_token& stop,
+                                  const std::stop_token& stop,
                                   v1::DiagnoseResponse* response) const {
   const Scene& scene = session.scene();
   const Simulation& now = cursor.simulation();
@@ -115,8 +115,6 @@ grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
   response->set_step(cursor.step());
   response->set_time(scene.time(cursor.step()));
   response->set_computed_steps(cursor.computed_steps());
-  to_proto(session.most_work(cursor.start(), cursor.step()) + work(session), 0,
-           bound_of_steps(session), session.simulation_bytes() + memory, response->mutable_price());
   Diagnosis diagnosis = diagnose(scene, now, invariants_, stop);
   shorten(max_invariants_, diagnosis.invariants, response);
   put(diagnosis, response);

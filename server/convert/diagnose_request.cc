@@ -7,10 +7,8 @@
 #include "engine/scene/near_name.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/work_price.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/catalogue.h"
-#include "stiefel/invariant_names.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {
@@ -23,20 +21,10 @@ constexpr std::uint32_t default_invariants = 4096, max_invariants = 8192;
 constexpr int max_asked = 10'000;
 /// The most blocks of a tangent vector: more than any system has.
 constexpr std::size_t max_blocks = 64;
-/// Above this dimension, or this number of members or of forms and brackets, a Diagnose is more
-/// than a slice of work.
-constexpr int small_dimension = 16;
 
 std::string near_invariant(const Scene& scene, const std::string& name) {
   const SystemInfo& system = *catalogue().system(scene.system());
   return did_you_mean(name, system.invariants, &InvariantInfo::name);
-}
-
-/// Whether a request asks for an invariant of `family`; `unasked` if it names no invariant at all.
-bool asks_for(const std::vector<std::string>& invariants, std::string_view family, bool unasked) {
-  if (invariants.empty()) return unasked;
-  return std::ranges::any_of(invariants,
-                             [&](const std::string& name) { return name.starts_with(family); });
 }
 
 /// Reads matrices and collects the violations of a request.
@@ -153,20 +141,6 @@ OrStatus<DiagnoseTask> DiagnoseTask::read(const Session& session,
       request.max_invariants() > 0 ? request.max_invariants() : default_invariants;
   if (!in.sound()) return std::unexpected(in.refusal());
   return task;
-}
-
-double DiagnoseTask::work(const Session& session) const {
-  DiagnosisSize size;
-  size.manakov =
-      asks_for(invariants_, family::manakov, session.scene().dimension() <= small_dimension);
-  size.singular_values = !session.scene().description().inertia_u.empty() &&
-                         asks_for(invariants_, family::singular_values, true);
-  size.forms = forms_.size();
-  for (const Bracket& bracket : brackets_)
-    size.factors.push_back(bracket.first.factors.size() + bracket.second.factors.size());
-  if (symplectic_) size.pairs = symplectic_->pairs();
-  if (estimates_error()) size.estimate_work = most_estimate_work;
-  return diagnosis_work(session, size);
 }
 
 }  // namespace stiefel::server

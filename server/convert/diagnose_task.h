@@ -19,12 +19,9 @@ class DiagnoseTask {
   /// Throws Stopped (stiefel/stop.h) on a stop request of the surrounding StopScope.
   static OrStatus<DiagnoseTask> read(const Session& session, const v1::DiagnoseRequest& request);
 
-  /// Returns the predicted work of the answer without the steps, in instructions, from its matrix
-  /// products.
-  double work(const Session& session) const;
-  /// Writes the answer at the step where the cursor ended. `memory`: the bytes that the call holds.
-  grpc::Status answer(const Session& session, const Cursor& cursor, std::uint64_t memory,
-                      const std::stop_token& stop, v1::DiagnoseResponse* response) const;
+  /// Writes the answer at the step where the cursor ended.
+  grpc::Status answer(const Session& session, const Cursor& cursor, const std::stop_token& stop,
+                      v1::DiagnoseResponse* response) const;
 
  private:
   /// The most work of an error estimate, in instructions: about ten seconds.

@@ -153,12 +153,14 @@ grpc::Status too_many_sessions(std::uint32_t max_sessions) {
                    to_a_free_session);
 }
 
-grpc::Status price_reached(const PriceReached& reached) {
-  const std::string work = to_text(reached.work()), step = std::to_string(reached.step());
-  const std::string description = "the call ends after " + work + " instructions, its price";
-  return exhausted(description + ": repeat it, and it goes on from step " + step, "PRICE_REACHED",
-                   {{"work", work}, {"step", step}}, "price", description,
-                   std::chrono::milliseconds(1));
+grpc::Status time_reached(double seconds) {
+  const std::string most = to_text(seconds);
+  const std::string description = "the limit is " + most + " s of computing for a call";
+  return exhausted(
+      "call_seconds: " + description +
+          " (--max-call-seconds): request fewer steps; the session keeps the state that "
+          "was reached",
+      "OVER_QUOTA", {{"limit", "call_seconds"}, {"most", most}}, "call_seconds", description, {});
 }
 
 grpc::Status over_quota(const Refusal& refusal) {
@@ -324,8 +326,6 @@ grpc::Status from_current_exception() {
     return cancelled();
   } catch (const MemoryExhausted& refused) {
     return memory_exhausted(refused);
-  } catch (const PriceReached& reached) {
-    return price_reached(reached);
   } catch (const std::exception& exception) {
     return internal(exception.what());
   } catch (...) {

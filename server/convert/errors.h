@@ -46,8 +46,8 @@ grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_v
 /// RESOURCE_EXHAUSTED with a QuotaFailure, and a RetryInfo unless waiting does not help:
 /// TOO_MANY_SESSIONS;
 grpc::Status too_many_sessions(std::uint32_t max_sessions);
-/// PRICE_REACHED, after which the session keeps the state from which the next call goes on;
-grpc::Status price_reached(const PriceReached& reached);
+/// OVER_QUOTA of the limit "call_seconds", for a call that has computed for so long;
+grpc::Status time_reached(double seconds);
 /// OVER_QUOTA, whose subject is the limit;
 grpc::Status over_quota(const Refusal& refusal);
 /// MEMORY_LIMIT, or for a part of the memory OVER_QUOTA;

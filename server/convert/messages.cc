@@ -46,7 +46,6 @@ void StreamMessages::pack(const Session& session, const std::vector<std::size_t>
   message.clear_sample_continues();
   message.clear_checkpoint();
   message.clear_scene_arrays();
-  message.clear_price();
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const int index = static_cast<int>(i);
     auto* field =

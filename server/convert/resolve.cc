@@ -61,11 +61,10 @@ std::unexpected<std::string> because(const Violations& violations) {
   return std::unexpected(first.field + ": " + first.value + ": " + first.rule);
 }
 
-}  // namespace
-
+/// Whether resolving the scene chooses a method, which takes about a second.
 bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !scene.has_method(); }
 
-double most_choice_work() { return Choice::most_work; }
+}  // namespace
 
 OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const char* field,
                                    const std::function<void()>& before_choice) {

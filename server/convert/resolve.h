@@ -31,12 +31,6 @@ OrStatus<ResolvedScene> read_scene(
     bool present, const v1::Scene& scene, const char* field = "scene",
     const std::function<void()>& before_choice = [] {});
 
-/// Whether resolving the scene chooses a method, which takes about a second, without slices.
-bool wants_choice(const v1::Scene& scene);
-
-/// Returns the most work that the choice of a method takes, in instructions.
-double most_choice_work();
-
 /// Returns the resolved scene that starts at the cursor's state, with the changes of the request.
 /// Its difference is relative to the scene of `from`.
 OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,

@@ -74,8 +74,10 @@ void to_proto(const Session& session, const Resolution& resolution, const Regist
   const auto steps = session.cached_steps();
   out->mutable_cached_steps()->Add(steps.begin(), steps.end());
   for (const std::string& warning : session.warnings()) out->add_warnings(warning);
-  to_proto(session.work(0, 1), sample_bytes(session, session.default_fields()),
-           v1::PRICE_BOUND_EXPECTED, session.simulation_bytes(), out->mutable_step_price());
+  v1::Price& price = *out->mutable_step_price();
+  price.set_work(session.step_work());
+  price.set_bytes(sample_bytes(session, session.default_fields()));
+  price.set_memory_bytes(session.simulation_bytes());
 }
 
 bool shows_scenes(const v1::SessionView& view) {
@@ -87,18 +89,6 @@ void to_list(const Session& session, const Registry& registry, const v1::Session
   stop_point();
   if (shows_scenes(view)) return to_proto(session, session.resolution(), registry, view, out);
   write_heading(session, registry, out);
-}
-
-v1::PriceBound bound_of_steps(const Session& session) {
-  return session.attempt_limit() ? v1::PRICE_BOUND_AT_MOST : v1::PRICE_BOUND_EXPECTED;
-}
-
-void to_proto(double work, std::uint64_t bytes, v1::PriceBound bound, std::uint64_t memory,
-              v1::Price* out) {
-  out->set_work(work);
-  out->set_bytes(bytes);
-  out->set_bound(bound);
-  out->set_memory_bytes(memory);
 }
 
 void to_proto(const RunStatus& run_status, v1::RunStatus* out) {

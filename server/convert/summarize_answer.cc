@@ -73,8 +73,7 @@ grpc::Status SummarizeAnswer::start() {
   if (has_checkpoint_)
     if (const auto status = restore(); !status.ok()) return status;
   messages_.emplace(*session_, summary_->description());
-  first_step_ = last_mark_ = summary_->step();
-  set_price();
+  last_mark_ = summary_->step();
   return grpc::Status::OK;
 }
 
@@ -92,16 +91,6 @@ grpc::Status SummarizeAnswer::restore() {
   return refuse(request_, content.error());
 }
 
-void SummarizeAnswer::set_price() {
-  limit_ = session_->attempt_limit();
-  const std::int64_t to = request_.to(), from = std::min(first_step_, to);
-  const auto times = static_cast<std::uint64_t>(request_.times_size());
-  to_proto(session_->most_work(from, to) + reading_,
-           summary_->statistics_bytes() + times * messages_->state_bytes(),
-           summary_->reads_on_the_way() ? v1::PRICE_BOUND_EXPECTED : bound_of_steps(*session_),
-           memory_.bytes(), &price_);
-}
-
 std::int64_t SummarizeAnswer::next_mark() const {
   const std::int64_t every = request_.checkpoint_every(), from = request_.from();
   constexpr auto never = std::numeric_limits<std::int64_t>::max();
@@ -110,30 +99,8 @@ std::int64_t SummarizeAnswer::next_mark() const {
   return done + 1 > (never - from) / every ? never : from + (done + 1) * every;
 }
 
-std::int64_t SummarizeAnswer::price_mark() const {
-  constexpr auto never = std::numeric_limits<std::int64_t>::max();
-  if (!limit_) return never;
-  const double left = limit_->of(static_cast<double>(request_.to() - first_step_)) -
-                      static_cast<double>(summary_->map_steps());
-  const double steps = std::max(1.0, left / limit_->longest);
-  return steps < static_cast<double>(never - summary_->step())
-             ? summary_->step() + static_cast<std::int64_t>(steps)
-             : never;
-}
-
-void SummarizeAnswer::compare_price() {
-  if (!limit_ || !summary_->aligned()) return;
-  const auto priced = static_cast<double>(request_.to() - first_step_);
-  const auto attempts = static_cast<double>(summary_->map_steps());
-  const std::int64_t at = summary_->step();
-  if (attempts < limit_->of(priced) || at == first_step_) return;
-  session_->raise_attempts(attempts / static_cast<double>(at - first_step_));
-  price_reached_.emplace(at, limit_->most_work(priced));
-  if (last_mark_ != at) add_checkpoint(at);
-}
-
 void SummarizeAnswer::advance(double slice, const std::stop_token& stop) {
-  summary_->advance(slice, std::min(next_mark(), price_mark()), stop);
+  summary_->advance(slice, next_mark(), stop);
 }
 
 void SummarizeAnswer::collect() {
@@ -145,7 +112,6 @@ void SummarizeAnswer::collect() {
     last_mark_ = due;
     add_checkpoint(due);
   }
-  compare_price();
 }
 
 bool SummarizeAnswer::save() {
@@ -166,10 +132,6 @@ bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
   message.Clear();
   message.set_step(summary_->step());
   message.set_computed_steps(summary_->computed_steps());
-  if (price_.bound() != v1::PRICE_BOUND_UNSPECIFIED) {
-    message.mutable_price()->Swap(&price_);
-    price_.Clear();
-  }
   if (has_results()) messages_->next(message);
   // Members that an event has ended have no states at later times.
   const bool ends = std::ranges::any_of(request_.events(), &v1::Event::terminal);

@@ -20,12 +20,10 @@ OrStatus<SummaryDescription> from_proto(const v1::SummarizeRequest& request);
 /// Answers a Summarize: computes the summary piece by piece and writes its messages.
 class SummarizeAnswer {
  public:
-  /// The request must outlive this object. `reading`: the predicted work of what is read, in
-  /// instructions.
-  SummarizeAnswer(SessionLease session, const v1::SummarizeRequest& request, double reading)
+  /// The request must outlive this object.
+  SummarizeAnswer(SessionLease session, const v1::SummarizeRequest& request)
       : session_(std::move(session)),
         request_(request),
-        reading_(reading),
         has_checkpoint_(!request.checkpoint().empty()) {}
 
   /// `read`, `make` and `start` are called in this order; an error ends the call. They throw
@@ -43,11 +41,11 @@ class SummarizeAnswer {
 
   // The functions below need a start that succeeded, unless they say otherwise.
 
-  /// Advances by a slice of so many steps, see Summary::advance, and neither beyond the step of the
-  /// next checkpoint nor far beyond the price.
+  /// Advances by a slice of so many steps, see Summary::advance, and not beyond the step of the
+  /// next checkpoint.
   void advance(double slice, const std::stop_token& stop);
   /// Collects for the messages what was found on the way: events, states, a checkpoint that is due
-  /// or with which the call ends at its price and, at the end, the statistics.
+  /// and, at the end, the statistics.
   void collect();
   /// Makes a last checkpoint, if the request asks for any and all members are at one step. Returns
   /// whether there is anything to send. May be called before the start.
@@ -57,9 +55,6 @@ class SummarizeAnswer {
   bool interrupted() const { return summary_->interrupted(); }
   /// Whether nothing is left to compute. False before the start.
   bool done() const { return done_; }
-  /// Set when the steps have taken the price of the call, which is to end with it once
-  /// there are no more results to send.
-  const std::optional<PriceReached>& price_reached() const { return price_reached_; }
   /// 0 before the start.
   std::int64_t computed_steps() const { return summary_ ? summary_->computed_steps() : 0; }
   const Session& session() const { return *session_; }
@@ -76,26 +71,17 @@ class SummarizeAnswer {
   /// Restores the request's checkpoint. Goes to the first state if the server does not have its
   /// key.
   grpc::Status restore();
-  void set_price();
   /// Returns the step at which the next checkpoint is due.
   std::int64_t next_mark() const;
-  /// Returns a step that is reached before the attempts of the price are used up, or is the next.
-  std::int64_t price_mark() const;
-  void compare_price();
   void add_checkpoint(std::int64_t step);
 
   const SessionLease session_;
   const v1::SummarizeRequest& request_;
-  const double reading_;
   MemoryLease memory_;
   std::optional<SummaryDescription> what_;
   std::optional<Summary> summary_;
   std::optional<SummaryMessages> messages_;
-  v1::Price price_;  ///< empty once it is sent
-  std::optional<AttemptLimit> limit_;
-  std::optional<PriceReached> price_reached_;
   bool has_checkpoint_;
-  std::int64_t first_step_ = 0;  ///< of this call
   std::int64_t last_mark_ = 0;
   bool done_ = false;
   bool finite_ = true;  ///< what was sent

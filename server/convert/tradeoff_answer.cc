@@ -24,7 +24,7 @@ OrStatus<TradeoffRequest> read(const v1::MeasureTradeoffRequest& request) {
   return out;
 }
 
-void write(const TradeoffSetup& setup, std::uint64_t memory, v1::TradeoffSetup* out) {
+void write(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->set_machine(setup.machine);
   out->set_numerics_id(numerics_id());
   out->set_reference(setup.reference);
@@ -35,7 +35,6 @@ void write(const TradeoffSetup& setup, std::uint64_t memory, v1::TradeoffSetup* 
   out->set_budget(setup.budget);
   out->set_repeats(static_cast<std::uint32_t>(setup.repeats));
   out->set_curves(static_cast<std::uint32_t>(setup.curves));
-  to_proto(setup.budget, 0, v1::PRICE_BOUND_AT_MOST, memory, out->mutable_price());
   out->mutable_warnings()->Add(setup.warnings.begin(), setup.warnings.end());
 }
 
@@ -68,7 +67,7 @@ grpc::Status TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetu
   tradeoff_.emplace(*std::move(prepared));
   const auto solved = tradeoff_->solve_reference(stop);
   if (!solved) return errors::invalid(solved.error());
-  write(*solved, memory_.bytes(), setup);
+  write(*solved, setup);
   return grpc::Status::OK;
 }
 

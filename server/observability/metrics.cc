@@ -54,9 +54,9 @@ constexpr std::array usual{"OK",
                            "UNAVAILABLE",
                            "UNAUTHENTICATED"};
 /// The reasons that are reported as 0 from the start.
-constexpr std::array usual_reasons{"INTERNAL_ERROR", "MEMORY_LIMIT",      "OUT_OF_MEMORY",
-                                   "PRICE_REACHED",  "SHUTTING_DOWN",     "STORE_DAMAGED",
-                                   "STORE_FULL",     "STORE_UNAVAILABLE", "TOO_MANY_SESSIONS"};
+constexpr std::array usual_reasons{"INTERNAL_ERROR",    "MEMORY_LIMIT",     "OUT_OF_MEMORY",
+                                   "SHUTTING_DOWN",     "STORE_DAMAGED",    "STORE_FULL",
+                                   "STORE_UNAVAILABLE", "TOO_MANY_SESSIONS"};
 
 /// Upper bounds in seconds, from a Step that is answered inline to a stream of minutes.
 const prometheus::Histogram::BucketBoundaries bounds{1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3,

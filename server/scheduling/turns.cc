@@ -96,7 +96,11 @@ void Turns::OfCall::look_for_caller(Clock::time_point now) {
 void Turns::OfCall::pass_at(Clock::time_point now) {
   if (stop_.stop_requested()) return;
   if (now >= look_for_caller_at_) look_for_caller(now);
-  if (spent_ + (now - began_) > most_) throw TimeReached(most_);
+  if (spent_ + helped_ + (now - began_) > most_) {
+    time_is_up_ = true;
+    stop_.request_stop();
+    return;
+  }
   std::unique_lock lock(turns_.mutex_);
   const bool shorter_waits = std::ranges::any_of(
       turns_.queue_, [this](const OfCall* other) { return other->length() < length(); });
@@ -115,7 +119,7 @@ void Turns::OfCall::pass_at(Clock::time_point now) {
   look_at_ = began_ + look;
 }
 
-Turns::Time Turns::OfCall::give() {
+void Turns::OfCall::give() {
   if (yields_) yield_to_others(false);
   const auto now = turns_.now_();
   const std::lock_guard lock(turns_.mutex_);
@@ -123,7 +127,6 @@ Turns::Time Turns::OfCall::give() {
   turns_.take_back(*this, now);
   if (held) turns_.grant();
   began_ = look_at_ = now;
-  return spent_;
 }
 
 /// A thread that yields has SCHED_BATCH and, since Linux 6.12, a time slice so long that a thread
@@ -147,6 +150,7 @@ void Turns::OfCall::yield_to_others(bool yields) noexcept {
 
 void Turns::OfCall::begin() {
   spent_ = {};
+  time_is_up_ = false;
   began_ = turns_.now_();
   look_at_ = began_ + free_time;
 }

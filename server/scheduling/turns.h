@@ -5,7 +5,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
-#include <exception>
 #include <functional>
 #include <list>
 #include <mutex>
@@ -83,18 +82,11 @@ class Turns {
   Queue queue_;
 };
 
-/// A call has computed for the most time that it may.
-struct TimeReached : std::exception {
-  explicit TimeReached(Turns::Time time) : most(time) {}
-  const char* what() const noexcept override { return "the call has computed for too long"; }
-  const Turns::Time most;
-};
-
 /// The turn of one call, for the thread that computes it.
 class Turns::OfCall final : public Turn {
  public:
-  /// `left` returns whether the caller has left; the stop of `stop` is then requested. All must
-  /// outlive the object. `most`: the time for which the call may compute.
+  /// The stop of `stop` is requested once `left` returns that the caller has left, or the call has
+  /// computed for `most`. All must outlive the object.
   OfCall(Turns& turns, Share& share, std::stop_source& stop, std::function<bool()> left,
          Time most = Time::max())
       : turns_(turns), share_(share), stop_(stop), left_(std::move(left)), most_(most) {}
@@ -102,7 +94,6 @@ class Turns::OfCall final : public Turn {
   OfCall(const OfCall&) = delete;
   OfCall& operator=(const OfCall&) = delete;
 
-  /// Throws TimeReached once the call has computed for `most`.
   void pass() override {
     if (const auto now = turns_.now_(); now >= look_at_) pass_at(now);
   }
@@ -115,9 +106,13 @@ class Turns::OfCall final : public Turn {
     look_at_ = {};
     pass();
   }
-  /// Gives the place back, if the call has one, and returns the time for which it and its helpers
-  /// have computed since its begin.
-  Time give();
+  /// Gives the place back, if the call has one.
+  void give();
+  /// The time for which the call and its helpers have computed since its begin, where it computes
+  /// or has just given its place back.
+  Time spent() const { return spent_ + helped_ + (turns_.now_() - began_); }
+  /// Whether the call has computed for as long as it may.
+  bool time_is_up() const { return time_is_up_; }
   /// Calls `wait`, which waits for the peer, without a place.
   template <class Wait>
   auto without_place(const Wait& wait) {
@@ -149,7 +144,8 @@ class Turns::OfCall final : public Turn {
   Clock::time_point look_for_caller_at_ = began_ + patience;
   Time spent_{}, helped_{};
   bool holds_ = false;
-  bool yields_ = false;   // see yield_to_others
+  bool yields_ = false;  // see yield_to_others
+  bool time_is_up_ = false;
   bool granted_ = false;  // guarded by the mutex of the Turns
   std::condition_variable granted_now_;
   Queue place_{this};  // in the queue while the call waits

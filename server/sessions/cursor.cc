@@ -61,35 +61,15 @@ void Cursor::end(const RunStatus& run_status) {
   if (run_status.outcome == Outcome::left_domain) rate_ = rate_at(run_status, *simulation_);
 }
 
-void Cursor::price_to(std::int64_t to) {
-  limit_ = session_->attempt_limit();
-  steps_to_price_ = to - start_;
-}
-
-std::int64_t Cursor::steps_within_price() const {
-  if (!limit_) return Session::max_step;
-  const std::int64_t at = simulation_->step();
-  const auto priced = static_cast<double>(steps_to_price_);
-  const double left = limit_->of(priced) - attempts_;
-  if (left <= 0) {
-    session_->raise_attempts(attempts_ / static_cast<double>(at - start_));
-    throw PriceReached(at, limit_->most_work(priced));
-  }
-  const double steps = std::max(1.0, left / limit_->longest);
-  return static_cast<std::int64_t>(std::min(steps, static_cast<double>(Session::max_step)));
-}
-
 bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop) {
   wake();
   const bool direct = simulation_->direct();  // no checkpoint would be nearer
   for (std::int64_t at = simulation_->step(); at < to;) {
     if (!run_status_.reached()) return true;
     if (budget <= 0) return false;
-    const std::int64_t steps =
-        direct ? to - at : std::min({to - at, mark_ - at, steps_within_price()});
+    const std::int64_t steps = direct ? to - at : std::min(to - at, mark_ - at);
     const double slice =
         std::min(static_cast<double>(budget), slice_fraction(session_->step_cost()));
-    if (limit_ && !on_the_way_) tried_ = simulation_->map_steps();
     try {
       const auto status = simulation_->advance_slice(steps, slice, stop);
       on_the_way_ = !status;
@@ -103,7 +83,6 @@ bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_toke
       budget = 0;
       continue;
     }
-    if (limit_) attempts_ += static_cast<double>(simulation_->map_steps() - tried_);
     const std::int64_t moved = simulation_->step() - at;
     at += moved;
     computed_ += direct ? 1 : moved;

@@ -25,26 +25,21 @@ class Cursor {
  public:
   /// Leases a simulation at the nearest state at or before `to`. The session must outlive the
   /// cursor. Throws Stopped (stiefel/stop.h) when `stop` is requested while the simulation of an
-  /// ensemble is made, which takes 10 µs a member. The price is that of a call which goes to `to`.
+  /// ensemble is made, which takes 10 µs a member.
   Cursor(Session& session, std::int64_t to, const std::stop_token& stop = {})
       : session_(&session),
         simulation_(lease(session, to, stop)),
         start_(simulation_->step()),
-        mark_(session.next_checkpoint(simulation_->step())) {
-    price_to(to);
-  }
+        mark_(session.next_checkpoint(simulation_->step())) {}
   Cursor(Cursor&&) = default;
   Cursor& operator=(Cursor&&) = delete;
   ~Cursor();
-
-  /// Sets the price to that of a call which goes to `to`, where the session has an AttemptLimit.
-  void price_to(std::int64_t to);
 
   /// Advances towards `to` by at most `budget` steps, never backwards, and subtracts the steps from
   /// `budget`; a closed form counts as one step. An ensemble advances by slices of at most that
   /// many steps (Simulation::advance_slice); the budget is used up when one ends while members are
   /// on their way. Returns true when the cursor is at `to` or cannot go on: see `run_status`, which
-  /// is `cancelled` after a stop request. Throws PriceReached between two steps.
+  /// is `cancelled` after a stop request.
   bool advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop = {});
   /// Ends the run at the current step with the outcome `cancelled`.
   void cancel();
@@ -69,19 +64,11 @@ class Cursor {
   /// `Simulation::rate` at the last good state if the run left the domain, otherwise 0.
   double rate() const { return rate_; }
   std::int64_t computed_steps() const { return computed_; }
-  /// Returns a rough estimate of the time to `to` in nanoseconds, from the scene alone.
-  double nanoseconds_to(std::int64_t to) const {
-    if (simulation_->direct()) return session_->step_cost();
-    return static_cast<double>(to - step()) * session_->step_cost();
-  }
 
  private:
   static std::unique_ptr<Simulation> lease(Session& session, std::int64_t to,
                                            const std::stop_token& stop);
   void wake();
-  /// Returns the most steps that may be computed before the price is compared again. Throws
-  /// PriceReached.
-  std::int64_t steps_within_price() const;
   void end(const RunStatus& run_status);
 
   Session* session_;
@@ -92,10 +79,6 @@ class Cursor {
   Saved rested_;  // the state at rested_at_ while simulation_ is null
   std::int64_t mark_;
   std::int64_t computed_ = 0;
-  std::optional<AttemptLimit> limit_;
-  double attempts_ = 0;              // tried so far
-  std::int64_t tried_ = 0;           // map steps of the simulation before those of this advance
-  std::int64_t steps_to_price_ = 0;  // the steps of the call, which determine its price
   RunStatus run_status_;
   double rate_ = 0;
 };

@@ -23,19 +23,6 @@ std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>&
   return bytes;
 }
 
-double field_work(const Session& session, std::size_t index) {
-  if (std::ranges::find(session.default_fields(), index) != session.default_fields().end())
-    return 0;
-  return static_cast<double>(field_size(session.fields(), index)) *
-         whole_dimension(session.scene());
-}
-
-double sample_work(const Session& session, const std::vector<std::size_t>& fields) {
-  double work = 0;
-  for (const std::size_t index : fields) work += field_work(session, index);
-  return work;
-}
-
 void write_field(const Session& session, const Simulation& simulation, std::size_t index,
                  char* out) {
   const std::size_t size = field_size(session.fields(), index);

@@ -13,11 +13,6 @@ std::size_t whole_bytes(const Session& session, const std::vector<std::size_t>& 
   return 2 * sizeof(double) + sample_bytes(session, fields);
 }
 
-/// Returns the number of samples that a run from `start` has to reach.
-std::int64_t stops(const Sampling::Range& range, std::int64_t start) {
-  return range.samples() - (start == range.from);
-}
-
 }  // namespace
 
 Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range range,
@@ -29,7 +24,6 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
       capacity_(std::max<std::size_t>(1, batch_bytes / whole_bytes(session, fields_))),
       next_(range.from),
       last_checkpoint_(range.from) {
-  cursor_.price_to(range.to);
   if (range.checkpoint_every > 0 && range.from - cursor_.start() > range.checkpoint_every)
     last_checkpoint_ = cursor_.start();
   const auto samples = (range.to - range.from) / range.every + 2;
@@ -37,18 +31,7 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
 }
 
 void Sampling::fill(Batch& batch, const std::stop_token& stop) {
-  try {
-    take(batch, stop);
-  } catch (const PriceReached&) {
-    price_reached_ = true;
-    if (batch.size() == 0) throw;
-  }
-}
-
-void Sampling::take(Batch& batch, const std::stop_token& stop) {
-  const double sample_cost = sample_work(session_, fields_) / instructions_a_nanosecond;
-  std::int64_t budget =
-      slice_steps(session_.step_cost() + sample_cost / static_cast<double>(range_.every));
+  std::int64_t budget = slice_steps(session_.step_cost());
   while (!done_ && !full(batch) && cursor_.advance(target(), budget, stop)) {
     if (cursor_.stopped()) return;
     if (cursor_.run_status().reached() && cursor_.step() < next_) {
@@ -77,16 +60,6 @@ bool Sampling::save(const Batch& batch) {
   return batch.size() > 0 || !checkpoint_.bytes.empty();
 }
 
-std::int64_t Sampling::Range::samples() const {
-  return (to - from) / every + ((to - from) % every > 0) + 1;
-}
-
-double Sampling::work() const { return sampling_work(session_, fields_, range_, cursor_.start()); }
-
-std::uint64_t Sampling::bytes() const {
-  return static_cast<std::uint64_t>(range_.samples()) * whole_bytes(session_, fields_);
-}
-
 void Sampling::sample(Batch& batch) {
   const Simulation& simulation = cursor_.simulation();
   if (simulation.step() == last_) return;
@@ -101,12 +74,6 @@ void Sampling::sample(Batch& batch) {
     if (bytes.size() < samples * size) bytes.resize(samples * size);
     write_field(session_, simulation, fields_[i], bytes.data() + index * size);
   }
-}
-
-double sampling_work(const Session& session, const std::vector<std::size_t>& fields,
-                     const Sampling::Range& range, std::int64_t start) {
-  return session.most_work(start, range.to, stops(range, start)) +
-         static_cast<double>(range.samples()) * sample_work(session, fields);
 }
 
 }  // namespace stiefel::server

@@ -44,14 +44,12 @@ class Sampling {
     bool checkpoint_at_end = false;
 
     bool checkpoints() const { return checkpoint_every > 0 || checkpoint_at_end; }
-    /// The number of samples of a run that reaches `to`.
-    std::int64_t samples() const;
   };
   Sampling(Session& session, std::vector<std::size_t> fields, Range range,
            const std::stop_token& stop = {});
 
   /// Runs one slice: samples until the batch is full, all samples are taken, the slice is over or a
-  /// stop is requested. Throws PriceReached when the batch is empty; see `price_reached`.
+  /// stop is requested.
   void fill(Batch& batch, const std::stop_token& stop = {});
   bool full(const Batch& batch) const {
     return batch.size() >= capacity_ || !checkpoint_.bytes.empty();
@@ -59,9 +57,6 @@ class Sampling {
   /// Whether no sample follows those in the batch: `to` is reached, or the run ended early with
   /// `cursor().run_status()`.
   bool done() const { return done_; }
-  /// Whether the cursor has taken the price of the call. The samples in the batch are to be sent
-  /// before the next `fill`, which throws.
-  bool price_reached() const { return price_reached_; }
   /// Calls `Cursor::rest`; the next `fill` ends the rest. Returns whether the cursor rests.
   bool rest() {
     cursor_.rest();
@@ -88,13 +83,8 @@ class Sampling {
   }
 
   const Cursor& cursor() const { return cursor_; }
-  /// The predicted price of a run that reaches `to`: the most work in instructions, and the bytes
-  /// of its samples.
-  double work() const;
-  std::uint64_t bytes() const;
 
  private:
-  void take(Batch& batch, const std::stop_token& stop);
   /// Returns where the cursor goes next: to a sample, or to a checkpoint before it.
   std::int64_t target() const;
   void checkpoint() {
@@ -117,11 +107,6 @@ class Sampling {
   std::int64_t last_checkpoint_;
   EncodedCheckpoint checkpoint_;
   bool done_ = false;
-  bool price_reached_ = false;
 };
-
-/// Returns the most work of such a sampling that begins with the state at `start`, in instructions.
-double sampling_work(const Session& session, const std::vector<std::size_t>& fields,
-                     const Sampling::Range& range, std::int64_t start);
 
 }  // namespace stiefel::server

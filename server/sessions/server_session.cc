@@ -59,6 +59,30 @@ double step_price_of(const Scene& scene, double rate) {
   return is_priced_by_rate(scene) ? step_price(scene, h_omega(scene, rate)) : step_weight(scene);
 }
 
+/// Whether the method chooses its own steps: `adaptive`.
+bool chooses_steps(const Scene& scene) {
+  const auto& method = scene.description().method;
+  return method && method->tolerance;
+}
+
+/// Whether the work of a step depends on ‖Ω‖.
+bool work_depends_on_rate(const Scene& scene) {
+  return is_priced_by_rate(scene) || chooses_steps(scene);
+}
+
+/// Returns the predicted number of substeps that `adaptive` tries for one step,
+///
+///     1 + h‖Ω‖ (c h‖Ω‖ / tolerance)^{1/8},  c = 0.002,
+///
+/// since the error of a substep of length τ grows like (‖Ω‖τ)⁸. At most 10 000, after which the
+/// engine ends a step (Adaptive::most_substeps). c fits the symmetric systems; other systems need
+/// 0.3 to 2.2 times as many substeps, a flat ellipsoid twenty times as many.
+double predicted_attempts(double h_omega, double tolerance) {
+  constexpr double c = 0.002, most = 10000;
+  const double attempts = 1 + h_omega * std::pow(c * h_omega / tolerance, 1.0 / 8);
+  return attempts <= most ? attempts : most;  // also where it is NaN
+}
+
 /// A state, and the lease of its bytes, which ends with the last reference to the state.
 struct PricedState {
   MemoryLease memory;
@@ -100,9 +124,7 @@ Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock
   if (scene_.members().empty()) {
     auto simulation = make();
     set_outline(outline_of(*simulation));
-    const bool wants_rate = is_priced_by_rate(scene_) || chooses_steps(scene_);
-    const double rate = wants_rate ? simulation->rate() : 0;
-    set_work(scene_, 1, rate, most_h_omega(scene_, rate));
+    set_work(scene_, 1, work_depends_on_rate(scene_) ? simulation->rate() : 0);
     overflow_ = find_overflow(*simulation);
     checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
     idle_.push_back(std::move(simulation));
@@ -127,33 +149,25 @@ void Session::set_outline(Outline outline) {
 void Session::read_members() {
   const auto members = scene_.members();
   const Scene first = members.front();
-  const bool by_rate = is_priced_by_rate(first);
-  const bool attempts_by_rate = chooses_steps(first);
-  double rate = 0, most = 0;
-  set_outline(outline_of(members, [&](const Scene& scene, const Simulation& member) {
+  const bool by_rate = work_depends_on_rate(first);
+  double rate = 0;
+  set_outline(outline_of(members, [&](const Scene&, const Simulation& member) {
     if (!overflow_) overflow_ = find_overflow(member);
-    if (!by_rate && !attempts_by_rate) return;
-    const double of_member = member.rate();
-    rate = std::max(rate, of_member);
-    const double bound = most_h_omega(scene, of_member);
-    if (!(bound <= most)) most = bound;
+    if (by_rate) rate = std::max(rate, member.rate());
   }));
-  set_work(first, members.size(), rate, most);
+  set_work(first, members.size(), rate);
 }
 
-void Session::set_work(const Scene& one, std::size_t members, double rate, double most_h_omega) {
+void Session::set_work(const Scene& one, std::size_t members, double rate) {
   const double priced = is_priced_by_rate(one) ? rate : 0, of_one = step_price_of(one, priced);
-  step_work_ = map_steps() * (scene_.members().empty() ? of_one
-                                                       : ensemble_step_price(one, members, of_one,
-                                                                             h_omega(one, priced)));
-  if (!chooses_steps(one)) return;
-  const auto attempts = [&](double h_omega_of_step) {
-    return static_cast<double>(members) * map_steps() *
-           predicted_attempts(h_omega_of_step, scene_.tolerance());
-  };
-  const double predicted = attempts(h_omega(one, rate)), longest = attempts(most_h_omega);
-  attempt_limit_ = {AttemptLimit::margin * predicted, AttemptLimit::margin * longest, of_one};
-  step_work_ = predicted * of_one;
+  const auto count = static_cast<double>(members);
+  if (chooses_steps(one))
+    step_work_ =
+        count * map_steps() * predicted_attempts(h_omega(one, rate), scene_.tolerance()) * of_one;
+  else if (scene_.members().empty())
+    step_work_ = map_steps() * of_one;
+  else
+    step_work_ = map_steps() * ensemble_step_price(one, members, of_one, h_omega(one, priced));
 }
 
 std::unique_ptr<Simulation> Session::make() {
@@ -302,24 +316,8 @@ void Session::adopt_if_it_fits(std::int64_t step, std::span<const double> saved)
   spacing_ = checkpoints_.spacing();
 }
 
-std::int64_t Session::start_for(std::int64_t step) const {
-  const std::lock_guard lock(mutex_);
-  std::int64_t start = checkpoints_.nearest(step).step;
-  for (const auto& simulation : idle_)
-    if (simulation->step() <= step) start = std::max(start, simulation->step());
-  return start;
-}
-
 void Session::tell_log() {
   if (log_ && !reported_to_log_.exchange(true)) log_->cached(weak_from_this());
-}
-
-std::optional<AttemptLimit> Session::attempt_limit() const {
-  std::optional<AttemptLimit> limit = attempt_limit_;
-  if (!limit) return limit;
-  limit->each = std::max(limit->each, AttemptLimit::margin * attempts_taken_.load());
-  limit->longest = std::max(limit->longest, limit->each);
-  return limit;
 }
 
 std::vector<std::int64_t> Session::cached_steps() const {

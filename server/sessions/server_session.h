@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "server/scheduling/memory_budget.h"
-#include "server/sessions/attempts.h"
 #include "server/sessions/checkpoints/checkpoints.h"
 #include "server/sessions/identity.h"
 #include "server/sessions/write_ahead_log.h"
@@ -60,30 +59,11 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether every state is computed directly from that at step 0, however far away it is.
   bool direct() const { return direct_; }
-  /// Returns the predicted work of the steps between two states, in instructions, for a run that
-  /// stops `stops` times on its way, the end included. A `direct` session takes as much to each.
-  double work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const {
-    return step_work_ * static_cast<double>(direct_ ? std::min(stops, to - from) : to - from);
-  }
-  /// Returns how many substeps the next call may try; nothing where the method does not choose its
-  /// own steps.
-  std::optional<AttemptLimit> attempt_limit() const;
-  /// Raises the predicted number of substeps of a step to `each`, what a call has needed.
-  void raise_attempts(double each) {
-    double before = attempts_taken_.load();
-    while (before < each && !attempts_taken_.compare_exchange_weak(before, each)) {
-    }
-  }
-  /// Returns the most work of these steps in one call: `work`, unless there is an `attempt_limit`.
-  double most_work(std::int64_t from, std::int64_t to, std::int64_t stops = 1) const {
-    const auto limit = attempt_limit();
-    return limit ? limit->most_work(static_cast<double>(to - from)) : work(from, to, stops);
-  }
+  /// The predicted work of a step in instructions. A `direct` session takes as much to any state.
+  double step_work() const { return step_work_; }
   /// A field that is not finite at step 0, where 1/λ or λ_i + λ_j overflows.
   const std::optional<Overflow>& overflow() const { return overflow_; }
 
-  /// Returns the step of the nearest state at or before `step`, at which `lease` would start now.
-  std::int64_t start_for(std::int64_t step) const;
   /// Keeps the session's permit from its principal's account until the session is destroyed. Call
   /// it once.
   void hold_permit(std::shared_ptr<void> permit) { permit_ = std::move(permit); }
@@ -171,9 +151,9 @@ class Session : public std::enable_shared_from_this<Session> {
   void set_outline(Outline outline);
   /// Reads what the constructor of an ensemble needs from one member after another.
   void read_members();
-  /// Sets the price and the kind of a step from one of the `members`, or from the scene itself:
-  /// `rate` is the largest ‖Ω‖ at the start, `most_h_omega` bounds h‖Ω‖ along the motion.
-  void set_work(const Scene& one, std::size_t members, double rate, double most_h_omega);
+  /// Sets the work of a step from one of the `members`, or from the scene itself:
+  /// `rate` is the largest ‖Ω‖ at the start.
+  void set_work(const Scene& one, std::size_t members, double rate);
   /// Steps of the map between two states.
   double map_steps() const { return direct_ ? 1 : scene_.substeps(); }
   /// Returns `simulation`, or a new one if it is null, in the state `saved` at `step`.
@@ -200,8 +180,6 @@ class Session : public std::enable_shared_from_this<Session> {
   std::size_t saved_size_ = 0;
   double step_cost_ = 1;
   double step_work_ = 0;
-  std::optional<AttemptLimit> attempt_limit_;  ///< as predicted
-  std::atomic<double> attempts_taken_ = 0;     ///< the most for each step of a call
   const std::vector<std::string> warnings_;
   bool direct_ = false;
   std::optional<Overflow> overflow_;

@@ -137,20 +137,6 @@ def test_an_ensemble_is_not_converted(client, parts):
         client.convert(ensemble(parts), "velocity")
 
 
-def test_the_price_is_that_of_each_member(client):
-    """Of a creation that counts the substeps of a recommended method."""
-    def price(members):
-        scene = ensemble([scenes.frame(1, 4)] * members)
-        del scene["method"]
-        request = pb.CreateSessionRequest(session_id=f"members-{members}", scene=stiefel.to_message(scene))
-        created = client._connection.call("CreateSession", request).price
-        client.delete(request.session_id)
-        assert created.bound == pb.PRICE_BOUND_AT_MOST
-        return created.work
-    assert 1e5 < price(1) < 1e7
-    np.testing.assert_allclose(price(20), 20 * price(1))
-
-
 def test_a_tradeoff_has_the_error_of_the_worst_member(client):
     parts = spinning(3)
     points = client.tradeoff(ensemble(parts), horizon=0.5, budget=5e8, repeats=1).points

@@ -10,7 +10,6 @@ from stiefel.v1.simulation_pb2_grpc import SimulationServiceServicer, add_Simula
 
 REACHED = pb.RunStatus(outcome=pb.OUTCOME_REACHED)
 
-PRICE = pb.Price(work=1, bound=pb.PRICE_BOUND_EXPECTED)
 SESSION = pb.Session(session_id="fake", system="rigid_body", scene=pb.Scene(system="rigid_body", step=0.5),
                      left_out=["initial.Q"], numerics_id="of the fake")
 SESSION.step_price.SetInParent()  # of no work, so that the client asks for no checkpoints
@@ -100,7 +99,7 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         if "large" in request.fields:
             refuse(context)
-        return pb.StepResponse(run_status=REACHED, sample=sample_at(request.to), price=PRICE,
+        return pb.StepResponse(run_status=REACHED, sample=sample_at(request.to),
                                checkpoint=b"checkpoint" if request.return_checkpoint else b"")
 
     def Drive(self, requests, context):
@@ -119,8 +118,8 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         breaks = self.failures.pop(0) if self.failures else None
         messages = list(self._messages(request))
-        messages[0].price.CopyFrom(PRICE)
         for count, message in enumerate(messages):
+            message.work = 1
             if count == breaks or (breaks == -1 and message is messages[-1]):
                 context.abort(grpc.StatusCode.UNAVAILABLE, "on purpose")
             self.before_message()

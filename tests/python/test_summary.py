@@ -42,7 +42,7 @@ def test_statistics_are_those_of_the_samples(session):
         signs = np.sign(M[:, i, j])[M[:, i, j] != 0]
         assert found["sign_changes"][i, j] == (signs[1:] != signs[:-1]).sum()
     assert found["histogram"].dtype == np.int64 and found["last"].shape == (3, 3)
-    assert summary.price.bound == "expected" and summary.price.work > 0
+    assert summary.work > 0
     energy, last = session.summarize(1000, quantities={"energy": "drift"}, start=1000)["energy"], session.diagnose(1000, invariants="energy")
     assert energy["drift"] == last.invariants[0].drift and energy["drift"].shape == ()
 
@@ -134,18 +134,6 @@ def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_
         assert 1000 <= again.computed_steps <= 1000 + 3 * 100
     for statistic, values in whole["M"].items():
         assert again["M"][statistic].tobytes() == values.tobytes()
-
-
-def test_a_call_that_ends_at_its_price_goes_on(client):
-    """On a flat ellipsoid `adaptive` takes more substeps than predicted, so the first call ends at its price."""
-    scene = {"system": "ellipsoid", "inertia": [1, 0.8, 1e-6], "step": 0.1, "method": {"name": "adaptive", "tolerance": 1e-12},
-             "initial": {"q": [0, 0, 1], "qdot": [1, 0.1, 0]}}
-    with client.create(scene) as session:
-        summary = session.summarize(400, quantities={"q": STATISTICS}, every=2)
-        assert summary.samples == 201 and summary.outcome == "REACHED" and summary.computed_steps == 400
-        q = session.trajectory(400, every=2, fields="q")["q"]
-    assert (summary["q"]["last"] == q[-1]).all() and (summary["q"]["min"] == q.min(0)).all()
-    np.testing.assert_allclose(summary["q"]["mean"], q.astype(np.longdouble).mean(0).astype(float), rtol=1e-14, atol=1e-17)
 
 
 def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses):

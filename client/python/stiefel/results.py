@@ -61,7 +61,7 @@ class State(Ended, Fields):
     run_status: RunStatus
     computed_steps: int = field(default=0, compare=False)  #: steps computed for this reply; earlier states came from a cache
     checkpoint: bytes = field(default=b"", compare=False)  #: on request, a checkpoint that `Client.create` accepts
-    price: Optional[Price] = field(default=None, compare=False)  #: the predicted price of the computed steps
+    work: float = field(default=0.0, compare=False)  #: measured instructions
 
     def as_rotation(self) -> Any:
         """Returns the attitude as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""

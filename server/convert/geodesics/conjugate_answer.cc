@@ -53,8 +53,6 @@ std::uint64_t ConjugateAnswer::workspace() const {
   return static_cast<std::uint64_t>(8 * (40 * (d + 1) * nN + 40 * d * d) + 2 * points);
 }
 
-double ConjugateAnswer::work() { return GeodesicRay().most_work; }
-
 grpc::Status ConjugateAnswer::along_a_geodesic(const std::stop_token& stop,
                                                v1::ConjugatePointsResponse& response) {
   Faults faults{in_the_request};
@@ -113,11 +111,6 @@ grpc::Status ConjugateAnswer::next(const std::stop_token& stop,
     const auto status =
         request_.has_radius() ? of_the_radius(stop, response) : along_a_geodesic(stop, response);
     if (!status.ok()) return status;
-    std::uint64_t bytes = 0;
-    for (const auto& point : points_)
-      for (const auto& one : point.kernel())
-        bytes += sizeof(double) * static_cast<std::uint64_t>(one.values_size());
-    to_proto(work(), bytes, v1::PRICE_BOUND_AT_MOST, memory_.bytes(), response.mutable_price());
   }
   for (std::size_t sent = 0; !points_.empty() && sent < part_bytes; points_.pop_front()) {
     sent += points_.front().ByteSizeLong();

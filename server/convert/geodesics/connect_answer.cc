@@ -110,8 +110,8 @@ std::uint64_t waiting_answers_bytes(const v1::ConnectRequest& request) {
   return std::min(all, std::max(most_waiting_bytes, largest));
 }
 
-ConnectAnswer::ConnectAnswer(ConnectTask task, std::uint64_t memory, std::size_t at_once)
-    : task_(std::move(task)), memory_(memory), at_once_(at_once) {
+ConnectAnswer::ConnectAnswer(ConnectTask task, std::size_t at_once)
+    : task_(std::move(task)), at_once_(at_once) {
   for (std::size_t i = 0; i < task_.problems.size(); ++i) waiting_.push_back(i);
 }
 
@@ -165,8 +165,6 @@ ConnectAnswer::Joined ConnectAnswer::joined(const std::stop_token& stop,
               to_text(residual, 2);
     response.mutable_run_status()->set_message(std::move(said));
   }
-  to_proto(whole_work, trajectory_bytes(task_), v1::PRICE_BOUND_AT_MOST, memory_,
-           response.mutable_price());
   return joined;
 }
 

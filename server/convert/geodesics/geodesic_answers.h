@@ -45,8 +45,8 @@ std::uint64_t waiting_answers_bytes(const v1::ConnectRequest& request);
 /// is joined again, without that limit, after all others. Thread-safe.
 class ConnectAnswer {
  public:
-  /// `memory`: the bytes that the call holds; `at_once`: how many searches that is enough for.
-  ConnectAnswer(ConnectTask task, std::uint64_t memory, std::size_t at_once);
+  /// `at_once`: for how many searches the memory that the call holds is enough.
+  ConnectAnswer(ConnectTask task, std::size_t at_once);
 
   /// Joins pairs until none is left, their answers have no room, or `pauses` returns true. Calls
   /// `answered` on the thread that joined a pair, once there is its answer. A stop request ends a
@@ -85,7 +85,6 @@ class ConnectAnswer {
   Joined joined(const std::stop_token& stop, const Search& search) const;
 
   const ConnectTask task_;
-  const std::uint64_t memory_;
   const std::size_t at_once_;
   mutable std::mutex mutex_;
   // Guarded by mutex_.
@@ -100,9 +99,6 @@ class ConjugateAnswer {
   /// `memory`: of the request; that of a search is taken once the request is read.
   ConjugateAnswer(const v1::ConjugatePointsRequest& request, MemoryLease memory)
       : request_(request), memory_(std::move(memory)) {}
-
-  /// Returns the most instructions that a search takes.
-  static double work();
 
   /// Writes the next message over `response`; the first call searches. A stop request ends the
   /// search with the outcome CANCELLED.

@@ -13,13 +13,8 @@
 namespace stiefel::server {
 namespace {
 
-std::uint64_t results_of(const v1::LinearizeRequest& request) {
-  const std::int64_t every = request.every();
-  return every > 0 ? static_cast<std::uint64_t>((request.to() - request.from()) / every) + 2 : 1;
-}
-
 /// Whether coordinates are offered for the state. Where they are not, a call that needs them is
-/// refused when it begins, so that they have no price.
+/// refused when it begins, so that they take no bytes.
 bool has_coordinates(const Session& session) {
   return state_size(session) <= Linearization::largest_in_coordinates;
 }
@@ -112,25 +107,11 @@ std::int64_t state_size(const Session& session) {
   return std::max(size, of_body);
 }
 
-TangentPrice price_of(const Session& session, const v1::LinearizeRequest& request) {
-  TangentPrice price;
-  const std::int64_t vectors = most_vectors(session, request);
-  price.of_step = linearization_work(session.scene(), session.most_work(0, 1), vectors);
-  price.bytes = session.simulation_bytes() +
-                linearization_bytes(session.scene(), vectors,
-                                    request.vectors().shape_size() != 3 || request.bases()) +
-                2 * result_bytes(session, request);
-
-  const std::int64_t start = session.start_for(request.from());
-  const auto results = static_cast<std::int64_t>(results_of(request));
-  price.total = session.most_work(start, request.to(), results);
-  if (request.to() <= std::min(start, request.from())) return price;
-  const auto moved =
-      static_cast<double>(session.direct() ? results : request.to() - request.from());
-  const auto size =
-      static_cast<double>(std::min(state_size(session), Linearization::largest_in_coordinates));
-  price.total += moved * price.of_step + static_cast<double>(results + 1) * 12 * size * size * size;
-  return price;
+std::uint64_t tangent_workspace(const Session& session, const v1::LinearizeRequest& request) {
+  const bool in_coordinates = request.vectors().shape_size() != 3 || request.bases();
+  return session.simulation_bytes() +
+         linearization_bytes(session.scene(), most_vectors(session, request), in_coordinates) +
+         2 * result_bytes(session, request);
 }
 
 LinearizeAnswer::~LinearizeAnswer() {
@@ -209,10 +190,6 @@ bool LinearizeAnswer::next(v1::LinearizeResponse& message) {
   if (!parts_.empty()) parts_.take(part_bytes, message.mutable_fields());
   message.set_result_continues(!parts_.empty() || !at_result_);
   message.set_computed_steps(computed_);
-  if (!std::exchange(priced_, true))
-    to_proto(work_, result_bytes(*session_, request_) * results_of(request_),
-             bound_of_steps(*session_), session_->simulation_bytes() + memory_,
-             message.mutable_price());
   if (!parts_.empty()) return false;
   at_result_ = false;
   const bool last = !status_.reached() || simulation_->step() >= request_.to();

@@ -14,25 +14,18 @@
 
 namespace stiefel::server {
 
-/// The price of a call that moves tangent vectors, known before it runs.
-struct TangentPrice {
-  double of_step = 0;       ///< instructions of the vectors in one step
-  double total = 0;         ///< the most instructions of the call
-  std::uint64_t bytes = 0;  ///< of the vectors, of a simulation, and of a result
-};
-
 /// Returns the numbers of the blocks of a session's state.
 std::int64_t state_size(const Session& session);
 
-TangentPrice price_of(const Session& session, const v1::LinearizeRequest& request);
+/// Returns the bytes of the vectors, of a simulation, and of a result.
+std::uint64_t tangent_workspace(const Session& session, const v1::LinearizeRequest& request);
 
 /// Answers a Linearize: moves the vectors and writes its messages.
 class LinearizeAnswer {
  public:
-  /// The request must outlive this object. `memory`: the bytes that the call holds.
-  LinearizeAnswer(SessionLease session, const v1::LinearizeRequest& request, double work,
-                  std::uint64_t memory)
-      : session_(std::move(session)), request_(request), work_(work), memory_(memory) {}
+  /// The request must outlive this object.
+  LinearizeAnswer(SessionLease session, const v1::LinearizeRequest& request)
+      : session_(std::move(session)), request_(request) {}
   ~LinearizeAnswer();
 
   /// Leases the simulation. Throws Stopped (stiefel/stop.h), as do the functions below.
@@ -55,13 +48,11 @@ class LinearizeAnswer {
 
   const SessionLease session_;
   const v1::LinearizeRequest& request_;
-  const double work_;
-  const std::uint64_t memory_;
   std::unique_ptr<Simulation> simulation_;
   std::optional<Linearization> linearization_;
   RunStatus status_;
   Parts parts_;
-  bool at_result_ = false, priced_ = false, finite_ = true, first_ = true;
+  bool at_result_ = false, finite_ = true, first_ = true;
   std::int64_t computed_ = 0;
 };
 

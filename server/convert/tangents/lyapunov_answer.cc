@@ -31,19 +31,10 @@ v1::Verdict verdict_of(MotionKind kind) {
 
 }  // namespace
 
-TangentPrice price_of(const Session& session, const v1::LyapunovSpectrumRequest& request) {
-  const std::int64_t size = state_size(session);
-  const LyapunovDescription what{.count = request.count()};
-  const auto vectors = std::min(lyapunov_vectors(what, size), size);
-  const double step = session.most_work(0, 1);
-  const auto steps = static_cast<double>(request.to() - request.from());
-  TangentPrice price;
-  price.of_step = lyapunov_work(session.scene(), step, vectors, size);
-  const std::int64_t start = session.start_for(request.from());
-  price.total = session.most_work(start, request.to()) +
-                steps * (price.of_step + confirmation_work(session.scene(), step, size));
-  price.bytes = session.simulation_bytes() + lyapunov_bytes(session.scene(), what, size);
-  return price;
+std::uint64_t tangent_workspace(const Session& session,
+                                const v1::LyapunovSpectrumRequest& request) {
+  return session.simulation_bytes() +
+         lyapunov_bytes(session.scene(), {.count = request.count()}, state_size(session));
 }
 
 LyapunovAnswer::~LyapunovAnswer() {
@@ -92,13 +83,9 @@ grpc::Status LyapunovAnswer::begin() {
   return grpc::Status::OK;
 }
 
-std::int64_t LyapunovAnswer::steps_between_checkpoints() const {
-  constexpr double most = 64;
-  constexpr double least_work = 1e10;
-  if (work_ < least_work) return std::numeric_limits<std::int64_t>::max();
-  const double part = std::max(1. / most, least_work / work_);
-  constexpr double motions = 1 + LyapunovExponents::most_second_motions;
-  return static_cast<std::int64_t>(part * motions * static_cast<double>(what_.to - what_.from)) + 1;
+bool LyapunovAnswer::checkpoint_is_due() const {
+  constexpr std::int64_t most = 64, motions = 1 + LyapunovExponents::most_second_motions;
+  return spectrum_->covered_steps() - covered_ > motions * (what_.to - what_.from) / most;
 }
 
 void LyapunovAnswer::take_checkpoint() {
@@ -140,8 +127,7 @@ grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& 
   }
   if (status_.outcome == Outcome::cancelled) return errors::cancelled();
   if (spectrum_ && spectrum_->done()) ended_ = true;
-  if (spectrum_ && (ended_ || spectrum_->covered_steps() - covered_ >= steps_between_checkpoints()))
-    take_checkpoint();
+  if (spectrum_ && (ended_ || checkpoint_is_due())) take_checkpoint();
   return grpc::Status::OK;
 }
 
@@ -152,10 +138,6 @@ bool LyapunovAnswer::next(v1::LyapunovSpectrumResponse& message) {
   message.set_step(step);
   message.set_time(session_->scene().time(step));
   message.set_computed_steps(computed_steps());
-  if (!std::exchange(priced_, true)) {
-    to_proto(work_, checkpoint_.size(), v1::PRICE_BOUND_AT_MOST,
-             session_->simulation_bytes() + memory_, message.mutable_price());
-  }
   if (spectrum_) message.set_interval(spectrum_->interval());
   if (sent_ < checkpoint_.size()) {
     auto& part = *message.mutable_checkpoint();

@@ -12,15 +12,15 @@
 
 namespace stiefel::server {
 
-TangentPrice price_of(const Session& session, const v1::LyapunovSpectrumRequest& request);
+/// Returns the bytes of the vectors and of a simulation.
+std::uint64_t tangent_workspace(const Session& session, const v1::LyapunovSpectrumRequest& request);
 
 /// Answers a LyapunovSpectrum: moves the vectors and writes its messages.
 class LyapunovAnswer {
  public:
-  /// The request must outlive this object. `memory`: the bytes that the call holds.
-  LyapunovAnswer(SessionLease session, const v1::LyapunovSpectrumRequest& request, double work,
-                 std::uint64_t memory)
-      : session_(std::move(session)), request_(request), work_(work), memory_(memory) {}
+  /// The request must outlive this object.
+  LyapunovAnswer(SessionLease session, const v1::LyapunovSpectrumRequest& request)
+      : session_(std::move(session)), request_(request) {}
   ~LyapunovAnswer();
 
   /// Checks the checkpoint and leases the simulation. Throws Stopped (stiefel/stop.h), as do the
@@ -43,14 +43,12 @@ class LyapunovAnswer {
  private:
   grpc::Status read();
   grpc::Status begin();
-  /// At most 64 checkpoints are sent on the way, and none for less than a second's work.
-  std::int64_t steps_between_checkpoints() const;
+  /// Whether a checkpoint is due: at most 64 are sent on the way.
+  bool checkpoint_is_due() const;
   void take_checkpoint();
 
   const SessionLease session_;
   const v1::LyapunovSpectrumRequest& request_;
-  const double work_;
-  const std::uint64_t memory_;
   LyapunovDescription what_;
   std::string saved_;  ///< the content of the request's checkpoint
   std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
@@ -58,7 +56,7 @@ class LyapunovAnswer {
   std::unique_ptr<Simulation> simulation_;
   std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;
-  bool due_ = false, ended_ = false, priced_ = false;
+  bool due_ = false, ended_ = false;
   std::string checkpoint_;
   std::size_t sent_ = 0;
 };

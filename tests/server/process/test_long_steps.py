@@ -41,7 +41,7 @@ def ended(replies, method, count):
         return found()
 
 
-#: Steps that the table of prices takes for microseconds, and that take seconds and more.
+#: Steps that the table of weights takes for microseconds, and that take seconds and more.
 LONG = {
     "gauss4": body(8, step=1e10, name="gauss4"),
     "gauss4, N = 3": body(3, step=1e12, name="gauss4"),

@@ -83,7 +83,6 @@ TEST_F(Memory, CachesAreGivenUpForNewSessions) {
       test::expected_bytes(test::scene({.method = "rk4", .dimension = 100}), 3);
   EXPECT_EQ(test::bytes_of(first.sample()), expected);
   EXPECT_EQ(test::bytes_of(last.sample()), expected);
-  EXPECT_GE(first.price().memory_bytes(), 30 * 100 * 100 * 8);
 
   grpc::ClientContext context;
   v1::DeleteSessionRequest request;
@@ -115,7 +114,7 @@ TEST_F(Memory, MembersArePricedBeforeTheyAreMade) {
   EXPECT_TRUE(step("some", 1).ok());
 }
 
-TEST_F(Memory, LongWorkIsPriced) {
+TEST_F(Memory, OfLongWorkIsTakenBeforeItBegins) {
   v1::MeasureTradeoffRequest request;
   *request.mutable_scene() = body_100();
   grpc::ClientContext context;
@@ -172,10 +171,7 @@ TEST_F(Memory, StreamsThatNobodyReads) {
     contexts.push_back(std::make_unique<grpc::ClientContext>());
     streams.push_back(harness_.stub->Stream(contexts.back().get(), request));
     v1::StreamResponse first;
-    if (streams.back()->Read(&first)) {
-      EXPECT_GT(first.price().memory_bytes(), 0);
-      continue;
-    }
+    if (streams.back()->Read(&first)) continue;
     ++refused;
     expect_refused(streams.back()->Finish(), true);
     streams.pop_back();

@@ -97,8 +97,7 @@ TEST_F(LargeReplies, AStateTravelsInParts) {
   EXPECT_EQ(open, -1);
   ASSERT_EQ(samples.size(), 2u);
   EXPECT_TRUE(messages.back().has_run_status());
-  EXPECT_GT(messages.front().price().work(), 0);
-  EXPECT_GE(messages.front().price().bytes(), 2u * 2 * 2 * N * sizeof(double));
+  EXPECT_GT(messages.front().work(), 0);
   for (std::int64_t step : {1, 2})
     EXPECT_EQ(samples[step].all(), test::expected_bytes(scene, step)) << step;
 }

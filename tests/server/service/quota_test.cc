@@ -128,8 +128,36 @@ TEST(Quotas, TheTimeOfOneCall) {
   EXPECT_EQ(refusal.limit, "call_seconds");
   EXPECT_FALSE(refusal.delay) << "to wait does not help";
   EXPECT_EQ(refusal.push_back, "-1");
-  EXPECT_NE(status.error_message().find("the limit is 0.05"), std::string::npos)
+  EXPECT_NE(status.error_message().find("the limit is 0.05 s"), std::string::npos)
       << status.error_message();
+}
+
+TEST(Quotas, AStreamThatHasComputedForItsTimeSendsWhereItStopped) {
+  test::Harness harness({.quota = {.call_seconds = 0.05}});
+  harness.create("s", test::wire_scene());
+  grpc::ClientContext context;
+  v1::StreamRequest request;
+  request.set_session_id("s");
+  request.set_to(forever);
+  request.set_every(1'000'000'000);
+  request.set_return_checkpoint(true);
+  const auto stream = harness.stub->Stream(&context, request);
+  std::string checkpoint;
+  std::int64_t reached = 0;
+  for (v1::StreamResponse message; stream->Read(&message);) {
+    reached = message.checkpoint().step();
+    checkpoint += message.checkpoint().data();
+  }
+  EXPECT_EQ(told(stream->Finish(), context).limit, "call_seconds");
+  EXPECT_GT(reached, 1000);
+  v1::CreateSessionRequest again;
+  again.set_session_id("t");
+  *again.mutable_scene() = test::wire_scene();
+  again.set_checkpoint(checkpoint);
+  grpc::ClientContext create;
+  v1::CreateSessionResponse made;
+  EXPECT_TRUE(harness.stub->CreateSession(&create, again, &made).ok());
+  EXPECT_EQ(harness.step("t", reached + 1).computed_steps(), 1);
 }
 
 TEST(Quotas, DrivesAreToldInTheirReplies) {

@@ -1,4 +1,4 @@
-"""What results have in common: how a run ended, its price, fields by name, and equality by value."""
+"""What results have in common: how a run ended, the price of a step, fields by name, and equality by value."""
 from __future__ import annotations
 
 import dataclasses
@@ -123,12 +123,10 @@ class Ended(Shown):
 
 @dataclass(frozen=True)
 class Price(Shown):
-    """The cost of a call, predicted before it runs."""
+    """What a step takes, predicted from its scene."""
 
     work: float  #: instructions
-    bytes: int  #: bytes of the reply's arrays
-    #: "expected"; "at_least" if a part of the work cannot be predicted; "at_most" if the call stops at this work.
-    bound: str
+    bytes: int  #: bytes of the arrays of a sample
 
 
 class Named(ByValue):

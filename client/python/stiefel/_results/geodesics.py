@@ -4,7 +4,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Optional, Sequence, overload
 
-from stiefel._results.base import Array, ByValue, Ended, Price, RunStatus, late
+from stiefel._results.base import Array, ByValue, Ended, RunStatus, late
 from stiefel._results.server_catalogue import Choice
 
 __all__ = ["ConjugatePoint", "ConjugatePoints", "Conversion", "Geodesic", "InjectivityRadius"]
@@ -72,7 +72,7 @@ class ConjugatePoints(Ended, ByValue, Sequence[ConjugatePoint]):
     points: tuple[ConjugatePoint, ...]
     until: float  #: every conjugate point up to this time is here: `time`, or less if `outcome` is not REACHED
     run_status: RunStatus
-    price: Optional[Price] = field(default=None, compare=False)
+    work: float = field(default=0.0, compare=False)  #: measured instructions
 
     @overload
     def __getitem__(self, index: int) -> ConjugatePoint: ...

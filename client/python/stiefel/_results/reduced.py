@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stiefel._given.numbers import numbers
 from stiefel._results import diagram
-from stiefel._results.base import Array, ByValue, Ended, Named, Price, RunStatus
+from stiefel._results.base import Array, ByValue, Ended, Named, RunStatus
 from stiefel._results.extras import imported
 from stiefel._results.tables import flat
 
@@ -121,7 +121,7 @@ class StateTransition(Ended, ByValue):
     parameters: tuple[str, ...]  #: "inertia", with a column for each lambda; "step", with one
     run_status: RunStatus
     computed_steps: int = field(default=0, compare=False)
-    price: Optional[Price] = field(default=None, compare=False)
+    work: float = field(default=0.0, compare=False)  #: measured instructions
 
     def gradient(self, slope: Any) -> Array:
         """Returns the derivatives of a scalar of the last state by the start's coordinates and by the parameters, in the
@@ -171,7 +171,7 @@ class LyapunovSpectrum(Ended, ByValue):
     run_status: RunStatus
     checkpoint: bytes = field(default=b"", compare=False)  #: from which a later call goes on
     computed_steps: int = field(default=0, compare=False)
-    price: Optional[Price] = field(default=None, compare=False)
+    work: float = field(default=0.0, compare=False)  #: measured instructions
 
     @property
     def gali(self) -> Array:
@@ -214,7 +214,7 @@ class Summary(Ended, ByValue, Mapping[str, "dict[str, Array]"]):
     samples: Array  #: the number of samples: (), in an ensemble (members,)
     run_status: RunStatus
     computed_steps: int = field(compare=False)
-    price: Optional[Price] = field(default=None, compare=False)
+    work: float = field(default=0.0, compare=False)  #: measured instructions
     checkpoint: bytes = field(default=b"", compare=False)  #: the last checkpoint, if any was asked for
 
     def __getitem__(self, name: str) -> dict[str, Array]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Optional
 
 from stiefel import v1 as pb
-from stiefel._results.base import Ended, Price, RunStatus
+from stiefel._results.base import Ended, RunStatus
 from stiefel._results.estimate import EstimatedError
 from stiefel._results.html import Shown, text_table
 from stiefel._results.motion import Motion
@@ -82,7 +82,7 @@ class Diagnosis(Ended):
     motion: Optional[Motion] = field(default=None, repr=False)
     #: The families of which `invariants` has only those with the largest drifts, and how many invariants each has.
     shortened: dict[str, int] = field(default_factory=dict)
-    price: Optional[Price] = field(default=None, compare=False, repr=False)  #: the predicted price of the call
+    work: float = field(default=0.0, compare=False, repr=False)  #: measured instructions
 
     def __repr__(self) -> str:
         """Returns three lines; `table` has every invariant."""

@@ -13,11 +13,11 @@ from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
 from stiefel._results.motion import KINDS, motion_of
 from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
-from stiefel._wire.replies import ends_at, name_of, optional, price, require, run_status
+from stiefel._wire.replies import ends_at, name_of, optional, require, run_status
 from stiefel._wire.resolved import put
 from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, EstimatedError, EstimatedErrors, Events, Geodesic, InjectivityRadius,
                              Invariant,
-                             Outcome, Point, Price, RunStatus, State, Summary, Tradeoff)
+                             Outcome, Point, RunStatus, State, Summary, Tradeoff)
 from stiefel._scene import to_dict
 
 T = TypeVar("T")
@@ -37,7 +37,7 @@ def state(message: pb.StepResponse, fields: dict[str, Array]) -> State:
     """`fields`: those of the message's sample."""
     sample = message.sample
     return State(sample.step, sample.time, fields, run_status(message.run_status), message.computed_steps,
-                 message.checkpoint, price(message.price))
+                 message.checkpoint, message.work)
 
 
 def choice(message: Any) -> Optional[Choice]:
@@ -111,7 +111,7 @@ def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb
         require(len(point.kernel) == point.multiplicity > 0, "a kernel has another dimension")
         kernel = [_block(one, shape) for one in point.kernel]
         points.append(read(ConjugatePoint, point, kernel=np.stack(kernel)))
-    return read(ConjugatePoints, first, points=tuple(points), run_status=run_status(first.run_status), price=price(first.price))
+    return read(ConjugatePoints, first, points=tuple(points), run_status=run_status(first.run_status))
 
 
 def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> InjectivityRadius:
@@ -134,7 +134,7 @@ def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest, in_si: 
     require(motion is None or motion.kind in KINDS and [len(one) for one in (motion.momentum, motion.moments, motion.axes)] == [3, 3, 9],
             "the motion of a body has another kind or shape")
     return read(Diagnosis, message, invariants=invariants, domain=read(Domain, message.domain), estimated_error=error,
-                run_status=run_status(message.run_status), price=price(message.price),
+                run_status=run_status(message.run_status),
                 shortened={family.name: family.count for family in message.shortened},
                 motion=None if motion is None else motion_of(motion, in_si))
 
@@ -213,7 +213,7 @@ def named_statistics(arrays: Mapping[str, Array]) -> dict[str, Array]:
     return result
 
 
-def summary(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: int, price: Optional[Price],
+def summary(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: int, work: float,
        checkpoint: bytes) -> Summary:
     quantities: dict[str, dict[str, Array]] = {}
     for name, values in arrays.items():
@@ -221,4 +221,4 @@ def summary(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: 
         if dot:
             quantities.setdefault(quantity, {})[statistic] = values
     return Summary(quantities, _OUTCOMES[arrays["outcome"]], arrays["last_step"], arrays["ended_by"],
-                   arrays["samples"], run_status, computed_steps, price, checkpoint)
+                   arrays["samples"], run_status, computed_steps, work, checkpoint)

@@ -55,7 +55,7 @@ class _Growth(Resuming[None]):
 
     def _check_end(self, message: pb.LyapunovSpectrumResponse) -> None:
         rows, volumes, steps, status = self._rows, self._volumes, self._steps, self.run_status
-        assert status is not None and self.price is not None
+        assert status is not None
         ends_at(message.run_status, message.step, self._request.to)
         require(status.outcome != Outcome.REACHED or bool(rows) and steps[-1] == self._request.to and bool(self.checkpoint)
                 and len(message.errors) == rows[-1].size, "its last result is missing")
@@ -67,6 +67,6 @@ class _Growth(Resuming[None]):
             steps=np.array(steps, np.int64), times=np.array(self._times), history=np.reshape(rows, (len(rows), count)),
             log_gali_history=np.reshape(volumes, (len(rows), max(count - 1, 0))), interval=message.interval, run_status=status,
             checkpoint=self.checkpoint, computed_steps=self.computed_steps,
-            price=self.price)
+            work=self.work)
 
 _VERDICTS = {pb.VERDICT_UNDECIDED: Verdict.UNDECIDED, pb.VERDICT_REGULAR: Verdict.REGULAR, pb.VERDICT_CHAOTIC: Verdict.CHAOTIC}

@@ -168,4 +168,4 @@ class Held:
         samples = self._samples(to, to, 1, fields, timeout, checkpoint)
         last = list(samples)[-1]._of(self._side)
         return replace(last[-1], run_status=samples.run_status or RunStatus(Outcome.CANCELLED), computed_steps=samples.computed_steps,
-                       checkpoint=samples.checkpoint if checkpoint else b"", price=samples.price)._of(last._side)
+                       checkpoint=samples.checkpoint if checkpoint else b"", work=samples.work)._of(last._side)

@@ -94,7 +94,7 @@ class _Transition(Reading[None]):
 
     def _check_end(self, message: pb.LinearizeResponse) -> None:
         request, steps, results, status = self._request, self._steps, self._results, self.run_status
-        assert status is not None and self.price is not None
+        assert status is not None
         ends_at(message.run_status, message.step, request.to)
         require(not self._assembly.begun, "it has no end")
         require(status.outcome != Outcome.REACHED or (bool(steps) and steps[-1] == request.to), "its last result is missing")
@@ -116,7 +116,7 @@ class _Transition(Reading[None]):
             matrix=stacked("matrix"), vectors=stacked("vectors"), basis=stacked("basis"),
             start_basis=results[0].get("start_basis") if results else None,
             parameters=("inertia",) * request.inertia + ("step",) * request.step,
-            run_status=status, computed_steps=self.computed_steps, price=self.price)
+            run_status=status, computed_steps=self.computed_steps, work=self.work)
 
 
 def _check_shape(request: pb.LinearizeRequest, result: dict[str, Array], first: dict[str, Array]) -> None:

@@ -42,7 +42,7 @@ def run_status(message: pb.RunStatus) -> RunStatus:
 
 
 def price(message: pb.Price) -> Price:
-    return Price(message.work, message.bytes, name_of(pb.PriceBound, message.bound).lower())
+    return Price(message.work, message.bytes)
 
 
 def ends_at(status: pb.RunStatus, step: int, to: int) -> None:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from typing import Any, Generic, Iterator, Optional, TypeVar
 
 from stiefel import v1 as pb
-from stiefel._results.base import Price, RunStatus
+from stiefel._results.base import RunStatus
 from stiefel._results.extras import imported
 from stiefel._wire import replies
 from stiefel._wire.recreating import Recreation, refuses_checkpoint
@@ -29,17 +29,18 @@ class Reading(Generic[T]):
         self._handle, self._request, self._timeout = handle, request, timeout
         self.run_status: Optional[RunStatus] = None  #: set at the end
         self.computed_steps = 0  #: steps computed by all streams so far
-        self.price: Optional[Price] = None  #: the price of the first stream
+        self.work = 0.0  #: instructions, measured, of all streams so far
         self.checkpoint = b""  #: the last complete checkpoint
 
     def __iter__(self) -> Iterator[T]:
         attempts = Attempts(self._handle.connection, self._timeout, self._handle, endless=self.endless)
         while True:
-            parts, before, progress = CheckpointParts(), self._begin(), False
+            parts, before, work, progress = CheckpointParts(), self._begin(), self.work, False
             try:
                 with closing(self._handle.messages(self.method, self._request, attempts.left())) as arriving:
                     for message in arriving:
-                        self.price = self.price or replies.price(message.price)
+                        replies.require(message.work > 0, "a message says no work")
+                        self.work = work + message.work
                         self.computed_steps = max(before + message.computed_steps, self.computed_steps)
                         part = self._take(message)
                         if part is not None:

@@ -39,7 +39,7 @@ class Summarizing(Resuming[Union[Events, Batch]]):
     def summary(self) -> Summary:
         """Returns the summary. Call it after the iteration has ended."""
         assert self.run_status is not None
-        return answers.summary(self.arrays, self.run_status, self.computed_steps, self.price, self.checkpoint)
+        return answers.summary(self.arrays, self.run_status, self.computed_steps, self.work, self.checkpoint)
 
     def _begin(self) -> int:
         self._seen, self._fields, self._statistics = self._kept, Assembly(), Assembly()

@@ -23,13 +23,14 @@ from stiefel._results.tables import table
 from stiefel.cli.given import BadInput
 from stiefel.results import Conservation, Section
 
-_LEFT_OUT = ("checkpoint", "computed_steps", "price")  # what a result has beside its numbers
+_LEFT_OUT = ("checkpoint", "computed_steps", "work")  # what a result has beside its numbers, and does not compare
 
 
 def plain(value: Any) -> Any:
     """Returns a result for JSON: the fields of its class by name, how the run ended first."""
     if dataclasses.is_dataclass(value):
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.name not in _LEFT_OUT}
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)
+                  if field.compare or field.name not in _LEFT_OUT}
         status = fields.pop("run_status", None)
         return {**plain(status or {}), **plain(fields)}
     if isinstance(value, Message):
