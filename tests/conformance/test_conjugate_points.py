@@ -1,4 +1,4 @@
-"""ConjugatePoints: the conjugate points along a geodesic, and the injectivity radius."""
+"""ConjugatePoints: the conjugate points along a geodesic."""
 import numpy as np
 import pytest
 
@@ -43,19 +43,6 @@ def test_beyond_the_first_conjugate_point_another_geodesic_is_shorter(client):
     assert np.sqrt(2 * client.geodesics([(Q, far)], inertia=inertia, restarts=8)[0].energy) < 1.05 * length * (1 - 1e-6)
 
 
-def test_the_radius(client):
-    found = client.injectivity_radius(inertia=[1, 1, 1], n=1, starts=2)
-    assert found.outcome == stiefel.Outcome.REACHED
-    assert found.upper == pytest.approx(np.pi, rel=1e-9) and found.lower == pytest.approx(np.pi, rel=1e-14)
-    found = client.injectivity_radius(inertia=[1, 1.5, 2], n=1, starts=4)
-    assert found.lower <= found.upper and found.starts <= 4 and found.loops >= 1 and found.Q.shape == (1, 3)
-    assert found.upper == min(found.least_conjugate, found.least_loop)
-    if found.witness == "conjugate_point":
-        points = client.conjugate_points(inertia=[1, 1.5, 2], Q=found.Q, Qdot=found.Qdot, time=1.0001 * found.upper)
-        assert points[0].time == pytest.approx(found.upper, rel=1e-10)
-    assert found == client.injectivity_radius(inertia=[1, 1.5, 2], n=1, starts=4)
-
-
 @pytest.mark.parametrize("change, field", [
     ({"inertia": [1, 2]}, "inertia"), ({"inertia": [1, 2, -1]}, "inertia"), ({"time": -1.0}, "time"),
     ({"Q": [[2, 0, 0]]}, "Q"), ({"Qdot": [[1, 0, 0]]}, "Qdot"), ({"Qdot": [[0, 1]]}, "Qdot"), ({"Q": [[np.nan, 0, 0]]}, "Q")])
@@ -63,20 +50,6 @@ def test_a_fault_names_its_field(client, change, field):
     with pytest.raises(stiefel.InvalidArgument) as refused:
         client.conjugate_points(**{"inertia": [1, 2, 3], "Q": [[1, 0, 0]], "Qdot": [[0, 1, 0]], "time": 1.0, **change})
     assert refused.value.violations[0].field.startswith(field)
-
-
-def test_faults_of_the_radius(client):
-    for inertia, n, field in (([1, 2, 3], 0, "n"), ([1, 2, 3], 4, "n"), (np.ones(30), 3, "n"),
-                              ([1, -2, 3], 1, "inertia")):
-        with pytest.raises(stiefel.InvalidArgument) as refused:
-            client.injectivity_radius(inertia=inertia, n=n)
-        assert refused.value.violations[0].field == field
-    with pytest.raises(stiefel.InvalidArgument) as refused:
-        client.injectivity_radius(inertia=[1, 2, 3], n=1, starts=1001)
-    assert refused.value.violations[0].field == "starts"
-    request = pb.ConjugatePointsRequest(inertia=[1, 2, 3], radius=pb.RadiusSearch(n=1), time=1)
-    with pytest.raises(stiefel.InvalidArgument, match="without Q, Qdot and time"):
-        client._connection.call_all("ConjugatePoints", request, None)
 
 
 def test_absent_frames_are_faults(client):

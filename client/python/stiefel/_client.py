@@ -24,8 +24,8 @@ from stiefel._wire.replies import described, require
 from stiefel._wire.retries import Attempts
 from stiefel._wire.streams import progress_bar
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
-from stiefel.errors import CorruptReply, InvalidArgument, StiefelError, warn_of_scene
-from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, InjectivityRadius, Tradeoff
+from stiefel.errors import CorruptReply, InvalidArgument, warn_of_scene
+from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, Tradeoff
 from stiefel._scene import SceneLike, to_matrix, to_message, with_epoch
 from stiefel._session import Session, created
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
@@ -212,22 +212,6 @@ class Client:
         request = pb.ConjugatePointsRequest(inertia=_lambdas(inertia), q=to_matrix(Q, "Q"), qdot=to_matrix(Qdot, "Qdot"),
                                             time=number("time", time, SECONDS))
         return answers.conjugate_points(self._connection.call_all("ConjugatePoints", request, timeout), request)
-
-    def injectivity_radius(self, n: int, *, inertia: Any, starts: Optional[int] = None, seed: int = 0,
-                           timeout: Optional[float] = None) -> InjectivityRadius:
-        """Returns bounds of the injectivity radius of V(n, N) in the metric tr(Lambda Qdot^T Qdot), of SO(N) for n = N.
-
-        `starts`: from how many geodesics the search for near conjugate points descends, 16 when absent, and how many
-        closed geodesics it looks for. The upper bound is the least that was found, the lower one is proven.
-        """
-        radius = pb.RadiusSearch(n=whole("n", n, bits=32), seed=whole("seed", seed),
-                                 starts=None if starts is None else whole("starts", starts, bits=32))
-        request = pb.ConjugatePointsRequest(inertia=_lambdas(inertia), radius=radius)
-        try:
-            return answers.injectivity_radius(self._connection.call_all("ConjugatePoints", request, timeout), request)
-        except StiefelError as error:
-            error._relative_to("radius")
-            raise
 
     def tradeoff(self, scene: SceneLike, *, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None, progress: bool = False) -> Tradeoff:

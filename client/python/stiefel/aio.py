@@ -155,7 +155,6 @@ class Client:
     convert = _awaited(blocking.Client.convert)
     geodesics = _awaited(blocking.Client.geodesics)
     conjugate_points = _awaited(blocking.Client.conjugate_points)
-    injectivity_radius = _awaited(blocking.Client.injectivity_radius)
     tradeoff = _awaited(blocking.Client.tradeoff)
     close = _awaited(blocking.Client.close)
     _sessions = _iterated(blocking.Client.list)

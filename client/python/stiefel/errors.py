@@ -80,12 +80,6 @@ class StiefelError(Exception):
         """Replaces the message."""
         self.message, self.args = message, (message,)
 
-    def _relative_to(self, place: str) -> None:
-        """Makes the paths of fields relative to `place`, for a caller who gave only the fields inside it: relative to
-        "pairs[0]", the path "pairs[0].Q_0" becomes "Q_0"."""
-        self._say(self.message.replace(place + ".", ""))
-        self.violations = tuple(v._replace(field=v.field.removeprefix(place + ".")) for v in self.violations)
-
     def _as_given(self, name: str, order: Sequence[int]) -> None:
         """Replaces the index k of `name`[k] by `order[k]`, for a caller whose list was sent in another order."""
         def index(found: re.Match[str]) -> str:

@@ -9,6 +9,7 @@
 #include "engine/frames/geodesics/closed_geodesic.h"
 #include "engine/frames/geodesics/geodesic_search.h"
 #include "engine/frames/geodesics/geodesic_series.h"
+#include "engine/frames/geodesics/metric.h"
 #include "engine/frames/geodesics/path.h"
 #include "engine/frames/geodesics/relaxation.h"
 #include "engine/frames/geodesics/round_logarithm.h"
@@ -68,19 +69,7 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
     return invalid("Q_0", shape(p.Q_0), "must have 1 <= n <= N rows of N >= 2 numbers");
   if (p.Q_T.rows() != n || p.Q_T.cols() != N)
     return invalid("Q_T", shape(p.Q_T), "must have the shape of Q_0, " + shape(p.Q_0));
-  if (p.inertia.size() != N)
-    return invalid("inertia", std::to_string(p.inertia.size()) + " numbers",
-                   "must have " + std::to_string(N));
-  for (Index k = 0; k < N; ++k)
-    if (!std::isfinite(p.inertia(k)))
-      return invalid("inertia[" + std::to_string(k) + "]", to_text(p.inertia(k)), "must be finite");
-  VectorXd sorted = p.inertia;
-  std::partial_sort(sorted.begin(), sorted.begin() + 2, sorted.end());
-  if (n < N && !(sorted(0) > 0))
-    return invalid("inertia", "smallest " + to_text(sorted(0)), "must be positive for n < N");
-  if (n == N && !(sorted(0) + sorted(1) > 0))
-    return invalid("inertia", "the two smallest add up to " + to_text(sorted(0) + sorted(1)),
-                   "every two must have a positive sum");
+  if (auto fault = metric_fault(p.inertia, n, N)) return fault;
   if (!(std::isfinite(p.time) && p.time > 0))
     return invalid("time", to_text(p.time), "must be positive and finite");
   if (p.restarts < 0)

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/frames/geodesics/metric.h"
 #include "engine/frames/jacobi/conjugate_search.h"
-#include "engine/frames/jacobi/posed_metric.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/scene.h"
@@ -27,7 +27,11 @@ std::optional<ConnectRefusal> refused(const GeodesicRay& ray) {
   const Index n = ray.Q.rows(), N = ray.Q.cols();
   if (n < 1 || n > N || N < 2)
     return Invalid{"Q", shape(ray.Q), "must have 1 <= n <= N rows of N >= 2 numbers"};
-  if (auto fault = metric_fault(ray.inertia, n, N, GeodesicRay::most_degrees)) return fault;
+  if (auto fault = metric_fault(ray.inertia, n, N)) return fault;
+  if (const Index d = n * N - n * (n + 1) / 2; d > GeodesicRay::most_degrees)
+    return Invalid{"Q", shape(ray.Q),
+                   "must have at most " + std::to_string(GeodesicRay::most_degrees) +
+                       " degrees of freedom, nN - n(n + 1)/2, and has " + std::to_string(d)};
   if (ray.Qdot.rows() != n || ray.Qdot.cols() != N)
     return Invalid{"Qdot", shape(ray.Qdot), "must have the shape of Q, " + shape(ray.Q)};
   if (!ray.Qdot.allFinite()) return Invalid{"Qdot", "not finite", "must be finite"};
@@ -74,7 +78,9 @@ void follow(ConjugateSearch& search, double limit, double speed, FoundConjugateP
 
 std::expected<FoundConjugatePoints, ConnectRefusal> conjugate_points(const GeodesicRay& ray) {
   if (const auto refusal = refused(ray)) return std::unexpected(*refusal);
-  const PosedMetric metric(ray.inertia);
+  const double scale =
+      std::exp2(2 * std::floor(std::ilogb(ray.inertia.cwiseAbs().maxCoeff()) / 2.0));
+  const VectorXd lambda = ray.inertia / scale;  // of the order of 1
   const MatrixXd Q = repaired(ray.Q);
   FoundConjugatePoints found;
   const double size = ray.Qdot.cwiseAbs().maxCoeff();
@@ -82,13 +88,14 @@ std::expected<FoundConjugatePoints, ConnectRefusal> conjugate_points(const Geode
     found.until = ray.time;
     return found;
   }
-  const MatrixXd V = metric.tangent(Q, ray.Qdot / size);
-  const double norm = metric.norm(V), length = norm * (size * ray.time);
+  const MatrixXd half = ray.Qdot / size * Q.transpose(),
+                 V = ray.Qdot / size - (half + half.transpose()) / 2 * Q;
+  const double norm = std::sqrt((V.cwiseAbs2() * lambda).sum()), length = norm * (size * ray.time);
   if (!std::isfinite(length))
     return std::unexpected(refusal::Invalid{"time", to_text(ray.time), "is too long for Qdot"});
   const StopScope scope(ray.stop, ray.most_work);
   try {
-    ConjugateSearch search(metric.lambda(), Q, V / norm);
+    ConjugateSearch search(lambda, Q, V / norm);
     follow(search, length, norm * size, found);
     if (found.status.reached()) found.until = ray.time;
   } catch (const Stopped&) {
@@ -98,7 +105,7 @@ std::expected<FoundConjugatePoints, ConnectRefusal> conjugate_points(const Geode
   const Index n = Q.rows(), N = Q.cols();
   for (ConjugatePoint& point : found.points)
     for (MatrixXd& column : point.kernel)
-      column = (column.reshaped(n, N) / std::sqrt(metric.scale())).eval();
+      column = (column.reshaped(n, N) / std::sqrt(scale)).eval();
   return found;
 }
 

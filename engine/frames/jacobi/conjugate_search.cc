@@ -174,7 +174,7 @@ Crossing ConjugateSearch::crossing(double at, int multiplicity) {
   const MatrixXd W = orthonormal.householderQ() * MatrixXd::Identity(d, multiplicity);
   const double gap = multiplicity < d ? svd.singularValues()(d - 1 - multiplicity)
                                       : std::numeric_limits<double>::infinity();
-  return {length_ + at, multiplicity, E_ * W, gap, svd.singularValues()(d - multiplicity)};
+  return {length_ + at, multiplicity, E_ * W, gap};
 }
 
 /// Goes on from `next` with fields whose (ωA; B) are orthonormal.

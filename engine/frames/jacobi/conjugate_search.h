@@ -15,7 +15,6 @@ struct Crossing {
   Eigen::MatrixXd kernel;  ///< orthonormal D_sJ(0) of the fields that vanish, nN × multiplicity
   /// sin θ of the next angle, tan θ = |J|/(s|D_sJ|), s the length; infinite if there is none.
   double gap;
-  double residual;  ///< the largest of these sines in the kernel
 };
 
 /// Moves along a geodesic and finds every conjugate point on the way. The Lagrangian angles θ_k of

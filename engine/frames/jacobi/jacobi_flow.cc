@@ -90,11 +90,8 @@ class FrameJacobiFlow final : public JacobiFlowBy<FrameForm> {
   double curvature(const State& x) const override {
     const MatrixXd Q = frame(x), K = Q * lambda_.cwiseInverse().asDiagonal() * Q.transpose();
     const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(K);
-    return velocity(x).norm() / std::sqrt(lambda_.minCoeff() * spectrum.eigenvalues()(0));
-  }
-
-  MatrixXd velocity(const State& x) const override {
-    return field_.block(x, 1) * lambda_.cwiseInverse().asDiagonal();
+    const MatrixXd V = field_.block(x, 1) * lambda_.cwiseInverse().asDiagonal();
+    return V.norm() / std::sqrt(lambda_.minCoeff() * spectrum.eigenvalues()(0));
   }
 
  private:
@@ -156,10 +153,6 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
         R.col(k) = -root_.cwiseProduct(upper(second));
       }
     return std::sqrt(R.norm());
-  }
-
-  MatrixXd velocity(const State& x) const override {
-    return frame(x) * inverse(field_.block(x, 1));
   }
 
  private:

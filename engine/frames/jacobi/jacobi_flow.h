@@ -38,7 +38,6 @@ class JacobiFlow {
   virtual Coordinates coordinates(const State& x) const = 0;
   /// Returns a bound of √|K|, K the sectional curvatures of planes with Q̇ at x, for unit speed.
   virtual double curvature(const State& x) const = 0;
-  virtual Eigen::MatrixXd velocity(const State& x) const = 0;
 
   Eigen::MatrixXd frame(const State& x) const {
     return Eigen::Map<const Eigen::MatrixXd>(x.data(), n_, N_);

@@ -1,10 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <expected>
 #include <stop_token>
-#include <variant>
 #include <vector>
 
 #include "stiefel/connect.h"
@@ -64,44 +62,5 @@ std::expected<FoundConjugatePoints, ConnectRefusal> conjugate_points(const Geode
 /// (Rauch). n = 1 has the larger π√(λ_1λ_2/λ_N), from the largest curvature of the ellipsoid, where
 /// Klingenberg's theorems hold: N odd, or curvatures that are pinched by 1/4.
 double injectivity_bound(const Eigen::VectorXd& inertia, Eigen::Index n);
-
-/// The search for the injectivity radius of V(n, N) over all points.
-struct RadiusProblem {
-  Eigen::VectorXd inertia;
-  Eigen::Index n = 1;
-  std::uint64_t seed = 1;
-  int starts = 16;  ///< random geodesics; those in coordinate planes are tried in addition
-  std::stop_token stop = {};
-  double most_work = 1e12;
-
-  static constexpr Eigen::Index most_degrees = 32;
-  static constexpr int most_starts = 1000;
-};
-
-enum class RadiusWitness { conjugate_point, closed_geodesic };
-
-/// What a search for the injectivity radius found. The radius is the least of all distances to a
-/// first conjugate point and of half the lengths of all closed geodesics (Klingenberg), so that
-/// every one of them that is found is an upper bound. None is below `lower`: one whose error of
-/// some 1e-12 takes it there is reported as `lower`.
-struct InjectivityRadius {
-  double upper = 0;  ///< of the injectivity radius: the least that was found
-  double lower = 0;  ///< proven: `injectivity_bound`
-  RadiusWitness witness = RadiusWitness::closed_geodesic;
-  /// The geodesic of unit speed, tr(ΛQ̇ᵀQ̇) = 1, that shows `upper`: it has its first conjugate point
-  /// at that time, or closes at twice that time.
-  Eigen::MatrixXd Q, Qdot;
-  /// The smallest singular value of J/t at the conjugate point, or the largest entry of Q(2r) −
-  /// Q(0) and of the velocities in units of the speed.
-  double residual = 0;
-  double least_conjugate = 0;  ///< least distance to a conjugate point; infinite if none was found
-  double least_loop = 0;       ///< half the length of the shortest closed geodesic that was found
-  int starts = 0;              ///< geodesics from which the search descended
-  int agreeing = 0;            ///< how many of them ended within 1e-6 of `least_conjugate`
-  int loops = 0;               ///< closed geodesics that were found
-  RunStatus status;            ///< reached; cancelled; solver_stalled: `most_work` was used up
-};
-
-std::expected<InjectivityRadius, ConnectRefusal> injectivity_radius(const RadiusProblem& problem);
 
 }  // namespace stiefel

@@ -108,8 +108,7 @@ class ConjugateAnswer {
  private:
   /// Returns the bytes that a search takes.
   std::uint64_t workspace() const;
-  grpc::Status along_a_geodesic(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
-  grpc::Status of_the_radius(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
+  grpc::Status search(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
 
   const v1::ConjugatePointsRequest& request_;
   MemoryLease memory_;

@@ -219,6 +219,7 @@ TEST(ConjugatePoints, HaveKernelsThatDoNotMoveTheEnd) {
     const auto found = conjugate_points(ray);
     ASSERT_TRUE(found && found->status.reached());
     ASSERT_FALSE(found->points.empty()) << n;
+    EXPECT_GE(found->points[0].time, injectivity_bound(lambda, n));
     for (std::size_t k = 0; k < std::min<std::size_t>(found->points.size(), 4); ++k) {
       const ConjugatePoint& point = found->points[k];
       ASSERT_EQ(point.kernel.size(), static_cast<std::size_t>(point.multiplicity));
@@ -336,6 +337,36 @@ TEST(ConjugatePoints, StopOnRequestAndAtTheirWork) {
   found = conjugate_points(ray);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->status.outcome, Outcome::cancelled);
+}
+
+TEST(InjectivityBound, IsAttainedByEqualInertias) {
+  for (const double scale : {0.1, 1.0, 1e4}) {
+    const double unit = std::sqrt(scale) * pi;
+    EXPECT_NEAR(injectivity_bound(scale * VectorXd::Ones(4), 2), unit, 1e-14 * unit);
+    EXPECT_NEAR(injectivity_bound(scale * VectorXd::Ones(3), 3), std::numbers::sqrt2 * unit,
+                1e-14 * unit);
+  }
+}
+
+TEST(Connect, ProvesWhatTheInjectivityBoundProves) {
+  const VectorXd lambda = VectorXd::LinSpaced(5, 1, 1.5);
+  const Index n = 2;
+  int proved = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    GeodesicRay ray = random_ray(lambda, n, 1, seed);
+    const double bound = injectivity_bound(lambda, n), length = (seed % 2 ? 0.98 : 1.15) * bound;
+    const TwoPointProblem problem{
+        .inertia = lambda, .Q_0 = ray.Q, .Q_T = *geodesic_end(lambda, ray.Q, length * ray.Qdot)};
+    const auto joined = connect(problem);
+    ASSERT_TRUE(joined);
+    const double found = std::sqrt(2 * joined->energy);
+    EXPECT_EQ(joined->shortest == Shortest::yes, found <= bound);
+    proved += joined->shortest == Shortest::yes;
+    if (found <= bound) {
+      EXPECT_NEAR(found, length, 1e-10);
+    }
+  }
+  EXPECT_GE(proved, 5);
 }
 
 }  // namespace

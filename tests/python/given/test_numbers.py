@@ -169,7 +169,6 @@ def test_samples_are_at_least_a_step_apart_and_times_before_0_need_a_negative_st
     (lambda client, session: session.diagnose(to=3, dirac_brackets=[[1, 2]]), r"dirac_brackets\[0\].first: 1: must be a list"),
     (lambda client, session: client.geodesics(3, inertia=[1, 1]), "pairs: 3: must be several pairs of frames"),
     (lambda client, session: client.geodesics([([[1, 0]], [[0, 1]])], inertia=[1, 1], restarts=2**32)[0], "restarts: 4294967296: .* below 2.32$"),
-    (lambda client, session: client.injectivity_radius(inertia=[1, 1, 4], n=9), "n: 9: must be 1 to 3"),
     (lambda client, session: client.get(3), "id: 3: must be a text"),
     (lambda client, session: client.delete(3), "id: 3: must be a text"),
     (lambda client, session: client.create(SCENE, id=3), "id: 3: must be a text"),

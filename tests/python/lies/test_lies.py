@@ -21,7 +21,6 @@ CALLS = {  # the RPC, and a call
     "convert": ("Convert", lambda c, s: c.convert(SCENE, "velocity")),
     "connect": ("Connect", lambda c, s: c.geodesics([([[1, 0, 0]], [[0, 0.6, 0.8]])], inertia=[1, 2, 3], samples=3)[0]),
     "conjugate points": ("ConjugatePoints", lambda c, s: c.conjugate_points(inertia=[1, 2, 3], Q=[[1, 0, 0]], Qdot=[[0, 1, 0.5]], time=9)),
-    "radius": ("ConjugatePoints", lambda c, s: c.injectivity_radius(inertia=[1, 2, 3], n=1, starts=1)),
     "tradeoff": ("MeasureTradeoff", lambda c, s: c.tradeoff(SCENE, horizon=0.05, budget=1e7, repeats=1)),
     "summarize": ("Summarize", lambda c, s: s.summarize(100, quantities=STATISTICS)),
     "events": ("Summarize", lambda c, s: s.events(300, events=ZEROS, fields="angular_velocity")),

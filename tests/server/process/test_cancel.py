@@ -160,8 +160,6 @@ CALLS = {
     "Connect": stream_of("Connect", joined(16, 1000)),
     "ConjugatePoints": stream_of("ConjugatePoints", pb.ConjugatePointsRequest(
         inertia=np.linspace(1, 2, 16), q=matrix(np.eye(8, 16)), qdot=matrix(np.eye(8, 16, k=8)), time=1e6)),
-    "ConjugatePoints, radius": stream_of("ConjugatePoints", pb.ConjugatePointsRequest(
-        inertia=np.linspace(1, 2, 10), radius=pb.RadiusSearch(n=3, starts=1000))),
     "Convert to interpolation": stream_of("Convert", pb.ConvertRequest(scene=body(512), to="interpolation")),
     "Convert to parametric_rigid_body": stream_of(
         "Convert", pb.ConvertRequest(scene=body(512), to="parametric_rigid_body", parameter=0.1)),
@@ -170,7 +168,7 @@ CALLS = {
 #: Those that `make test` has; each of them computed on for seconds before it looked at its token.
 QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diagnose, a step that takes minutes",
          "Diagnose, double_bracket", "CreateSession, double_bracket", "ForkSession, ensemble", "MeasureTradeoff", "Connect",
-         "ConjugatePoints, radius", "Convert to interpolation", "Linearize, N = 300", "LyapunovSpectrum, N = 300"]
+         "ConjugatePoints", "Convert to interpolation", "Linearize, N = 300", "LyapunovSpectrum, N = 300"]
 
 
 def rpc_of(name):

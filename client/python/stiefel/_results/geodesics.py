@@ -7,7 +7,7 @@ from typing import Any, Optional, Sequence, overload
 from stiefel._results.base import Array, ByValue, Ended, RunStatus, late
 from stiefel._results.server_catalogue import Choice
 
-__all__ = ["ConjugatePoint", "ConjugatePoints", "Conversion", "Geodesic", "InjectivityRadius"]
+__all__ = ["ConjugatePoint", "ConjugatePoints", "Conversion", "Geodesic"]
 
 
 @late("scene")
@@ -91,25 +91,3 @@ class ConjugatePoints(Ended, ByValue, Sequence[ConjugatePoint]):
     def _as_table(self) -> Any:
         return (f"{self.outcome}: conjugate points up to {self.until:g}", ("time", "multiplicity", "gap"),
                 [(point.time, point.multiplicity, point.gap) for point in self.points])
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class InjectivityRadius(Ended, ByValue):
-    """Bounds of the injectivity radius of V(n, N), in lengths of the metric, and how the search went."""
-
-    upper: float  #: the least that was found: a distance to a conjugate point, or half the length of a closed geodesic
-    lower: float  #: a proven lower bound; 0 where there is none
-    witness: str  #: what shows `upper`: "conjugate_point" or "closed_geodesic"
-    Q: Array  #: the geodesic of unit speed that shows `upper`, (n, N)
-    Qdot: Array
-    residual: float  #: |J| / (t |DJ/dt|) at the conjugate point, or the largest difference between the ends of the closed geodesic
-    least_conjugate: Optional[float]  #: the least distance to a conjugate point that was found; None if none was
-    least_loop: float  #: half the length of the shortest closed geodesic that was found
-    starts: int  #: geodesics from which the search descended
-    agreeing: int  #: how many of them ended within 1e-6 of `least_conjugate`
-    loops: int  #: closed geodesics that were found
-    run_status: RunStatus
-
-    def __repr__(self) -> str:
-        return (f"<stiefel.InjectivityRadius {self.outcome}: {self.lower!r} to {self.upper!r} ({self.witness}), "
-                f"{self.agreeing} of {self.starts} descents agree>")

@@ -15,8 +15,7 @@ from stiefel._results.motion import KINDS, motion_of
 from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
 from stiefel._wire.replies import ends_at, name_of, optional, require, run_status
 from stiefel._wire.resolved import put
-from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, EstimatedError, EstimatedErrors, Events, Geodesic, InjectivityRadius,
-                             Invariant,
+from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, EstimatedError, EstimatedErrors, Events, Geodesic, Invariant,
                              Outcome, Point, RunStatus, State, Summary, Tradeoff)
 from stiefel._scene import to_dict
 
@@ -112,15 +111,6 @@ def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb
         kernel = [_block(one, shape) for one in point.kernel]
         points.append(read(ConjugatePoint, point, kernel=np.stack(kernel)))
     return read(ConjugatePoints, first, points=tuple(points), run_status=run_status(first.run_status))
-
-
-def injectivity_radius(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> InjectivityRadius:
-    """Reads the messages of one call."""
-    first, found = messages[0], messages[0].radius
-    shape = (request.radius.n, len(request.inertia))
-    Q, Qdot = _block(found.q, shape), _block(found.qdot, shape)
-    return read(InjectivityRadius, found, Q=Q, Qdot=Qdot, witness=name_of(pb.RadiusWitness, found.witness).lower(),
-                run_status=run_status(first.run_status))
 
 
 def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest, in_si: bool = False) -> Diagnosis:

@@ -246,7 +246,7 @@ def connect(given: Given, client: Client) -> int:
 
 
 def conjugate_points(given: Given, client: Client) -> int:
-    found = _called(given, client.injectivity_radius if "n" in given.more else client.conjugate_points)
+    found = _called(given, client.conjugate_points)
     shown.tell(given, shown.as_table(found), found)
     return _conclude(found.run_status)
 
@@ -272,7 +272,7 @@ def describe(given: Given, client: Client) -> int:
 
 _FUNCTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
     "diagnose": (Session.diagnose,), "summarize": (Session.summarize, Session.events), "linearize": (Session.linearize,),
-    "connect": (Client.geodesics,), "conjugate-points": (Client.conjugate_points, Client.injectivity_radius)}
+    "connect": (Client.geodesics,), "conjugate-points": (Client.conjugate_points,)}
 _COMMANDS: dict[str, Callable[[Given, Client], int]] = {
     "run": run, "rerun": rerun, "tradeoff": tradeoff, "convert": convert, "connect": connect, "summarize": summarize,
     "conjugate-points": conjugate_points, "report": report, "describe": describe,

@@ -192,7 +192,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "request": dict(metavar="FILE", help=(
         "a JSON file with the arguments of a Python function; - for stdin. `connect`: those of Client.geodesics, {inertia, pairs: "
         "[[Q_0, Q_T], ...], time}, as the example frames has them. "
-        "`conjugate-points`: those of Client.conjugate_points, {inertia, Q, Qdot, time}, or of Client.injectivity_radius, {inertia, n}")),
+        "`conjugate-points`: those of Client.conjugate_points, {inertia, Q, Qdot, time}")),
     "member": dict(type=whole, metavar="I", help="the member of an ensemble to draw; 0 by default"),
     "tradeoff": dict(_SWITCH, help=(
         "measure error against cost of every method for about ten seconds, or do not; by default for about a second, and not for "
@@ -221,7 +221,7 @@ COMMANDS = {  # what each does, and its options; "!" marks those that are requir
                          "scene set to time start every inertia step arguments output"),
     "lyapunov": ("Prints Lyapunov exponents with error bars: regular, chaotic or undecided",
                  "scene set to time start every count interval seed checkpoint output"),
-    "conjugate-points": ("Finds the conjugate points along a geodesic, or bounds of the injectivity radius", "request output"),
+    "conjugate-points": ("Finds the conjugate points along a geodesic", "request output"),
     "report": ("Runs a scene and writes an HTML page about it, by default report.html: the body turning in space, polhode, rates, "
                "drift beside the estimated error, error against cost, and the scene",
                "scene set to time member tradeoff estimate-error output"),
