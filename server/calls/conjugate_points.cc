@@ -9,7 +9,7 @@ void ConjugatePoints(ServerCall& call, const v1::ConjugatePointsRequest& request
                          MemoryLease(call.account().memory(), memory_price({held_by(request)})));
   for (v1::ConjugatePointsResponse message; !answer.done();
        call.write(writer, message, answer.done())) {
-    check(answer.next(call.stop(), message));
+    answer.next(call.stop(), message);
     call.pass();
   }
 }

@@ -9,7 +9,7 @@ namespace stiefel::server {
 void Connect(ServerCall& call, const v1::ConnectRequest& request,
              grpc::ServerWriter<v1::ConnectResponse>& writer) {
   call.hold(memory_price({.request = held_by(request)}));
-  ConnectTask task = value_of(read(request));
+  ConnectTask task = read(request);
   constexpr std::uint64_t part_of_memory = 8;
   const std::uint64_t workspace = connect_workspace(request);
   const std::size_t at_once = searches_at_once(request, workspace, call.host().threads,
@@ -21,7 +21,7 @@ void Connect(ServerCall& call, const v1::ConnectRequest& request,
   std::mutex sending;
   const auto send = [&] {
     const std::lock_guard lock(sending);
-    while (value_of(answer.next(message))) call.write(writer, message);
+    while (answer.next(message)) call.write(writer, message);
   };
   do {
     call.pass();

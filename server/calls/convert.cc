@@ -10,7 +10,7 @@ void Convert(ServerCall& call, const v1::ConvertRequest& request,
       request, MemoryLease(call.account().memory(),
                            memory_price({held_by(request), 2 * scene_workspace(request.scene())})));
   for (v1::ConvertResponse message; !answer.done(); call.write(writer, message, answer.done()))
-    check(answer.next(message));
+    answer.next(message);
 }
 
 }  // namespace stiefel::server

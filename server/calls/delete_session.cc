@@ -4,8 +4,8 @@
 namespace stiefel::server {
 void DeleteSession(ServerCall& call, const v1::DeleteSessionRequest& request,
                    v1::DeleteSessionResponse*) {
-  check(check_session_id(request.session_id()));
-  check(check_routing(call.context(), request.session_id()));
+  check_session_id(request.session_id());
+  check_routing(call.context(), request.session_id());
   MemoryBudget& memory = call.account().memory();
   call.wait_for(
       call.host().registry.erase(call.principal(), request.session_id(), &memory).pending_write);

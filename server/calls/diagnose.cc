@@ -8,12 +8,12 @@ namespace stiefel::server {
 void Diagnose(ServerCall& call, const v1::DiagnoseRequest& request,
               v1::DiagnoseResponse* response) {
   const SessionLease session = call.session(request.session_id());
-  check(check_step("to", request.to()));
+  check_step("to", request.to());
   call.hold(memory_price({held_by(request), diagnosis_workspace(*session)}));
-  const DiagnoseTask task = value_of(DiagnoseTask::read(*session, request));
+  const DiagnoseTask task = read(*session, request);
   Cursor cursor(*session, request.to(), call.stop());
   advance(call, *session, cursor, request.to());
-  check(task.answer(*session, cursor, call.stop(), response));
+  answer(task, *session, cursor, call.stop(), response);
   call.pass();  // an answer computed during a stop may be incomplete
 }
 

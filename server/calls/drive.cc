@@ -16,11 +16,10 @@ class Driven {
  public:
   /// Checks the request and answers it.
   void answer(ServerCall& call, const v1::DriveRequest& request, v1::StepResponse* response) {
-    if (call.host().lifecycle.refusing()) throw StatusError(errors::shutting_down());
+    if (call.host().lifecycle.refusing()) throw errors::shutting_down();
     const SessionLease session = find(call, request.session_id());
-    check(check_step("to", request.to()));
-    if (request.fields_size() > 0)
-      task_.fields = value_of(select_fields(*session, request.fields()));
+    check_step("to", request.to());
+    if (request.fields_size() > 0) task_.fields = select_fields(*session, request.fields());
     task_.to = request.to();
     task_.return_checkpoint = request.return_checkpoint();
     check_size(*session, task_);
@@ -31,7 +30,7 @@ class Driven {
  private:
   SessionLease find(ServerCall& call, const std::string& id) {
     if (!id_.empty() && !id.empty() && id != id_)
-      throw StatusError(errors::invalid("session_id", id, "must be empty or '" + id_ + "'"));
+      throw errors::invalid("session_id", id, "must be empty or '" + id_ + "'");
     if (auto known = known_.lock(); known && !known->closed())
       return SessionLease(std::move(known));
     SessionLease session = call.session(id_.empty() ? id : id_);
@@ -57,9 +56,8 @@ void Drive(ServerCall& call,
   bool first = true;
   for (; call.next(stream, request); first = false) {
     if (!request.read(call.account().memory()))
-      throw StatusError(
-          errors::invalid("request", "its bytes are not a DriveRequest",
-                          first ? "the first message must name a session" : "must be one"));
+      throw errors::invalid("request", "its bytes are not a DriveRequest",
+                            first ? "the first message must name a session" : "must be one");
     response.has_step() ? response.mutable_step()->Clear() : response.Clear();
     try {
       call.run([&] {
@@ -74,10 +72,8 @@ void Drive(ServerCall& call,
     request.drop();
     call.write(stream, response);
   }
-  if (call.caller_left()) throw StatusError(errors::cancelled());
-  if (first)
-    throw StatusError(
-        errors::invalid("request", "absent", "the first message must name a session"));
+  if (call.caller_left()) throw errors::cancelled();
+  if (first) throw errors::invalid("request", "absent", "the first message must name a session");
 }
 
 }  // namespace stiefel::server

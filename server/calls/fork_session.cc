@@ -9,18 +9,17 @@ namespace stiefel::server {
 void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
                  v1::ForkSessionResponse* response) {
   const SessionLease from = call.session(request.from_session_id(), "from_session_id");
-  check(check_session_id(request.session_id()));
-  check(check_step("from_step", request.from_step()));
+  check_session_id(request.session_id());
+  check_step("from_step", request.from_step());
   // The scene in its steps from the old one to the new one.
   call.hold(memory_price({.workspace = 2 * from->scene_bytes()}));
   Cursor cursor(*from, request.from_step(), call.stop());
   advance(call, *from, cursor, request.from_step());
   to_proto(cursor, from->scene(), response->mutable_run_status());
   if (!cursor.run_status().reached()) return;
-  ResolvedScene scene = value_of(forked(*from, cursor, request));
+  ResolvedScene scene = forked(*from, cursor, request);
   const Resolution resolution = scene.resolution;
-  const auto made =
-      value_of(admit(call.host(), call.account(), request.session_id(), std::move(scene)));
+  const auto made = admit(call.host(), call.account(), request.session_id(), std::move(scene));
   to_proto(*made.session, resolution, call.host().registry, request.view(),
            response->mutable_session());
   response->set_created(made.created);

@@ -59,8 +59,8 @@ void ListSessions(ServerCall& call, const v1::ListSessionsRequest& request,
   const std::optional<std::string> after =
       request.page_token().empty() ? "" : read_page_token(request.page_token());
   if (!after)
-    throw StatusError(errors::invalid("page_token", request.page_token(),
-                                      "must be the next_page_token of a reply of ListSessions"));
+    throw errors::invalid("page_token", request.page_token(),
+                          "must be the next_page_token of a reply of ListSessions");
   const std::size_t size = request.page_size() == 0
                                ? default_page_size
                                : std::min<std::size_t>(request.page_size(), max_page_size);

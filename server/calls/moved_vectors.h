@@ -23,20 +23,16 @@ void move_vectors(ServerCall& call, const Request& request, grpc::ServerWriter<R
   constexpr std::chrono::milliseconds longest_silence =
       reports ? std::chrono::milliseconds(100) : std::chrono::hours(24 * 365);
   SessionLease session = call.session(request.session_id());
-  check(check_step("from", request.from()));
-  check(check_step("to", request.to(), request.from()));
-  if (request.every() < 0)
-    throw StatusError(
-        errors::invalid("every", std::to_string(request.every()), "must be at least 0"));
+  check_range(request);
   if (const auto members = session->scene().members().size(); members > 0)
-    throw StatusError(errors::invalid("session_id", std::to_string(members) + " members",
-                                      "the scene must have no `members`"));
+    throw errors::invalid("session_id", std::to_string(members) + " members",
+                          "the scene must have no `members`");
   call.hold(memory_price({held_by(request), tangent_workspace(*session, request)}));
   const double slice = slice_fraction(session->step_cost());
   Answer answer(std::move(session), request);
-  check(answer.make());
+  answer.make();
   send_results<Response>(call, writer, answer, longest_silence, slice, [&](double steps) {
-    check(answer.advance(std::max<std::int64_t>(static_cast<std::int64_t>(steps), 1), call.stop()));
+    answer.advance(std::max<std::int64_t>(static_cast<std::int64_t>(steps), 1), call.stop());
   });
   call.log().did(0, answer.computed_steps());
 }

@@ -26,8 +26,7 @@ void ServerCall::admit(Callers* callers) {
   if (callers) {
     callers_ = callers;
     if (const auto refused = callers->admit(context_, admitted_))
-      throw StatusError(*refused == Refused::token_missing ? errors::token_missing()
-                                                           : errors::token_unknown());
+      throw *refused == Refused::token_missing ? errors::token_missing() : errors::token_unknown();
   }
   account_ = &host_.accounts.of(host_.identify ? host_.identify(context_) : admitted_.principal());
   log_->bill(*account_);
@@ -35,12 +34,12 @@ void ServerCall::admit(Callers* callers) {
       host_.turns, account_->share(), stop_source_, [this] { return context_.IsCancelled(); },
       account_->most_time());
   if (const auto refusal = account_->enter_call(host_.open_calls))
-    throw StatusError(errors::over_quota(*refusal));
+    throw errors::over_quota(*refusal);
   counted_ = true;
 }
 
 SessionLease ServerCall::session(std::string_view id, const char* field) {
-  return value_of(find_session(host_, context_, account_->principal(), id, field));
+  return find_session(host_, context_, account_->principal(), id, field);
 }
 
 ServerCall::Computed::~Computed() {
@@ -49,26 +48,19 @@ ServerCall::Computed::~Computed() {
 }
 
 void ServerCall::unreadable(const google::protobuf::Descriptor& type) {
-  throw StatusError(errors::invalid("request", "", "the bytes are not a " + type.name()));
+  throw errors::invalid("request", "", "the bytes are not a " + type.name());
 }
 
-void ServerCall::leave() { throw StatusError(errors::cancelled()); }
+void ServerCall::leave() { throw errors::cancelled(); }
 
 void ServerCall::wait_for(const std::shared_ptr<PendingWrite>& change) {
   if (!change) return;
   const auto fault = turn_->without_place([&] { return change->wait(); });
-  if (fault) throw StatusError(errors::not_written(*fault));
+  if (fault) throw errors::not_written(*fault);
 }
 
 grpc::Status ServerCall::current_error() const {
-  grpc::Status status;
-  try {
-    throw;
-  } catch (const StatusError& error) {
-    status = error.status;
-  } catch (...) {
-    status = errors::from_current_exception();
-  }
+  grpc::Status status = errors::from_current_exception();
   // What a stop interrupted may have another error of its own.
   const bool told = status.error_code() == grpc::UNAVAILABLE;
   if (stop_.stop_requested() && !told) status = errors::cancelled();

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <exception>
-#include <expected>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -23,24 +21,6 @@
 #include "server/sessions/write_ahead_log.h"
 
 namespace stiefel::server {
-
-/// Ends a call, or the answer to one request of a Drive, with that status.
-struct StatusError : std::exception {
-  explicit StatusError(grpc::Status of_call) : status(std::move(of_call)) {}
-  const grpc::Status status;
-};
-/// Throws the error of a check.
-inline void check(const grpc::Status& status) {
-  if (!status.ok()) throw StatusError(status);
-}
-template <class Value, class Error>
-Value value_of(std::expected<Value, Error> checked) {
-  if (checked) return *std::move(checked);
-  if constexpr (std::is_same_v<Error, grpc::Status>)
-    throw StatusError(checked.error());
-  else
-    throw StatusError(errors::invalid(checked.error()));
-}
 
 /// Sends the messages of an answer, and lets it `advance` by `slice` steps at a time while it has
 /// no results, by fewer once so many have taken longer than a turn. A message without results,

@@ -35,7 +35,7 @@ std::uint64_t step_memory(const Session& session, const StepTask& task) {
 
 void check_size(const Session& session, const StepTask& task) {
   const std::size_t bytes = reply_bytes(session, task);
-  if (bytes > max_reply_bytes) throw StatusError(errors::reply_too_large(bytes));
+  if (bytes > max_reply_bytes) throw errors::reply_too_large(bytes);
 }
 
 void advance(ServerCall& call, const Session& session, Cursor& cursor, std::int64_t to) {
@@ -51,7 +51,7 @@ void advance(ServerCall& call, const Session& session, Cursor& cursor, std::int6
   call.log().did(0, cursor.computed_steps());
   if (!cursor.stopped()) return;
   if (!call.host().lifecycle.stopping()) throw Stopped();
-  throw StatusError(errors::shutting_down(session, cursor.simulation()));
+  throw errors::shutting_down(session, cursor.simulation());
 }
 
 void step(ServerCall& call, Session& session, const StepTask& task, v1::StepResponse* response) {
@@ -62,8 +62,8 @@ void step(ServerCall& call, Session& session, const StepTask& task, v1::StepResp
 
 void Step(ServerCall& call, const v1::StepRequest& request, v1::StepResponse* response) {
   const SessionLease session = call.session(request.session_id());
-  check(check_step("to", request.to()));
-  const StepTask task{request.to(), value_of(select_fields(*session, request.fields())),
+  check_step("to", request.to());
+  const StepTask task{request.to(), select_fields(*session, request.fields()),
                       request.return_checkpoint()};
   check_size(*session, task);
   call.hold(step_memory(*session, task));

@@ -165,8 +165,8 @@ class Sent {
 void Stream(ServerCall& call, const v1::StreamRequest& request,
             grpc::ServerWriter<grpc::ByteBuffer>& writer) {
   const SessionLease session = call.session(request.session_id());
-  check(check_range(request));
-  const auto fields = value_of(select_fields(*session, request.fields()));
+  check_range(request);
+  const auto fields = select_fields(*session, request.fields());
   const Sampling::Range range{request.from(), request.to(),
                               std::max<std::int64_t>(request.every(), 1),
                               request.checkpoint_every(), request.return_checkpoint()};

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <grpcpp/support/status.h>
-
 #include <cstdint>
 #include <optional>
 #include <stop_token>
 #include <utility>
 
+#include "server/convert/errors.h"
 #include "server/convert/parts.h"
 #include "server/convert/resolve.h"
 #include "server/scheduling/memory_budget.h"
@@ -17,8 +16,8 @@
 
 namespace stiefel::server {
 
-/// Returns a conversion's refusal as an error status.
-grpc::Status refused(const ConversionRefusal& refusal);
+/// Returns a conversion's refusal as an error.
+StatusError refused(const ConversionRefusal& refusal);
 
 /// Answers a Convert in messages of limited size.
 class ConversionAnswer {
@@ -28,11 +27,11 @@ class ConversionAnswer {
       : request_(request), memory_(std::move(memory)) {}
 
   /// Writes the next message over `response`; the first call converts.
-  grpc::Status next(v1::ConvertResponse& response);
+  void next(v1::ConvertResponse& response);
   bool done() const { return started_ && scene_arrays_.empty() && blocks_.empty(); }
 
  private:
-  grpc::Status convert(v1::ConvertResponse& response);
+  void convert(v1::ConvertResponse& response);
 
   const v1::ConvertRequest& request_;
   MemoryLease memory_;
@@ -48,11 +47,11 @@ class TradeoffAnswer {
       : request_(request), memory_(std::move(memory)) {}
 
   /// Writes the next part over `response`. The part is not valid if a stop was requested.
-  grpc::Status next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response);
+  void next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response);
   bool done() const { return done_; }
 
  private:
-  grpc::Status start(const std::stop_token& stop, v1::TradeoffSetup* setup);
+  void start(const std::stop_token& stop, v1::TradeoffSetup* setup);
   void finish(v1::TradeoffFront* front);
 
   const v1::MeasureTradeoffRequest& request_;

@@ -25,21 +25,20 @@ double most_work(const Scene& scene) {
 
 }  // namespace
 
-grpc::Status refused(const ConversionRefusal& refusal) {
+StatusError refused(const ConversionRefusal& refusal) {
   if (const auto* violations = std::get_if<Violations>(&refusal))
     return errors::invalid(*violations);
   return errors::outside_domain(std::get<OutsideDomain>(refusal));
 }
 
-grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
+void ConversionAnswer::convert(v1::ConvertResponse& response) {
   const v1::Scene& given = request_.scene();
   const auto resolved = read_scene(request_.has_scene(), given, "scene", [&] {
     memory_.grow_to(memory_.bytes() + choice_workspace(given));
   });
-  if (!resolved) return resolved.error();
   memory_.grow_to(memory_.bytes() + conversion_workspace(given));
-  const Scene& scene = resolved->scene;
-  const Resolution& resolution = resolved->resolution;
+  const Scene& scene = resolved.scene;
+  const Resolution& resolution = resolved.resolution;
   ConversionTarget target{request_.to()};
   if (request_.has_epsilon()) target.epsilon = request_.epsilon();
   if (request_.has_parameter()) target.parameter = request_.parameter();
@@ -54,10 +53,10 @@ grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
           {"to", target.name, "takes more than " + to_text(most_work(scene)) + " operations"}}));
     }
   }();
-  if (!converted) return refused(converted.error());
+  if (!converted) throw refused(converted.error());
   if (converted->scene) {
     const SceneDescription& result = converted->scene->description();
-    const Difference changes = difference(*from_proto(given), result);
+    const Difference changes = difference(from_proto(given), result);
     const auto left_out = write_view(result, changes, request_.view(), response.mutable_scene());
     if (request_.view() == v1::SCENE_VIEW_NONE) response.clear_scene();
     if (request_.view() != v1::SCENE_VIEW_FULL && request_.view() != v1::SCENE_VIEW_NONE)
@@ -77,15 +76,11 @@ grpc::Status ConversionAnswer::convert(v1::ConvertResponse& response) {
     to->set_margin(margin);
   }
   if (resolution.choice) to_proto(scene, *resolution.choice, response.mutable_choice());
-  return grpc::Status::OK;
 }
 
-grpc::Status ConversionAnswer::next(v1::ConvertResponse& response) {
+void ConversionAnswer::next(v1::ConvertResponse& response) {
   response.Clear();
-  if (!started_) {
-    const grpc::Status status = convert(response);
-    if (!status.ok()) return status;
-  }
+  if (!started_) convert(response);
   // Other arrays wait for the next message, since those in the scene may fill the first one.
   const bool room = started_ || scene_arrays_.empty();
   started_ = true;
@@ -94,7 +89,6 @@ grpc::Status ConversionAnswer::next(v1::ConvertResponse& response) {
   else if (room && !blocks_.empty())
     blocks_.take(part_bytes, response.mutable_blocks());
   response.set_continues(!done());
-  return grpc::Status::OK;
 }
 
 }  // namespace stiefel::server

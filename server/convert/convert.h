@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <expected>
 #include <functional>
 #include <optional>
 #include <string>
@@ -11,8 +10,7 @@
 #include "server/sessions/cursor.h"
 #include "server/sessions/registry.h"
 #include "server/sessions/server_session.h"
-#include "stiefel/diagnosis.h"
-#include "stiefel/error_estimate.h"
+#include "stiefel/catalogue.h"
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
 #include "stiefel/v1/common.pb.h"
@@ -23,13 +21,12 @@
 
 namespace stiefel::server {
 
-/// Converts a scene and checks what only the wire can get wrong: shapes and numbers of values. The
-/// violations name fields of `place`. Every field of a description is read and written by its name,
-/// so that a field that the messages lack makes every call fail (std::logic_error).
-std::expected<SceneDescription, FoundFaults> from_proto(const v1::Scene& scene,
-                                                        const Place& place = {});
-std::expected<MethodDescription, FoundFaults> from_proto(const v1::Method& method,
-                                                         const Place& place = {});
+/// Converts a scene and checks what only the wire can get wrong: shapes and numbers of values.
+/// Throws INVALID_ARGUMENT, whose violations name fields of `place`. Every field of a description
+/// is read and written by its name, so that a field that the messages lack makes every call fail
+/// (std::logic_error).
+SceneDescription from_proto(const v1::Scene& scene, const Place& place = {});
+MethodDescription from_proto(const v1::Method& method, const Place& place = {});
 void to_proto(const SceneDescription& description, v1::Scene* out);
 void to_proto(const MethodDescription& method, v1::Method* out);
 /// Whether a field is wanted, by its path in the scene: "step", "method.order", "initial.Q".
@@ -54,15 +51,13 @@ void to_list(const Session& session, const Registry& registry, const v1::Session
 void to_proto(const RunStatus& run_status, v1::RunStatus* out);
 /// Writes how a cursor over states of `scene` ended, with the sentence for its last good state.
 void to_proto(const Cursor& cursor, const Scene& scene, v1::RunStatus* out);
-void to_proto(const Diagnosis& diagnosis, v1::DiagnoseResponse* out);
-void to_proto(const ErrorEstimate& estimate, v1::EstimatedError* out);
 v1::Conservation to_proto(Conservation conservation);
 
 using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 
 /// Returns the indices of the named fields; the session's default ones when no field is named.
-std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
-                                                                  const FieldNames& names);
+/// Throws INVALID_ARGUMENT.
+std::vector<std::size_t> select_fields(const Session& session, const FieldNames& names);
 
 /// Writes the name, type and shape of a field: {samples, members, rows, cols}, without `samples`
 /// when that is absent and with `members` in ensembles only, unless it is that of one member.
@@ -79,16 +74,15 @@ void read_block(const Path& path, const v1::Matrix& matrix, Block& out, Faults& 
 /// blocks stacked. Adds faults as for a matrix.
 void read_block(const Path& path, const v1::Tensor& tensor, Block& out, Faults& faults);
 
-/// Reads a single matrix, which must be finite. Returns nothing and adds faults if it is refused.
-std::optional<RowMatrix> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults);
+/// Reads a single matrix, which must be finite. Adds faults and returns an empty one if it is
+/// refused.
+RowMatrix read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults);
 
 void write_block(const Block& block, v1::Matrix* out);
 
-/// Whether all numbers of the tensor are finite.
-bool is_finite(const v1::Tensor& tensor);
+/// Whether all numbers of the arrays are finite.
+bool is_finite(const v1::Field& field);
 bool is_finite(const google::protobuf::RepeatedPtrField<v1::Field>& fields);
-/// Whether all numbers of the message's tensors are finite, and no other number of it is NaN.
-bool is_finite(const google::protobuf::Message& message);
 
 /// Changes OUTCOME_REACHED to OUTCOME_NOT_FINITE unless `finite`.
 void demand_finite(bool finite, v1::RunStatus* status);

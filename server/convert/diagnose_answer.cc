@@ -13,12 +13,11 @@
 namespace stiefel::server {
 namespace {
 
-/// Returns the value if it is finite, otherwise an error for the element at `path`.
-OrStatus<double> number(const std::string& path, std::expected<double, Violations> value) {
-  if (!value) return std::unexpected(errors::invalid(value.error()));
+/// Returns the value of the element at `path`, which must be finite.
+double number(const std::string& path, const std::expected<double, Violations>& value) {
+  if (!value) throw errors::invalid(value.error());
   if (!std::isfinite(*value))
-    return std::unexpected(
-        errors::invalid(path, to_text(*value), "overflows: its arguments are too large"));
+    throw errors::invalid(path, to_text(*value), "overflows: its arguments are too large");
   return *value;
 }
 
@@ -65,8 +64,6 @@ void put(const BodyMotion& motion, v1::BodyMotion* out) {
   }
 }
 
-}  // namespace
-
 void put(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
   for (const InvariantDrift& drift : diagnosis.invariants) {
     auto* to = out->add_invariants();
@@ -84,6 +81,18 @@ void put(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
   if (diagnosis.motion) put(*diagnosis.motion, out->mutable_motion());
 }
 
+/// Whether no number computed from the state is NaN.
+bool has_no_nan(const v1::DiagnoseResponse& reply) {
+  const auto is_number = [](double value) { return !std::isnan(value); };
+  return is_number(reply.orthogonality()) && is_number(reply.domain().h_omega()) &&
+         is_number(reply.estimated_error().attitude()) &&
+         is_number(reply.estimated_error().momentum()) &&
+         std::ranges::all_of(reply.invariants(), [&](const v1::Invariant& one) {
+           return is_number(one.initial()) && is_number(one.value()) && is_number(one.drift()) &&
+                  is_number(one.scale());
+         });
+}
+
 void put(const ErrorEstimate& estimate, v1::EstimatedError* out) {
   if (estimate.attitude) out->set_attitude(*estimate.attitude);
   if (estimate.momentum) out->set_momentum(*estimate.momentum);
@@ -96,53 +105,47 @@ void put(const ErrorEstimate& estimate, v1::EstimatedError* out) {
   if (estimate.member) out->set_member(static_cast<std::uint32_t>(*estimate.member));
 }
 
-void DiagnoseTask::estimate(const Scene& scene, const Simulation& now, const std::stop_token& stop,
-                            v1::EstimatedError* out) const {
-  // An estimate of at most so much work, about ten milliseconds, is cheap whatever the run takes.
-  constexpr double small = 5e7;
-  const double budget = estimate_error_ == v1::ERROR_ESTIMATION_IF_CHEAPER
-                            ? std::clamp(run_work(scene, now), small, most_estimate_work)
-                            : most_estimate_work;
-  put(estimate_error(scene, now, budget, stop), out);
-}
+}  // namespace
 
-grpc::Status DiagnoseTask::answer(const Session& session, const Cursor& cursor,
-                                  const std::stop_token& stop,
-                                  v1::DiagnoseResponse* response) const {
+void answer(const DiagnoseTask& task, const Session& session, const Cursor& cursor,
+            const std::stop_token& stop, v1::DiagnoseResponse* response) {
   const Scene& scene = session.scene();
   const Simulation& now = cursor.simulation();
   to_proto(cursor, scene, response->mutable_run_status());
   response->set_step(cursor.step());
   response->set_time(scene.time(cursor.step()));
   response->set_computed_steps(cursor.computed_steps());
-  Diagnosis diagnosis = diagnose(scene, now, invariants_, stop);
-  shorten(max_invariants_, diagnosis.invariants, response);
+  Diagnosis diagnosis = diagnose(scene, now, task.invariants, stop);
+  shorten(task.max_invariants, diagnosis.invariants, response);
   put(diagnosis, response);
-  for (std::size_t i = 0; i < forms_.size() && !stop.stop_requested(); ++i) {
-    const auto& [name, first, second] = forms_[i];
+  for (std::size_t i = 0; i < task.forms.size() && !stop.stop_requested(); ++i) {
+    const auto& [name, first, second] = task.forms[i];
     const std::string path = Path("forms", i).text();
-    const auto value =
-        number(path, evaluate_form(scene, now, name, first, second, Place::inside(path)));
-    if (!value) return value.error();
-    response->add_forms(*value);
+    response->add_forms(
+        number(path, evaluate_form(scene, now, name, first, second, Place::inside(path))));
   }
-  for (std::size_t i = 0; i < brackets_.size() && !stop.stop_requested(); ++i) {
-    const auto& [first, second] = brackets_[i];
+  for (std::size_t i = 0; i < task.brackets.size() && !stop.stop_requested(); ++i) {
+    const auto& [first, second] = task.brackets[i];
     const std::string path = Path("dirac_brackets", i).text();
-    const auto value = number(path, dirac_bracket(scene, now, first, second, Place::inside(path)));
-    if (!value) return value.error();
-    response->add_dirac_brackets(*value);
+    response->add_dirac_brackets(
+        number(path, dirac_bracket(scene, now, first, second, Place::inside(path))));
   }
-  if (symplectic_) {
+  if (task.symplectic) {
     const auto defect =
-        symplectic_defect(scene, now, static_cast<int>(symplectic_->pairs()), symplectic_->seed(),
-                          Place::inside("symplectic_test"), stop);
-    if (!defect) return errors::invalid(defect.error());
+        symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
+                          task.symplectic->seed(), Place::inside("symplectic_test"), stop);
+    if (!defect) throw errors::invalid(defect.error());
     if (*defect) response->set_symplectic_defect(**defect);
   }
-  if (estimates_error()) estimate(scene, now, stop, response->mutable_estimated_error());
-  demand_finite(is_finite(*response), response->mutable_run_status());
-  return grpc::Status::OK;
+  if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED) {
+    // In instructions: about ten seconds, and the ten milliseconds that are cheap for any run.
+    constexpr double most = 5e10, small = 5e7;
+    const double budget = task.estimate_error == v1::ERROR_ESTIMATION_IF_CHEAPER
+                              ? std::clamp(run_work(scene, now), small, most)
+                              : most;
+    put(estimate_error(scene, now, budget, stop), response->mutable_estimated_error());
+  }
+  demand_finite(has_no_nan(*response), response->mutable_run_status());
 }
 
 }  // namespace stiefel::server

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "server/convert/resolve.h"
 #include "server/sessions/cursor.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/v1/diagnosis.pb.h"
@@ -14,19 +13,7 @@
 namespace stiefel::server {
 
 /// A Diagnose request whose names and shapes are checked.
-class DiagnoseTask {
- public:
-  /// Throws Stopped (stiefel/stop.h) on a stop request of the surrounding StopScope.
-  static OrStatus<DiagnoseTask> read(const Session& session, const v1::DiagnoseRequest& request);
-
-  /// Writes the answer at the step where the cursor ended.
-  grpc::Status answer(const Session& session, const Cursor& cursor, const std::stop_token& stop,
-                      v1::DiagnoseResponse* response) const;
-
- private:
-  /// The most work of an error estimate, in instructions: about ten seconds.
-  static constexpr double most_estimate_work = 5e10;
-
+struct DiagnoseTask {
   /// A two-form and the tangent vectors on which it is evaluated.
   struct Form {
     std::string name;
@@ -36,17 +23,21 @@ class DiagnoseTask {
   struct Bracket {
     PairFactors first, second;
   };
-  DiagnoseTask() = default;
-  bool estimates_error() const { return estimate_error_ != v1::ERROR_ESTIMATION_UNSPECIFIED; }
-  void estimate(const Scene& scene, const Simulation& now, const std::stop_token& stop,
-                v1::EstimatedError* out) const;
 
-  std::vector<std::string> invariants_;
-  std::vector<Form> forms_;
-  std::vector<Bracket> brackets_;
-  std::optional<v1::SymplecticTest> symplectic_;
-  v1::ErrorEstimation estimate_error_ = v1::ERROR_ESTIMATION_UNSPECIFIED;
-  std::size_t max_invariants_ = 0;
+  std::vector<std::string> invariants;
+  std::vector<Form> forms;
+  std::vector<Bracket> brackets;
+  std::optional<v1::SymplecticTest> symplectic;
+  v1::ErrorEstimation estimate_error = v1::ERROR_ESTIMATION_UNSPECIFIED;
+  std::size_t max_invariants = 0;
 };
+
+/// Throws INVALID_ARGUMENT, and Stopped (stiefel/stop.h) on a stop request of the surrounding
+/// StopScope.
+DiagnoseTask read(const Session& session, const v1::DiagnoseRequest& request);
+
+/// Writes the answer at the step where the cursor ended.
+void answer(const DiagnoseTask& task, const Session& session, const Cursor& cursor,
+            const std::stop_token& stop, v1::DiagnoseResponse* response);
 
 }  // namespace stiefel::server

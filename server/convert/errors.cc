@@ -10,13 +10,20 @@
 #include <utility>
 
 #include "engine/numbers/to_text.h"
-#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 #include "stiefel/v1/run.pb.h"
 
-namespace stiefel::server::errors {
+namespace stiefel::server {
+
+void check(Faults& faults) {
+  if (faults.empty()) return;
+  const FoundFaults found = faults.take();
+  throw errors::invalid(found.violations, found.more);
+}
+
+namespace errors {
 namespace {
 
 // Status and details are sent in trailers, of which clients accept 8 KiB.
@@ -51,10 +58,10 @@ std::optional<Detail> detail_of(const grpc::Status& status, std::string_view typ
   return std::nullopt;
 }
 
-grpc::Status make(grpc::StatusCode code, const std::string& message, v1::Status status) {
+StatusError make(grpc::StatusCode code, const std::string& message, v1::Status status) {
   status.set_code(code);
   status.set_message(message);
-  return {code, message, status.SerializeAsString()};
+  return StatusError({code, message, status.SerializeAsString()});
 }
 
 using Metadata = std::initializer_list<std::pair<const char*, std::string_view>>;
@@ -67,8 +74,8 @@ void add_info(const std::string& reason, const auto& metadata, v1::Status& statu
   add_detail("ErrorInfo", detail, status);
 }
 
-grpc::Status info(grpc::StatusCode code, const std::string& message, const char* reason,
-                  Metadata metadata = {}) {
+StatusError info(grpc::StatusCode code, const std::string& message, const char* reason,
+                 Metadata metadata = {}) {
   v1::Status status;
   add_info(reason, metadata, status);
   return make(code, message, std::move(status));
@@ -76,9 +83,9 @@ grpc::Status info(grpc::StatusCode code, const std::string& message, const char*
 
 /// RESOURCE_EXHAUSTED with an ErrorInfo, a QuotaFailure of `subject`, and a RetryInfo unless
 /// waiting does not help, so that `retry_after` is 0.
-grpc::Status exhausted(const std::string& message, const char* reason, Metadata metadata,
-                       const char* subject, const std::string& description,
-                       std::chrono::milliseconds retry_after) {
+StatusError exhausted(const std::string& message, const char* reason, Metadata metadata,
+                      const char* subject, const std::string& description,
+                      std::chrono::milliseconds retry_after) {
   v1::Status status;
   add_info(reason, metadata, status);
   v1::QuotaFailure quota;
@@ -96,7 +103,7 @@ grpc::Status exhausted(const std::string& message, const char* reason, Metadata 
 
 }  // namespace
 
-grpc::Status invalid(const Violations& violations, std::size_t more) {
+StatusError invalid(const Violations& violations, std::size_t more) {
   v1::BadRequest detail;
   std::string message;
   std::size_t told = 0;
@@ -120,40 +127,36 @@ grpc::Status invalid(const Violations& violations, std::size_t more) {
   return make(grpc::INVALID_ARGUMENT, message, std::move(status));
 }
 
-grpc::Status invalid(const FoundFaults& refused) {
-  return invalid(refused.violations, refused.more);
-}
-
-grpc::Status invalid(std::string field, std::string value, std::string rule) {
+StatusError invalid(std::string field, std::string value, std::string rule) {
   return invalid({{std::move(field), std::move(value), std::move(rule)}});
 }
 
-grpc::Status session_not_found(std::string_view id, const char* field) {
+StatusError session_not_found(std::string_view id, const char* field) {
   return info(grpc::NOT_FOUND,
               std::string(field) + ": " + shortened(id) + ": there is no such session",
               "SESSION_NOT_FOUND", {{"session_id", id}});
 }
 
-grpc::Status session_deleted(std::string_view id, const char* field) {
+StatusError session_deleted(std::string_view id, const char* field) {
   return info(grpc::NOT_FOUND,
               std::string(field) + ": " + shortened(id) + ": this session was deleted",
               "SESSION_DELETED", {{"session_id", id}});
 }
 
-grpc::Status session_has_other_scene(std::string_view id) {
+StatusError session_has_other_scene(std::string_view id) {
   return info(grpc::ALREADY_EXISTS,
               "session_id: " + shortened(id) + ": a session with this id and another scene exists",
               "SESSION_HAS_OTHER_SCENE", {{"session_id", id}});
 }
 
-grpc::Status too_many_sessions(std::uint32_t max_sessions) {
+StatusError too_many_sessions(std::uint32_t max_sessions) {
   const std::string limit = std::to_string(max_sessions);
   return exhausted("this server holds at most " + limit + " sessions: delete one or wait",
                    "TOO_MANY_SESSIONS", {{"max_sessions", limit}}, "sessions", "at most " + limit,
                    to_a_free_session);
 }
 
-grpc::Status time_reached(double seconds) {
+StatusError time_reached(double seconds) {
   const std::string most = to_text(seconds);
   const std::string description = "the limit is " + most + " s of computing for a call";
   return exhausted(
@@ -163,7 +166,7 @@ grpc::Status time_reached(double seconds) {
       "OVER_QUOTA", {{"limit", "call_seconds"}, {"most", most}}, "call_seconds", description, {});
 }
 
-grpc::Status over_quota(const Refusal& refusal) {
+StatusError over_quota(const Refusal& refusal) {
   const std::string most = to_text(refusal.most), asked = to_text(refusal.asked);
   const std::string description =
       "the limit is " + most + "; this call would raise the use to " + asked;
@@ -189,15 +192,22 @@ Reason reason(const grpc::Status& status) {
   return {info->reason(), named ? limit->second : ""};
 }
 
-grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours) {
-  return info(grpc::FAILED_PRECONDITION,
-              "checkpoint: written with the numerics id " + shortened(theirs) +
-                  ", this server has " + shortened(ours) + ": the bits could differ",
-              "CHECKPOINT_OF_OTHER_NUMERICS",
-              {{"checkpoint_numerics_id", theirs}, {"server_numerics_id", ours}});
+StatusError checkpoint_refused(const CheckpointRefusal& refusal, std::size_t bytes,
+                               std::string_view from) {
+  const std::string &theirs = refusal.numerics_id, &ours = numerics_id();
+  if (refusal.fault == CheckpointFault::other_numerics)
+    return info(grpc::FAILED_PRECONDITION,
+                "checkpoint: written with the numerics id " + shortened(theirs) +
+                    ", this server has " + ours + ": the bits could differ",
+                "CHECKPOINT_OF_OTHER_NUMERICS",
+                {{"checkpoint_numerics_id", theirs}, {"server_numerics_id", ours}});
+  return invalid("checkpoint", std::to_string(bytes) + " bytes",
+                 refusal.fault == CheckpointFault::other_scene
+                     ? "must come from a session of the same scene"
+                     : "is damaged: must be the bytes that " + std::string(from) + " returned");
 }
 
-grpc::Status reply_too_large(std::size_t bytes) {
+StatusError reply_too_large(std::size_t bytes) {
   const std::string needed = std::to_string(bytes), most = std::to_string(max_reply_bytes);
   return invalid({{"fields",
                    needed + " bytes",
@@ -208,13 +218,13 @@ grpc::Status reply_too_large(std::size_t bytes) {
                    {{"bytes", needed}, {"max_bytes", most}}}});
 }
 
-grpc::Status overflow(const Place& place, const Overflow& overflow) {
+StatusError overflow(const Place& place, const Overflow& overflow) {
   return invalid(
       {place.violation("", overflow.field + " = " + to_text(overflow.value) + " at step 0",
                        "numbers are so large or so small that a field overflows")});
 }
 
-grpc::Status outside_domain(const OutsideDomain& outside) {
+StatusError outside_domain(const OutsideDomain& outside) {
   const std::string value = to_text(outside.value), bound = to_text(outside.bound);
   std::string where = "outside the domain " + std::string(outside.domain);
   Violation violation{
@@ -227,7 +237,7 @@ grpc::Status outside_domain(const OutsideDomain& outside) {
   return invalid({std::move(violation)});
 }
 
-grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T) {
+StatusError unequal_determinants(const std::string& field, int Q_0, int Q_T) {
   const std::string first = std::to_string(Q_0), last = std::to_string(Q_T);
   return info(
       grpc::INVALID_ARGUMENT,
@@ -235,45 +245,46 @@ grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T) {
       "UNEQUAL_DETERMINANTS", {{"Q_0", first}, {"Q_T", last}});
 }
 
-grpc::Status shutting_down() {
+StatusError shutting_down() {
   return info(grpc::UNAVAILABLE, "the server is shutting down", "SHUTTING_DOWN");
 }
 
-grpc::Status shutting_down(const Session& session, const Simulation& at) {
-  const grpc::Status plain = shutting_down();
-  if (checkpoint_bytes(session) > max_checkpoint) return plain;
+StatusError shutting_down(const Session& session, const Simulation& at) {
+  StatusError error = shutting_down();
+  if (checkpoint_bytes(session) > max_checkpoint) return error;
   v1::CheckpointPart part;
   part.set_step(at.step());
   part.set_data(encode_checkpoint(session, at));
   part.set_size(part.data().size());
   v1::Status status;
-  to_proto(plain, &status);
+  to_proto(error.status, &status);
   status.add_details()->PackFrom(part);
-  return make(plain.error_code(), plain.error_message(), std::move(status));
+  return make(error.status.error_code(), error.status.error_message(), std::move(status));
 }
 
-grpc::Status token_missing() {
+StatusError token_missing() {
   return info(grpc::UNAUTHENTICATED,
               "this server needs a token: send the metadata 'authorization: Bearer TOKEN'",
               "TOKEN_MISSING");
 }
 
-grpc::Status token_unknown() {
+StatusError token_unknown() {
   return info(grpc::UNAUTHENTICATED, "the token is unknown or was withdrawn", "TOKEN_UNKNOWN");
 }
 
-grpc::Status cancelled() { return {grpc::CANCELLED, "the caller cancelled"}; }
+StatusError cancelled() { return StatusError({grpc::CANCELLED, "the caller cancelled"}); }
 
-grpc::Status out_of_memory() {
+StatusError out_of_memory() {
   try {
     return exhausted("out of memory", "OUT_OF_MEMORY", {}, "memory", "out of memory",
                      to_free_memory);
   } catch (const std::bad_alloc&) {
-    return {grpc::RESOURCE_EXHAUSTED, "out of memory"};  // a string so short allocates nothing
+    // A string so short allocates nothing.
+    return StatusError({grpc::RESOURCE_EXHAUSTED, "out of memory"});
   }
 }
 
-grpc::Status not_written(const WriteFault& fault) {
+StatusError not_written(const WriteFault& fault) {
   const std::string reason = ": " + shortened(fault.what);
   switch (fault.kind) {
     case WriteFault::Kind::full:
@@ -291,7 +302,7 @@ grpc::Status not_written(const WriteFault& fault) {
   return out_of_memory();
 }
 
-grpc::Status memory_exhausted(const MemoryExhausted& refused) {
+StatusError memory_exhausted(const MemoryExhausted& refused) {
   const auto wait = refused.can_ever_fit() ? to_free_memory : std::chrono::seconds(0);
   if (refused.part()) {
     const std::uint64_t used = refused.limit() - refused.free();
@@ -306,7 +317,7 @@ grpc::Status memory_exhausted(const MemoryExhausted& refused) {
                    wait);
 }
 
-grpc::Status internal(std::string_view what) {
+StatusError internal(std::string_view what) {
   return info(grpc::INTERNAL, shortened(what), "INTERNAL_ERROR");
 }
 
@@ -320,6 +331,8 @@ void to_proto(const grpc::Status& status, v1::Status* out) {
 grpc::Status from_current_exception() {
   try {
     throw;
+  } catch (const StatusError& error) {
+    return error.status;
   } catch (const std::bad_alloc&) {
     return out_of_memory();
   } catch (const Stopped&) {
@@ -333,4 +346,5 @@ grpc::Status from_current_exception() {
   }
 }
 
-}  // namespace stiefel::server::errors
+}  // namespace errors
+}  // namespace stiefel::server

@@ -4,18 +4,35 @@
 
 #include <chrono>
 #include <cstdint>
+#include <exception>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "server/convert/faults.h"
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/principal.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/server_session.h"
 #include "server/sessions/write_ahead_log.h"
 #include "stiefel/outside_domain.h"
 #include "stiefel/scene.h"
 #include "stiefel/v1/common.pb.h"
+
+namespace stiefel::server {
+
+/// Ends a call, or the answer to one request of a Drive, with that status.
+struct StatusError : std::exception {
+  explicit StatusError(grpc::Status of_call) : status(std::move(of_call)) {}
+  operator grpc::Status() && { return std::move(status); }  // NOLINT(google-explicit-constructor)
+  grpc::Status status;
+};
+
+/// Throws INVALID_ARGUMENT if there are faults.
+void check(Faults& faults);
+
+}  // namespace stiefel::server
 
 /// All errors with which the service answers; no other code makes one. The message is for people,
 /// the details say the same to programs (common.proto).
@@ -24,52 +41,53 @@ namespace stiefel::server::errors {
 /// INVALID_ARGUMENT: "field: value: rule", and the same as a BadRequest; at the end "and N more"
 /// for the violations that have no room, and for `more` others that were counted only. If a
 /// violation has a reason (TOLERANCE_NOT_MET, REPLY_TOO_LARGE, OUTSIDE_DOMAIN), also that.
-grpc::Status invalid(const Violations& violations, std::size_t more = 0);
-grpc::Status invalid(const FoundFaults& refused);
-grpc::Status invalid(std::string field, std::string value, std::string rule);
+StatusError invalid(const Violations& violations, std::size_t more = 0);
+StatusError invalid(std::string field, std::string value, std::string rule);
 /// INVALID_ARGUMENT for `fields`: Stream sends such a reply in parts.
-grpc::Status reply_too_large(std::size_t bytes);
+StatusError reply_too_large(std::size_t bytes);
 /// INVALID_ARGUMENT: a scene whose field is not finite at step 0.
-grpc::Status overflow(const Place& place, const Overflow& overflow);
-grpc::Status outside_domain(const OutsideDomain& outside);
+StatusError overflow(const Place& place, const Overflow& overflow);
+StatusError outside_domain(const OutsideDomain& outside);
 /// INVALID_ARGUMENT, UNEQUAL_DETERMINANTS with `Q_0` and `Q_T`, the two signs.
-grpc::Status unequal_determinants(const std::string& field, int Q_0, int Q_T);
+StatusError unequal_determinants(const std::string& field, int Q_0, int Q_T);
 
 /// NOT_FOUND, SESSION_NOT_FOUND or SESSION_DELETED (clients must not create the session again).
-grpc::Status session_not_found(std::string_view id, const char* field = "session_id");
-grpc::Status session_deleted(std::string_view id, const char* field = "session_id");
+StatusError session_not_found(std::string_view id, const char* field = "session_id");
+StatusError session_deleted(std::string_view id, const char* field = "session_id");
 /// ALREADY_EXISTS, SESSION_HAS_OTHER_SCENE.
-grpc::Status session_has_other_scene(std::string_view id);
-/// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS.
-grpc::Status checkpoint_of_other_numerics(std::string_view theirs, std::string_view ours);
+StatusError session_has_other_scene(std::string_view id);
+/// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS; INVALID_ARGUMENT for `checkpoint`, of so many
+/// bytes, that is of another scene or not what the RPCs that `from` names return.
+StatusError checkpoint_refused(const CheckpointRefusal& refusal, std::size_t bytes,
+                               std::string_view from);
 
 /// RESOURCE_EXHAUSTED with a QuotaFailure, and a RetryInfo unless waiting does not help:
 /// TOO_MANY_SESSIONS;
-grpc::Status too_many_sessions(std::uint32_t max_sessions);
+StatusError too_many_sessions(std::uint32_t max_sessions);
 /// OVER_QUOTA of the limit "call_seconds", for a call that has computed for so long;
-grpc::Status time_reached(double seconds);
+StatusError time_reached(double seconds);
 /// OVER_QUOTA, whose subject is the limit;
-grpc::Status over_quota(const Refusal& refusal);
+StatusError over_quota(const Refusal& refusal);
 /// MEMORY_LIMIT, or for a part of the memory OVER_QUOTA;
-grpc::Status memory_exhausted(const MemoryExhausted& refused);
+StatusError memory_exhausted(const MemoryExhausted& refused);
 /// OUT_OF_MEMORY.
-grpc::Status out_of_memory();
+StatusError out_of_memory();
 /// A change is not on disk: RESOURCE_EXHAUSTED with STORE_FULL or OUT_OF_MEMORY, UNAVAILABLE with
 /// STORE_UNAVAILABLE when a retry may succeed, INTERNAL with STORE_DAMAGED.
-grpc::Status not_written(const WriteFault& fault);
+StatusError not_written(const WriteFault& fault);
 
 /// UNAVAILABLE, SHUTTING_DOWN; for a run that stopped at a state with the CheckpointPart of that
 /// state, if it fits into trailers.
-grpc::Status shutting_down();
-grpc::Status shutting_down(const Session& session, const Simulation& at);
+StatusError shutting_down();
+StatusError shutting_down(const Session& session, const Simulation& at);
 /// UNAUTHENTICATED: the call has no metadata `authorization`, or no token of this server in it.
-grpc::Status token_missing();
-grpc::Status token_unknown();
+StatusError token_missing();
+StatusError token_unknown();
 /// CANCELLED: the caller went away; also for Stopped (stop.h), of which a call that has its caller
 /// makes `shutting_down` (call.h).
-grpc::Status cancelled();
+StatusError cancelled();
 /// INTERNAL, INTERNAL_ERROR: a fault of the server itself.
-grpc::Status internal(std::string_view what);
+StatusError internal(std::string_view what);
 
 /// Returns the delay of a status's RetryInfo, rounded up; nothing if it has none.
 std::optional<std::chrono::milliseconds> retry_delay(const grpc::Status& status);

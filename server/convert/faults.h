@@ -62,6 +62,13 @@ class Faults {
     add(path, [&] { return std::pair(std::move(value), std::move(rule)); });
   }
 
+  /// Adds a fault unless the value is at most `limit`; returns whether it is.
+  bool at_most(const Path& path, std::integral auto value, std::integral auto limit) {
+    if (std::cmp_less_equal(value, limit)) return true;
+    add(path, std::to_string(value), "must be at most " + std::to_string(limit));
+    return false;
+  }
+
   FoundFaults take() { return std::move(found_); }
 
  private:

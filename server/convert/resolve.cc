@@ -17,35 +17,40 @@ namespace {
 /// Returns the place of violations in what a fork does not change: the session that it comes from.
 Place inherited() { return Place::made_of("from_session_id"); }
 
+/// Returns what was found, or throws what was refused.
+template <class T>
+T found(std::expected<T, Violations> result) {
+  if (!result) throw errors::invalid(result.error());
+  return *std::move(result);
+}
+
 /// Returns the scene converted to another system.
-OrStatus<Scene> in_system(const std::string& system, const Scene& scene) {
+Scene in_system(const std::string& system, const Scene& scene) {
   if (catalogue().system(system) == nullptr)
-    return std::unexpected(errors::invalid(
+    throw errors::invalid(
         "system", system,
-        "must be a system" + did_you_mean(system, catalogue().systems, &SystemInfo::name)));
+        "must be a system" + did_you_mean(system, catalogue().systems, &SystemInfo::name));
   ConversionTarget target{system};
   target.scene = inherited();
   target.to = "system";
   auto converted = convert(scene, target);
-  if (!converted) return std::unexpected(refused(converted.error()));
+  if (!converted) throw refused(converted.error());
   return *std::move(converted->scene);
 }
 
-/// Sets the method and step of a description from the request.
-OrStatus<Place> change(const v1::ForkSessionRequest& request, SceneDescription& description) {
+/// Returns the scene with the method and step of the request.
+Scene changed(const v1::ForkSessionRequest& request, SceneDescription description) {
   Place place = inherited();
   if (request.has_method()) {
     const Place inside = Place::inside("method");
-    auto method = from_proto(request.method(), inside);
-    if (!method) return std::unexpected(errors::invalid(method.error()));
-    description.method = *std::move(method);
+    description.method = from_proto(request.method(), inside);
     place.with("method", "method");
   }
   if (request.has_step()) {
     description.step = request.step();
     place.with("step", "step");
   }
-  return place;
+  return found(Scene::resolve(std::move(description), Scene::drift_tolerance, place));
 }
 
 /// Whether a description would be a scene with the method that is to be chosen for it.
@@ -56,53 +61,36 @@ bool lacks_only_a_method(const SceneDescription& description, const Place& place
   });
 }
 
-std::unexpected<std::string> because(const Violations& violations) {
-  const Violation& first = violations.front();
-  return std::unexpected(first.field + ": " + first.value + ": " + first.rule);
-}
-
 /// Whether resolving the scene chooses a method, which takes about a second.
 bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !scene.has_method(); }
 
 }  // namespace
 
-OrStatus<ResolvedScene> read_scene(bool present, const v1::Scene& scene, const char* field,
-                                   const std::function<void()>& before_choice) {
-  if (!present) return std::unexpected(errors::invalid(field, "absent", "must be given"));
+ResolvedScene read_scene(bool present, const v1::Scene& scene, const char* field,
+                         const std::function<void()>& before_choice) {
+  if (!present) throw errors::invalid(field, "absent", "must be given");
   const auto place = Place::inside(field);
-  auto description = from_proto(scene, place);
-  if (!description) return std::unexpected(errors::invalid(description.error()));
+  SceneDescription description = from_proto(scene, place);
   // Digests take the place of a second copy of the arrays.
-  const FieldDigests given = field_digests(*description);
-  if (wants_choice(scene) && lacks_only_a_method(*description, place)) before_choice();
-  auto resolved = resolve_choosing(*std::move(description), Scene::frame_tolerance, place);
-  if (!resolved) return std::unexpected(errors::invalid(resolved.error()));
-  auto& [made, choice] = *resolved;
+  const FieldDigests given = field_digests(description);
+  if (wants_choice(scene) && lacks_only_a_method(description, place)) before_choice();
+  auto [made, choice] =
+      found(resolve_choosing(std::move(description), Scene::frame_tolerance, place));
   Resolution resolution{difference(given, field_digests(made.description())), std::nullopt};
   if (choice)
     resolution.choice = ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason),
                                      choice->error, choice->verified};
-  return ResolvedScene{std::move(made), std::move(resolution), place};
+  return {std::move(made), std::move(resolution), place};
 }
 
-OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
-                               const v1::ForkSessionRequest& request) {
-  auto scene = scene_at(from.scene(), cursor.simulation(), Place::made_of("from_step"));
-  if (!scene) return std::unexpected(errors::invalid(scene.error()));
-  if (request.has_system() && request.system() != from.scene().system()) {
-    auto converted = in_system(request.system(), *scene);
-    if (!converted) return std::unexpected(converted.error());
-    scene = *std::move(converted);
-  }
-  if (request.has_method() || request.has_step()) {
-    SceneDescription description = scene->description();
-    const auto place = change(request, description);
-    if (!place) return std::unexpected(place.error());
-    scene = Scene::resolve(std::move(description), Scene::drift_tolerance, *place);
-    if (!scene) return std::unexpected(errors::invalid(scene.error()));
-  }
-  Difference changes = difference(from.scene().description(), scene->description());
-  return ResolvedScene{*std::move(scene), {std::move(changes), std::nullopt}, inherited()};
+ResolvedScene forked(const Session& from, const Cursor& cursor,
+                     const v1::ForkSessionRequest& request) {
+  Scene scene = found(scene_at(from.scene(), cursor.simulation(), Place::made_of("from_step")));
+  if (request.has_system() && request.system() != from.scene().system())
+    scene = in_system(request.system(), scene);
+  if (request.has_method() || request.has_step()) scene = changed(request, scene.description());
+  Difference changes = difference(from.scene().description(), scene.description());
+  return {std::move(scene), {std::move(changes), std::nullopt}, inherited()};
 }
 
 std::string to_bytes(const Scene& scene) {
@@ -114,11 +102,11 @@ std::string to_bytes(const Scene& scene) {
 std::expected<Scene, std::string> scene_of(const std::string& bytes) {
   v1::Scene message;
   if (!message.ParseFromString(bytes)) return std::unexpected("its row holds no scene");
-  auto description = from_proto(message);
-  if (!description) return because(description.error().violations);
-  auto scene = Scene::resolve(*std::move(description));
-  if (!scene) return because(scene.error());
-  return *std::move(scene);
+  try {
+    return found(Scene::resolve(from_proto(message)));
+  } catch (const StatusError& error) {
+    return std::unexpected(error.status.error_message());
+  }
 }
 
 }  // namespace stiefel::server

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <grpcpp/support/status.h>
-
 #include <expected>
 #include <functional>
 #include <string>
@@ -14,9 +12,6 @@
 
 namespace stiefel::server {
 
-template <class T>
-using OrStatus = std::expected<T, grpc::Status>;
-
 /// A scene, and how it was resolved from what the caller gave.
 struct ResolvedScene {
   Scene scene;
@@ -26,15 +21,15 @@ struct ResolvedScene {
 
 /// Returns the resolved scene of a request; a tolerance is replaced by the method chosen for it.
 /// Calls `before_choice`, which may throw, before a method is chosen for a scene that is valid.
-/// Errors are INVALID_ARGUMENT with paths below `field`.
-OrStatus<ResolvedScene> read_scene(
+/// Throws INVALID_ARGUMENT with paths below `field`.
+ResolvedScene read_scene(
     bool present, const v1::Scene& scene, const char* field = "scene",
     const std::function<void()>& before_choice = [] {});
 
 /// Returns the resolved scene that starts at the cursor's state, with the changes of the request.
-/// Its difference is relative to the scene of `from`.
-OrStatus<ResolvedScene> forked(const Session& from, const Cursor& cursor,
-                               const v1::ForkSessionRequest& request);
+/// Its difference is relative to the scene of `from`. Throws INVALID_ARGUMENT.
+ResolvedScene forked(const Session& from, const Cursor& cursor,
+                     const v1::ForkSessionRequest& request);
 
 /// Returns a resolved scene as the bytes of a stiefel.v1.Scene, which keeps every bit.
 std::string to_bytes(const Scene& scene);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "server/convert/convert.h"
+#include "server/convert/errors.h"
 #include "stiefel/scene_fields.h"
 
 namespace stiefel::server {
@@ -42,9 +43,9 @@ const FieldDescriptor* field_of(const Message& message, std::string_view name) {
 }
 
 /// Reads a description's fields by name, with one overload for each type of field.
-class SceneReader {
+class Reader {
  public:
-  explicit SceneReader(const Place& place) : faults_{place} {}
+  explicit Reader(Faults& faults) : faults_(faults) {}
 
   /// `within` is the path of `from` in the description: "" or "method".
   template <Description T>
@@ -52,11 +53,6 @@ class SceneReader {
     for_each_field<T>([&](const auto& field) {
       read(from, field_of(from, field.name), Path(within, field.name), out.*field.member);
     });
-  }
-  template <class T>
-  std::expected<T, FoundFaults> result(T out) {
-    if (!faults_.empty()) return std::unexpected(faults_.take());
-    return out;
   }
 
  private:
@@ -109,7 +105,7 @@ class SceneReader {
   /// More than any system has.
   static constexpr std::size_t most_blocks = 64;
 
-  Faults faults_;
+  Faults& faults_;
 };
 
 /// Writes the set fields of a description that a selection wants, by name.
@@ -229,18 +225,18 @@ void read_block(const Path& path, const v1::Tensor& tensor, Block& out, Faults& 
   out.imaginary = pairs.imag();
 }
 
-std::optional<RowMatrix> read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults) {
+RowMatrix read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults) {
   Block out;
   read_block(path, matrix, out, faults);
-  if (out.values.size() == 0) return std::nullopt;
-  if (matrix.imaginary_size() > 0) {
+  if (out.values.size() == 0) return {};
+  if (matrix.imaginary_size() > 0)
     faults.add(Path(path, "imaginary"), std::to_string(matrix.imaginary_size()) + " values",
                "must be absent: the matrix is real");
-    return std::nullopt;
-  }
-  if (out.values.allFinite()) return std::move(out.values);
-  faults.add(path, "infinite or not a number", "must be finite");
-  return std::nullopt;
+  else if (out.values.allFinite())
+    return std::move(out.values);
+  else
+    faults.add(path, "infinite or not a number", "must be finite");
+  return {};
 }
 
 void to_proto(const RowMatrix& values, v1::Matrix* out) {
@@ -255,20 +251,25 @@ void write_block(const Block& block, v1::Matrix* out) {
                                 block.imaginary.data() + block.imaginary.size());
 }
 
-std::expected<MethodDescription, FoundFaults> from_proto(const v1::Method& method,
-                                                         const Place& place) {
-  SceneReader reader(place);
-  MethodDescription out;
-  reader.read(method, "", out);
-  return reader.result(std::move(out));
+namespace {
+
+template <Description T>
+T read(const Message& message, const Place& place) {
+  Faults faults(place);
+  T out;
+  Reader(faults).read(message, "", out);
+  check(faults);
+  return out;
 }
 
-std::expected<SceneDescription, FoundFaults> from_proto(const v1::Scene& scene,
-                                                        const Place& place) {
-  SceneReader reader(place);
-  SceneDescription out;
-  reader.read(scene, "", out);
-  return reader.result(std::move(out));
+}  // namespace
+
+MethodDescription from_proto(const v1::Method& method, const Place& place) {
+  return read<MethodDescription>(method, place);
+}
+
+SceneDescription from_proto(const v1::Scene& scene, const Place& place) {
+  return read<SceneDescription>(scene, place);
 }
 
 void to_proto(const MethodDescription& method, v1::Method* out) {

@@ -4,6 +4,7 @@
 
 #include "engine/scene/near_name.h"
 #include "server/convert/convert.h"
+#include "server/convert/errors.h"
 #include "server/convert/parts.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/identity.h"
@@ -104,8 +105,7 @@ void to_proto(const Cursor& cursor, const Scene& scene, v1::RunStatus* out) {
     out->set_message(to_sentence(cursor.run_status(), scene, cursor.rate()));
 }
 
-std::expected<std::vector<std::size_t>, Violations> select_fields(const Session& session,
-                                                                  const FieldNames& names) {
+std::vector<std::size_t> select_fields(const Session& session, const FieldNames& names) {
   const std::vector<Field>& offered = session.fields();
   if (names.empty()) return session.default_fields();
   std::vector<std::size_t> selected;
@@ -126,7 +126,7 @@ std::expected<std::vector<std::size_t>, Violations> select_fields(const Session&
       selected.push_back(*index);
     }
   }
-  if (!violations.empty()) return std::unexpected(std::move(violations));
+  if (!violations.empty()) throw errors::invalid(violations);
   return selected;
 }
 

@@ -31,34 +31,20 @@ std::string_view bytes_of(const std::uint64_t& digest) {
   return {reinterpret_cast<const char*>(&digest), sizeof digest};
 }
 
-/// Returns the error for a checkpoint that is refused.
-grpc::Status refuse(const v1::SummarizeRequest& request, const CheckpointRefusal& refusal) {
-  if (refusal.fault == CheckpointFault::other_numerics)
-    return errors::checkpoint_of_other_numerics(refusal.numerics_id, numerics_id());
-  return errors::invalid("checkpoint", std::to_string(request.checkpoint().size()) + " bytes",
-                         refusal.fault == CheckpointFault::other_scene
-                             ? "must come from a session of the same scene"
-                             : "is damaged: must be the bytes that Summarize returned");
-}
-
 }  // namespace
 
-grpc::Status SummarizeAnswer::read(MemoryBudget& memory) {
+void SummarizeAnswer::read(MemoryBudget& memory) {
   const auto times = static_cast<std::uint64_t>(request_.times_size());
   memory_ = MemoryLease(memory, memory_price({held_by(request_), times * time_bytes}));
-  auto what = from_proto(request_);
-  if (!what) return what.error();
-  what_ = *std::move(what);
-  return grpc::Status::OK;
+  what_ = from_proto(request_);
 }
 
-grpc::Status SummarizeAnswer::make() {
+void SummarizeAnswer::make() {
   auto summary = Summary::prepare(session_->scene(), std::move(*what_));
-  if (!summary) return errors::invalid(summary.error());
+  if (!summary) throw errors::invalid(summary.error());
   memory_.grow(memory_price({.workspace = summary_workspace(*session_, *summary)}));
   summary_.emplace(*std::move(summary));
   if (!has_checkpoint_) go_to_first_state();
-  return grpc::Status::OK;
 }
 
 void SummarizeAnswer::go_to_first_state() {
@@ -69,26 +55,22 @@ void SummarizeAnswer::go_to_first_state() {
   session_->give_back(std::move(simulation));
 }
 
-grpc::Status SummarizeAnswer::start() {
-  if (has_checkpoint_)
-    if (const auto status = restore(); !status.ok()) return status;
+void SummarizeAnswer::start() {
+  if (has_checkpoint_) restore();
   messages_.emplace(*session_, summary_->description());
   last_mark_ = summary_->step();
-  return grpc::Status::OK;
 }
 
-grpc::Status SummarizeAnswer::restore() {
-  const auto content = verify_checkpoint(*session_, summary_format, request_.checkpoint());
-  if (content) {
-    const std::uint64_t digest = digest_of(request_);
-    if (!content->starts_with(bytes_of(digest)))
-      return errors::invalid("checkpoint", std::to_string(request_.checkpoint().size()) + " bytes",
-                             "must come from a Summarize of the same request");
-    return summary_->restore(content->substr(sizeof digest))
-               ? grpc::Status::OK
-               : refuse(request_, {CheckpointFault::corrupt, {}});
-  }
-  return refuse(request_, content.error());
+void SummarizeAnswer::restore() {
+  const std::string& bytes = request_.checkpoint();
+  const auto content = verify_checkpoint(*session_, summary_format, bytes);
+  if (!content) throw errors::checkpoint_refused(content.error(), bytes.size(), "Summarize");
+  const std::uint64_t digest = digest_of(request_);
+  if (!content->starts_with(bytes_of(digest)))
+    throw errors::invalid("checkpoint", std::to_string(bytes.size()) + " bytes",
+                          "must come from a Summarize of the same request");
+  if (!summary_->restore(content->substr(sizeof digest)))
+    throw errors::checkpoint_refused({CheckpointFault::corrupt, {}}, bytes.size(), "Summarize");
 }
 
 std::int64_t SummarizeAnswer::next_mark() const {
@@ -135,7 +117,9 @@ bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
   if (has_results()) messages_->next(message);
   // Members that an event has ended have no states at later times.
   const bool ends = std::ranges::any_of(request_.events(), &v1::Event::terminal);
-  finite_ = finite_ && (ends || is_finite(message));
+  finite_ = finite_ &&
+            (ends || (is_finite(message.events().fields()) &&
+                      is_finite(message.states().fields()) && is_finite(message.statistics())));
   const bool last = done_ && !has_results();
   if (last) {
     v1::RunStatus& status = *message.mutable_run_status();

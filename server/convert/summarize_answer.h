@@ -14,8 +14,8 @@
 
 namespace stiefel::server {
 
-/// Converts a request. Does not check its numbers, which Summary checks.
-OrStatus<SummaryDescription> from_proto(const v1::SummarizeRequest& request);
+/// Converts a request. Does not check its numbers, which Summary checks. Throws INVALID_ARGUMENT.
+SummaryDescription from_proto(const v1::SummarizeRequest& request);
 
 /// Answers a Summarize: computes the summary piece by piece and writes its messages.
 class SummarizeAnswer {
@@ -26,17 +26,17 @@ class SummarizeAnswer {
         request_(request),
         has_checkpoint_(!request.checkpoint().empty()) {}
 
-  /// `read`, `make` and `start` are called in this order; an error ends the call. They throw
+  /// `read`, `make` and `start` are called in this order. They throw errors of the request, and
   /// Stopped (stiefel/stop.h) on a stop request of the surrounding StopScope. `read` reads what is
   /// to be computed; the call's memory comes from `memory`.
-  grpc::Status read(MemoryBudget& memory);
+  void read(MemoryBudget& memory);
   bool was_read() const { return what_.has_value(); }
   /// Makes the summary and, if the request has no checkpoint, its first state. Does not use the
   /// request.
-  grpc::Status make();
+  void make();
   bool made() const { return summary_.has_value(); }
   /// Goes to the state of the request's checkpoint, if it has one.
-  grpc::Status start();
+  void start();
   bool started() const { return messages_.has_value(); }
 
   // The functions below need a start that succeeded, unless they say otherwise.
@@ -70,7 +70,7 @@ class SummarizeAnswer {
   void go_to_first_state();
   /// Restores the request's checkpoint. Goes to the first state if the server does not have its
   /// key.
-  grpc::Status restore();
+  void restore();
   /// Returns the step at which the next checkpoint is due.
   std::int64_t next_mark() const;
   void add_checkpoint(std::int64_t step);

@@ -41,10 +41,7 @@ void read(const v1::Quantity& from, const Path& path, Quantity& to, Faults& faul
 void read(const v1::Event& from, const Path& path, EventDescription& to, Faults& faults) {
   to.field = from.field();
   to.coefficients.assign(from.coefficients().begin(), from.coefficients().end());
-  if (std::cmp_greater(from.plus_size(), max_fields))
-    faults.add(Path(path, "plus"), std::to_string(from.plus_size()),
-               "must be at most " + std::to_string(max_fields));
-  else
+  if (faults.at_most(Path(path, "plus"), from.plus_size(), max_fields))
     for (const v1::LinearTerm& term : from.plus())
       to.plus.push_back({term.field(), {term.coefficients().begin(), term.coefficients().end()}});
   to.level = from.level();
@@ -69,27 +66,22 @@ void read(const v1::Event& from, const Path& path, EventDescription& to, Faults&
 
 }  // namespace
 
-OrStatus<SummaryDescription> from_proto(const v1::SummarizeRequest& request) {
+SummaryDescription from_proto(const v1::SummarizeRequest& request) {
   SummaryDescription what;
   Faults faults(in_the_request);
   what.from = request.from();
   what.to = request.to();
   what.every = std::max<std::int64_t>(request.every(), 1);
-  const auto few = [&](const char* list, int count, std::size_t most) {
-    if (std::cmp_less_equal(count, most)) return true;
-    faults.add(list, std::to_string(count), "must be at most " + std::to_string(most));
-    return false;
-  };
   const Path quantities("quantities"), events("events");
-  if (few("quantities", request.quantities_size(), Summary::max_quantities))
+  if (faults.at_most("quantities", request.quantities_size(), Summary::max_quantities))
     for (int i = 0; i < request.quantities_size(); ++i)
       read(request.quantities(i), Path(quantities, i), what.quantities.emplace_back(), faults);
-  if (few("events", request.events_size(), Summary::max_events))
+  if (faults.at_most("events", request.events_size(), Summary::max_events))
     for (int i = 0; i < request.events_size(); ++i)
       read(request.events(i), Path(events, i), what.events.emplace_back(), faults);
-  few("fields", request.fields_size(), max_fields);
-  few("times", request.times_size(), Summary::max_times);
-  if (!faults.empty()) return std::unexpected(errors::invalid(faults.take()));
+  faults.at_most("fields", request.fields_size(), max_fields);
+  faults.at_most("times", request.times_size(), Summary::max_times);
+  check(faults);
   what.times.assign(request.times().begin(), request.times().end());
   what.fields.assign(request.fields().begin(), request.fields().end());
   return what;

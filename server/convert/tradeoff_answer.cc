@@ -11,13 +11,10 @@
 namespace stiefel::server {
 namespace {
 
-OrStatus<TradeoffRequest> read(const v1::MeasureTradeoffRequest& request) {
-  if (!request.has_scene())
-    return std::unexpected(errors::invalid("scene", "absent", "must be given"));
+TradeoffRequest read(const v1::MeasureTradeoffRequest& request) {
+  if (!request.has_scene()) throw errors::invalid("scene", "absent", "must be given");
   const Place place = Place::inside("scene");
-  auto scene = from_proto(request.scene(), place);
-  if (!scene) return std::unexpected(errors::invalid(scene.error()));
-  TradeoffRequest out{*std::move(scene)};
+  TradeoffRequest out{from_proto(request.scene(), place)};
   if (request.has_horizon()) out.horizon = request.horizon();
   if (request.has_budget()) out.budget = request.budget();
   if (request.has_repeats()) out.repeats = request.repeats();
@@ -58,17 +55,14 @@ void write(const TradeoffPoint& point, v1::TradeoffPoint* out) {
 
 }  // namespace
 
-grpc::Status TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetup* setup) {
-  auto request = read(request_);
-  if (!request) return request.error();
-  auto prepared = Tradeoff::prepare(*std::move(request));
-  if (!prepared) return errors::invalid(prepared.error());
+void TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetup* setup) {
+  auto prepared = Tradeoff::prepare(read(request_));
+  if (!prepared) throw errors::invalid(prepared.error());
   memory_.grow_to(memory_.bytes() + tradeoff_workspace(request_.scene()));
   tradeoff_.emplace(*std::move(prepared));
   const auto solved = tradeoff_->solve_reference(stop);
-  if (!solved) return errors::invalid(solved.error());
+  if (!solved) throw errors::invalid(solved.error());
   write(*solved, setup);
-  return grpc::Status::OK;
 }
 
 void TradeoffAnswer::finish(v1::TradeoffFront* front) {
@@ -76,18 +70,14 @@ void TradeoffAnswer::finish(v1::TradeoffFront* front) {
   done_ = true;
 }
 
-grpc::Status TradeoffAnswer::next(const std::stop_token& stop,
-                                  v1::MeasureTradeoffResponse& response) {
+void TradeoffAnswer::next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response) {
   response.Clear();
-  if (!tradeoff_) {
-    const grpc::Status status = start(stop, response.mutable_setup());
-    if (!status.ok()) return status;
-  } else if (const auto point = tradeoff_->next(stop)) {
+  if (!tradeoff_)
+    start(stop, response.mutable_setup());
+  else if (const auto point = tradeoff_->next(stop))
     write(*point, response.mutable_point());
-  } else {
+  else
     finish(response.mutable_front());
-  }
-  return grpc::Status::OK;
 }
 
 }  // namespace stiefel::server

@@ -4,11 +4,21 @@
 #include <cmath>
 
 #include "server/convert/convert.h"
+#include "server/convert/errors.h"
 #include "tests/fuzz/small.h"
 #include "tests/fuzz/target.h"
 
 namespace stiefel::fuzz {
 namespace {
+
+/// Returns nothing for a scene that is refused.
+std::optional<Scene> resolved(const v1::Scene& scene) {
+  try {
+    if (auto made = resolve_recommending(server::from_proto(scene))) return *std::move(made);
+  } catch (const server::StatusError&) {
+  }
+  return std::nullopt;
+}
 
 std::optional<Conversion> converted(const Scene& scene, const ConversionTarget& target) {
   auto conversion = convert(scene, target);
@@ -33,9 +43,7 @@ std::unique_ptr<google::protobuf::Message> input() {
 void run(const google::protobuf::Message& message) {
   auto request = dynamic_cast<const v1::ConvertRequest&>(message);
   if (!make_small(request.mutable_scene())) return;
-  auto description = server::from_proto(request.scene());
-  if (!description) return;
-  const auto scene = resolve_recommending(*std::move(description));
+  const auto scene = resolved(request.scene());
   if (!scene) return;
   ConversionTarget target{request.to()};
   if (request.has_epsilon()) target.epsilon = request.epsilon();

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "server/convert/convert.h"
+#include "server/convert/errors.h"
 #include "server/sessions/identity.h"
 #include "stiefel/diagnosis.h"
 #include "tests/fuzz/small.h"
@@ -11,18 +12,17 @@ namespace stiefel::fuzz {
 namespace {
 
 std::optional<Scene> resolved(const v1::Scene& scene) {
-  auto description = server::from_proto(scene);
-  Violations violations;
-  if (!description) {
-    violations = description.error().violations;
-  } else if (auto made = resolve_recommending(*std::move(description))) {
-    return *std::move(made);
-  } else {
-    violations = made.error();
+  try {
+    auto made = resolve_recommending(server::from_proto(scene));
+    if (made) return *std::move(made);
+    require(!made.error().empty(), "a refusal says what is wrong");
+    for (const Violation& violation : made.error())
+      require(!violation.field.empty() && !violation.rule.empty(), "it names field and rule");
+  } catch (const server::StatusError& refused) {
+    require(refused.status.error_code() == grpc::INVALID_ARGUMENT &&
+                refused.status.error_message().find(": ") != std::string::npos,
+            "it names field and rule");
   }
-  require(!violations.empty(), "a refusal says what is wrong");
-  for (const Violation& violation : violations)
-    require(!violation.field.empty() && !violation.rule.empty(), "it names field and rule");
   return std::nullopt;
 }
 

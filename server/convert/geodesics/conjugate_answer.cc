@@ -12,6 +12,11 @@
 namespace stiefel::server {
 namespace {
 
+bool has_numbers(const ConjugatePoint& point) {
+  return !std::isnan(point.time) &&
+         std::ranges::all_of(point.kernel, [](const auto& one) { return one.allFinite(); });
+}
+
 v1::ConjugatePoint message_of(const ConjugatePoint& point) {
   v1::ConjugatePoint out;
   out.set_time(point.time);
@@ -32,15 +37,14 @@ std::uint64_t ConjugateAnswer::workspace() const {
   return static_cast<std::uint64_t>(8 * (40 * (d + 1) * nN + 40 * d * d) + 2 * points);
 }
 
-grpc::Status ConjugateAnswer::search(const std::stop_token& stop,
-                                     v1::ConjugatePointsResponse& response) {
+void ConjugateAnswer::search(const std::stop_token& stop, v1::ConjugatePointsResponse& response) {
   Faults faults{in_the_request};
   const auto frame = [&](const char* field, bool present, const v1::Matrix& given) {
     if (!present) {
       faults.add(Path(field), "absent", "must be given");
       return Eigen::MatrixXd();
     }
-    return Eigen::MatrixXd(read_matrix(Path(field), given, faults).value_or(RowMatrix()));
+    return Eigen::MatrixXd(read_matrix(Path(field), given, faults));
   };
   GeodesicRay ray;
   ray.inertia =
@@ -49,29 +53,26 @@ grpc::Status ConjugateAnswer::search(const std::stop_token& stop,
   ray.Qdot = frame("Qdot", request_.has_qdot(), request_.qdot());
   ray.time = request_.time();
   ray.stop = stop;
-  if (!faults.empty()) return errors::invalid(faults.take());
+  check(faults);
   memory_.grow_to(memory_.bytes() + workspace());
   const auto found = conjugate_points(ray);
-  if (!found) return *refused(found.error());
+  if (!found) throw_refused(found.error());
   for (const ConjugatePoint& point : found->points) points_.push_back(message_of(point));
   response.set_until(found->until);
   to_proto(found->status, response.mutable_run_status());
-  return grpc::Status::OK;
+  demand_finite(std::ranges::all_of(found->points, has_numbers), response.mutable_run_status());
 }
 
-grpc::Status ConjugateAnswer::next(const std::stop_token& stop,
-                                   v1::ConjugatePointsResponse& response) {
+void ConjugateAnswer::next(const std::stop_token& stop, v1::ConjugatePointsResponse& response) {
   response.Clear();
   if (!std::exchange(started_, true)) {
-    if (const auto status = search(stop, response); !status.ok()) return status;
+    search(stop, response);
   }
   for (std::size_t sent = 0; !points_.empty() && sent < part_bytes; points_.pop_front()) {
     sent += points_.front().ByteSizeLong();
     *response.add_points() = std::move(points_.front());
   }
   response.set_continues(!points_.empty());
-  if (response.has_run_status()) demand_finite(is_finite(response), response.mutable_run_status());
-  return grpc::Status::OK;
 }
 
 }  // namespace stiefel::server

@@ -140,22 +140,20 @@ ConnectAnswer::Joined ConnectAnswer::joined(const std::stop_token& stop,
     response.set_shortest(shortest(found->shortest));
     response.set_distinct(static_cast<std::uint32_t>(found->distinct));
     const auto send = [&](v1::Field field, Parts& parts) {
-      finite = finite && is_finite(field.value());
+      finite = finite && is_finite(field);
       parts.add(std::move(field));
     };
     if (found->Qdot.size() > 0) send(velocity_field(found->Qdot), joined.velocity);
     if (!found->trajectory.empty()) send(trajectory_field(found->trajectory), joined.trajectory);
-  } else if (const auto status = refused(found.error(), joined.pair)) {
-    joined.status = *status;
-  } else if (const auto* missed = std::get_if<refusal::NotConverged>(&found.error())) {
-    joined.deferred = std::isinf(missed->residual) && problem.most_work < whole_work;
-    run_status.outcome = Outcome::solver_stalled;
-    response.set_residual(missed->residual);
   } else {
-    throw Stopped();
+    throw_refused(found.error(), joined.pair);
+    const double residual = std::get<refusal::NotConverged>(found.error()).residual;
+    joined.deferred = std::isinf(residual) && problem.most_work < whole_work;
+    run_status.outcome = Outcome::solver_stalled;
+    response.set_residual(residual);
   }
   to_proto(run_status, response.mutable_run_status());
-  demand_finite(finite && is_finite(response), response.mutable_run_status());
+  demand_finite(finite && !std::isnan(response.energy()), response.mutable_run_status());
   if (response.run_status().outcome() == v1::OUTCOME_SOLVER_STALLED) {
     const double residual = response.residual();  // infinite where no path came near
     std::string said = "no geodesic from Q_0 to Q_T was found";
@@ -227,11 +225,10 @@ void ConnectAnswer::join(const std::stop_token& stop, const std::function<bool()
       const_cast<void*>(static_cast<const void*>(&join_pairs)));
 }
 
-OrStatus<bool> ConnectAnswer::next(v1::ConnectResponse& response) {
+bool ConnectAnswer::next(v1::ConnectResponse& response) {
   const std::lock_guard lock(mutex_);
   if (joined_.empty()) return false;
   Joined& now = joined_.front();
-  if (!now.status.ok()) return std::unexpected(now.status);
   response.Clear();
   if (!std::exchange(now.begun, true)) response.Swap(&now.first);
   response.set_pair(static_cast<std::uint32_t>(now.pair));

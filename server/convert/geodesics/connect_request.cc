@@ -11,7 +11,7 @@
 namespace stiefel::server {
 namespace {
 
-constexpr std::uint32_t max_restarts = 1000;
+constexpr std::uint32_t max_steps = 4096, max_samples = 100'000, max_restarts = 1000;
 constexpr int max_pairs = 1024;
 
 std::string path_of(std::size_t pair, const std::string& field) {
@@ -19,133 +19,114 @@ std::string path_of(std::size_t pair, const std::string& field) {
   return of_pair ? "pairs[" + std::to_string(pair) + "]." + field : field;
 }
 
-class ConnectReader {
- public:
-  explicit ConnectReader(const v1::ConnectRequest& request) : request_(request) {}
+void check_metric(const v1::ConnectRequest& request, Faults& faults) {
+  const v1::Metric metric = request.metric();
+  if (!v1::Metric_IsValid(metric))
+    return faults.add("metric", std::to_string(metric), "must be a value of stiefel.v1.Metric");
+  const bool has_inertia = metric == v1::METRIC_LAMBDA || metric == v1::METRIC_UNSPECIFIED;
+  if (!has_inertia && request.inertia_size() > 0)
+    faults.add("inertia", std::to_string(request.inertia_size()) + " numbers",
+               "must be absent with " + v1::Metric_Name(metric));
+  if (request.has_beta() != (metric == v1::METRIC_BETA))
+    faults.add("beta", request.has_beta() ? to_text(request.beta()) : "absent",
+               request.has_beta() ? "must be absent without METRIC_BETA" : "must be given");
+}
 
-  OrStatus<ConnectTask> read() {
-    check_limits();
-    TwoPointProblem common;
-    common.time = request_.time();
-    common.seed = request_.seed();
-    if (request_.has_restarts())
-      common.restarts = static_cast<int>(std::min(request_.restarts(), max_restarts));
-    if (request_.metric() == v1::METRIC_CANONICAL) common.beta = 0.5;
-    if (request_.metric() == v1::METRIC_BETA) common.beta = request_.beta();
-    ConnectTask task{{},
-                     static_cast<int>(request_.steps()),
-                     static_cast<int>(request_.samples()),
-                     request_.view() != v1::GEODESIC_VIEW_VELOCITY};
-    for (int i = 0; i < std::min(request_.pairs_size(), max_pairs); ++i) {
-      stop_point();
-      TwoPointProblem one = problem(i, common);
-      if (faults_.empty()) task.problems.push_back(std::move(one));
-    }
-    if (!faults_.empty()) return std::unexpected(errors::invalid(faults_.take()));
-    return task;
+/// Reads a frame, which is given as one of two messages; the other one is null.
+Eigen::MatrixXd frame(const Path& pair, const char* name, const v1::Matrix* matrix,
+                      const v1::Tensor* tensor, Faults& faults) {
+  const std::string tensor_name = std::string(name) + "_tensor";
+  const Path path(pair, name), tensor_path(pair, tensor_name);
+  if (matrix && tensor) {
+    faults.add(tensor_path, "given", std::string("must be absent where ") + name + " is given");
+  } else if (tensor) {
+    Block block;
+    read_block(tensor_path, *tensor, block, faults);
+    if (tensor->shape_size() != 2 || block.imaginary.size() > 0)
+      faults.add(tensor_path, std::to_string(tensor->shape_size()) + " axes",
+                 "must be real numbers of shape (n, N)");
+    return std::move(block.values);
+  } else if (matrix) {
+    return read_matrix(path, *matrix, faults);
+  } else {
+    faults.add(path, "absent", "must be given");
   }
+  return {};
+}
 
- private:
-  void refuse(std::string field, std::string value, std::string rule) {
-    faults_.add(field, std::move(value), std::move(rule));
-  }
-  void at_most(const char* field, std::uint64_t value, std::uint64_t most) {
-    if (value > most)
-      refuse(field, std::to_string(value), "must be at most " + std::to_string(most));
-  }
-  void check_limits() {
-    at_most("steps", request_.steps(), max_connect_steps);
-    at_most("samples", request_.samples(), max_connect_samples);
-    at_most("restarts", request_.restarts(), max_restarts);
-    if (request_.pairs_size() < 1 || request_.pairs_size() > max_pairs)
-      refuse("pairs", std::to_string(request_.pairs_size()) + " pairs",
-             "must be 1 to " + std::to_string(max_pairs));
-    const v1::Metric metric = request_.metric();
-    if (!v1::Metric_IsValid(metric))
-      return refuse("metric", std::to_string(metric), "must be a value of stiefel.v1.Metric");
-    const bool has_inertia = metric == v1::METRIC_LAMBDA || metric == v1::METRIC_UNSPECIFIED;
-    if (!has_inertia && request_.inertia_size() > 0)
-      refuse("inertia", std::to_string(request_.inertia_size()) + " numbers",
-             "must be absent with " + v1::Metric_Name(metric));
-    if (request_.has_beta() != (metric == v1::METRIC_BETA))
-      refuse("beta", request_.has_beta() ? to_text(request_.beta()) : "absent",
-             request_.has_beta() ? "must be absent without METRIC_BETA" : "must be given");
-    if (!v1::GeodesicView_IsValid(request_.view()))
-      refuse("view", std::to_string(request_.view()), "must be a value of stiefel.v1.GeodesicView");
-  }
+/// Empty for a frame that was refused.
+std::string shape_of(const Eigen::MatrixXd& Q) {
+  return Q.size() == 0 ? "" : std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
+}
 
-  Eigen::MatrixXd frame(const Path& pair, const char* name, const v1::Matrix* matrix,
-                        const v1::Tensor* tensor) {
-    const std::string tensor_name = std::string(name) + "_tensor";
-    const Path path(pair, name), tensor_path(pair, tensor_name.c_str());
-    if (matrix && tensor) {
-      faults_.add(tensor_path, "given", std::string("must be absent where ") + name + " is given");
-    } else if (tensor) {
-      Block block;
-      read_block(tensor_path, *tensor, block, faults_);
-      if (tensor->shape_size() != 2 || block.imaginary.size() > 0)
-        faults_.add(tensor_path, std::to_string(tensor->shape_size()) + " axes",
-                    "must be real numbers of shape (n, N)");
-      return std::move(block.values);
-    } else if (matrix) {
-      if (auto read = read_matrix(path, *matrix, faults_)) return *std::move(read);
-    } else {
-      faults_.add(path, "absent", "must be given");
-    }
-    return {};
-  }
-
-  TwoPointProblem problem(int index, TwoPointProblem out) {
-    const v1::FramePair& given = request_.pairs(index);
-    const Path pairs("pairs"), pair(pairs, index);
-    out.Q_0 = frame(pair, "Q_0", given.has_q_0() ? &given.q_0() : nullptr,
-                    given.has_q_0_tensor() ? &given.q_0_tensor() : nullptr);
-    out.Q_T = frame(pair, "Q_T", given.has_q_t() ? &given.q_t() : nullptr,
-                    given.has_q_t_tensor() ? &given.q_t_tensor() : nullptr);
-    if (shape_.empty()) shape_ = shape_of(out.Q_0);
-    if (const std::string shape = shape_of(out.Q_0); shape != shape_ && !shape.empty())
-      faults_.add(Path(pair, "Q_0"), shape, "must have the shape of the first frame, " + shape_);
-    if (request_.metric() == v1::METRIC_EUCLIDEAN)
-      out.inertia = Eigen::VectorXd::Ones(out.Q_0.cols());
-    else if (!out.beta)
-      out.inertia =
-          Eigen::Map<const Eigen::VectorXd>(request_.inertia().data(), request_.inertia_size());
-    return out;
-  }
-
-  /// Empty for a frame that was refused.
-  static std::string shape_of(const Eigen::MatrixXd& Q) {
-    return Q.size() == 0 ? "" : std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
-  }
-
-  const v1::ConnectRequest& request_;
-  std::string shape_;  // of the first frame
-  Faults faults_{in_the_request};
-};
+/// Reads what all pairs have in common.
+TwoPointProblem common(const v1::ConnectRequest& request) {
+  TwoPointProblem out;
+  out.time = request.time();
+  out.seed = request.seed();
+  if (request.has_restarts()) out.restarts = static_cast<int>(request.restarts());
+  if (request.metric() == v1::METRIC_CANONICAL) out.beta = 0.5;
+  if (request.metric() == v1::METRIC_BETA) out.beta = request.beta();
+  return out;
+}
 
 }  // namespace
 
-std::optional<grpc::Status> refused(const ConnectRefusal& refusal, std::size_t pair) {
+void throw_refused(const ConnectRefusal& refusal, std::size_t pair) {
+  if (std::holds_alternative<refusal::Cancelled>(refusal)) throw Stopped();
   if (const auto* invalid = std::get_if<refusal::Invalid>(&refusal))
-    return errors::invalid(path_of(pair, invalid->field), invalid->value, invalid->rule);
+    throw errors::invalid(path_of(pair, invalid->field), invalid->value, invalid->rule);
   if (const auto* frame = std::get_if<refusal::NotOrthonormal>(&refusal))
-    return errors::invalid(path_of(pair, frame->field), "max |QQᵀ − I| = " + to_text(frame->defect),
-                           "must have orthonormal rows to " + to_text(Scene::frame_tolerance));
+    throw errors::invalid(path_of(pair, frame->field), "max |QQᵀ − I| = " + to_text(frame->defect),
+                          "must have orthonormal rows to " + to_text(Scene::frame_tolerance));
   if (const auto* signs = std::get_if<refusal::UnequalDeterminants>(&refusal))
-    return errors::unequal_determinants(path_of(pair, "Q_T"), signs->Q_0, signs->Q_T);
-  return std::nullopt;
+    throw errors::unequal_determinants(path_of(pair, "Q_T"), signs->Q_0, signs->Q_T);
 }
 
-OrStatus<ConnectTask> read(const v1::ConnectRequest& request) {
-  auto task = ConnectReader(request).read();
-  if (!task) return task;
-  for (std::size_t i = 0; i < task->problems.size(); ++i) {
+ConnectTask read(const v1::ConnectRequest& request) {
+  Faults faults(in_the_request);
+  faults.at_most("steps", request.steps(), max_steps);
+  faults.at_most("samples", request.samples(), max_samples);
+  faults.at_most("restarts", request.restarts(), max_restarts);
+  if (request.pairs_size() < 1 || request.pairs_size() > max_pairs)
+    faults.add("pairs", std::to_string(request.pairs_size()) + " pairs",
+               "must be 1 to " + std::to_string(max_pairs));
+  check_metric(request, faults);
+  if (!v1::GeodesicView_IsValid(request.view()))
+    faults.add("view", std::to_string(request.view()),
+               "must be a value of stiefel.v1.GeodesicView");
+  check(faults);
+  ConnectTask task{std::vector(static_cast<std::size_t>(request.pairs_size()), common(request)),
+                   static_cast<int>(request.steps()), static_cast<int>(request.samples()),
+                   request.view() != v1::GEODESIC_VIEW_VELOCITY};
+  const Path pairs("pairs");
+  std::string first_shape;
+  for (int i = 0; i < request.pairs_size(); ++i) {
     stop_point();
-    const auto refusal = refusal_of(task->problems[i]);
-    if (const auto status = refusal ? refused(*refusal, i) : std::nullopt)
-      return std::unexpected(*status);
+    const v1::FramePair& given = request.pairs(i);
+    TwoPointProblem& problem = task.problems[static_cast<std::size_t>(i)];
+    const Path pair(pairs, i);
+    problem.Q_0 = frame(pair, "Q_0", given.has_q_0() ? &given.q_0() : nullptr,
+                        given.has_q_0_tensor() ? &given.q_0_tensor() : nullptr, faults);
+    problem.Q_T = frame(pair, "Q_T", given.has_q_t() ? &given.q_t() : nullptr,
+                        given.has_q_t_tensor() ? &given.q_t_tensor() : nullptr, faults);
+    const std::string shape = shape_of(problem.Q_0);
+    if (first_shape.empty()) first_shape = shape;
+    if (shape != first_shape && !shape.empty())
+      faults.add(Path(pair, "Q_0"), shape,
+                 "must have the shape of the first frame, " + first_shape);
+    if (request.metric() == v1::METRIC_EUCLIDEAN)
+      problem.inertia = Eigen::VectorXd::Ones(problem.Q_0.cols());
+    else if (!problem.beta)
+      problem.inertia =
+          Eigen::Map<const Eigen::VectorXd>(request.inertia().data(), request.inertia_size());
   }
-  return *std::move(task);
+  check(faults);
+  for (std::size_t i = 0; i < task.problems.size(); ++i) {
+    stop_point();
+    if (const auto refusal = refusal_of(task.problems[i])) throw_refused(*refusal, i);
+  }
+  return task;
 }
 
 }  // namespace stiefel::server

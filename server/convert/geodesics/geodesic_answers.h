@@ -1,7 +1,5 @@
 #pragma once
 
-#include <grpcpp/support/status.h>
-
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -19,9 +17,9 @@
 
 namespace stiefel::server {
 
-/// Returns the error for a refusal of a pair; nothing for a search that was stopped or did not
-/// succeed.
-std::optional<grpc::Status> refused(const ConnectRefusal& refusal, std::size_t pair = 0);
+/// Throws INVALID_ARGUMENT for a refusal of a pair's frames or fields, and Stopped
+/// (stiefel/stop.h) for a search that was stopped; does nothing for one that did not succeed.
+void throw_refused(const ConnectRefusal& refusal, std::size_t pair = 0);
 
 /// A checked Connect request: a path can join the frames of each pair.
 struct ConnectTask {
@@ -30,9 +28,8 @@ struct ConnectTask {
   int samples = 0;
   bool with_scene = true;
 };
-/// The most steps and samples of a path; `read` refuses more.
-inline constexpr std::uint32_t max_connect_steps = 4096, max_connect_samples = 100'000;
-OrStatus<ConnectTask> read(const v1::ConnectRequest& request);
+/// Throws INVALID_ARGUMENT.
+ConnectTask read(const v1::ConnectRequest& request);
 /// Returns how many pairs are joined at a time: one on each thread, and fewer where their searches,
 /// of `bytes_each`, would take more than `most_bytes` together.
 std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t bytes_each,
@@ -57,7 +54,7 @@ class ConnectAnswer {
   bool can_join() const;
 
   /// Writes the next message over `response`; returns false if there is none now.
-  OrStatus<bool> next(v1::ConnectResponse& response);
+  bool next(v1::ConnectResponse& response);
   /// Whether all pairs are joined and all messages taken.
   bool done() const;
 
@@ -70,7 +67,6 @@ class ConnectAnswer {
   /// The answer of a pair, and what does not fit into its first message.
   struct Joined {
     std::size_t pair;
-    grpc::Status status = {};
     bool deferred = false;
     bool begun = false;
     v1::ConnectResponse first = {};
@@ -102,13 +98,13 @@ class ConjugateAnswer {
 
   /// Writes the next message over `response`; the first call searches. A stop request ends the
   /// search with the outcome CANCELLED.
-  grpc::Status next(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
+  void next(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
   bool done() const { return started_ && points_.empty(); }
 
  private:
   /// Returns the bytes that a search takes.
   std::uint64_t workspace() const;
-  grpc::Status search(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
+  void search(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
 
   const v1::ConjugatePointsRequest& request_;
   MemoryLease memory_;

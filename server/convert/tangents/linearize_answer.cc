@@ -64,32 +64,32 @@ v1::Field matrix_field(const Eigen::MatrixXd& values) {
 }
 
 /// Reads the vectors, one a column.
-OrStatus<LinearizationDescription> read(const v1::LinearizeRequest& request) {
+LinearizationDescription read(const v1::LinearizeRequest& request) {
   LinearizationDescription out;
   out.by_inertia = request.inertia();
   out.by_step = request.step();
   if (!request.has_vectors()) return out;
   const v1::Tensor& given = request.vectors();
   const auto refuse = [](std::string value, std::string rule) {
-    return std::unexpected(errors::invalid("vectors", std::move(value), std::move(rule)));
+    return errors::invalid("vectors", std::move(value), std::move(rule));
   };
   const int axes = given.shape_size();
   if (axes != 2 && axes != 3)
-    return refuse(std::to_string(axes) + " axes", "must have the shape (m, d) or (m, rows, cols)");
+    throw refuse(std::to_string(axes) + " axes", "must have the shape (m, d) or (m, rows, cols)");
   if (given.data_type() != v1::DATA_TYPE_FLOAT64)
-    return refuse(v1::DataType_Name(given.data_type()), "must be DATA_TYPE_FLOAT64");
+    throw refuse(v1::DataType_Name(given.data_type()), "must be DATA_TYPE_FLOAT64");
   const std::uint64_t numbers = given.data().size() / sizeof(double);
   std::uint64_t each = 1;
   for (int axis = 1; axis < axes; ++axis) {
     each *= given.shape(axis);
     if (given.shape(axis) > numbers || each > numbers)
-      return refuse(std::to_string(given.data().size()) + " bytes", "must fill the shape");
+      throw refuse(std::to_string(given.data().size()) + " bytes", "must fill the shape");
   }
   const std::uint64_t count = given.shape(0);
   if (count < 1 || each < 1 || count > numbers ||
       count * each * sizeof(double) != given.data().size())
-    return refuse(std::to_string(given.data().size()) + " bytes",
-                  "must fill the shape, with at least one vector");
+    throw refuse(std::to_string(given.data().size()) + " bytes",
+                 "must fill the shape, with at least one vector");
   Eigen::MatrixXd V(static_cast<Eigen::Index>(each), static_cast<Eigen::Index>(count));
   std::memcpy(V.data(), given.data().data(), given.data().size());
   out.vectors = std::move(V);
@@ -118,27 +118,21 @@ LinearizeAnswer::~LinearizeAnswer() {
   if (simulation_) session_->give_back(std::move(simulation_));
 }
 
-grpc::Status LinearizeAnswer::make() {
-  simulation_ = session_->lease(request_.from());
-  return grpc::Status::OK;
-}
+void LinearizeAnswer::make() { simulation_ = session_->lease(request_.from()); }
 
-grpc::Status LinearizeAnswer::begin() {
-  auto what = read(request_);
-  if (!what) return what.error();
-  auto made = Linearization::make(session_->scene(), *std::move(what), *simulation_);
-  if (!made) return errors::invalid(made.error());
+void LinearizeAnswer::begin() {
+  auto made = Linearization::make(session_->scene(), read(request_), *simulation_);
+  if (!made) throw errors::invalid(made.error());
   if (request_.bases() && !has_coordinates(*session_))
-    return errors::invalid("bases", "true",
-                           "must be false: coordinates are offered for states of up to " +
-                               std::to_string(Linearization::largest_in_coordinates) + " numbers");
+    throw errors::invalid("bases", "true",
+                          "must be false: coordinates are offered for states of up to " +
+                              std::to_string(Linearization::largest_in_coordinates) + " numbers");
   linearization_.emplace(*std::move(made));
   if (request_.bases())
     parts_.add(field_of("start_basis", linearization_->start_basis(*simulation_),
                         linearization_->rows(), linearization_->cols()));
   at_result_ = request_.every() > 0 || request_.from() == request_.to();
   if (at_result_) add_result();
-  return grpc::Status::OK;
 }
 
 std::int64_t LinearizeAnswer::next_result() const {
@@ -148,7 +142,7 @@ std::int64_t LinearizeAnswer::next_result() const {
                   request_.from() + (done / request_.every() + 1) * request_.every());
 }
 
-grpc::Status LinearizeAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
+void LinearizeAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
   if (!linearization_) {
     if (simulation_->step() == request_.from()) return begin();
     const std::int64_t left = request_.from() - simulation_->step();
@@ -163,12 +157,11 @@ grpc::Status LinearizeAnswer::advance(std::int64_t steps, const std::stop_token&
     at_result_ =
         !status_.reached() || simulation_->step() == request_.to() ||
         (request_.every() > 0 && (simulation_->step() - request_.from()) % request_.every() == 0);
-    if (status_.outcome == Outcome::cancelled) return errors::cancelled();
+    if (status_.outcome == Outcome::cancelled) throw Stopped();
     if (at_result_) add_result();
   }
-  if (status_.outcome == Outcome::cancelled) return errors::cancelled();
+  if (status_.outcome == Outcome::cancelled) throw Stopped();
   if (!status_.reached()) at_result_ = true;
-  return grpc::Status::OK;
 }
 
 void LinearizeAnswer::add_result() {

@@ -29,10 +29,10 @@ class LinearizeAnswer {
   ~LinearizeAnswer();
 
   /// Leases the simulation. Throws Stopped (stiefel/stop.h), as do the functions below.
-  grpc::Status make();
+  void make();
   bool made() const { return simulation_ != nullptr; }
   /// Advances by at most `steps` steps to the next result. Ends early on a stop request.
-  grpc::Status advance(std::int64_t steps, const std::stop_token& stop);
+  void advance(std::int64_t steps, const std::stop_token& stop);
   /// Whether a result, or the rest of one, is there to be sent.
   bool has_results() const { return !parts_.empty() || at_result_; }
   /// There is no checkpoint to make. Returns whether there is anything to send.
@@ -42,7 +42,7 @@ class LinearizeAnswer {
   std::int64_t computed_steps() const { return computed_; }
 
  private:
-  grpc::Status begin();
+  void begin();
   std::int64_t next_result() const;
   void add_result();
 

@@ -41,46 +41,38 @@ LyapunovAnswer::~LyapunovAnswer() {
   if (simulation_) session_->give_back(std::move(simulation_));
 }
 
-grpc::Status LyapunovAnswer::read() {
+void LyapunovAnswer::read() {
   what_ = {.from = request_.from(),
            .to = request_.to(),
            .count = request_.count(),
            .interval = request_.interval(),
            .seed = request_.seed()};
   start_ = what_.from;
-  if (request_.checkpoint().empty()) return grpc::Status::OK;
-  const auto content = verify_checkpoint(*session_, growth_format, request_.checkpoint());
-  if (content) {
-    saved_ = *content;
-    start_ = LyapunovExponents::saved_step(saved_);
-    if (start_ >= what_.from && start_ <= what_.to) return grpc::Status::OK;
-    return errors::invalid("checkpoint", "step " + std::to_string(start_),
-                           "must be of a step between `from` and `to`");
-  }
-  if (content.error().fault == CheckpointFault::other_numerics)
-    return errors::checkpoint_of_other_numerics(content.error().numerics_id, numerics_id());
-  return errors::invalid("checkpoint", std::to_string(request_.checkpoint().size()) + " bytes",
-                         content.error().fault == CheckpointFault::other_scene
-                             ? "must come from a session of the same scene"
-                             : "is damaged: must be the bytes that LyapunovSpectrum returned");
+  const std::string& bytes = request_.checkpoint();
+  if (bytes.empty()) return;
+  const auto content = verify_checkpoint(*session_, growth_format, bytes);
+  if (!content) throw errors::checkpoint_refused(content.error(), bytes.size(), "LyapunovSpectrum");
+  saved_ = *content;
+  start_ = LyapunovExponents::saved_step(saved_);
+  if (start_ < what_.from || start_ > what_.to)
+    throw errors::invalid("checkpoint", "step " + std::to_string(start_),
+                          "must be of a step between `from` and `to`");
 }
 
-grpc::Status LyapunovAnswer::make() {
-  if (auto status = read(); !status.ok()) return status;
+void LyapunovAnswer::make() {
+  read();
   simulation_ = session_->lease(start_);
-  return grpc::Status::OK;
 }
 
-grpc::Status LyapunovAnswer::begin() {
+void LyapunovAnswer::begin() {
   auto made = saved_.empty()
                   ? LyapunovExponents::make(session_->scene(), what_, *simulation_)
                   : LyapunovExponents::resume(session_->scene(), what_, saved_, *simulation_);
-  if (!made) return errors::invalid(made.error());
+  if (!made) throw errors::invalid(made.error());
   spectrum_.emplace(*std::move(made));
   const std::int64_t every = request_.every();
   mark_ = every > 0 ? what_.from + ((start_ - what_.from) / every + 1) * every : what_.to;
   covered_ = spectrum_->covered_steps();
-  return grpc::Status::OK;
 }
 
 bool LyapunovAnswer::checkpoint_is_due() const {
@@ -105,7 +97,7 @@ bool LyapunovAnswer::save() {
   return has_results();
 }
 
-grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
+void LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
   if (!spectrum_) {
     if (simulation_->step() == start_) return begin();
     const std::int64_t left = start_ - simulation_->step(), before = simulation_->step();
@@ -125,10 +117,9 @@ grpc::Status LyapunovAnswer::advance(std::int64_t steps, const std::stop_token& 
       mark_ += ((end - mark_) / request_.every() + 1) * request_.every();
     }
   }
-  if (status_.outcome == Outcome::cancelled) return errors::cancelled();
+  if (status_.outcome == Outcome::cancelled) throw Stopped();
   if (spectrum_ && spectrum_->done()) ended_ = true;
   if (spectrum_ && (ended_ || checkpoint_is_due())) take_checkpoint();
-  return grpc::Status::OK;
 }
 
 bool LyapunovAnswer::next(v1::LyapunovSpectrumResponse& message) {

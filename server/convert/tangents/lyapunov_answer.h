@@ -25,10 +25,10 @@ class LyapunovAnswer {
 
   /// Checks the checkpoint and leases the simulation. Throws Stopped (stiefel/stop.h), as do the
   /// functions below.
-  grpc::Status make();
+  void make();
   bool made() const { return simulation_ != nullptr; }
   /// Advances by about `steps` steps. Ends early on a stop request.
-  grpc::Status advance(std::int64_t steps, const std::stop_token& stop);
+  void advance(std::int64_t steps, const std::stop_token& stop);
   /// Makes a last checkpoint. Returns whether there is anything to send.
   bool save();
   /// Whether numbers, a checkpoint or the end are there to be sent.
@@ -41,8 +41,8 @@ class LyapunovAnswer {
   }
 
  private:
-  grpc::Status read();
-  grpc::Status begin();
+  void read();
+  void begin();
   /// Whether a checkpoint is due: at most 64 are sent on the way.
   bool checkpoint_is_due() const;
   void take_checkpoint();

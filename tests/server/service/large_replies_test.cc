@@ -81,7 +81,7 @@ class LargeReplies : public testing::Test {
 TEST_F(LargeReplies, AStateTravelsInParts) {
   create(v1::SCENE_VIEW_UNSPECIFIED);
   const auto messages = harness_.stream(range(1, 2));
-  const Scene scene = Scene::resolve(server::from_proto(wide_scene(N)).value()).value();
+  const Scene scene = Scene::resolve(server::from_proto(wide_scene(N))).value();
   std::map<std::int64_t, Arrays> samples;
   std::int64_t open = -1;
   for (const auto& message : messages) {
