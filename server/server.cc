@@ -140,7 +140,7 @@ struct Server::Parts {
              options.metrics.empty() ? nullptr : std::make_shared<Metrics>(method_names()),
              threads_of(options)},
         health(v1::SimulationService::service_full_name()),
-        durability(options.store.file.empty()
+        durability(options.store.empty()
                        ? nullptr
                        : std::make_unique<Durability>(
                              options.store, host, [this](bool able) { health.set_able(able); })),

@@ -11,7 +11,6 @@
 
 #include "server/connections/access_options.h"
 #include "server/scheduling/principal.h"
-#include "server/sessions/store/store_file.h"
 
 namespace grpc {
 class ServerContextBase;
@@ -57,8 +56,8 @@ struct Options {
   std::string metrics = {};
   ConnectionOptions connections = {};
   AccessOptions access = {};
-  /// The store in which sessions outlive the process; without a file they live in memory.
-  StoreOptions store = {};
+  /// The file of the store in which sessions outlive the process; empty: they live in memory.
+  std::string store = {};
   /// The limits of each principal; see `limits_of_principals`.
   Quota quota = {};
   /// Called during `shutdown` with what it begins to wait for.

@@ -7,7 +7,7 @@
 namespace stiefel::server {
 void Diagnose(ServerCall& call, const v1::DiagnoseRequest& request,
               v1::DiagnoseResponse* response) {
-  const SessionLease session = call.session(request.session_id());
+  const SessionRef session = call.session(request.session_id());
   check_step("to", request.to());
   call.hold(memory_price({held_by(request), diagnosis_workspace(*session)}));
   const DiagnoseTask task = read(*session, request);

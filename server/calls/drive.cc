@@ -10,14 +10,14 @@
 namespace stiefel::server {
 namespace {
 
-/// The session that the first valid request names, without a lease between requests, so that a
+/// The session that the first valid request names, without a reference between requests, so that a
 /// silent call does not keep it from expiring.
 class Driven {
  public:
   /// Checks the request and answers it.
   void answer(ServerCall& call, const v1::DriveRequest& request, v1::StepResponse* response) {
     if (call.host().lifecycle.refusing()) throw errors::shutting_down();
-    const SessionLease session = find(call, request.session_id());
+    const SessionRef session = find(call, request.session_id());
     check_step("to", request.to());
     if (request.fields_size() > 0) task_.fields = select_fields(*session, request.fields());
     task_.to = request.to();
@@ -28,20 +28,19 @@ class Driven {
   }
 
  private:
-  SessionLease find(ServerCall& call, const std::string& id) {
+  SessionRef find(ServerCall& call, const std::string& id) {
     if (!id_.empty() && !id.empty() && id != id_)
       throw errors::invalid("session_id", id, "must be empty or '" + id_ + "'");
-    if (auto known = known_.lock(); known && !known->closed())
-      return SessionLease(std::move(known));
-    SessionLease session = call.session(id_.empty() ? id : id_);
-    known_ = session.session();
+    if (auto known = known_.lock(); known && !known->closed()) return known->use();
+    SessionRef session = call.session(id_.empty() ? id : id_);
+    known_ = session->weak_from_this();
     if (std::exchange(id_, session->id()).empty()) call.log().name(id_);
     task_.fields = session->default_fields();
     return session;
   }
 
   std::string id_;
-  std::weak_ptr<Session> known_;
+  std::weak_ptr<RegisteredSession> known_;
   StepTask task_;
 };
 

@@ -1,23 +1,31 @@
 #include "server/calls/durability.h"
 
 #include <atomic>
-#include <cstring>
-#include <exception>
+#include <future>
 #include <mutex>
 #include <sstream>
-#include <string_view>
-#include <thread>
 #include <utility>
 #include <vector>
 
+#include "server/convert/convert.h"
 #include "server/convert/resolve.h"
+#include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
 
-using Nanoseconds = std::chrono::nanoseconds;
-using Time = std::chrono::system_clock::time_point;
+constexpr auto checkpoint_interval = std::chrono::seconds(2),
+               report_interval = std::chrono::seconds(1);
+constexpr std::size_t most_checkpoint_bytes = std::size_t{16} << 20;
+
+std::int64_t nanoseconds(Registry::Time time) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
+}
+Registry::Time time_at(std::int64_t nanoseconds) {
+  return Registry::Time(
+      std::chrono::duration_cast<Registry::Time::duration>(std::chrono::nanoseconds(nanoseconds)));
+}
 
 /// Joins paths, which contain no line ends.
 std::string joined(const std::vector<std::string>& lines) {
@@ -33,95 +41,57 @@ std::vector<std::string> split(const std::string& text) {
   return lines;
 }
 
-/// Adopts the state of a checkpoint if it is of this session and fits into the memory; leaves it
-/// out otherwise, since it is only a cache.
-void adopt(const StoredCheckpoint& checkpoint, Session& session) {
-  if (checkpoint.numerics_id != numerics_id() || checkpoint.identity != hash(session.identity()) ||
-      checkpoint.step < 0 || checkpoint.step > Session::max_step ||
-      checkpoint.state.size() != session.saved_size() * sizeof(double))
-    return;
-  std::vector<double> saved(session.saved_size());
-  std::memcpy(saved.data(), checkpoint.state.data(), checkpoint.state.size());
-  session.adopt_if_it_fits(checkpoint.step, saved);
+std::optional<ChosenMethod> choice_of(const std::string& bytes) {
+  v1::Choice choice;
+  if (bytes.empty() || !choice.ParseFromString(bytes)) return std::nullopt;
+  return ChosenMethod{choice.tolerance(), choice.horizon(), choice.reason(), choice.error(),
+                      choice.verified()};
 }
-
-constexpr auto report_interval = std::chrono::seconds(1);
-
-/// Hands rows to several threads, which make sessions of them; stops at the first exception.
-class Rows {
- public:
-  explicit Rows(Store& store) : reader_(store) {}
-
-  template <class Use>
-  void work(const Use& use) {
-    try {
-      while (const auto row = next()) use(*row);
-    } catch (...) {
-      const std::lock_guard lock(mutex_);
-      if (!failure_) failure_ = std::current_exception();
-    }
-  }
-  void rethrow() const {
-    if (failure_) std::rethrow_exception(failure_);
-  }
-
- private:
-  std::optional<Store::Row> next() {
-    const std::lock_guard lock(mutex_);
-    return failure_ ? std::nullopt : reader_.next();
-  }
-
-  std::mutex mutex_;
-  Store::Reader reader_;
-  std::exception_ptr failure_;
-};
 
 }  // namespace
 
-StoredSession to_row(const Session& session) {
+StoredSession to_row(const RegisteredSession& session) {
   const Resolution& resolution = session.resolution();
-  const auto created = session.create_time().time_since_epoch();
+  v1::Choice choice;
+  if (resolution.choice) to_proto(session.scene(), *resolution.choice, &choice);
   return {session.owner(),
           session.id(),
-          std::chrono::duration_cast<Nanoseconds>(created).count(),
+          nanoseconds(session.create_time()),
           numerics_id(),
-          hash(session.identity()),
+          session.identity(),
           to_bytes(session.scene()),
           joined(resolution.difference.filled_in),
           joined(resolution.difference.cleared),
-          resolution.choice};
+          choice.SerializeAsString()};
 }
 
 Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock, MemoryBudget& memory) {
-  auto scene = scene_of(row.session.scene);
+  const StoredSession& stored = row.session;
+  auto scene = scene_of(stored.scene);
   if (!scene) return std::unexpected(std::move(scene.error()));
-  auto session = std::make_shared<Session>(
-      row.session.id, *std::move(scene), std::move(clock),
-      Resolution{{split(row.session.filled_in), split(row.session.cleared)}, row.session.choice},
-      memory);
-  if (row.session.numerics_id == numerics_id() && row.session.identity != hash(session->identity()))
+  auto session = std::make_shared<RegisteredSession>(
+      stored.principal, stored.id, *std::move(scene),
+      Resolution{{split(stored.filled_in), split(stored.cleared)}, choice_of(stored.choice)},
+      std::move(clock), memory, time_at(stored.create_time));
+  if (stored.numerics_id == numerics_id() && stored.identity != session->identity())
     return std::unexpected("this build reads its scene as a different scene");
-  session->set_owner(row.session.principal);
-  session->set_create_time(
-      Time(std::chrono::duration_cast<Time::duration>(Nanoseconds(row.session.create_time))));
-  if (row.checkpoint) adopt(*row.checkpoint, *session);
+  if (auto checkpoint = decode_checkpoint(*session, row.checkpoint))
+    session->restore_checkpoint(checkpoint->step, std::move(checkpoint->saved), false);
   return session;
 }
 
-Durability::Durability(const StoreOptions& options, Host& host, std::function<void(bool)> able)
-    : file_(options.file),
+Durability::Durability(const std::string& file, Host& host, std::function<void(bool)> able)
+    : file_(file),
       host_(host),
       able_(std::move(able)),
-      store_(options),
-      journal_(store_, hooks()) {
-  host.registry.write_to(journal_);
-}
-
-Journal::Hooks Durability::hooks() {
+      store_(file),
+      writer_(store_),
+      periodic_("checkpoints", checkpoint_interval, [this](const auto&) {
+        watch();
+        write_checkpoints();
+      }) {
   restore();
-  return {to_row, [this](const Session& session) { host_.registry.drop(session); },
-          [this](const WriteFault& fault) { report(fault); },
-          [this](const std::optional<std::string>& fault) { watched(fault); }};
+  host.registry.record_with([this](Registry::Change change) { return record(std::move(change)); });
 }
 
 /// Restores a session. A principal's memory limit applies to new sessions only: a session that no
@@ -138,29 +108,24 @@ Restored Durability::restored(const Store::Row& row, Account& account) const {
   }
 }
 
-void Durability::restore_deleted_names() {
-  using Time = WriteAheadLog::Time;
-  const auto now = std::chrono::nanoseconds(Time::clock::now().time_since_epoch());
-  for (DeletedName& deleted_name : store_.deleted_names(now.count())) {
-    const std::chrono::nanoseconds until(deleted_name.until);
-    host_.registry.mark_deleted(deleted_name.principal, std::move(deleted_name.id),
-                                Time(std::chrono::duration_cast<Time::duration>(until)),
-                                &host_.accounts.of(deleted_name.principal).memory());
-  }
-}
-
-/// Restores the sessions even beyond the memory limit, because they were acknowledged: a server of
-/// the same limit held them, without their caches. Gives up caches while there is too little
-/// memory.
+/// Restores the sessions, on several threads, even beyond the memory limit, because they were
+/// acknowledged: a server of the same limit held them, without their caches. Gives up caches while
+/// there is too little memory.
 void Durability::restore_sessions(const std::function<void(const Store::Row&)>& use) {
-  Rows rows(store_);
+  Store::Reader reader(store_);
+  std::mutex reading;
+  const auto next = [&] {
+    const std::lock_guard lock(reading);
+    return reader.next();
+  };
   host_.memory.allow_excess(true);
-  {
-    std::vector<std::jthread> threads;
-    for (int i = 0; i < host_.threads; ++i) threads.emplace_back([&] { rows.work(use); });
-  }
+  std::vector<std::future<void>> threads;
+  for (int i = 0; i < host_.threads; ++i)
+    threads.push_back(std::async(std::launch::async, [&] {
+      while (const auto row = next()) use(*row);
+    }));
+  for (auto& thread : threads) thread.get();
   host_.memory.allow_excess(false);
-  rows.rethrow();
   const auto excess = [this] {
     const std::uint64_t used = host_.memory.used(), limit = host_.memory.limit();
     return used > limit ? used - limit : 0;
@@ -173,21 +138,11 @@ void Durability::restore_sessions(const std::function<void(const Store::Row&)>& 
 
 void Durability::restore() {
   const auto start = std::chrono::steady_clock::now();
-  const auto now = std::chrono::nanoseconds(WriteAheadLog::Time::clock::now().time_since_epoch());
-  std::int64_t dropped = 0;
-  try {
-    store_.transact([&] {
-      dropped = store_.drop_checkpoints_except(numerics_id());
-      store_.trim_deleted_names(now.count());
-    });
-  } catch (const StoreError& error) {  // a full disk; checkpoints of other ids are not used anyway
-    report(error.fault());
-  }
   std::atomic<std::int64_t> unread = 0;
   const auto use = [&](const Store::Row& row) {
     Account& account = host_.accounts.of(row.session.principal);
     if (auto session = restored(row, account)) {
-      (*session)->hold_permit(account.admit_restored_session());
+      (*session)->hold_slot(account.admit_restored_session());
       host_.registry.restore(*std::move(session));
     } else {
       ++unread;
@@ -197,7 +152,9 @@ void Durability::restore() {
   };
   try {
     restore_sessions(use);
-    restore_deleted_names();
+    for (Tombstone& one : store_.tombstones(nanoseconds(Registry::Time::clock::now())))
+      host_.registry.restore_deletion(one.principal, std::move(one.id), time_at(one.until),
+                                      &host_.accounts.of(one.principal).memory());
   } catch (const StoreError& error) {
     throw std::runtime_error("the store " + file_ + " is damaged: " + error.what() +
                              ": restore a backup");
@@ -207,27 +164,71 @@ void Durability::restore() {
                  {{"file", file_},
                   {"sessions", static_cast<std::int64_t>(host_.registry.size())},
                   {"unreadable", unread.load()},
-                  {"checkpoints_dropped", dropped},
                   {"milliseconds", took.count()}});
 }
 
-/// Is called on the journal's thread, and during the restore.
-void Durability::report(const WriteFault& fault) {
+PendingWrite Durability::record(Registry::Change change) {
+  const auto session = change.session;
+  const auto on_fault = [this, session](const WriteFault& fault) {
+    report(fault);
+    if (session) host_.registry.drop(*session);
+  };
+  return writer_.submit(
+      [change = std::move(change)](Store& store) {
+        if (change.session) return store.put(to_row(*change.session));
+        store.erase(change.principal, change.id);
+        if (change.until)
+          store.put(Tombstone{change.principal, change.id, nanoseconds(*change.until)});
+      },
+      on_fault);
+}
+
+void Durability::write_checkpoints() noexcept try {
+  struct New {
+    std::shared_ptr<RegisteredSession> session;
+    Checkpoints::Nearest state;
+  };
+  std::vector<New> found;
+  std::size_t bytes = 0;
+  for (auto& session : host_.registry.with_new_states()) {
+    if (bytes + checkpoint_bytes(*session) > most_checkpoint_bytes) continue;
+    if (auto state = session->take_new_state()) {
+      bytes += checkpoint_bytes(*session);
+      found.push_back({std::move(session), *std::move(state)});
+    }
+  }
+  if (found.empty()) return;
+  writer_.submit(
+      [found = std::move(found)](Store& store) {
+        for (const auto& [session, state] : found)
+          if (!session->closed())  // else the row is gone, or belongs to another session
+            store.put_checkpoint(session->owner(), session->id(),
+                                 encode_checkpoint(*session, state.step, *state.saved));
+      },
+      [this](const WriteFault& fault) { report(fault); });
+} catch (const std::exception&) {  // no memory; a checkpoint is not needed
+}
+
+/// Is called on the writer's thread.
+void Durability::report(const WriteFault& fault) try {
   ++unreported_;
   const auto now = std::chrono::steady_clock::now();
   if (now < next_report_) return;
   next_report_ = now + report_interval;
   host_.log.line(Log::Level::error, "store not written",
                  {{"error", fault.what}, {"count", std::exchange(unreported_, 0)}});
+} catch (const std::exception&) {  // no memory for a line of the log
 }
 
-/// Is called on the journal's thread.
-void Durability::watched(const std::optional<std::string>& fault) const {
+void Durability::watch() {
+  auto fault = store_.fault();
+  if (fault == watched_) return;
   able_(!fault);
   if (fault)
     host_.log.line(Log::Level::error, "store lost", {{"error", *fault}});
   else
     host_.log.line(Log::Level::warn, "store there again", {{"file", file_}});
+  watched_ = std::move(fault);
 }
 
 }  // namespace stiefel::server

@@ -8,7 +8,7 @@
 namespace stiefel::server {
 void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
                  v1::ForkSessionResponse* response) {
-  const SessionLease from = call.session(request.from_session_id(), "from_session_id");
+  const SessionRef from = call.session(request.from_session_id(), "from_session_id");
   check_session_id(request.session_id());
   check_step("from_step", request.from_step());
   // The scene in its steps from the old one to the new one.

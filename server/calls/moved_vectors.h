@@ -22,7 +22,7 @@ void move_vectors(ServerCall& call, const Request& request, grpc::ServerWriter<R
   constexpr bool reports = !std::is_same_v<Answer, LinearizeAnswer>;
   constexpr std::chrono::milliseconds longest_silence =
       reports ? std::chrono::milliseconds(100) : std::chrono::hours(24 * 365);
-  SessionLease session = call.session(request.session_id());
+  SessionRef session = call.session(request.session_id());
   check_range(request);
   if (const auto members = session->scene().members().size(); members > 0)
     throw errors::invalid("session_id", std::to_string(members) + " members",

@@ -20,11 +20,11 @@ void check_routing(const grpc::ServerContextBase& context, std::string_view id, 
   }
 }
 
-SessionLease find_session(const Host& host, const grpc::ServerContextBase& context,
-                          const Principal& principal, std::string_view id, const char* field) {
+SessionRef find_session(const Host& host, const grpc::ServerContextBase& context,
+                        const Principal& principal, std::string_view id, const char* field) {
   if (host.lifecycle.refusing()) throw errors::shutting_down();
   check_routing(context, id, field);
-  if (auto session = host.registry.find(principal, id)) return *std::move(session);
+  if (auto session = host.registry.find(principal, id)) return session;
   check_session_id(id, field);
   throw host.registry.deleted(principal, id) ? errors::session_deleted(id, field)
                                              : errors::session_not_found(id, field);
@@ -51,13 +51,13 @@ void check_step(const char* field, std::int64_t value, std::int64_t low) {
 Registry::Created admit(Host& host, Account& account, const std::string& id, ResolvedScene scene,
                         std::string_view checkpoint, bool recreate) {
   auto admission = account.admit_session();
-  // A request for an existing session takes no permit.
+  // A request for an existing session takes no slot.
   if (admission.refusal && !host.registry.find(account.principal(), id))
     throw errors::over_quota(*admission.refusal);
   auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,
                                       std::move(scene.resolution), recreate, &account.memory());
   if (created) {
-    if (created->created) created->session->hold_permit(std::move(admission.permit));
+    if (created->created) created->session->hold_slot(std::move(admission.slot));
     return *std::move(created);
   }
   if (const auto* overflow = std::get_if<Overflow>(&created.error()))

@@ -20,9 +20,9 @@ void check_routing(const grpc::ServerContextBase& context, std::string_view id,
 
 /// Returns the session. Throws UNAVAILABLE during shutdown, INVALID_ARGUMENT, or NOT_FOUND, whose
 /// reason distinguishes a deleted session from one that was never there or is lost.
-SessionLease find_session(const Host& host, const grpc::ServerContextBase& context,
-                          const Principal& principal, std::string_view id,
-                          const char* field = "session_id");
+SessionRef find_session(const Host& host, const grpc::ServerContextBase& context,
+                        const Principal& principal, std::string_view id,
+                        const char* field = "session_id");
 
 /// Throws INVALID_ARGUMENT unless the id is 1 to 128 characters of [A-Za-z0-9._-].
 void check_session_id(std::string_view id, const char* field = "session_id");
@@ -45,7 +45,7 @@ void check_range(const Request& request) {
 }
 
 /// Returns the account's session with that scene and id, new or existing. A new session takes a
-/// permit of the account. `checkpoint` and `recreate`: see Registry::create.
+/// slot of the account. `checkpoint` and `recreate`: see Registry::create.
 Registry::Created admit(Host& host, Account& account, const std::string& id, ResolvedScene scene,
                         std::string_view checkpoint = {}, bool recreate = false);
 

@@ -38,7 +38,7 @@ void ServerCall::admit(Callers* callers) {
   counted_ = true;
 }
 
-SessionLease ServerCall::session(std::string_view id, const char* field) {
+SessionRef ServerCall::session(std::string_view id, const char* field) {
   return find_session(host_, context_, account_->principal(), id, field);
 }
 
@@ -53,9 +53,9 @@ void ServerCall::unreadable(const google::protobuf::Descriptor& type) {
 
 void ServerCall::leave() { throw errors::cancelled(); }
 
-void ServerCall::wait_for(const std::shared_ptr<PendingWrite>& change) {
-  if (!change) return;
-  const auto fault = turn_->without_place([&] { return change->wait(); });
+void ServerCall::wait_for(const PendingWrite& change) {
+  if (!change.valid()) return;
+  const auto fault = turn_->without_place([&] { return change.get(); });
   if (fault) throw errors::not_written(*fault);
 }
 

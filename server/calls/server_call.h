@@ -18,7 +18,7 @@
 #include "server/connections/callers.h"
 #include "server/convert/errors.h"
 #include "server/scheduling/turns.h"
-#include "server/sessions/write_ahead_log.h"
+#include "server/sessions/pending_write.h"
 
 namespace stiefel::server {
 
@@ -75,7 +75,7 @@ class ServerCall {
     return request.message();
   }
   /// Returns the session; see find_session.
-  SessionLease session(std::string_view id, const char* field = "session_id");
+  SessionRef session(std::string_view id, const char* field = "session_id");
   /// Takes so many more bytes until the reply is sent.
   void hold(std::uint64_t bytes) {
     if (memory_)
@@ -112,7 +112,7 @@ class ServerCall {
   }
   /// Waits until a change is on disk, and throws StatusError if it cannot be written. Does nothing
   /// without a change.
-  void wait_for(const std::shared_ptr<PendingWrite>& change);
+  void wait_for(const PendingWrite& change);
   /// Sends a message; the last one goes together with the status. For one thread at a time: that of
   /// the call, or one that helps it. Throws StatusError if the caller has left.
   template <class Writer, class Message>

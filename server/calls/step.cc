@@ -61,7 +61,7 @@ void step(ServerCall& call, Session& session, const StepTask& task, v1::StepResp
 }
 
 void Step(ServerCall& call, const v1::StepRequest& request, v1::StepResponse* response) {
-  const SessionLease session = call.session(request.session_id());
+  const SessionRef session = call.session(request.session_id());
   check_step("to", request.to());
   const StepTask task{request.to(), select_fields(*session, request.fields()),
                       request.return_checkpoint()};

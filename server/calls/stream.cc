@@ -52,7 +52,7 @@ class LargePlace {
   /// fit into the memory. Returns whether it gave the simulation back.
   bool rest(Sampling& sampling) {
     if (!needed_) return false;
-    const bool rests = sampling.rest();
+    const bool rests = sampling.suspend();
     leave();
     give_back_unused_stack();
     return rests;
@@ -164,7 +164,7 @@ class Sent {
 
 void Stream(ServerCall& call, const v1::StreamRequest& request,
             grpc::ServerWriter<grpc::ByteBuffer>& writer) {
-  const SessionLease session = call.session(request.session_id());
+  const SessionRef session = call.session(request.session_id());
   check_range(request);
   const auto fields = select_fields(*session, request.fields());
   const Sampling::Range range{request.from(), request.to(),

@@ -10,7 +10,7 @@ namespace stiefel::server {
 void Summarize(ServerCall& call, const v1::SummarizeRequest& request,
                grpc::ServerWriter<v1::SummarizeResponse>& writer) {
   constexpr std::chrono::milliseconds longest_silence{500};
-  SessionLease session = call.session(request.session_id());
+  SessionRef session = call.session(request.session_id());
   check_range(request);
   const double slice = slice_fraction(session->step_cost());
   SummarizeAnswer answer(std::move(session), request);

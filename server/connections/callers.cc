@@ -3,8 +3,10 @@
 #include <grpc/grpc.h>
 #include <strings.h>
 
+#include <algorithm>
 #include <cstring>
 #include <new>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -46,17 +48,22 @@ std::size_t TokenTable::Hash::operator()(const Bytes32& digest) const {
 
 TokenTable::Parsed TokenTable::parse(std::string_view text) {
   Parsed parsed;
-  for (Line line : meaningful_lines(text)) {
+  std::istringstream lines{std::string(text)};
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    std::istringstream words(line);
+    std::string name, digits, more;
+    words >> name >> digits >> more;
+    if (name.empty() || name.starts_with('#')) continue;
     const auto fault = [&](const std::string& rule) {
-      parsed.faults.push_back("line " + std::to_string(line.number) + ": " + rule);
+      parsed.faults.push_back("line " + std::to_string(number) + ": " + rule);
     };
-    const std::string_view name = next_word(line.text);
-    const auto digest = from_hexadecimal(line.text);
+    const auto digest = more.empty() ? from_hexadecimal(digits) : std::nullopt;
     if (!is_name(name))
       fault(rule_of_names);
     else if (!digest)
       fault("after the name there must be 64 hexadecimal digits, as `stiefel-server token` prints");
-    else if (!parsed.table.principals_.emplace(*digest, Principal{std::string(name)}).second)
+    else if (!parsed.table.principals_.emplace(*digest, Principal{name}).second)
       fault("another line has this token");
   }
   return parsed;
@@ -74,10 +81,19 @@ NewToken make_token(std::string_view name) {
 }
 
 std::optional<Bytes32> digest_of_bearer(std::string_view authorization) {
-  const std::string_view scheme = next_word(authorization);
-  if (scheme.size() != 6 || strncasecmp(scheme.data(), "bearer", 6) != 0 || authorization.empty())
+  constexpr std::string_view scheme = "bearer", space = " \t";
+  const auto skip_space = [&] {
+    authorization.remove_prefix(
+        std::min(authorization.find_first_not_of(space), authorization.size()));
+  };
+  skip_space();
+  const std::string_view given = authorization.substr(0, authorization.find_first_of(space));
+  if (given.size() != scheme.size() || strncasecmp(given.data(), scheme.data(), given.size()) != 0)
     return std::nullopt;
-  return sha256(authorization);
+  authorization.remove_prefix(given.size());
+  skip_space();
+  if (authorization.empty()) return std::nullopt;
+  return sha256(authorization.substr(0, authorization.find_last_not_of(space) + 1));
 }
 
 Callers::Callers(const std::string& file, Report report) : report_(std::move(report)) {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "server/scheduling/process.h"
-#include "server/sessions/checkpoints/secrets.h"
 
 namespace stiefel::server {
 

@@ -38,16 +38,16 @@ void to_proto(const RowMatrix& values, v1::Matrix* out);
 /// Writes the catalogue, the numerics id and the limits of the engine and of sessions.
 void describe_engine(v1::DescribeResponse* out);
 /// Writes what the view asks for; `resolution` says how the caller's scene became the session's.
-void to_proto(const Session& session, const Resolution& resolution, const Registry& registry,
-              const v1::SessionView& view, v1::Session* out);
+void to_proto(const RegisteredSession& session, const Resolution& resolution,
+              const Registry& registry, const v1::SessionView& view, v1::Session* out);
 /// Writes the method of a scene and the tolerance and horizon for which it was chosen.
 void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out);
 /// Whether the view asks for the scenes of a list.
 bool shows_scenes(const v1::SessionView& view);
 /// Writes a session for ListSessions: only its id, system and times, unless the view asks for a
 /// scene; then all, with the scene as it was filled in for the session's creator.
-void to_list(const Session& session, const Registry& registry, const v1::SessionView& view,
-             v1::Session* out);
+void to_list(const RegisteredSession& session, const Registry& registry,
+             const v1::SessionView& view, v1::Session* out);
 void to_proto(const RunStatus& run_status, v1::RunStatus* out);
 /// Writes how a cursor over states of `scene` ended, with the sentence for its last good state.
 void to_proto(const Cursor& cursor, const Scene& scene, v1::RunStatus* out);

@@ -20,7 +20,7 @@ google::protobuf::Timestamp timestamp(std::chrono::system_clock::time_point time
   return google::protobuf::util::TimeUtil::NanosecondsToTimestamp(since.count());
 }
 
-void write_heading(const Session& session, const Registry& registry, v1::Session* out) {
+void write_heading(const RegisteredSession& session, const Registry& registry, v1::Session* out) {
   out->set_session_id(session.id());
   out->set_system(session.scene().system());
   out->set_numerics_id(numerics_id());
@@ -68,8 +68,8 @@ void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out) {
   out->set_verified(choice.verified);
 }
 
-void to_proto(const Session& session, const Resolution& resolution, const Registry& registry,
-              const v1::SessionView& view, v1::Session* out) {
+void to_proto(const RegisteredSession& session, const Resolution& resolution,
+              const Registry& registry, const v1::SessionView& view, v1::Session* out) {
   write_heading(session, registry, out);
   write_scene(session, resolution, view.scene(), out);
   const auto steps = session.cached_steps();
@@ -85,8 +85,8 @@ bool shows_scenes(const v1::SessionView& view) {
   return view.scene() != v1::SCENE_VIEW_UNSPECIFIED && view.scene() != v1::SCENE_VIEW_NONE;
 }
 
-void to_list(const Session& session, const Registry& registry, const v1::SessionView& view,
-             v1::Session* out) {
+void to_list(const RegisteredSession& session, const Registry& registry,
+             const v1::SessionView& view, v1::Session* out) {
   stop_point();
   if (shows_scenes(view)) return to_proto(session, session.resolution(), registry, view, out);
   write_heading(session, registry, out);

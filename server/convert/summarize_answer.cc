@@ -48,11 +48,11 @@ void SummarizeAnswer::make() {
 }
 
 void SummarizeAnswer::go_to_first_state() {
-  auto simulation = session_->lease(summary_->description().from);
+  auto simulation = session_->acquire(summary_->description().from);
   std::vector<double> saved(simulation->saved_size());
   simulation->save(saved);
   summary_->start_at(simulation->step(), saved);
-  session_->give_back(std::move(simulation));
+  session_->release(std::move(simulation));
 }
 
 void SummarizeAnswer::start() {

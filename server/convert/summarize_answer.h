@@ -8,7 +8,7 @@
 #include "server/convert/messages.h"
 #include "server/convert/resolve.h"
 #include "server/scheduling/memory_budget.h"
-#include "server/sessions/server_session.h"
+#include "server/sessions/registry.h"
 #include "stiefel/summary.h"
 #include "stiefel/v1/summary.pb.h"
 
@@ -21,7 +21,7 @@ SummaryDescription from_proto(const v1::SummarizeRequest& request);
 class SummarizeAnswer {
  public:
   /// The request must outlive this object.
-  SummarizeAnswer(SessionLease session, const v1::SummarizeRequest& request)
+  SummarizeAnswer(SessionRef session, const v1::SummarizeRequest& request)
       : session_(std::move(session)),
         request_(request),
         has_checkpoint_(!request.checkpoint().empty()) {}
@@ -75,7 +75,7 @@ class SummarizeAnswer {
   std::int64_t next_mark() const;
   void add_checkpoint(std::int64_t step);
 
-  const SessionLease session_;
+  const SessionRef session_;
   const v1::SummarizeRequest& request_;
   MemoryLease memory_;
   std::optional<SummaryDescription> what_;

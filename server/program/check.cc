@@ -51,7 +51,7 @@ void check_addresses(const Options& options, Faults& faults) {
 void construct(Options options, Faults& faults) try {
   options.listen.clear();
   options.metrics.clear();
-  options.store = {};
+  options.store.clear();
   options.log_level = "warn";
   const Server server(options);
 } catch (const std::exception& fault) {

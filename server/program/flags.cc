@@ -144,7 +144,7 @@ Flags::Flags(CLI::App& app) {
             "Largest number of bytes that the sessions and calls of one principal hold, such as "
             "512M; 0: no limit. Default: with --tokens half of what --memory leaves for sessions "
             "and calls, otherwise no limit");
-  app.add_option("--store", options.store.file,
+  app.add_option("--store", options.store,
                  "File in which sessions survive the end of the server, also a crash; empty: "
                  "sessions are in memory only");
   add_access_to(app, options.access);

@@ -44,12 +44,12 @@ Account::Admission Account::admit_session() {
   if (auto refusal =
           enter(sessions_, quota_.sessions.value_or(0), "principal_sessions", until_a_session_goes))
     return {nullptr, refusal};
-  return {permit(), std::nullopt};
+  return {slot(), std::nullopt};
 }
 
-Account::SessionPermit Account::admit_restored_session() {
+Account::SessionSlot Account::admit_restored_session() {
   sessions_.fetch_add(1, std::memory_order_relaxed);
-  return permit();
+  return slot();
 }
 
 std::optional<Refusal> Account::enter_call(std::atomic<std::uint32_t>& all) {
@@ -65,7 +65,7 @@ void Account::leave_call(std::atomic<std::uint32_t>& all) {
   all.fetch_sub(1, std::memory_order_relaxed);
 }
 
-Account::SessionPermit Account::permit() {
+Account::SessionSlot Account::slot() {
   const auto leave = [](std::atomic<std::uint32_t>* count) {
     count->fetch_sub(1, std::memory_order_relaxed);
   };

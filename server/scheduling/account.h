@@ -49,18 +49,18 @@ class Account {
   std::counting_semaphore<>& large_streams() { return large_streams_; }
 
   /// A session's place in the account, given back when the last copy is destroyed.
-  using SessionPermit = std::shared_ptr<void>;
+  using SessionSlot = std::shared_ptr<void>;
   struct Admission {
-    SessionPermit permit;            // null if refused
+    SessionSlot slot;                // null if refused
     std::optional<Refusal> refusal;  // set if the principal has as many sessions as it may
   };
   Admission admit_session();
   /// Takes a place for a restored session, even beyond the quota.
-  SessionPermit admit_restored_session();
+  SessionSlot admit_restored_session();
 
  private:
-  /// Returns a permit for a session that `sessions_` counts already.
-  SessionPermit permit();
+  /// Returns a slot for a session that `sessions_` counts already.
+  SessionSlot slot();
 
   const Principal principal_;
   const Quota quota_;

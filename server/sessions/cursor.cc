@@ -12,48 +12,47 @@ namespace stiefel::server {
 
 namespace {
 
-/// The least numbers of a state at which resting repays making the simulation anew.
-constexpr std::size_t least_to_rest = 8192;
+/// The least numbers of a state at which it repays to make the simulation anew.
+constexpr std::size_t least_to_suspend = 8192;
 
 }  // namespace
 
-std::unique_ptr<Simulation> Cursor::lease(Session& session, std::int64_t to,
-                                          const std::stop_token& stop) {
-  if (session.scene().members().empty()) return session.lease(to);
+SimulationPtr Cursor::acquire(Session& session, std::int64_t to, const std::stop_token& stop) {
+  if (session.scene().members().empty()) return session.acquire(to);
   const StopScope scope(stop);
-  return session.lease(to);
+  return session.acquire(to);
 }
 
 Cursor::~Cursor() {
   if (!simulation_) return;
   try {
     if (on_the_way_) simulation_->turn_back();
-    session_->give_back(std::move(simulation_));
   } catch (const std::exception&) {  // no memory to turn back
-    session_->discard(std::move(simulation_));
+    return;
   }
+  session_->release(std::move(simulation_));
 }
 
 void Cursor::cancel() {
-  wake();
+  resume();
   if (std::exchange(on_the_way_, false)) simulation_->turn_back();
   end(RunStatus{Outcome::cancelled, std::nullopt});
 }
 
-bool Cursor::is_large(const Session& session) { return session.saved_size() >= least_to_rest; }
+bool Cursor::is_large(const Session& session) { return session.saved_size() >= least_to_suspend; }
 
-void Cursor::rest() {
+void Cursor::suspend() {
   if (!simulation_ || on_the_way_ || !is_large(*session_)) return;
-  rested_ = session_->keep(*simulation_);
-  if (!rested_) return;
-  rested_at_ = simulation_->step();
-  session_->give_back(std::move(simulation_));
+  snapshot_ = session_->snapshot(*simulation_);
+  if (!snapshot_) return;
+  suspended_at_ = simulation_->step();
+  session_->release(std::move(simulation_));
 }
 
-void Cursor::wake() {
+void Cursor::resume() {
   if (simulation_) return;
-  simulation_ = session_->lease_at(rested_at_, *rested_);
-  rested_.reset();
+  simulation_ = session_->acquire(suspended_at_, snapshot_);
+  snapshot_.reset();
 }
 
 void Cursor::end(const RunStatus& run_status) {
@@ -62,7 +61,7 @@ void Cursor::end(const RunStatus& run_status) {
 }
 
 bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_token& stop) {
-  wake();
+  resume();
   const bool direct = simulation_->direct();  // no checkpoint would be nearer
   for (std::int64_t at = simulation_->step(); at < to;) {
     if (!run_status_.reached()) return true;
@@ -76,7 +75,7 @@ bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_toke
       if (status) end(*status);
     } catch (...) {
       // The simulation has no valid state after an exception in the middle of a step.
-      session_->discard(std::move(simulation_));
+      simulation_ = {};
       throw;
     }
     if (on_the_way_) {
@@ -88,7 +87,7 @@ bool Cursor::advance(std::int64_t to, std::int64_t& budget, const std::stop_toke
     computed_ += direct ? 1 : moved;
     budget -= direct ? 1 : std::max<std::int64_t>(moved, 1);
     if (at != mark_ || direct) continue;
-    session_->deposit(*simulation_);
+    session_->put_checkpoint(*simulation_);
     mark_ = session_->next_checkpoint(at);
   }
   return true;

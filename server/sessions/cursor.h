@@ -1,34 +1,24 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <stop_token>
-#include <type_traits>
-#include <utility>
 
 #include "server/sessions/server_session.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {
 
-/// Returns what `work()` computes in the engine, or nothing when `stop` is requested before it
-/// ends.
-template <class Work>
-std::optional<std::invoke_result_t<Work>> stoppable(const std::stop_token& stop, Work&& work) {
-  return unless_stopped(stop, std::forward<Work>(work));
-}
-
-/// Leases a Simulation from a session, advances it and deposits checkpoints in the session on the
+/// Acquires a Simulation from a session, advances it and puts checkpoints into the session on the
 /// way. For one thread at a time.
 class Cursor {
  public:
-  /// Leases a simulation at the nearest state at or before `to`. The session must outlive the
+  /// Acquires a simulation at the nearest state at or before `to`. The session must outlive the
   /// cursor. Throws Stopped (stiefel/stop.h) when `stop` is requested while the simulation of an
   /// ensemble is made, which takes 10 µs a member.
   Cursor(Session& session, std::int64_t to, const std::stop_token& stop = {})
       : session_(&session),
-        simulation_(lease(session, to, stop)),
+        simulation_(acquire(session, to, stop)),
         start_(simulation_->step()),
         mark_(session.next_checkpoint(simulation_->step())) {}
   Cursor(Cursor&&) = default;
@@ -44,15 +34,15 @@ class Cursor {
   /// Ends the run at the current step with the outcome `cancelled`.
   void cancel();
 
-  /// Gives the simulation back and keeps only its state, while the reader is not ready or another
-  /// call has the processor: a simulation of large N holds many times as many numbers as its state.
-  /// `advance` and `cancel` lease a simulation again; until then neither `simulation` nor `step`
-  /// may be called. Does nothing when the state has fewer than 8192 numbers, when members are on
-  /// their way, or when there is no memory for a copy.
-  void rest();
-  /// Whether the session is so large that `rest` gives the simulation back.
+  /// Releases the simulation and keeps only a snapshot of its state, while the reader is not ready
+  /// or another call has the processor: a simulation of large N holds many times as many numbers as
+  /// its state. `advance` and `cancel` acquire a simulation again; until then neither `simulation`
+  /// nor `step` may be called. Does nothing when the state has fewer than 8192 numbers, when
+  /// members are on their way, or when there is no memory for a copy.
+  void suspend();
+  /// Whether the session is so large that `suspend` releases the simulation.
   static bool is_large(const Session& session);
-  bool rests() const { return !simulation_; }
+  bool suspended() const { return !simulation_; }
 
   const RunStatus& run_status() const { return run_status_; }
   /// Whether a stop request or `cancel` ended the run.
@@ -66,17 +56,16 @@ class Cursor {
   std::int64_t computed_steps() const { return computed_; }
 
  private:
-  static std::unique_ptr<Simulation> lease(Session& session, std::int64_t to,
-                                           const std::stop_token& stop);
-  void wake();
+  static SimulationPtr acquire(Session& session, std::int64_t to, const std::stop_token& stop);
+  void resume();
   void end(const RunStatus& run_status);
 
   Session* session_;
-  std::unique_ptr<Simulation> simulation_;
+  SimulationPtr simulation_;
   bool on_the_way_ = false;  // Simulation::advance_slice has not returned a status
   std::int64_t start_;
-  std::int64_t rested_at_ = 0;
-  Saved rested_;  // the state at rested_at_ while simulation_ is null
+  std::int64_t suspended_at_ = 0;
+  Saved snapshot_;  // the state at suspended_at_ while simulation_ is null
   std::int64_t mark_;
   std::int64_t computed_ = 0;
   RunStatus run_status_;

@@ -14,33 +14,51 @@ std::tuple<std::string_view, std::string_view> key_of(std::string_view principal
 
 }  // namespace
 
-MemoryLease DeletedNames::lease(std::string_view name, MemoryBudget& memory) {
+RegisteredSession::RegisteredSession(Principal owner, std::string id, Scene scene,
+                                     Resolution resolution, std::shared_ptr<const Clock> clock,
+                                     MemoryBudget& memory, Time create_time)
+    : Session(std::move(scene), memory),
+      owner_(std::move(owner)),
+      id_(std::move(id)),
+      resolution_(std::move(resolution)),
+      clock_(std::move(clock)),
+      create_time_(create_time) {
+  touch();
+}
+
+SessionRef RegisteredSession::use() {
+  ++uses_;
+  touch();
+  return {this, [session = shared_from_this()](RegisteredSession*) {
+            session->touch();
+            --session->uses_;
+          }};
+}
+
+MemoryLease Tombstones::reserve(std::string_view name, MemoryBudget& memory) {
+  constexpr std::size_t objects = 160;  // around the name
   try {
-    return {memory, bytes(name)};
+    return {memory, name.size() + objects};
   } catch (const MemoryExhausted&) {
     return {};
   }
 }
 
-void DeletedNames::put(std::string name, Time now, MemoryLease memory) {
-  remove(name);
+void Tombstones::put(std::string name, Time now, MemoryLease memory) {
+  if (const auto found = by_name_.find(name); found != by_name_.end()) drop(found->second);
   expire(now);
-  const std::size_t before = bytes_, taken = bytes(name);
-  while (!memory && !order_.empty() && bytes_ + taken > before) drop(order_.begin());
-  bytes_ += taken;
+  if (!order_.empty() && (!memory || order_.size() == max_count)) drop(order_.begin());
   order_.push_back({std::move(name), now, std::move(memory)});
   by_name_.emplace(order_.back().name, std::prev(order_.end()));
-  while (order_.size() > max_count || bytes_ > max_bytes) drop(order_.begin());
 }
 
-void DeletedNames::expire(Time now) {
+void Tombstones::expire(Time now) {
   while (!order_.empty() && now - order_.front().deleted >= lifetime_) drop(order_.begin());
 }
 
-void DeletedNames::drop(std::list<Entry>::iterator entry) {
-  bytes_ -= bytes(entry->name);
-  by_name_.erase(entry->name);
-  order_.erase(entry);
+void Tombstones::drop(std::list<Tombstone>::iterator tombstone) {
+  by_name_.erase(tombstone->name);
+  order_.erase(tombstone);
 }
 
 Registry::Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
@@ -58,8 +76,8 @@ Registry::~Registry() { memory_.reclaim_with({}); }
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
     Resolution resolution, bool recreate, MemoryBudget* memory) {
-  const auto fresh = std::make_shared<Session>(id, std::move(scene), clock_, std::move(resolution),
-                                               memory ? *memory : memory_);
+  const auto fresh = std::make_shared<RegisteredSession>(
+      principal, id, std::move(scene), std::move(resolution), clock_, memory ? *memory : memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
   std::optional<Checkpoint> saved;
   if (!checkpoint.empty()) {
@@ -67,101 +85,108 @@ std::expected<Registry::Created, Registry::CreateError> Registry::create(
     if (!decoded) return std::unexpected(std::move(decoded.error()));
     saved = *std::move(decoded);
   }
-  // Adopts before it locks: taking memory may evict caches, which locks the registry too.
-  if (saved) fresh->adopt(saved->step, saved->saved);
+  // Before the lock: taking memory may evict caches, which locks the registry too.
+  if (saved) fresh->restore_checkpoint(saved->step, saved->saved);
   Key key{principal.name, id};
   std::unique_lock lock(mutex_);
   const auto found = sessions_.find(key);
   if (found != sessions_.end()) {
     if (found->second->identity() != fresh->identity())
       return std::unexpected(Conflict::other_scene);
-    Created there{SessionLease(found->second), false, found->second->pending_write()};
+    Created there{found->second->use(), false, found->second->pending_write_};
     lock.unlock();
-    if (saved) there.session->adopt(saved->step, std::move(saved->saved));
+    if (saved) there.session->restore_checkpoint(saved->step, std::move(saved->saved));
     return there;
   }
-  if (recreate && has_deleted_name(principal, id)) return std::unexpected(Conflict::deleted);
+  if (recreate && has_tombstone(principal, id)) return std::unexpected(Conflict::deleted);
   if (sessions_.size() >= max_sessions_) return std::unexpected(Conflict::too_many);
-  // Keeps the deleted name: it counts again if the session cannot be written, and expires by
-  // itself.
+  // Keeps the tombstone: it counts again if the session cannot be written, and expires by itself.
   const auto place = sessions_.emplace(std::move(key), fresh).first;
   try {
-    fresh->set_owner(principal);
-    if (log_) {
-      fresh->write_to(*log_);
-      fresh->written_by(log_->put(fresh));
-    }
+    fresh->pending_write_ = record({fresh});
   } catch (...) {
     sessions_.erase(place);
     throw;
   }
-  return Created{SessionLease(fresh), true, fresh->pending_write()};
+  return Created{fresh->use(), true, fresh->pending_write_};
 }
 
-std::optional<SessionLease> Registry::find(const Principal& principal, std::string_view id) const {
+SessionRef Registry::find(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
   const auto found = sessions_.find(key_of(principal.name, id));
-  if (found == sessions_.end()) return std::nullopt;
-  return SessionLease(found->second);
+  return found == sessions_.end() ? nullptr : found->second->use();
 }
 
-Registry::Erased Registry::erase(const Principal& principal, std::string_view id,
-                                 MemoryBudget* memory) {
-  std::shared_ptr<Session> dropped;
+PendingWrite Registry::erase(const Principal& principal, std::string_view id,
+                             MemoryBudget* memory) {
+  std::shared_ptr<RegisteredSession> dropped;
   // Before the lock, since giving up caches locks the registry too.
-  MemoryLease mark = DeletedNames::lease(id, memory ? *memory : memory_);
+  MemoryLease reserved = Tombstones::reserve(id, memory ? *memory : memory_);
   const std::lock_guard lock(mutex_);
-  deleted_names_of(principal).put(std::string(id), (*clock_)(), std::move(mark));
-  std::shared_ptr<PendingWrite> pending_write;
-  if (log_)
-    pending_write = log_->mark_deleted(principal, std::string(id),
-                                       WriteAheadLog::Time::clock::now() + idle_timeout_);
+  tombstones_of(principal).put(std::string(id), (*clock_)(), std::move(reserved));
   const auto found = sessions_.find(key_of(principal.name, id));
-  if (found == sessions_.end()) return {false, std::move(pending_write)};
-  dropped = take_out(found);
-  return {true, std::move(pending_write)};
+  if (found != sessions_.end()) dropped = take_out(found);
+  return record({nullptr, principal, std::string(id), Time::clock::now() + idle_timeout_});
 }
 
-std::shared_ptr<Session> Registry::take_out(Sessions::iterator place) {
+std::shared_ptr<RegisteredSession> Registry::take_out(Sessions::iterator place) {
   auto session = std::move(place->second);
-  session->close();
+  session->closed_ = true;
   sessions_.erase(place);
   return session;
 }
 
-void Registry::mark_deleted(const Principal& principal, std::string id, WriteAheadLog::Time until,
-                            MemoryBudget* memory) {
-  using Duration = std::chrono::steady_clock::duration;
-  const auto left = std::chrono::duration_cast<Duration>(until - WriteAheadLog::Time::clock::now());
-  MemoryLease mark = DeletedNames::lease(id, memory ? *memory : memory_);
+void Registry::restore(std::shared_ptr<RegisteredSession> session) {
   const std::lock_guard lock(mutex_);
-  const auto deleted = (*clock_)() - idle_timeout_ + std::min<Duration>(left, idle_timeout_);
-  deleted_names_of(principal).put(std::move(id), deleted, std::move(mark));
+  Key key{session->owner().name, session->id()};
+  sessions_.emplace(std::move(key), std::move(session));
 }
 
-void Registry::drop(const Session& session) {
-  std::shared_ptr<Session> dropped;
+void Registry::restore_deletion(const Principal& principal, std::string id, Time until,
+                                MemoryBudget* memory) {
+  using Duration = std::chrono::steady_clock::duration;
+  const auto left = std::chrono::duration_cast<Duration>(until - Time::clock::now());
+  MemoryLease reserved = Tombstones::reserve(id, memory ? *memory : memory_);
+  const std::lock_guard lock(mutex_);
+  const auto deleted = (*clock_)() - idle_timeout_ + std::min<Duration>(left, idle_timeout_);
+  tombstones_of(principal).put(std::move(id), deleted, std::move(reserved));
+}
+
+void Registry::drop(const RegisteredSession& session) {
+  std::shared_ptr<RegisteredSession> dropped;
   const std::lock_guard lock(mutex_);
   const auto found = sessions_.find(key_of(session.owner().name, session.id()));
   if (found == sessions_.end() || found->second.get() != &session) return;
   dropped = take_out(found);
 }
 
-bool Registry::deleted(const Principal& principal, std::string_view id) const {
+std::vector<std::shared_ptr<RegisteredSession>> Registry::with_new_states() const {
   const std::shared_lock lock(mutex_);
-  return has_deleted_name(principal, id) && !sessions_.contains(key_of(principal.name, id));
+  std::vector<std::shared_ptr<RegisteredSession>> sessions;
+  for (const auto& [key, session] : sessions_)
+    if (session->has_new_state()) sessions.push_back(session);
+  return sessions;
 }
 
-std::vector<std::shared_ptr<const Session>> Registry::page(const Principal& principal,
-                                                           std::string_view after,
-                                                           std::size_t count) const {
+bool Registry::has_tombstone(const Principal& principal, std::string_view id) const {
+  const auto of_one = tombstones_.find(principal.name);
+  return of_one != tombstones_.end() && of_one->second.contains(id, (*clock_)());
+}
+
+bool Registry::deleted(const Principal& principal, std::string_view id) const {
   const std::shared_lock lock(mutex_);
-  std::vector<std::shared_ptr<const Session>> sessions;
+  return has_tombstone(principal, id) && !sessions_.contains(key_of(principal.name, id));
+}
+
+std::vector<std::shared_ptr<const RegisteredSession>> Registry::page(const Principal& principal,
+                                                                     std::string_view after,
+                                                                     std::size_t count) const {
+  const std::shared_lock lock(mutex_);
+  std::vector<std::shared_ptr<const RegisteredSession>> sessions;
   for (auto it = sessions_.upper_bound(key_of(principal.name, after));
        it != sessions_.end() && std::get<0>(it->first) == principal.name && sessions.size() < count;
-       ++it) {
+       ++it)
     sessions.push_back(it->second);
-  }
   return sessions;
 }
 
@@ -171,20 +196,19 @@ std::size_t Registry::size() const {
 }
 
 std::size_t Registry::expire() {
-  std::vector<std::shared_ptr<Session>> dropped;
+  std::vector<std::shared_ptr<RegisteredSession>> dropped;
   const std::lock_guard lock(mutex_);
-  for (auto of_one = deleted_names_.begin(); of_one != deleted_names_.end();) {
-    of_one->second.expire((*clock_)());
-    of_one = of_one->second.size() == 0 ? deleted_names_.erase(of_one) : std::next(of_one);
+  for (auto& [principal, tombstones] : tombstones_) tombstones.expire((*clock_)());
+  std::erase_if(tombstones_, [](const auto& of_one) { return of_one.second.size() == 0; });
+  for (auto place = sessions_.begin(); place != sessions_.end();) {
+    const RegisteredSession& session = *place->second;
+    const auto next = std::next(place);
+    if (!session.in_use() && session.idle_time() >= idle_timeout_) {
+      record({nullptr, session.owner(), session.id()});
+      dropped.push_back(take_out(place));
+    }
+    place = next;
   }
-  std::erase_if(sessions_, [&](auto& entry) {
-    Session& session = *entry.second;
-    if (session.in_use() || session.idle_time() < idle_timeout_) return false;
-    if (log_) log_->erase(session.owner(), session.id());
-    session.close();
-    dropped.push_back(entry.second);
-    return true;
-  });
   return dropped.size();
 }
 

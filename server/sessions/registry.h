@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -16,37 +17,85 @@
 #include <string_view>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/principal.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
+#include "server/sessions/identity.h"
+#include "server/sessions/pending_write.h"
 #include "server/sessions/server_session.h"
-#include "server/sessions/write_ahead_log.h"
 
 namespace stiefel::server {
 
-/// Keeps the names of deleted sessions, each for a lifetime, so that no client that still uses a
-/// name creates its session again. Drops the oldest names when there are too many. Not thread-safe.
-class DeletedNames {
+using Clock = std::function<std::chrono::steady_clock::time_point()>;
+
+/// A session of a registry: its name, whose it is, since when, and whether it is in use.
+/// Thread-safe.
+class RegisteredSession : public Session, public std::enable_shared_from_this<RegisteredSession> {
+ public:
+  using Time = std::chrono::system_clock::time_point;
+
+  /// As Session. `clock` measures the idle time.
+  RegisteredSession(Principal owner, std::string id, Scene scene, Resolution resolution,
+                    std::shared_ptr<const Clock> clock, MemoryBudget& memory,
+                    Time create_time = Time::clock::now());
+
+  const Principal& owner() const { return owner_; }
+  const std::string& id() const { return id_; }
+  /// How the scene was resolved from what the session's creator gave.
+  const Resolution& resolution() const { return resolution_; }
+  Time create_time() const { return create_time_; }
+  /// Keeps the session's slot in its owner's quota until the session is destroyed. Call it once.
+  void hold_slot(std::shared_ptr<void> slot) { slot_ = std::move(slot); }
+
+  std::chrono::steady_clock::duration idle_time() const {
+    if (in_use()) return {};
+    return (*clock_)().time_since_epoch() - std::chrono::steady_clock::duration(last_use_.load());
+  }
+  bool in_use() const { return uses_.load() > 0; }
+  /// Returns a reference, as a call holds it.
+  std::shared_ptr<RegisteredSession> use();
+  /// Whether the session is deleted or expired: running calls go on, new ones do not find it.
+  bool closed() const { return closed_.load(std::memory_order_relaxed); }
+
+ private:
+  friend class Registry;
+  void touch() { last_use_ = (*clock_)().time_since_epoch().count(); }
+
+  const Principal owner_;
+  const std::string id_;
+  const Resolution resolution_;
+  const std::shared_ptr<const Clock> clock_;
+  const Time create_time_;
+  std::shared_ptr<void> slot_;
+  PendingWrite pending_write_;  // guarded by the registry's lock
+  std::atomic<std::chrono::steady_clock::rep> last_use_ = 0;
+  std::atomic<int> uses_ = 0;
+  std::atomic<bool> closed_ = false;
+};
+
+/// A reference to a session in use: the session does not expire while there is one, and its idle
+/// time starts again afterwards.
+using SessionRef = std::shared_ptr<RegisteredSession>;
+
+/// The names of deleted sessions, each for a lifetime, so that no client that still uses a name
+/// creates its session again. Drops the oldest when there are too many. Not thread-safe.
+class Tombstones {
  public:
   using Time = std::chrono::steady_clock::time_point;
   static constexpr std::size_t max_count = std::size_t{1} << 16;
-  /// The most bytes of all entries; an entry counts its name and `entry_bytes`.
-  static constexpr std::size_t max_bytes = std::size_t{16} << 20;
-  static constexpr std::size_t entry_bytes = 160;
 
-  explicit DeletedNames(std::chrono::milliseconds lifetime) : lifetime_(lifetime) {}
+  explicit Tombstones(std::chrono::milliseconds lifetime) : lifetime_(lifetime) {}
 
-  /// Returns the bytes of an entry.
-  static std::size_t bytes(std::string_view name) { return name.size() + entry_bytes; }
-  /// Returns a lease of these bytes, without a budget if they do not fit. Gives up caches.
-  static MemoryLease lease(std::string_view name, MemoryBudget& memory);
+  /// Reserves the bytes of a tombstone, giving up caches; returns no reservation if they do not
+  /// fit.
+  static MemoryLease reserve(std::string_view name, MemoryBudget& memory);
 
   /// Records that the session `name` is deleted now; restarts the lifetime of a name that is there.
-  /// `memory` is the lease of the entry. If that has no budget, drops as many bytes of the oldest
-  /// entries as the new one takes.
+  /// If `memory` reserves nothing, the new tombstone takes the place of the oldest.
   void put(std::string name, Time now,
            MemoryLease memory = MemoryLease(MemoryBudget::unlimited(), 0));
   /// Whether the session `name` was deleted less than a lifetime ago.
@@ -54,68 +103,64 @@ class DeletedNames {
     const auto found = by_name_.find(name);
     return found != by_name_.end() && now - found->second->deleted < lifetime_;
   }
-  void remove(std::string_view name) {
-    if (const auto found = by_name_.find(name); found != by_name_.end()) drop(found->second);
-  }
-  /// Drops the names that are older than the lifetime.
+  /// Drops those that are older than the lifetime.
   void expire(Time now);
   std::size_t size() const { return order_.size(); }
 
  private:
-  struct Entry {
+  struct Tombstone {
     std::string name;
     Time deleted;
     MemoryLease memory;
   };
-  void drop(std::list<Entry>::iterator entry);
+  void drop(std::list<Tombstone>::iterator tombstone);
 
   const std::chrono::milliseconds lifetime_;
-  std::list<Entry> order_;  // the oldest first
-  std::unordered_map<std::string_view, std::list<Entry>::iterator> by_name_;
-  std::size_t bytes_ = 0;
+  std::list<Tombstone> order_;  // the oldest first
+  std::unordered_map<std::string_view, std::list<Tombstone>::iterator> by_name_;
 };
 
 /// The sessions by their principals and ids. Thread-safe.
 class Registry {
  public:
+  using Time = RegisteredSession::Time;
+
   /// The sessions give up their caches when `memory` runs out of bytes.
   Registry(std::uint32_t max_sessions, std::chrono::milliseconds idle_timeout, Clock clock,
            MemoryBudget& memory = MemoryBudget::unlimited());
   ~Registry();
 
   struct Created {
-    SessionLease session;
+    SessionRef session;
     bool created;
-    std::shared_ptr<PendingWrite> pending_write = {};  ///< null without a log: nothing to wait for
+    PendingWrite pending_write = {};
   };
   enum class Conflict { other_scene, too_many, deleted };
   using CreateError = std::variant<Conflict, CheckpointRefusal, Overflow>;
 
   /// Returns a new session, or the principal's session with this id if its scene is the same.
-  /// Adopts the state of `checkpoint`, unless that is empty, into the session's cache; ignores a
-  /// checkpoint signed with another server's key. Always checks the checkpoint, and that the fields
-  /// at step 0 are finite, since no others may be sent. With `recreate`, refuses an id that was
-  /// deleted within the idle timeout. A new session takes its bytes from `memory`, a part of the
-  /// registry's budget; null means that budget itself. Throws MemoryExhausted.
+  /// Adds the state of `checkpoint`, unless that is empty, to the session's cache. Always checks
+  /// the checkpoint, and that the fields at step 0 are finite, since no others may be sent. With
+  /// `recreate`, refuses an id that was deleted within the idle timeout. A new session takes its
+  /// bytes from `memory`, a part of the registry's budget; null means that budget itself. Throws
+  /// MemoryExhausted.
   std::expected<Created, CreateError> create(const Principal& principal, const std::string& id,
                                              Scene scene, std::string_view checkpoint,
                                              Resolution resolution = {}, bool recreate = false,
                                              MemoryBudget* memory = nullptr);
-  std::optional<SessionLease> find(const Principal& principal, std::string_view id) const;
-  struct Erased {
-    bool found;
-    std::shared_ptr<PendingWrite> pending_write = {};  ///< null without a log
-    explicit operator bool() const { return found; }
-  };
+  /// Returns null if there is no such session.
+  SessionRef find(const Principal& principal, std::string_view id) const;
   /// Deletes the session, and keeps its id as deleted even if there is no such session: it may be
   /// on its way here from another server. The id takes its bytes from `memory`, if they fit.
-  Erased erase(const Principal& principal, std::string_view id, MemoryBudget* memory = nullptr);
+  PendingWrite erase(const Principal& principal, std::string_view id,
+                     MemoryBudget* memory = nullptr);
   /// Whether the session was deleted within the idle timeout and not created again.
   bool deleted(const Principal& principal, std::string_view id) const;
   /// Returns at most `count` of the principal's sessions in the order of their ids, starting after
   /// the id `after`. Does not renew them.
-  std::vector<std::shared_ptr<const Session>> page(const Principal& principal,
-                                                   std::string_view after, std::size_t count) const;
+  std::vector<std::shared_ptr<const RegisteredSession>> page(const Principal& principal,
+                                                             std::string_view after,
+                                                             std::size_t count) const;
   std::size_t size() const;
 
   /// Drops the sessions that had no call for the idle timeout and returns their number.
@@ -126,33 +171,40 @@ class Registry {
                                                  std::chrono::minutes(1));
   }
   /// Returns the time at which the session expires if no further call uses it.
-  std::chrono::system_clock::time_point expire_time(const Session& session) const {
-    return std::chrono::system_clock::now() +
-           std::chrono::duration_cast<std::chrono::system_clock::duration>(idle_timeout_ -
-                                                                           session.idle_time());
+  Time expire_time(const RegisteredSession& session) const {
+    return Time::clock::now() +
+           std::chrono::duration_cast<Time::duration>(idle_timeout_ - session.idle_time());
   }
 
-  /// Writes every change from now on to `log`, in order. The write-ahead log must outlive the
-  /// calls.
-  void write_to(WriteAheadLog& log) {
+  /// A change of the sessions: a new session or, where `session` is null, the end of one.
+  struct Change {
+    std::shared_ptr<RegisteredSession> session;
+    Principal principal = {};
+    std::string id = {};
+    std::optional<Time> until = {};  ///< of its tombstone; none for a session that expired
+  };
+  /// Queues a change for the disk and returns at once. It is called in the order of the changes,
+  /// under the registry's lock, and must take out a session that it cannot write (`drop`). A
+  /// deletion may be of an id that the registry does not know: the write of an earlier deletion may
+  /// have failed.
+  using Record = std::function<PendingWrite(Change)>;
+  /// Records every change from now on.
+  void record_with(Record record) {
     const std::lock_guard lock(mutex_);
-    log_ = &log;
-    for (const auto& [key, session] : sessions_) session->write_to(log);
+    record_ = std::move(record);
   }
-  /// Whether there is a write-ahead log.
-  bool durable() const { return log_ != nullptr; }
-  /// Adds a stored session, even beyond `max_sessions`. Call it before `write_to`.
-  void restore(std::shared_ptr<Session> session) {
-    const std::lock_guard lock(mutex_);
-    Key key{session->owner().name, session->id()};
-    sessions_.emplace(std::move(key), std::move(session));
-  }
+  /// Whether changes are recorded.
+  bool durable() const { return record_ != nullptr; }
+  /// Adds a stored session, even beyond `max_sessions`. Call it before `record_with`.
+  void restore(std::shared_ptr<RegisteredSession> session);
   /// Adds a stored deletion, which lasts until `until`, but at most the idle timeout from now. Call
-  /// it before `write_to`, for each principal in the order of `until`.
-  void mark_deleted(const Principal& principal, std::string id, WriteAheadLog::Time until,
-                    MemoryBudget* memory = nullptr);
-  /// Removes `session`, unless another one has taken its name. Does not tell the write-ahead log.
-  void drop(const Session& session);
+  /// it before `record_with`, in the order of the deletions.
+  void restore_deletion(const Principal& principal, std::string id, Time until,
+                        MemoryBudget* memory = nullptr);
+  /// Takes out `session`, unless another one has taken its name. Does not record it.
+  void drop(const RegisteredSession& session);
+  /// Returns the sessions with a state that `take_new_state` has not returned.
+  std::vector<std::shared_ptr<RegisteredSession>> with_new_states() const;
   const std::shared_ptr<const Clock>& clock() const { return clock_; }
   /// Gives up about `bytes` bytes of caches, first of the sessions that were unused for longest;
   /// only of the principal `of` unless that is null.
@@ -162,30 +214,30 @@ class Registry {
   std::chrono::milliseconds idle_timeout() const { return idle_timeout_; }
 
  private:
-  /// Requires the lock, as does `deleted_names_of`.
-  bool has_deleted_name(const Principal& principal, std::string_view id) const {
-    const auto deleted_names = deleted_names_.find(principal.name);
-    return deleted_names != deleted_names_.end() && deleted_names->second.contains(id, (*clock_)());
+  /// By principal and id: two principals may use one id, each for its own session.
+  using Key = std::tuple<std::string, std::string>;
+  using Sessions = std::map<Key, std::shared_ptr<RegisteredSession>, std::less<>>;
+
+  // All of these require the lock.
+  bool has_tombstone(const Principal& principal, std::string_view id) const;
+  Tombstones& tombstones_of(const Principal& principal) {
+    return tombstones_.try_emplace(principal.name, idle_timeout_).first->second;
   }
-  DeletedNames& deleted_names_of(const Principal& principal) {
-    return deleted_names_.try_emplace(principal.name, idle_timeout_).first->second;
+  PendingWrite record(Change change) {
+    return record_ ? record_(std::move(change)) : PendingWrite();
   }
+  /// Closes a session and takes it out; it is destroyed with what is returned, after the lock.
+  std::shared_ptr<RegisteredSession> take_out(Sessions::iterator place);
 
   const std::uint32_t max_sessions_;
   const std::chrono::milliseconds idle_timeout_;
   const std::shared_ptr<const Clock> clock_;
-  WriteAheadLog* log_ = nullptr;
   MemoryBudget& memory_;
   mutable std::shared_mutex mutex_;
-  /// By principal and id: two principals may use one id, each for its own session.
-  using Key = std::tuple<std::string, std::string>;
-  using Sessions = std::map<Key, std::shared_ptr<Session>, std::less<>>;
-  /// Closes a session and takes it out; it is destroyed with what is returned, after the lock.
-  std::shared_ptr<Session> take_out(Sessions::iterator place);
-
+  Record record_;  // guarded by mutex_, as what follows
   Sessions sessions_;
-  /// By principal, so that the deletions of one do not push out the deleted names of another.
-  std::map<std::string, DeletedNames, std::less<>> deleted_names_;  // guarded by mutex_
+  /// By principal, so that the deletions of one do not push out the tombstones of another.
+  std::map<std::string, Tombstones, std::less<>> tombstones_;
 };
 
 }  // namespace stiefel::server

@@ -57,10 +57,10 @@ class Sampling {
   /// Whether no sample follows those in the batch: `to` is reached, or the run ended early with
   /// `cursor().run_status()`.
   bool done() const { return done_; }
-  /// Calls `Cursor::rest`; the next `fill` ends the rest. Returns whether the cursor rests.
-  bool rest() {
-    cursor_.rest();
-    return cursor_.rests();
+  /// Calls `Cursor::suspend`, until the next `fill`. Returns whether the cursor is suspended.
+  bool suspend() {
+    cursor_.suspend();
+    return cursor_.suspended();
   }
   /// Stops before the end. Makes a checkpoint of the last good state, if the range asks for any.
   /// Returns whether samples or a checkpoint are there to be sent.

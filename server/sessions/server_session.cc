@@ -6,13 +6,10 @@
 #include <utility>
 
 #include "server/scheduling/slice.h"
-#include "server/sessions/checkpoints/secrets.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {
-
-constexpr std::size_t max_idle = 2;
 
 /// Returns the initial number of steps between two checkpoints: a millisecond of work, more if the
 /// states are large, so that a run of any size fills at most 16 MB a second with checkpoints.
@@ -83,8 +80,8 @@ double predicted_attempts(double h_omega, double tolerance) {
   return attempts <= most ? attempts : most;  // also where it is NaN
 }
 
-/// A state, and the lease of its bytes, which ends with the last reference to the state.
-struct PricedState {
+/// A state, and its bytes of the budget, which go back with the last reference to the state.
+struct ReservedState {
   MemoryLease memory;
   std::vector<double> numbers;
 };
@@ -94,68 +91,53 @@ std::uint64_t state_bytes(std::size_t numbers) { return numbers * sizeof(double)
 /// The bytes of a session without arrays: its strings, fields and lists.
 constexpr std::uint64_t session_object = 8 << 10;
 
-/// Returns a state that holds the lease of its bytes.
-Saved priced_state(MemoryLease memory, std::vector<double> numbers) {
-  const auto priced = std::make_shared<const PricedState>(std::move(memory), std::move(numbers));
-  return {priced, &priced->numbers};
+Saved reserved_state(MemoryLease memory, std::vector<double> numbers) {
+  const auto state = std::make_shared<const ReservedState>(std::move(memory), std::move(numbers));
+  return {state, &state->numbers};
 }
 
 Saved save(const Simulation& simulation, MemoryLease memory) {
   std::vector<double> numbers(simulation.saved_size());
   simulation.save(numbers);
-  return priced_state(std::move(memory), std::move(numbers));
+  return reserved_state(std::move(memory), std::move(numbers));
 }
 
 }  // namespace
 
-Session::Session(std::string id, Scene scene, std::shared_ptr<const Clock> clock,
-                 Resolution resolution, MemoryBudget& memory)
+Session::Session(Scene scene, MemoryBudget& memory)
     : memory_(memory),
-      id_(std::move(id)),
       scene_(std::move(scene)),
-      resolution_(std::move(resolution)),
       identity_(identity_of(scene_.description())),
-      clock_(std::move(clock)),
       simulation_bytes_(stiefel::simulation_bytes(scene_)),
       scene_memory_(memory, stiefel::scene_bytes(scene_.description()) + session_object),
-      simulations_memory_(memory, 0),
       warnings_(stiefel::warnings(scene_)),
       checkpoints_(1) {
-  if (scene_.members().empty()) {
-    auto simulation = make();
-    set_outline(outline_of(*simulation));
-    set_work(scene_, 1, work_depends_on_rate(scene_) ? simulation->rate() : 0);
-    overflow_ = find_overflow(*simulation);
-    checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size_)}));
-    idle_.push_back(std::move(simulation));
-  } else {
-    read_members();
-  }
-  touch();
-}
-
-void Session::set_outline(Outline outline) {
-  fields_ = std::move(outline.fields);
-  default_fields_ = stiefel::default_fields(scene_, fields_, outline.block_count);
-  saved_size_ = outline.saved_size;
-  step_cost_ = outline.step_cost;
-  direct_ = outline.direct;
-  checkpoints_ = Checkpoints(first_spacing(step_cost_, saved_size_ * sizeof(double)));
-  spacing_ = checkpoints_.spacing();
-}
-
-/// The simulations and states of the members are many times as large as their scenes, so they are
-/// not made before the first step.
-void Session::read_members() {
-  const auto members = scene_.members();
-  const Scene first = members.front();
-  const bool by_rate = work_depends_on_rate(first);
   double rate = 0;
-  set_outline(outline_of(members, [&](const Scene&, const Simulation& member) {
-    if (!overflow_) overflow_ = find_overflow(member);
-    if (by_rate) rate = std::max(rate, member.rate());
-  }));
-  set_work(first, members.size(), rate);
+  std::optional<bool> by_rate;  // the same for all members
+  const auto look_at = [&](const Scene& one, const Simulation& simulation) {
+    if (!overflow_) overflow_ = find_overflow(simulation);
+    if (!by_rate) by_rate = work_depends_on_rate(one);
+    if (*by_rate) rate = std::max(rate, simulation.rate());
+  };
+  const auto members = scene_.members();
+  SimulationPtr simulation;
+  if (members.empty()) {
+    simulation = make();
+    outline_ = outline_of(*simulation);
+    look_at(scene_, *simulation);
+    set_work(scene_, 1, rate);
+  } else {
+    // The simulations and states of the members are many times as large as their scenes, so they
+    // are not made before the first step.
+    outline_ = outline_of(members, look_at);
+    set_work(members.front(), members.size(), rate);
+  }
+  default_fields_ = stiefel::default_fields(scene_, fields(), outline_.block_count);
+  checkpoints_ = Checkpoints(first_spacing(step_cost(), saved_size() * sizeof(double)));
+  spacing_ = checkpoints_.spacing();
+  if (!simulation) return;
+  checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size())}));
+  idle_.back() = std::move(simulation);
 }
 
 void Session::set_work(const Scene& one, std::size_t members, double rate) {
@@ -170,154 +152,113 @@ void Session::set_work(const Scene& one, std::size_t members, double rate) {
     step_work_ = map_steps() * ensemble_step_price(one, members, of_one, h_omega(one, priced));
 }
 
-std::unique_ptr<Simulation> Session::make() {
-  simulations_memory_.grow(simulation_bytes_);
-  try {
-    return make_simulation(scene_);
-  } catch (...) {
-    simulations_memory_.shrink(simulation_bytes_);
-    throw;
-  }
+SimulationPtr Session::make() {
+  FreeSimulation reserved{MemoryLease(memory_, simulation_bytes_)};
+  return {make_simulation(scene_).release(), std::move(reserved)};
 }
 
-std::unique_ptr<Simulation> Session::lease(std::int64_t step) {
-  std::unique_ptr<Simulation> simulation;
-  Checkpoints::Nearest start;
+SimulationPtr Session::take(SimulationPtr& one) {
+  SimulationPtr taken = std::move(one);
+  if (&one == &idle_.back()) idle_.back() = std::move(idle_.front());
+  return taken;
+}
+
+SimulationPtr Session::acquire(std::int64_t step, const Saved& saved) {
+  SimulationPtr simulation;
+  Checkpoints::Nearest start{step, saved};
   {
     const std::lock_guard lock(mutex_);
-    start = checkpoints_.nearest(step);
-    auto best = idle_.end();
-    for (auto it = idle_.begin(); it != idle_.end(); ++it) {
-      const std::int64_t at = (*it)->step();
-      if (at <= step && at >= start.step && (best == idle_.end() || at > (*best)->step()))
-        best = it;
-    }
-    const bool near = best != idle_.end();
-    if (!near && idle_.size() == max_idle) best = idle_.begin();
-    if (best != idle_.end()) {
-      simulation = std::move(*best);
-      idle_.erase(best);
-    }
-    if (near) return simulation;
+    if (!saved) start = checkpoints_.nearest(step);
+    SimulationPtr* best = nullptr;
+    for (SimulationPtr& one : idle_)
+      if (one && start.step <= one->step() && one->step() <= step &&
+          (!best || one->step() > (*best)->step()))
+        best = &one;
+    if (best) return take(*best);
+    if (idle_.front()) simulation = take(idle_.front());
   }
-  if (start.saved) return at_state(std::move(simulation), start.step, *start.saved);
-  discard(std::move(simulation));
-  return make();  // at step 0
-}
-
-std::unique_ptr<Simulation> Session::at_state(std::unique_ptr<Simulation> simulation,
-                                              std::int64_t step, std::span<const double> saved) {
+  if (!start.saved) {  // step 0
+    simulation = {};
+    return make();
+  }
   if (!simulation) simulation = make();
-  if (simulation->step() == step) return simulation;
-  try {
-    simulation->restore(step, saved);
-  } catch (...) {
-    discard(std::move(simulation));
-    throw;
-  }
+  if (simulation->step() != start.step) simulation->restore(start.step, *start.saved);
   return simulation;
 }
 
-std::unique_ptr<Simulation> Session::lease_at(std::int64_t step, std::span<const double> saved) {
-  std::unique_ptr<Simulation> simulation;
-  {
-    const std::lock_guard lock(mutex_);
-    // An idle simulation at that step is in that state: a session is a function of the step.
-    auto best = std::ranges::find(idle_, step, [](const auto& one) { return one->step(); });
-    if (best == idle_.end()) best = idle_.begin();
-    if (best != idle_.end()) {
-      simulation = std::move(*best);
-      idle_.erase(best);
-    }
-  }
-  return at_state(std::move(simulation), step, saved);
-}
-
-void Session::give_back(std::unique_ptr<Simulation> simulation) noexcept {
+void Session::release(SimulationPtr simulation) noexcept {
   cursor_.store(simulation->step(), std::memory_order_relaxed);
-  std::unique_ptr<Simulation> dropped;
-  try {
-    const std::lock_guard lock(mutex_);
-    if (idle_.size() == max_idle) {
-      dropped = std::move(idle_.front());
-      idle_.erase(idle_.begin());
-    }
-    idle_.push_back(std::move(simulation));
-  } catch (const std::exception&) {  // no memory to keep it
-    discard(std::move(simulation));
-  }
-  discard(std::move(dropped));
+  SimulationPtr dropped;  // after the lock
+  const std::lock_guard lock(mutex_);
+  dropped = std::move(idle_.front());
+  idle_.front() = std::move(idle_.back());
+  idle_.back() = std::move(simulation);
 }
 
-Saved Session::keep(const Simulation& simulation) {
+Saved Session::snapshot(const Simulation& simulation) {
   const std::int64_t step = simulation.step();
   {
     const std::lock_guard lock(mutex_);
     const auto start = checkpoints_.nearest(step);
     if (start.step == step && start.saved) return start.saved;
-    if (const auto found = kept_.find(step); found != kept_.end())
+    if (const auto found = snapshots_.find(step); found != snapshots_.end())
       if (Saved saved = found->second.lock()) return saved;
   }
-  MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved_size_));
+  MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved_size()));
   if (!memory) return nullptr;
   Saved saved = save(simulation, std::move(memory));
   const std::lock_guard lock(mutex_);
-  std::erase_if(kept_, [](const auto& one) { return one.second.expired(); });
-  kept_[step] = saved;
+  std::erase_if(snapshots_, [](const auto& one) { return one.second.expired(); });
+  snapshots_[step] = saved;
   return saved;
 }
 
 std::uint64_t Session::cached_bytes() const {
   const std::lock_guard lock(mutex_);
-  return idle_.size() * simulation_bytes_ + checkpoints_.evictable() * state_bytes(saved_size_);
+  const auto idle = static_cast<std::uint64_t>(
+      std::ranges::count_if(idle_, [](const auto& one) { return one != nullptr; }));
+  return idle * simulation_bytes_ + checkpoints_.evictable() * state_bytes(saved_size());
 }
 
 void Session::evict() {
-  std::vector<std::unique_ptr<Simulation>> dropped;
-  {
-    const std::lock_guard lock(mutex_);
-    dropped = std::exchange(idle_, {});
-    checkpoints_.evict();
-  }
-  for (auto& simulation : dropped) discard(std::move(simulation));
+  std::array<SimulationPtr, 2> dropped;  // after the lock
+  const std::lock_guard lock(mutex_);
+  dropped = std::exchange(idle_, {});
+  checkpoints_.evict();
 }
 
-void Session::deposit(const Simulation& simulation) {
+void Session::put_checkpoint(const Simulation& simulation) {
   const std::int64_t step = simulation.step();
   {
     const std::lock_guard lock(mutex_);
     if (!checkpoints_.wants(step)) return;
   }
-  MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved_size_));
+  MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved_size()));
   if (!memory) return;  // a checkpoint is not worth dropping another cache
   Saved saved = save(simulation, std::move(memory));
-  {
-    const std::lock_guard lock(mutex_);
-    checkpoints_.put(step, std::move(saved));
-    spacing_ = checkpoints_.spacing();
-  }
-  tell_log();
-}
-
-void Session::adopt(std::int64_t step, std::vector<double> saved) {
-  MemoryLease memory(memory_, state_bytes(saved.size()));
-  Saved priced = priced_state(std::move(memory), std::move(saved));
   const std::lock_guard lock(mutex_);
-  checkpoints_.adopt(step, std::move(priced));
+  checkpoints_.put(step, std::move(saved));
   spacing_ = checkpoints_.spacing();
+  has_new_state_ = true;
 }
 
-void Session::adopt_if_it_fits(std::int64_t step, std::span<const double> saved) {
-  MemoryLease memory = MemoryLease::if_it_fits(memory_, state_bytes(saved.size()));
+void Session::restore_checkpoint(std::int64_t step, std::vector<double> saved, bool of_client) {
+  const std::uint64_t bytes = state_bytes(saved.size());
+  MemoryLease memory =
+      of_client ? MemoryLease(memory_, bytes) : MemoryLease::if_it_fits(memory_, bytes);
   if (!memory) return;
-  Saved priced = priced_state(std::move(memory), {saved.begin(), saved.end()});
+  Saved state = reserved_state(std::move(memory), std::move(saved));
   const std::lock_guard lock(mutex_);
-  checkpoints_.adopt(step, std::move(priced), false);
+  checkpoints_.restore(step, std::move(state), of_client);
   spacing_ = checkpoints_.spacing();
+  if (of_client) has_new_state_ = true;
 }
 
-void Session::tell_log() {
-  if (log_ && !reported_to_log_.exchange(true)) log_->cached(weak_from_this());
+std::optional<Checkpoints::Nearest> Session::take_new_state() {
+  if (!has_new_state_.exchange(false)) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  auto last = checkpoints_.nearest(max_step);
+  return last.step > 0 ? std::optional(std::move(last)) : std::nullopt;
 }
 
 std::vector<std::int64_t> Session::cached_steps() const {

@@ -115,10 +115,10 @@ std::uint64_t tangent_workspace(const Session& session, const v1::LinearizeReque
 }
 
 LinearizeAnswer::~LinearizeAnswer() {
-  if (simulation_) session_->give_back(std::move(simulation_));
+  if (simulation_) session_->release(std::move(simulation_));
 }
 
-void LinearizeAnswer::make() { simulation_ = session_->lease(request_.from()); }
+void LinearizeAnswer::make() { simulation_ = session_->acquire(request_.from()); }
 
 void LinearizeAnswer::begin() {
   auto made = Linearization::make(session_->scene(), read(request_), *simulation_);

@@ -8,7 +8,7 @@
 
 #include "server/convert/parts.h"
 #include "server/convert/resolve.h"
-#include "server/sessions/server_session.h"
+#include "server/sessions/registry.h"
 #include "stiefel/linearization.h"
 #include "stiefel/v1/tangents.pb.h"
 
@@ -24,11 +24,11 @@ std::uint64_t tangent_workspace(const Session& session, const v1::LinearizeReque
 class LinearizeAnswer {
  public:
   /// The request must outlive this object.
-  LinearizeAnswer(SessionLease session, const v1::LinearizeRequest& request)
+  LinearizeAnswer(SessionRef session, const v1::LinearizeRequest& request)
       : session_(std::move(session)), request_(request) {}
   ~LinearizeAnswer();
 
-  /// Leases the simulation. Throws Stopped (stiefel/stop.h), as do the functions below.
+  /// Acquires the simulation. Throws Stopped (stiefel/stop.h), as do the functions below.
   void make();
   bool made() const { return simulation_ != nullptr; }
   /// Advances by at most `steps` steps to the next result. Ends early on a stop request.
@@ -46,9 +46,9 @@ class LinearizeAnswer {
   std::int64_t next_result() const;
   void add_result();
 
-  const SessionLease session_;
+  const SessionRef session_;
   const v1::LinearizeRequest& request_;
-  std::unique_ptr<Simulation> simulation_;
+  SimulationPtr simulation_;
   std::optional<Linearization> linearization_;
   RunStatus status_;
   Parts parts_;

@@ -38,7 +38,7 @@ std::uint64_t tangent_workspace(const Session& session,
 }
 
 LyapunovAnswer::~LyapunovAnswer() {
-  if (simulation_) session_->give_back(std::move(simulation_));
+  if (simulation_) session_->release(std::move(simulation_));
 }
 
 void LyapunovAnswer::read() {
@@ -61,7 +61,7 @@ void LyapunovAnswer::read() {
 
 void LyapunovAnswer::make() {
   read();
-  simulation_ = session_->lease(start_);
+  simulation_ = session_->acquire(start_);
 }
 
 void LyapunovAnswer::begin() {

@@ -19,11 +19,11 @@ std::uint64_t tangent_workspace(const Session& session, const v1::LyapunovSpectr
 class LyapunovAnswer {
  public:
   /// The request must outlive this object.
-  LyapunovAnswer(SessionLease session, const v1::LyapunovSpectrumRequest& request)
+  LyapunovAnswer(SessionRef session, const v1::LyapunovSpectrumRequest& request)
       : session_(std::move(session)), request_(request) {}
   ~LyapunovAnswer();
 
-  /// Checks the checkpoint and leases the simulation. Throws Stopped (stiefel/stop.h), as do the
+  /// Checks the checkpoint and acquires the simulation. Throws Stopped (stiefel/stop.h), as do the
   /// functions below.
   void make();
   bool made() const { return simulation_ != nullptr; }
@@ -47,13 +47,13 @@ class LyapunovAnswer {
   bool checkpoint_is_due() const;
   void take_checkpoint();
 
-  const SessionLease session_;
+  const SessionRef session_;
   const v1::LyapunovSpectrumRequest& request_;
   LyapunovDescription what_;
   std::string saved_;  ///< the content of the request's checkpoint
   std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
   std::int64_t checkpoint_step_ = 0, covered_ = 0;  ///< at the last checkpoint
-  std::unique_ptr<Simulation> simulation_;
+  SimulationPtr simulation_;
   std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;
   bool due_ = false, ended_ = false;

@@ -75,8 +75,13 @@ std::expected<std::string_view, CheckpointRefusal> verify_checkpoint(const Sessi
 std::string encode_checkpoint(const Session& session, const Simulation& simulation) {
   std::vector<double> saved(simulation.saved_size());
   simulation.save(saved);
-  const auto step = static_cast<std::uint64_t>(simulation.step());
-  return seal_checkpoint(session, state_format, {bytes_of(step), bytes_of(saved)});
+  return encode_checkpoint(session, simulation.step(), saved);
+}
+
+std::string encode_checkpoint(const Session& session, std::int64_t step,
+                              std::span<const double> saved) {
+  const auto number = static_cast<std::uint64_t>(step);
+  return seal_checkpoint(session, state_format, {bytes_of(number), bytes_of(saved)});
 }
 
 std::size_t checkpoint_bytes(const Session& session) {

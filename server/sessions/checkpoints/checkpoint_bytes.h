@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <expected>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,6 +42,9 @@ struct Checkpoint {
 
 /// Seals a simulation's state: its step and its numbers.
 std::string encode_checkpoint(const Session& session, const Simulation& simulation);
+/// Seals a state as Simulation::save wrote it.
+std::string encode_checkpoint(const Session& session, std::int64_t step,
+                              std::span<const double> saved);
 /// Returns the length of the session's checkpoints in bytes.
 std::size_t checkpoint_bytes(const Session& session);
 /// Decodes a checkpoint whose numbers must be finite. Does not check how near the state is to the

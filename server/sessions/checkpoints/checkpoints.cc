@@ -5,58 +5,48 @@
 #include <utility>
 
 namespace stiefel::server {
-namespace {
-
-std::size_t bytes(const Saved& saved) { return saved->size() * sizeof(double); }
-
-}  // namespace
 
 void Checkpoints::put(std::int64_t step, Saved saved) {
   if (!wants(step)) return;
-  bytes_ += bytes(saved);
-  saved_.emplace(step, std::move(saved));
+  saved_.emplace(step, State{std::move(saved)});
   thin();
 }
 
-void Checkpoints::adopt(std::int64_t step, Saved saved, bool lasting) {
+void Checkpoints::restore(std::int64_t step, Saved saved, bool pinned) {
   if (step == 0) return;
-  if (const auto known = std::ranges::find(adopted_, step, &Adopted::step);
-      known != adopted_.end()) {
-    known->lasting |= lasting;
-    return;
-  }
-  if (!saved_.contains(step)) {
-    bytes_ += bytes(saved);
-    saved_.emplace(step, std::move(saved));
-  }
-  adopted_.insert(std::ranges::upper_bound(adopted_, step, {}, &Adopted::step), {step, lasting});
-  if (adopted_.size() > 2) drop_adopted(step == adopted_[1].step ? 2 : 1);
+  State& state = saved_.try_emplace(step, std::move(saved)).first->second;
+  const bool is_new = !std::exchange(state.restored, true);
+  state.pinned |= pinned;
+  if (!is_new) return;
+  std::vector<std::int64_t> restored;
+  for (const auto& [at, one] : saved_)
+    if (one.restored) restored.push_back(at);
+  if (restored.size() > 2) release(restored[step == restored[1] ? 2 : 1]);
   thin();
 }
 
-void Checkpoints::drop_adopted(std::size_t index) {
-  const auto one = adopted_.begin() + static_cast<std::ptrdiff_t>(index);
-  const std::int64_t step = one->step;
-  adopted_.erase(one);
-  drop_if([&](std::int64_t kept) { return kept == step && step % spacing_ != 0; });
+void Checkpoints::release(std::int64_t step) {
+  const auto found = saved_.find(step);
+  found->second.restored = found->second.pinned = false;
+  if (step % spacing_ != 0) saved_.erase(found);
 }
 
-template <class Drop>
-void Checkpoints::drop_if(Drop drop) {
-  std::erase_if(saved_, [&](const auto& entry) {
-    const bool drops = drop(entry.first);
-    if (drops) bytes_ -= bytes(entry.second);
-    return drops;
-  });
+bool Checkpoints::fits() const {
+  std::size_t bytes = 0;
+  for (const auto& [step, state] : saved_) bytes += state.saved->size() * sizeof(double);
+  return saved_.size() <= max_count && bytes <= max_bytes;
 }
 
 void Checkpoints::thin() {
-  while (saved_.size() > max_count || bytes_ > max_bytes) {
-    if (computed() > 0) {
+  const auto is_computed = [](const auto& one) { return one.first != 0 && !one.second.restored; };
+  const auto is_restored = [](const auto& one) { return one.second.restored; };
+  while (!fits()) {
+    if (std::ranges::any_of(saved_, is_computed)) {
       spacing_ *= 2;
-      drop_if([&](std::int64_t step) { return step % spacing_ != 0 && !is_adopted(step); });
-    } else if (adopted_.size() == 2) {
-      drop_adopted(0);
+      std::erase_if(saved_,
+                    [&](const auto& one) { return is_computed(one) && one.first % spacing_ != 0; });
+    } else if (std::ranges::count_if(saved_, is_restored) == 2) {
+      release(std::ranges::find_if(saved_, is_restored)->first);
     } else {
       return;
     }
@@ -67,16 +57,19 @@ Checkpoints::Nearest Checkpoints::nearest(std::int64_t step) const {
   const auto after = saved_.upper_bound(step);
   if (after == saved_.begin()) return {0, nullptr};
   const auto found = std::prev(after);
-  return {found->first, found->second};
+  return {found->first, found->second.saved};
 }
 
-std::size_t Checkpoints::computed() const {
-  return saved_.size() - saved_.contains(0) - adopted_.size();
+std::vector<std::int64_t> Checkpoints::steps() const {
+  std::vector<std::int64_t> steps;
+  for (const auto& [step, state] : saved_) steps.push_back(step);
+  return steps;
 }
 
-void Checkpoints::evict() {
-  std::erase_if(adopted_, [](const Adopted& one) { return !one.lasting; });
-  drop_if([&](std::int64_t step) { return step != 0 && !is_adopted(step); });
+std::size_t Checkpoints::evictable() const {
+  return static_cast<std::size_t>(std::ranges::count_if(saved_, is_evictable));
 }
+
+void Checkpoints::evict() { std::erase_if(saved_, is_evictable); }
 
 }  // namespace stiefel::server

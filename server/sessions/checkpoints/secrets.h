@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 struct evp_md_ctx_st;
 
@@ -43,17 +42,5 @@ bool equal_secrets(const Bytes32& a, const Bytes32& b);
 /// for any other text.
 std::string to_hexadecimal(const Bytes32& bytes);
 std::optional<Bytes32> from_hexadecimal(std::string_view digits);
-
-/// A line of a text file: its number, counted from 1, and its text without surrounding spaces.
-struct Line {
-  std::size_t number;
-  std::string_view text;
-};
-
-/// Returns the lines that are neither empty nor begin with #, as views into `text`.
-std::vector<Line> meaningful_lines(std::string_view text);
-
-/// Removes the first word, up to a space or tab, from `text` and returns it.
-std::string_view next_word(std::string_view& text);
 
 }  // namespace stiefel::server

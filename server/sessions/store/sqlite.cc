@@ -9,19 +9,7 @@
 namespace stiefel::server {
 namespace {
 
-constexpr auto first_patience = std::chrono::seconds(5);
-
-int flags_of(Database::Mode mode) {
-  switch (mode) {
-    case Database::Mode::existing:
-      return SQLITE_OPEN_READWRITE;
-    case Database::Mode::create:
-      return SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-    case Database::Mode::read_only:
-      return SQLITE_OPEN_READONLY;
-  }
-  std::unreachable();
-}
+constexpr int longest_wait = 5000;  // milliseconds
 
 /// Whether an error means a full disk, a process limit or a quota.
 bool is_full(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
@@ -36,6 +24,17 @@ int system_error(sqlite3* database, int code) {
       log && log->pMethods)
     log->pMethods->xFileControl(log, SQLITE_FCNTL_LAST_ERRNO, &error);
   return error;
+}
+
+/// Returns the path as a part of a URI.
+std::string escaped(const std::string& path) {
+  std::string out;
+  for (const char c : path)
+    if (c == '%' || c == '?' || c == '#')
+      out += c == '%' ? "%25" : c == '?' ? "%3f" : "%23";
+    else
+      out += c;
+  return out;
 }
 
 WriteFault::Kind kind_of(int code, int system_error) {
@@ -63,32 +62,25 @@ WriteFault::Kind kind_of(int code, int system_error) {
 
 }  // namespace
 
-Database::Database(const std::string& file, Mode mode, const char* vfs) {
-  const int code =
-      sqlite3_open_v2(file.c_str(), &handle_, flags_of(mode) | SQLITE_OPEN_NOMUTEX, vfs);
-  if (code != SQLITE_OK) {
-    const int error = handle_ ? sqlite3_system_errno(handle_) : 0;
-    std::string what = handle_ ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
-    if (error != 0) what += std::string(": ") + std::strerror(error);
-    sqlite3_close_v2(handle_);
-    throw StoreError(kind_of(code, error), what);
-  }
-  sqlite3_extended_result_codes(handle_, 1);
-  set_patience(first_patience);
+void Database::Close::operator()(sqlite3* handle) const { sqlite3_close_v2(handle); }
+
+Database::Database(const std::string& file, bool immutable) {
+  const std::string name = immutable ? "file:" + escaped(file) + "?immutable=1" : file;
+  const int mode = immutable ? SQLITE_OPEN_READONLY | SQLITE_OPEN_URI : SQLITE_OPEN_READWRITE;
+  sqlite3* opened = nullptr;
+  const int code = sqlite3_open_v2(name.c_str(), &opened, mode | SQLITE_OPEN_NOMUTEX, nullptr);
+  handle_.reset(opened);
+  if (!opened) throw StoreError(WriteFault::Kind::out_of_memory, sqlite3_errstr(code));
+  check(code);
+  sqlite3_extended_result_codes(opened, 1);
+  sqlite3_busy_timeout(opened, longest_wait);
 }
-
-void Database::set_patience(std::chrono::milliseconds patience) {
-  sqlite3_busy_timeout(handle_, static_cast<int>(patience.count()));
-}
-
-Database::~Database() { sqlite3_close_v2(handle_); }
-
-Database::Database(Database&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
 
 void Database::fail(int code) const {
-  const int error = system_error(handle_, code);
-  std::string what = sqlite3_errmsg(handle_);
-  if ((code & 0xFF) == SQLITE_IOERR && error != 0) what += std::string(": ") + std::strerror(error);
+  const int error = system_error(handle_.get(), code);
+  std::string what = sqlite3_errmsg(handle_.get());
+  const bool of_system = (code & 0xFF) == SQLITE_IOERR || (code & 0xFF) == SQLITE_CANTOPEN;
+  if (of_system && error != 0) what += std::string(": ") + std::strerror(error);
   throw StoreError(kind_of(code, error), what);
 }
 
@@ -97,81 +89,59 @@ void Database::check(int code) const {
 }
 
 void Database::run(const std::string& sql) {
-  check(sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr));
+  check(sqlite3_exec(handle_.get(), sql.c_str(), nullptr, nullptr, nullptr));
 }
 
 std::int64_t Database::number(const std::string& sql) {
   Statement statement(*this, sql);
-  return statement.step() ? statement.integer(0) : 0;
+  std::int64_t value = 0;
+  if (statement.step()) statement.read(0, value);
+  return value;
 }
 
 std::string Database::text(const std::string& sql) {
   Statement statement(*this, sql);
-  return statement.step() ? statement.bytes(0) : "";
+  std::string value;
+  if (statement.step()) statement.read(0, value);
+  return value;
 }
 
-bool Database::in_transaction() const { return sqlite3_get_autocommit(handle_) == 0; }
+bool Database::in_transaction() const { return sqlite3_get_autocommit(handle_.get()) == 0; }
 
-std::int64_t Database::changes() const { return sqlite3_changes64(handle_); }
+void Statement::Finalize::operator()(sqlite3_stmt* handle) const { sqlite3_finalize(handle); }
 
 Statement::Statement(Database& database, std::string_view sql) : database_(database) {
-  database.check(sqlite3_prepare_v3(database.handle_, sql.data(), static_cast<int>(sql.size()),
-                                    SQLITE_PREPARE_PERSISTENT, &handle_, nullptr));
+  sqlite3_stmt* prepared = nullptr;
+  const int code =
+      sqlite3_prepare_v3(database.handle_.get(), sql.data(), static_cast<int>(sql.size()),
+                         SQLITE_PREPARE_PERSISTENT, &prepared, nullptr);
+  handle_.reset(prepared);
+  database.check(code);
 }
 
-Statement::~Statement() { sqlite3_finalize(handle_); }
-
-Statement& Statement::bind(int parameter, std::int64_t value) {
-  database_.check(sqlite3_bind_int64(handle_, parameter, value));
-  return *this;
+void Statement::bind(int parameter, std::int64_t value) {
+  database_.check(sqlite3_bind_int64(handle_.get(), parameter, value));
 }
 
-Statement& Statement::bind(int parameter, std::string_view text) {
-  database_.check(sqlite3_bind_text64(handle_, parameter, text.empty() ? "" : text.data(),
-                                      text.size(), SQLITE_STATIC, SQLITE_UTF8));
-  return *this;
-}
-
-Statement& Statement::bind(int parameter, Blob blob) {
-  database_.check(sqlite3_bind_blob64(handle_, parameter,
-                                      blob.bytes.empty() ? "" : blob.bytes.data(),
-                                      blob.bytes.size(), SQLITE_STATIC));
-  return *this;
-}
-
-Statement& Statement::bind(int parameter, std::optional<double> value) {
-  database_.check(value ? sqlite3_bind_double(handle_, parameter, *value)
-                        : sqlite3_bind_null(handle_, parameter));
-  return *this;
+void Statement::bind(int parameter, std::string_view text) {
+  database_.check(sqlite3_bind_text64(handle_.get(), parameter, text.data(), text.size(),
+                                      SQLITE_STATIC, SQLITE_UTF8));
 }
 
 bool Statement::step() {
-  const int code = sqlite3_step(handle_);
-  if (code == SQLITE_ROW) return true;
-  if (code != SQLITE_DONE) {
-    try {
-      database_.fail(code);
-    } catch (const StoreError&) {
-      sqlite3_reset(handle_);
-      throw;
-    }
-  }
+  if (sqlite3_step(handle_.get()) == SQLITE_ROW) return true;
+  database_.check(sqlite3_reset(handle_.get()));  // the error of the step, if it had one
   return false;
 }
 
-void Statement::reset() { database_.check(sqlite3_reset(handle_)); }
-
-std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(handle_, column); }
-
-std::optional<double> Statement::real(int column) const {
-  if (sqlite3_column_type(handle_, column) == SQLITE_NULL) return std::nullopt;
-  return sqlite3_column_double(handle_, column);
+void Statement::read(int column, std::int64_t& out) const {
+  out = sqlite3_column_int64(handle_.get(), column);
 }
 
-std::string Statement::bytes(int column) const {
-  const void* data = sqlite3_column_blob(handle_, column);
-  const int count = sqlite3_column_bytes(handle_, column);
-  return data ? std::string(static_cast<const char*>(data), static_cast<std::size_t>(count)) : "";
+void Statement::read(int column, std::string& out) const {
+  const void* data = sqlite3_column_blob(handle_.get(), column);
+  const int count = sqlite3_column_bytes(handle_.get(), column);
+  out.assign(data ? static_cast<const char*>(data) : "", static_cast<std::size_t>(count));
 }
 
 }  // namespace stiefel::server

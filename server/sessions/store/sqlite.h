@@ -1,13 +1,12 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
-#include "server/sessions/write_ahead_log.h"
+#include "server/sessions/pending_write.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -26,15 +25,13 @@ class StoreError : public std::runtime_error {
   WriteFault::Kind kind_;
 };
 
-/// A connection to an SQLite file. For one thread at a time.
+/// A connection to an SQLite file that exists. Statements wait up to 5 s for the locks of other
+/// programs. For one thread at a time.
 class Database {
  public:
-  enum class Mode { existing, create, read_only };
-  /// `vfs` is SQLite's name of the file system to use, null for its default. Throws StoreError.
-  Database(const std::string& file, Mode mode, const char* vfs = nullptr);
-  ~Database();
-  Database(Database&& other) noexcept;
-  Database& operator=(Database&&) = delete;
+  /// `immutable`: reads the file alone, without its log, and neither makes nor locks any file.
+  /// Throws StoreError.
+  explicit Database(const std::string& file, bool immutable = false);
 
   /// Runs statements without results.
   void run(const std::string& sql);
@@ -42,58 +39,48 @@ class Database {
   std::int64_t number(const std::string& sql);
   std::string text(const std::string& sql);
   bool in_transaction() const;
-  /// The longest time that a statement waits for the locks of other programs; at first 5 s.
-  void set_patience(std::chrono::milliseconds patience);
-  /// The number of rows that the last statement inserted or deleted.
-  std::int64_t changes() const;
 
  private:
   friend class Statement;
   [[noreturn]] void fail(int code) const;
   void check(int code) const;
 
-  sqlite3* handle_;
+  struct Close {
+    void operator()(sqlite3* handle) const;
+  };
+  std::unique_ptr<sqlite3, Close> handle_;
 };
 
-/// A prepared statement. Parameters are numbered from 1, columns from 0. Bound values must live
-/// until the statement is reset, and the database must outlive it.
+/// A prepared statement. Parameters are numbered from 1, columns from 0. The database must outlive
+/// it.
 class Statement {
  public:
   Statement(Database& database, std::string_view sql);
-  ~Statement();
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
 
-  /// NULL is bound where `value` is absent.
-  Statement& bind(int parameter, std::int64_t value);
-  Statement& bind(int parameter, std::string_view text);
-  Statement& bind(int parameter, std::optional<double> value);
-  struct Blob {
-    std::string_view bytes;
-  };
-  Statement& bind(int parameter, Blob blob);
-
-  /// Moves to the next row; returns false after the last one.
+  /// Moves to the next row. Returns false after the last one, and makes the statement ready for the
+  /// next parameters.
   bool step();
-  /// Binds the parameters, runs the statement to its end and makes it ready for the next ones.
+  /// Binds the parameters, each an integer or a text, and runs the statement to its end.
   template <class... Values>
   void execute(const Values&... values) {
     int parameter = 0;
     (bind(++parameter, values), ...);
     while (step()) continue;
-    reset();
   }
 
-  std::int64_t integer(int column) const;
-  std::optional<double> real(int column) const;
-  /// Returns a text or a blob.
-  std::string bytes(int column) const;
+  void read(int column, std::int64_t& out) const;
+  /// Reads a text or a blob; NULL is empty.
+  void read(int column, std::string& out) const;
 
  private:
-  void reset();
+  void bind(int parameter, std::int64_t value);
+  void bind(int parameter, std::string_view text);
 
+  struct Finalize {
+    void operator()(sqlite3_stmt* handle) const;
+  };
   Database& database_;
-  sqlite3_stmt* handle_ = nullptr;
+  std::unique_ptr<sqlite3_stmt, Finalize> handle_;
 };
 
 }  // namespace stiefel::server

@@ -135,7 +135,7 @@ def refused(*arguments):
 def test_a_file_that_is_no_sound_store_is_refused(tmp_path):
     notes = tmp_path / "notes"
     notes.write_text("not a store\n" * 1000)
-    assert "it is not an SQLite database" in refused("--store", str(notes))
+    assert "file is not a database" in refused("--store", str(notes))
     assert notes.read_text() == "not a store\n" * 1000
     with sqlite3.connect(tmp_path / "songs") as songs:
         songs.execute("CREATE TABLE song (title TEXT)")

@@ -32,28 +32,28 @@ TEST(Account, CallsAtOnce) {
   EXPECT_FALSE(bob.enter_call(all));
 }
 
-TEST(Account, PermitsOfSessionsAreGivenBack) {
+TEST(Account, SlotsOfSessionsAreGivenBack) {
   Accounts accounts({.sessions = 1});
   Account& account = accounts.of({});
-  Account::SessionPermit permit = account.admit_session().permit;
-  EXPECT_TRUE(permit);
-  const Account::SessionPermit copy = permit;
-  permit.reset();
+  Account::SessionSlot slot = account.admit_session().slot;
+  EXPECT_TRUE(slot);
+  const Account::SessionSlot copy = slot;
+  slot.reset();
   const auto second = account.admit_session();
-  EXPECT_FALSE(second.permit);
+  EXPECT_FALSE(second.slot);
   ASSERT_TRUE(second.refusal);
   EXPECT_STREQ(second.refusal->limit, "principal_sessions");
 }
 
-TEST(Account, ARestoredSessionTakesAPermitBeyondTheQuota) {
+TEST(Account, ARestoredSessionTakesASlotBeyondTheQuota) {
   Accounts accounts({.sessions = 2});
   Account& account = accounts.of({});
-  std::vector<Account::SessionPermit> permits;
-  for (int i = 0; i < 3; ++i) permits.push_back(account.admit_restored_session());
+  std::vector<Account::SessionSlot> slots;
+  for (int i = 0; i < 3; ++i) slots.push_back(account.admit_restored_session());
   EXPECT_TRUE(account.admit_session().refusal);
-  permits.pop_back();
+  slots.pop_back();
   EXPECT_TRUE(account.admit_session().refusal) << "two are there still";
-  permits.pop_back();
+  slots.pop_back();
   EXPECT_FALSE(account.admit_session().refusal);
 }
 

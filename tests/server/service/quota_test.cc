@@ -94,7 +94,7 @@ TEST(Quotas, Sessions) {
     return create(principal, id, context).ok();
   };
   EXPECT_TRUE(created("alice", "a"));
-  EXPECT_TRUE(created("alice", "a")) << "the session that is there takes no other permit";
+  EXPECT_TRUE(created("alice", "a")) << "the session that is there takes no other slot";
   grpc::ClientContext context;
   expect_refused(told(create("alice", "b", context), context), "principal_sessions");
   EXPECT_TRUE(created("bob", "b"));
@@ -115,7 +115,7 @@ TEST(Quotas, Sessions) {
   delete_context.AddMetadata("x-principal", "alice");
   v1::DeleteSessionResponse deleted;
   EXPECT_TRUE(harness.stub->DeleteSession(&delete_context, gone, &deleted).ok());
-  EXPECT_TRUE(created("alice", "c")) << "the permit is free";
+  EXPECT_TRUE(created("alice", "c")) << "the slot is free";
 }
 
 TEST(Quotas, TheTimeOfOneCall) {

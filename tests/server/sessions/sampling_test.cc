@@ -13,9 +13,6 @@ namespace {
 
 class SamplingTest : public testing::Test {
  protected:
-  static std::shared_ptr<const Clock> clock() {
-    return std::make_shared<const Clock>(&std::chrono::steady_clock::now);
-  }
   struct All {
     std::vector<std::int64_t> steps;
     std::string Q;
@@ -36,7 +33,7 @@ class SamplingTest : public testing::Test {
     return all;
   }
 
-  Session session_{"s", test::scene(), clock()};
+  Session session_{test::scene()};
 };
 
 TEST_F(SamplingTest, AlwaysTheLastOne) {
@@ -47,17 +44,17 @@ TEST_F(SamplingTest, AlwaysTheLastOne) {
             (std::vector<std::int64_t>{0, 5}));
 }
 
-TEST_F(SamplingTest, GoesOnAfterARestWithTheSameBits) {
-  Session large("large", test::scene({.method = "munthe_kaas4", .dimension = 70}), clock());
-  const auto walk_to = [&](bool rest) {
+TEST_F(SamplingTest, GoesOnAfterASuspensionWithTheSameBits) {
+  Session large(test::scene({.method = "munthe_kaas4", .dimension = 70}));
+  const auto walk_to = [&](bool suspends) {
     Sampling sampling(large, {0}, {0, 4, 4});
     Batch batch;
     sampling.clear(batch);
     while (!sampling.done()) {
-      if (rest) sampling.rest();
+      if (suspends) sampling.suspend();
       sampling.fill(batch);
     }
-    if (rest) sampling.rest();
+    if (suspends) sampling.suspend();
     return batch.fields[0];
   };
   EXPECT_EQ(walk_to(true), walk_to(false));
@@ -65,7 +62,7 @@ TEST_F(SamplingTest, GoesOnAfterARestWithTheSameBits) {
   Sampling stopped(large, {0}, {0, 4, 1});
   Batch batch;
   stopped.clear(batch);
-  stopped.rest();
+  stopped.suspend();
   EXPECT_FALSE(stopped.save(batch));
   EXPECT_EQ(stopped.cursor().run_status().outcome, Outcome::cancelled);
 }
@@ -108,7 +105,7 @@ TEST_F(SamplingTest, WhatStopsEarlySavesTheLastGoodStateOnce) {
 TEST_F(SamplingTest, ANumericalStopEndsWithTheLastGoodState) {
   SceneDescription wild = test::description();
   wild.step = 40;
-  Session session("s", Scene::resolve(wild).value(), clock());
+  Session session(Scene::resolve(wild).value());
   Sampling sampling(session, {0}, {50, 100, 1});
   Batch batch;
   sampling.clear(batch);

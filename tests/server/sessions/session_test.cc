@@ -18,8 +18,7 @@ using test::expected_state;
 using test::saved;
 
 std::shared_ptr<Session> session_of(const test::Case& which = {}) {
-  return std::make_shared<Session>("s", test::scene(which),
-                                   std::make_shared<const Clock>(&std::chrono::steady_clock::now));
+  return std::make_shared<Session>(test::scene(which));
 }
 
 /// The state at `to`, a slice of `budget` steps at a time.
@@ -120,16 +119,6 @@ TEST(Session, GoesBackFromACheckpoint) {
   EXPECT_EQ(walk.step(), 2 * spacing);
 }
 
-TEST(Session, AWalkWithoutALimitStartsAnywhere) {
-  const auto session = session_of();
-  Cursor walk(*session, 50);
-  for (const std::int64_t to : {20, 50}) {
-    std::int64_t unlimited = std::numeric_limits<std::int64_t>::max();
-    EXPECT_TRUE(walk.advance(to, unlimited));
-    EXPECT_EQ(walk.step(), to);
-  }
-}
-
 /// Runs the items on the calling thread and counts them.
 struct CountingCrew : Crew {
   std::size_t threads_at_hand() override { return 2; }
@@ -143,8 +132,7 @@ std::shared_ptr<Session> session_of_many(int members) {
   SceneDescription scene = test::description();
   scene.members = members;
   for (auto& [name, block] : scene.initial) block = RowMatrix(block.values.replicate(members, 1));
-  return std::make_shared<Session>("s", Scene::resolve(scene).value(),
-                                   std::make_shared<const Clock>(&std::chrono::steady_clock::now));
+  return std::make_shared<Session>(Scene::resolve(scene).value());
 }
 
 /// A group of members that was fetched from memory takes many steps, on any thread, before the next
@@ -189,7 +177,7 @@ TEST(Session, MembersGoBackWhenAWalkEndsOnTheWay) {
   {
     Cursor walk(*session, 1000);
     const std::int64_t at = begin(walk);
-    walk.rest();
+    walk.suspend();
     walk.cancel();
     EXPECT_EQ(walk.run_status().outcome, Outcome::cancelled);
     EXPECT_EQ(walk.step(), at);
@@ -218,8 +206,7 @@ TEST(Session, TheWrongStepEndsTheWalk) {
   wild.step = 40;
   auto scene = Scene::resolve(wild);
   ASSERT_TRUE(scene);
-  Session session("s", *std::move(scene),
-                  std::make_shared<const Clock>(&std::chrono::steady_clock::now));
+  Session session(*std::move(scene));
   for (int i = 0; i < 2; ++i) {
     Cursor walk(session, 100);
     std::int64_t budget = 1000;

@@ -9,8 +9,7 @@ namespace stiefel::server {
 namespace {
 
 std::shared_ptr<Session> session_of(SceneDescription scene) {
-  return std::make_shared<Session>("s", Scene::resolve(std::move(scene)).value(),
-                                   std::make_shared<const Clock>(&std::chrono::steady_clock::now));
+  return std::make_shared<Session>(Scene::resolve(std::move(scene)).value());
 }
 
 /// Rigid bodies try at most 1.5 times as many substeps as predicted.

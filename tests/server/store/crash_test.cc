@@ -1,101 +1,103 @@
 // The machine stops at every moment, and what was not synchronized is lost.
 #include <gtest/gtest.h>
 
+#include <map>
+#include <optional>
 #include <random>
 
-#include "server/sessions/store/journal.h"
 #include "tests/server/store/folder.h"
 #include "tests/server/store/forgetful_vfs.h"
-#include "tests/server/store/write_ahead_logs.h"
+#include "tests/server/store/stores.h"
 
 namespace stiefel::server {
 namespace {
 
-using test::everybody;
-
 using test::ForgetfulVfs;
-using test::outcome;
-using test::Written;
 
-/// Of one id: what the caller was told last, and what it asked for after that without an answer.
+/// Of one id: the version that the caller was told last, and what it asked for after that without
+/// an answer.
 struct Told {
-  std::optional<int> scene;  ///< none: deleted, or never created
+  std::optional<int> version;  ///< none: deleted, or never created
   bool asked = false;
   std::optional<int> asked_for = {};
 };
 using Expected = std::map<std::string, Told>;
 
-/// Creates and deletes sessions in an order that `seed` draws, one call after another or several at
-/// once, until it is done or the machine stops.
-Expected run(const StoreOptions& options, ForgetfulVfs& vfs, std::uint64_t seed) {
+StoredSession version(const std::string& id, int number) {
+  auto row = test::row(id);
+  row.create_time = number;
+  return row;
+}
+
+/// Makes a store, and creates and deletes sessions in an order that `seed` draws, one call after
+/// another or several at once, until it is done or the machine stops.
+void run(const std::string& file, const ForgetfulVfs& vfs, std::uint64_t seed, Expected& expected) {
   std::mt19937_64 random(seed);
   const auto draw = [&](int below) {
     return static_cast<int>(random() % static_cast<unsigned>(below));
   };
-  Expected expected;
-  Written written(options, std::chrono::milliseconds(1));
+  Store store(file);
+  StoreWriter writer(store);
   for (int round = 0; round < 12 && !vfs.crashed(); ++round) {
     struct Call {
       std::string id;
-      std::optional<int> scene;
-      std::shared_ptr<PendingWrite> pending_write;
+      std::optional<int> version;
+      PendingWrite end;
     };
     std::vector<Call> calls;
     for (int i = 0, count = 1 + draw(4); i < count; ++i) {
-      const std::string id = std::to_string(10 * i + draw(3));
-      const bool there = written.registry.find(everybody, id).has_value();
-      if (there)
-        calls.push_back({id, std::nullopt, written.registry.erase(everybody, id).pending_write});
-      else
-        calls.push_back({id, round, written.create(id, round)});
+      Call call{std::to_string(10 * i + draw(3)), std::nullopt, {}};
+      if (!expected[call.id].version) call.version = round;
+      call.end = writer.submit(
+          [call](Store& to) {
+            if (call.version) return to.put(version(call.id, *call.version));
+            to.erase({}, call.id);
+          },
+          [](const WriteFault&) {});
+      calls.push_back(std::move(call));
     }
     for (const Call& call : calls) {
       Told& told = expected[call.id];
-      const auto fault = outcome(*call.pending_write);
-      if (fault) {
+      if (call.end.get()) {
         told.asked = true;
-        told.asked_for = call.scene;
+        told.asked_for = call.version;
       } else {
-        told = {call.scene};
+        told = {call.version};
       }
     }
   }
-  return expected;
 }
 
 /// Acknowledged sessions are there with their bits, acknowledged deletions are deleted, and a call
 /// that was not answered has happened or not.
 void expect_stored(const std::string& file, const Expected& expected, const std::string& where) {
-  const auto stored = test::stored(file);
-  const auto bytes = [](const std::optional<int>& scene) {
-    return scene ? identity_of(test::numbered_scene(*scene).description()) : "";
-  };
+  Store store(file);
+  const auto all = test::rows(store);
   for (const auto& [id, told] : expected) {
-    const auto found = stored.find(id);
-    const std::string is = found == stored.end() ? "" : found->second;
-    EXPECT_TRUE(is == bytes(told.scene) || (told.asked && is == bytes(told.asked_for)))
+    const auto found = all.find("/" + id);
+    std::optional<int> is;
+    if (found != all.end()) is = static_cast<int>(found->second.session.create_time);
+    EXPECT_TRUE(is == told.version || (told.asked && is == told.asked_for))
         << "session " << id << ", " << where;
   }
-  for (const auto& [id, scene] : stored) EXPECT_TRUE(expected.contains(id)) << id << ", " << where;
+  for (const auto& [name, row] : all)
+    EXPECT_TRUE(expected.contains(row.session.id)) << name << ", " << where;
 }
 
 /// One run that stops at call `crash` of the file system; false if it came to its end before.
 bool crashes(std::uint64_t seed, std::int64_t crash, double kept) {
   const test::Folder folder;
-  const std::string file = folder.file();
-  { Store made({file}); }
   std::mt19937_64 random(seed + static_cast<std::uint64_t>(crash));
   ForgetfulVfs vfs;
-  const StoreOptions options{file, 0, ForgetfulVfs::name};
   Expected expected;
   vfs.crash_at(crash);
   try {
-    expected = run(options, vfs, seed);
+    run(folder.file(), vfs, seed, expected);
   } catch (const std::runtime_error&) {  // it stopped while it was opened
   }
   const bool crashed = vfs.crashed();
   vfs.restart(kept, random);
-  expect_stored(file, expected,
+  expect_stored(folder.file(), expected,
                 "crash at call " + std::to_string(crash) + ", kept " + std::to_string(kept));
   return crashed;
 }
@@ -121,18 +123,18 @@ INSTANTIATE_TEST_SUITE_P(Kept, Crash, testing::Values(0.0, 0.5, 1.0), [](const a
 /// The test would notice a store that answers before it is synchronized.
 TEST(CrashTest, WithoutSynchronizationAcknowledgedSessionsAreLost) {
   const test::Folder folder;
-  { Store made({folder.file()}); }
   ForgetfulVfs vfs;
   std::mt19937_64 random(1);
+  { Store made(folder.file()); }
   {
-    Database database(folder.file(), Database::Mode::existing, ForgetfulVfs::name);
+    Database database(folder.file());
     database.run("PRAGMA synchronous=OFF");
-    database.run("INSERT INTO deleted_name VALUES (0, '', 'a', 1)");
+    database.run("INSERT INTO tombstone VALUES (1, '', 'a', 1)");
     vfs.crash_at(0);
   }
   vfs.restart(0, random);
-  Store store({folder.file()});
-  EXPECT_TRUE(store.deleted_names(0).empty());
+  Store store(folder.file());
+  EXPECT_TRUE(store.tombstones(0).empty());
 }
 
 }  // namespace

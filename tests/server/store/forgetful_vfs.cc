@@ -5,256 +5,184 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tests/server/store/folder.h"
 
 namespace stiefel::test {
 namespace {
 
 constexpr std::int64_t sector = 512;
 
-ForgetfulVfs* current = nullptr;
-sqlite3_vfs shim;
-sqlite3_vfs& real() { return *static_cast<sqlite3_vfs*>(shim.pAppData); }
-
-/// SQLite allocates it, with the real file behind it. `path` is null for temporary files, which
-/// nobody reads after a crash.
-struct File {
-  sqlite3_file base;
-  const char* path;
-  sqlite3_file* behind() { return reinterpret_cast<sqlite3_file*>(this + 1); }
+struct Write {
+  std::int64_t offset;
+  std::string bytes;
+  bool truncates;  ///< to `offset`
+};
+struct Content {
+  std::string bytes;           ///< what a reader sees
+  std::vector<Write> pending;  ///< since the last synchronization
 };
 
-File& of(sqlite3_file* file) { return *reinterpret_cast<File*>(file); }
+std::mutex mutex;  // guards all of these
+std::map<std::string, Content> files;
+std::int64_t calls_left = -1;  // until the crash; -1: there is none
+bool stopped = false;
+
+sqlite3_vfs shim;
+sqlite3_vfs* real = nullptr;
+
+/// The path of a file lies behind the object of the real one.
+const char*& path_of(sqlite3_file* file) {
+  return *reinterpret_cast<const char**>(reinterpret_cast<char*>(file) + real->szOsFile);
+}
+
+/// Calls `use` with the content of a file; returns `fault` when the machine has stopped, which it
+/// does at calls with `changes` only.
+template <class Use>
+int use_content(const char* path, bool changes, int fault, const Use& use) {
+  const std::lock_guard lock(mutex);
+  stopped = stopped || (changes && calls_left == 0);
+  if (stopped) return fault;
+  if (changes && calls_left > 0) --calls_left;
+  return use(files[path]);
+}
 
 void write_at(std::string& bytes, std::int64_t offset, std::string_view data) {
-  const auto end = static_cast<std::size_t>(offset) + data.size();
-  if (bytes.size() < end) bytes.resize(end);
-  bytes.replace(static_cast<std::size_t>(offset), data.size(), data);
+  const auto begin = static_cast<std::size_t>(offset);
+  if (bytes.size() < begin + data.size()) bytes.resize(begin + data.size());
+  bytes.replace(begin, data.size(), data);
 }
 
-int close_file(sqlite3_file* file) {
-  return of(file).behind()->pMethods->xClose(of(file).behind());
-}
-
-int read_file(sqlite3_file* file, void* out, int count, sqlite3_int64 offset) {
-  File& at = of(file);
-  if (!at.path) return at.behind()->pMethods->xRead(at.behind(), out, count, offset);
-  std::size_t got = 0;
-  const bool alive = current->read(at.path, [&](const ForgetfulVfs::Content& content) {
-    const auto from = static_cast<std::size_t>(offset);
-    if (from < content.bytes.size())
-      got = std::min(content.bytes.size() - from, static_cast<std::size_t>(count));
-    std::memcpy(out, content.bytes.data() + (got ? from : 0), got);
+int read_file(sqlite3_file* file, void* out, int size, sqlite3_int64 offset) {
+  return use_content(path_of(file), false, SQLITE_IOERR_READ, [&](const Content& content) {
+    const auto from = std::min(static_cast<std::size_t>(offset), content.bytes.size());
+    const auto count = static_cast<std::size_t>(size);
+    const std::size_t got = content.bytes.copy(static_cast<char*>(out), count, from);
+    std::memset(static_cast<char*>(out) + got, 0, count - got);
+    return got == count ? SQLITE_OK : SQLITE_IOERR_SHORT_READ;
   });
-  if (!alive) return SQLITE_IOERR_READ;
-  std::memset(static_cast<char*>(out) + got, 0, static_cast<std::size_t>(count) - got);
-  return got == static_cast<std::size_t>(count) ? SQLITE_OK : SQLITE_IOERR_SHORT_READ;
 }
 
-int write_file(sqlite3_file* file, const void* data, int count, sqlite3_int64 offset) {
-  File& at = of(file);
-  if (!at.path) return at.behind()->pMethods->xWrite(at.behind(), data, count, offset);
-  const std::string bytes(static_cast<const char*>(data), static_cast<std::size_t>(count));
-  const bool alive = current->change(at.path, [&](ForgetfulVfs::Content& content) {
+int write_file(sqlite3_file* file, const void* data, int size, sqlite3_int64 offset) {
+  return use_content(path_of(file), true, SQLITE_IOERR_WRITE, [&](Content& content) {
+    const std::string bytes(static_cast<const char*>(data), static_cast<std::size_t>(size));
     write_at(content.bytes, offset, bytes);
     content.pending.push_back({offset, bytes, false});
-    return true;
+    return SQLITE_OK;
   });
-  return alive ? SQLITE_OK : SQLITE_IOERR_WRITE;
 }
 
 int truncate_file(sqlite3_file* file, sqlite3_int64 size) {
-  File& at = of(file);
-  if (!at.path) return at.behind()->pMethods->xTruncate(at.behind(), size);
-  const bool alive = current->change(at.path, [&](ForgetfulVfs::Content& content) {
+  return use_content(path_of(file), true, SQLITE_IOERR_TRUNCATE, [&](Content& content) {
     content.bytes.resize(static_cast<std::size_t>(size));
     content.pending.push_back({size, {}, true});
-    return true;
+    return SQLITE_OK;
   });
-  return alive ? SQLITE_OK : SQLITE_IOERR_TRUNCATE;
 }
 
-int sync_file(sqlite3_file* file, int flags) {
-  File& at = of(file);
-  if (!at.path) return at.behind()->pMethods->xSync(at.behind(), flags);
-  return current->synchronize(at.path) ? SQLITE_OK : SQLITE_IOERR_FSYNC;
+int sync_file(sqlite3_file* file, int) {
+  return use_content(path_of(file), true, SQLITE_IOERR_FSYNC, [&](Content& content) {
+    content.pending.clear();
+    test::write_file(path_of(file), content.bytes);
+    return SQLITE_OK;
+  });
 }
 
 int size_of_file(sqlite3_file* file, sqlite3_int64* size) {
-  File& at = of(file);
-  if (!at.path) return at.behind()->pMethods->xFileSize(at.behind(), size);
-  const bool alive = current->read(at.path, [&](const ForgetfulVfs::Content& content) {
+  return use_content(path_of(file), false, SQLITE_IOERR_FSTAT, [&](const Content& content) {
     *size = static_cast<sqlite3_int64>(content.bytes.size());
+    return SQLITE_OK;
   });
-  return alive ? SQLITE_OK : SQLITE_IOERR_FSTAT;
 }
 
-int lock(sqlite3_file* file, int level) {
-  return of(file).behind()->pMethods->xLock(of(file).behind(), level);
-}
-int unlock(sqlite3_file* file, int level) {
-  return of(file).behind()->pMethods->xUnlock(of(file).behind(), level);
-}
-int check_lock(sqlite3_file* file, int* out) {
-  return of(file).behind()->pMethods->xCheckReservedLock(of(file).behind(), out);
-}
-/// Grows the file as SQLITE_FCNTL_SIZE_HINT asks.
-int control(sqlite3_file* file, int operation, void* argument) {
-  if (operation != SQLITE_FCNTL_SIZE_HINT || !of(file).path) return SQLITE_NOTFOUND;
-  const auto asked = *static_cast<sqlite3_int64*>(argument);
-  sqlite3_int64 size = 0;
-  const int code = size_of_file(file, &size);
-  return code == SQLITE_OK && asked > size ? truncate_file(file, asked) : code;
-}
-int sector_size(sqlite3_file*) { return sector; }
-/// None: a write may be torn anywhere.
-int characteristics(sqlite3_file*) { return 0; }
-int map_shared(sqlite3_file* file, int page, int size, int extend, void volatile** out) {
-  return of(file).behind()->pMethods->xShmMap(of(file).behind(), page, size, extend, out);
-}
-int lock_shared(sqlite3_file* file, int offset, int count, int flags) {
-  return of(file).behind()->pMethods->xShmLock(of(file).behind(), offset, count, flags);
-}
-void shared_barrier(sqlite3_file* file) {
-  of(file).behind()->pMethods->xShmBarrier(of(file).behind());
-}
-int unmap_shared(sqlite3_file* file, int remove) {
-  return of(file).behind()->pMethods->xShmUnmap(of(file).behind(), remove);
+/// Returns the methods of a real file, with those for its content replaced.
+const sqlite3_io_methods* methods_of(const sqlite3_io_methods* of_real) {
+  static std::map<const sqlite3_io_methods*, sqlite3_io_methods> all;
+  const std::lock_guard lock(mutex);
+  sqlite3_io_methods& methods = all.try_emplace(of_real, *of_real).first->second;
+  methods.iVersion = 2;  // no file in memory
+  methods.xRead = read_file;
+  methods.xWrite = write_file;
+  methods.xTruncate = truncate_file;
+  methods.xSync = sync_file;
+  methods.xFileSize = size_of_file;
+  methods.xFileControl = [](sqlite3_file*, int, void*) { return SQLITE_NOTFOUND; };
+  methods.xSectorSize = [](sqlite3_file*) { return static_cast<int>(sector); };
+  methods.xDeviceCharacteristics = [](sqlite3_file*) { return 0; };  // a write may be torn anywhere
+  return &methods;
 }
 
-const sqlite3_io_methods methods = {2,
-                                    close_file,
-                                    read_file,
-                                    write_file,
-                                    truncate_file,
-                                    sync_file,
-                                    size_of_file,
-                                    lock,
-                                    unlock,
-                                    check_lock,
-                                    control,
-                                    sector_size,
-                                    characteristics,
-                                    map_shared,
-                                    lock_shared,
-                                    shared_barrier,
-                                    unmap_shared,
-                                    nullptr,
-                                    nullptr};
-
+/// `path` is null for temporary files, which nobody reads after a crash.
 int open_file(sqlite3_vfs*, const char* path, sqlite3_file* file, int flags, int* out_flags) {
-  File& at = of(file);
-  at.base.pMethods = nullptr;
-  at.path = path;
-  const int code = real().xOpen(&real(), path, at.behind(), flags, out_flags);
-  if (code != SQLITE_OK) return code;
-  if (path && !current->load(path)) {
-    at.behind()->pMethods->xClose(at.behind());
-    return SQLITE_CANTOPEN;
+  const int code = real->xOpen(real, path, file, flags, out_flags);
+  if (code != SQLITE_OK || !path) return code;
+  const int loaded = use_content(path, false, SQLITE_CANTOPEN, [&](Content& content) {
+    if (content.bytes.empty() && content.pending.empty()) content.bytes = test::read_file(path);
+    return SQLITE_OK;
+  });
+  if (loaded != SQLITE_OK) {
+    file->pMethods->xClose(file);
+    file->pMethods = nullptr;
+    return loaded;
   }
-  at.base.pMethods = &methods;
+  path_of(file) = path;
+  file->pMethods = methods_of(file->pMethods);
   return SQLITE_OK;
 }
 
 int delete_file(sqlite3_vfs*, const char* path, int sync_folder) {
-  bool alive = current->change(path, [](ForgetfulVfs::Content& content) {
+  return use_content(path, true, SQLITE_IOERR_DELETE, [&](Content& content) {
     content = {};
-    return true;
+    return real->xDelete(real, path, sync_folder);
   });
-  return alive ? real().xDelete(&real(), path, sync_folder) : SQLITE_IOERR_DELETE;
-}
-
-void write_whole(const std::string& path, const std::string& bytes) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!out.flush()) throw std::runtime_error("cannot write " + path);
-}
-
-std::string read_whole(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
 
 ForgetfulVfs::ForgetfulVfs() {
-  if (current) throw std::logic_error("there is a ForgetfulVfs already");
   sqlite3_initialize();
-  shim = *sqlite3_vfs_find(nullptr);
-  shim.pAppData = sqlite3_vfs_find(nullptr);
-  shim.zName = name;
+  real = sqlite3_vfs_find(nullptr);
+  shim = *real;
+  shim.zName = "forgetful";
   shim.pNext = nullptr;
-  shim.szOsFile = static_cast<int>(sizeof(File)) + real().szOsFile;
+  shim.szOsFile = real->szOsFile + static_cast<int>(sizeof(const char*));
   shim.xOpen = open_file;
   shim.xDelete = delete_file;
-  current = this;
-  sqlite3_vfs_register(&shim, 0);
+  sqlite3_vfs_register(&shim, 1);
 }
 
 ForgetfulVfs::~ForgetfulVfs() {
   sqlite3_vfs_unregister(&shim);
-  current = nullptr;
+  sqlite3_vfs_register(real, 1);
+  files.clear();
+  stopped = false;
+  calls_left = -1;
 }
 
 void ForgetfulVfs::crash_at(std::int64_t n) {
-  const std::lock_guard lock(mutex_);
-  crash_at_ = n < 0 ? -1 : calls_ + n;
-}
-
-std::int64_t ForgetfulVfs::calls() const {
-  const std::lock_guard lock(mutex_);
-  return calls_;
+  const std::lock_guard lock(mutex);
+  calls_left = n;
 }
 
 bool ForgetfulVfs::crashed() const {
-  const std::lock_guard lock(mutex_);
-  return crashed_;
-}
-
-bool ForgetfulVfs::alive() {
-  if (crash_at_ >= 0 && calls_ >= crash_at_) crashed_ = true;
-  if (!crashed_) ++calls_;
-  return !crashed_;
-}
-
-bool ForgetfulVfs::change(const std::string& path, const std::function<bool(Content&)>& use) {
-  const std::lock_guard lock(mutex_);
-  return alive() && use(files_[path]);
-}
-
-bool ForgetfulVfs::read(const std::string& path, const std::function<void(const Content&)>& use) {
-  const std::lock_guard lock(mutex_);
-  if (crashed_) return false;
-  use(files_[path]);
-  return true;
-}
-
-bool ForgetfulVfs::load(const std::string& path) {
-  const std::lock_guard lock(mutex_);
-  if (crashed_) return false;
-  if (!files_.contains(path)) files_[path].bytes = read_whole(path);
-  return true;
-}
-
-bool ForgetfulVfs::synchronize(const std::string& path) {
-  const std::lock_guard lock(mutex_);
-  if (!alive()) return false;
-  Content& content = files_[path];
-  content.pending.clear();
-  write_whole(path, content.bytes);
-  return true;
+  const std::lock_guard lock(mutex);
+  return stopped;
 }
 
 void ForgetfulVfs::restart(double kept, std::mt19937_64& random) {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(mutex);
   std::bernoulli_distribution keeps(kept);
-  for (const auto& [path, content] : files_) {
+  for (const auto& [path, content] : files) {
     if (content.pending.empty() || !std::filesystem::exists(path)) continue;
-    std::string disk = read_whole(path);
+    std::string disk = test::read_file(path);
     for (const Write& write : content.pending) {
       const auto size = static_cast<std::int64_t>(write.bytes.size());
-      if (write.truncate && keeps(random)) disk.resize(static_cast<std::size_t>(write.offset));
+      if (write.truncates && keeps(random)) disk.resize(static_cast<std::size_t>(write.offset));
       for (std::int64_t at = 0; at < size;) {
         const std::int64_t part = std::min(size - at, sector - (write.offset + at) % sector);
         const auto bytes =
@@ -264,11 +192,11 @@ void ForgetfulVfs::restart(double kept, std::mt19937_64& random) {
         at += part;
       }
     }
-    write_whole(path, disk);
+    test::write_file(path, disk);
   }
-  files_.clear();
-  crashed_ = false;
-  crash_at_ = -1;
+  files.clear();
+  stopped = false;
+  calls_left = -1;
 }
 
 }  // namespace stiefel::test

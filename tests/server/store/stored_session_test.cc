@@ -24,11 +24,9 @@ TEST(StoredSession, KeepsTheBitsOfEverySystemAndMethod) {
     server::Resolution resolution{server::difference(given, scene->description()), std::nullopt};
     if (number++ % 2)
       resolution.choice = server::ChosenMethod{0.1, 3, "for a reason\nof two lines", 0.05, true};
-    server::Session session("a", *scene, clock, resolution);
-    session.set_owner(server::Principal{"p"});
-    session.set_create_time(std::chrono::system_clock::now());
-    const auto row = server::to_row(session);
-    const auto again = server::from_row({row, std::nullopt}, clock);
+    const server::RegisteredSession session(server::Principal{"p"}, "a", *scene, resolution, clock,
+                                            server::MemoryBudget::unlimited());
+    const auto again = server::from_row({server::to_row(session), ""}, clock);
     ASSERT_TRUE(again) << system << " " << method << ": " << again.error();
     EXPECT_EQ((*again)->identity(), session.identity()) << system << " " << method;
     EXPECT_EQ((*again)->owner(), session.owner());
@@ -45,14 +43,15 @@ TEST(StoredSession, KeepsTheBitsOfEverySystemAndMethod) {
 
 TEST(StoredSession, OfAnotherSceneIsNotTakenForIt) {
   const auto clock = std::make_shared<const server::Clock>(&std::chrono::steady_clock::now);
-  const server::Session session("a", scene(), clock);
+  const server::RegisteredSession session({}, "a", scene(), {}, clock,
+                                          server::MemoryBudget::unlimited());
   auto row = server::to_row(session);
-  row.identity ^= 1;
-  EXPECT_FALSE(server::from_row({row, std::nullopt}, clock));
+  row.identity[0] ^= 1;
+  EXPECT_FALSE(server::from_row({row, ""}, clock));
   row.numerics_id = "another build";  // whose scenes may have more fields
-  EXPECT_TRUE(server::from_row({row, std::nullopt}, clock));
+  EXPECT_TRUE(server::from_row({row, ""}, clock));
   row.scene = "no message";
-  EXPECT_FALSE(server::from_row({row, std::nullopt}, clock));
+  EXPECT_FALSE(server::from_row({row, ""}, clock));
 }
 
 }  // namespace
