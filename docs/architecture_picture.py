@@ -32,7 +32,7 @@ ORDER = [
     ("engine", ["rigid_body", "frames", "double_bracket", "parametric", "run"], ENGINE),
     ("engine", ["tangent", "accuracy", "conversion", "diagnosis", "summary"], ENGINE),
     ("server", ["scheduling", "sessions", "sessions/store", "convert"], SERVER),
-    ("server", ["connections", "observability", "calls", "program"], SERVER),
+    ("server", ["connections", "calls", "program"], SERVER),
     ("client", ["cpp", "python", "examples"], CLIENT),
 ]
 def text(x, y, words, size=13, colour=INK, weight="normal", anchor="middle"):

@@ -23,12 +23,12 @@
 #include "server/connections/certificates.h"
 #include "server/connections/exporter.h"
 #include "server/connections/listener.h"
+#include "server/connections/log.h"
+#include "server/connections/metrics.h"
 #include "server/connections/reflection_limit.h"
-#include "server/connections/watched_files.h"
-#include "server/observability/log.h"
-#include "server/observability/metrics.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/scheduling/process.h"
+#include "server/sessions/store/store_file.h"
 
 namespace stiefel::server {
 namespace {
@@ -42,14 +42,13 @@ std::string with_port(const std::string& address, int port) {
   return address.substr(0, address.rfind(':') + 1) + std::to_string(port);
 }
 
-std::vector<Listener> checked_listeners(const std::string& address, const AccessOptions& access) {
+void check_address(const std::string& address, const AccessOptions& access) {
   const auto refuse = [&](const std::string& why) {
     throw std::runtime_error("cannot listen on " + address + ": " + why);
   };
   if (const auto fault = address_fault(address)) refuse(*fault);
-  if (!access.tls.given() && !access.insecure)
-    if (const auto fault = exposure_fault(address)) refuse(*fault);
-  return listen_on(address);
+  if (!access.tls.given() && !access.insecure && is_exposed(address))
+    refuse("other machines can reach it: give --tls-cert and --tls-key, or --insecure");
 }
 
 bool is_unix_socket(int connection) {
@@ -124,7 +123,6 @@ Quota limits_of_principals(const Options& options) {
 struct Server::Parts {
   explicit Parts(const Options& options)
       : grace(options.grace),
-        waits_for(options.waits_for ? options.waits_for : [](const char*) {}),
         memory_limit(memory_limit_of(options)),
         quota(limits_of_principals(options)),
         host{Log(options.log_level, options.log_json),
@@ -137,7 +135,7 @@ struct Server::Parts {
              Registry(options.max_sessions, options.idle_timeout, options.clock, host.memory),
              Lifecycle(),
              options.identify,
-             options.metrics.empty() ? nullptr : std::make_shared<Metrics>(method_names()),
+             options.metrics.empty() ? nullptr : std::make_unique<CallMetrics>(method_names()),
              threads_of(options)},
         health(v1::SimulationService::service_full_name()),
         durability(options.store.empty()
@@ -151,19 +149,21 @@ struct Server::Parts {
                                   {{"count", static_cast<std::int64_t>(dropped)}});
                 }),
         freed_memory(host.memory) {
-    guard(options.access);
+    if (options.access.tls.given()) certificates.emplace(options.access.tls, host.log);
+    if (!options.access.tokens.empty()) {
+      host.log.line(Log::Level::info, "limits of a principal",
+                    {{"sessions", static_cast<std::int64_t>(*quota.sessions)},
+                     {"memory_bytes", static_cast<std::int64_t>(*quota.memory)}});
+      callers.emplace(options.access.tokens, host.log);
+    }
     host.description = description(host);
     gate.emplace(host, callers ? &*callers : nullptr);
   }
 
-  /// Loads the certificates and the tokens, and watches their files.
-  void guard(const AccessOptions& access);
   void listen(const std::vector<std::string>& at, const AccessOptions& access);
   void accept();
-  void export_metrics(const std::string& address, bool insecure);
 
   const std::chrono::milliseconds grace;
-  const std::function<void(const char*)> waits_for;
   const std::uint64_t memory_limit;
   const Quota quota;
   Host host;
@@ -183,48 +183,13 @@ struct Server::Parts {
   std::once_flag shut_down;
 };
 
-void Server::Parts::guard(const AccessOptions& access) {
-  const auto tell = [this](Log::Level level, const char* message, const std::string& fault) {
-    host.log.line(level, message, {{"fault", fault}});
-  };
-  if (access.tls.given()) {
-    certificates.emplace(access.tls, [this, tell](const std::optional<std::string>& fault) {
-      if (fault) return tell(Log::Level::error, "new certificates refused", *fault);
-      host.log.line(Log::Level::info, "new certificates in use");
-    });
-    if (certificates->current().expire_time < std::chrono::system_clock::now())
-      tell(Log::Level::warn, "certificate", "--tls-cert: " + access.tls.certificate + ": expired");
-  }
-  if (access.tokens.empty()) return;
-  host.log.line(Log::Level::info, "limits of a principal",
-                {{"sessions", static_cast<std::int64_t>(*quota.sessions)},
-                 {"memory_bytes", static_cast<std::int64_t>(*quota.memory)}});
-  callers.emplace(access.tokens, [this, tell](const Callers::Change& change) {
-    host.log.line(Log::Level::info, "new tokens",
-                  {{"count", static_cast<std::int64_t>(change.tokens)}});
-    for (const std::string& fault : change.faults) tell(Log::Level::error, "tokens", fault);
-  });
-}
-
 void Server::Parts::listen(const std::vector<std::string>& at, const AccessOptions& access) {
   for (const std::string& address : at) {
-    auto some = checked_listeners(address, access);
+    check_address(address, access);
+    auto some = listen_on(address);
     addresses.push_back(with_port(address, some.front().port));
     for (Listener& one : some) listeners.push_back(std::move(one));
   }
-}
-
-void Server::Parts::export_metrics(const std::string& address, bool insecure) {
-  if (address.empty()) return;
-  if (const auto fault =
-          address_fault(address).or_else([&] { return metrics_fault(address, insecure); }))
-    throw std::runtime_error("cannot serve metrics on " + address + ": " + *fault);
-  const ServerMetrics::Parts parts{host.registry, host.turns, host.threads, host.memory,
-                                   STIEFEL_VERSION};
-  exporter.emplace(address, Exporter::Metrics{{host.metrics, &host.metrics->calls},
-                                              {host.metrics, &host.metrics->streams},
-                                              std::make_shared<ServerMetrics>(parts)});
-  host.log.line(Log::Level::info, "metrics", {{"url", exporter->url()}});
 }
 
 void Server::Parts::accept() {
@@ -240,10 +205,7 @@ void Server::Parts::accept() {
         const bool encrypted = tls_connections && !is_unix_socket(connection);
         (encrypted ? tls_connections : connections)->HandleNewConnection(&parameters);
       },
-      [this](std::size_t refused) {
-        host.log.line(Log::Level::warn, "connections refused",
-                      {{"count", static_cast<std::int64_t>(refused)}});
-      });
+      host.log);
   for (const std::string& address : addresses)
     host.log.line(Log::Level::info, "listening",
                   {{"address", address}, {"descriptors", static_cast<std::int64_t>(most)}});
@@ -256,7 +218,13 @@ Server::Server(Options options) {
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   parts_ = std::make_unique<Parts>(options);
   parts_->listen(options.listen, options.access);
-  parts_->export_metrics(options.metrics, options.access.insecure);
+  if (!options.metrics.empty()) {
+    const Host& host = parts_->host;
+    parts_->exporter.emplace(
+        options.metrics, options.access.insecure,
+        Exporter::Parts{*host.metrics, host.registry, host.turns, host.memory, host.threads});
+    host.log.line(Log::Level::info, "metrics", {{"url", parts_->exporter->url()}});
+  }
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   builder.experimental().SetInterceptorCreators(ReflectionLimit::interceptors());
@@ -294,26 +262,31 @@ std::shared_ptr<grpc::Channel> Server::in_process_channel() {
 void Server::shutdown() {
   std::call_once(parts_->shut_down, [this] {
     Host& host = parts_->host;
-    const auto& waits_for = parts_->waits_for;
     host.lifecycle.refuse();
-    waits_for("the health service");
     parts_->health.stop();
     host.log.line(Log::Level::info, "shutting down");
-    waits_for("running calls");
     if (!host.lifecycle.stopping()) host.lifecycle.wait_idle(parts_->grace);
     host.lifecycle.stop();
     host.lifecycle.wait_idle(slice_time);
     host.lifecycle.interrupt();
     // The in-process transport closes at once and would drop the last messages.
     host.lifecycle.wait_idle(delivery_time);
-    waits_for("the thread that accepts connections");
     parts_->acceptor.reset();
-    waits_for("connections to close");
     parts_->grpc->Shutdown(std::chrono::system_clock::now() + delivery_time);
-    waits_for("running calls to end after their connections");
     host.lifecycle.wait_idle(std::chrono::hours(1));
     host.log.line(Log::Level::info, "stopped");
   });
+}
+
+void check(Options options) {
+  for (const std::string& address : options.listen) check_address(address, options.access);
+  if (!options.metrics.empty()) check_exporter(options.metrics, options.access.insecure);
+  if (const auto fault = store_fault(options.store)) throw std::runtime_error("--store: " + *fault);
+  options.listen.clear();
+  options.metrics.clear();
+  options.store.clear();
+  options.log_level = "warn";
+  const Server server(options);
 }
 
 }  // namespace stiefel::server

@@ -60,8 +60,6 @@ struct Options {
   std::string store = {};
   /// The limits of each principal; see `limits_of_principals`.
   Quota quota = {};
-  /// Called during `shutdown` with what it begins to wait for.
-  std::function<void(const char*)> waits_for = {};
   /// For tests: returns who calls; if empty, the caller's token decides.
   std::function<Principal(const grpc::ServerContextBase&)> identify = {};
   /// For tests: the clock; the steady clock if empty.
@@ -76,7 +74,7 @@ Quota limits_of_principals(const Options& options);
 /// one; a program can embed its own. Thread-safe.
 class Server {
  public:
-  /// Throws std::runtime_error when an address is not valid , cannot be listened on
+  /// Throws std::runtime_error when an address is not valid, cannot be listened on
   /// or can be reached by other machines without TLS and `insecure`; when a file does not hold what
   /// it must; and when the store cannot be used.
   explicit Server(Options options);
@@ -104,5 +102,9 @@ class Server {
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
+
+/// Throws std::runtime_error with the reason if a server could not start with these options.
+/// Neither listens nor opens the store, which a server that runs holds.
+void check(Options options);
 
 }  // namespace stiefel::server

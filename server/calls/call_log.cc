@@ -39,29 +39,29 @@ std::int64_t whole(double work) { return static_cast<std::int64_t>(std::min(work
 /// Returns the first 128 bytes, the most that an id may have.
 std::string cut(std::string_view text) { return std::string(text.substr(0, 128)); }
 
-}  // namespace
-
-std::string_view trace_id_of(const grpc::ServerContextBase& context) {
-  const auto [first, last] = context.client_metadata().equal_range("traceparent");
-  // A call with several headers has no valid trace id.
-  if (first == last || std::next(first) != last) return {};
-  return trace_id({first->second.data(), first->second.size()});
+/// Returns the trace id in the call's metadata `traceparent` (W3C Trace Context): version, trace id
+/// of 32 digits, parent id and flags, 55 characters with the dashes. Empty without one.
+std::string trace_id_of(const grpc::ServerContextBase& context) {
+  const auto sent = context.client_metadata().find("traceparent");
+  if (sent == context.client_metadata().end() || sent->second.size() < 55) return {};
+  return {sent->second.data() + 3, 32};
 }
 
+}  // namespace
+
 CallLog::CallLog(const Log& log, grpc::ServerContextBase& context, const char* method,
-                 Metrics* metrics)
+                 CallMetrics* metrics)
     : log_(&log),
       method_(method),
       context_(&context),
       metrics_(metrics),
-      running_(metrics ? &metrics->calls : nullptr, method) {
+      running_(metrics, method) {
   if (!log.enabled(Log::Level::info)) return;
   const auto sent = context.client_metadata().find("x-request-id");
   details_ = std::make_unique<Details>(Details{
       sent == context.client_metadata().end() ? new_request_id()
                                               : cut({sent->second.data(), sent->second.size()}),
-      std::string(trace_id_of(context)), "", cut(context.peer()),
-      std::chrono::steady_clock::now()});
+      trace_id_of(context), "", cut(context.peer()), std::chrono::steady_clock::now()});
 }
 
 void CallLog::tell_numerics() {
@@ -73,18 +73,11 @@ void CallLog::name(std::string_view session_id) {
   if (details_) details_->session_id = cut(session_id);
 }
 
-void CallLog::begin() noexcept {
-  try {
-    if (metrics_) stream_ = std::make_unique<OpenStreams::Stream>(metrics_->streams);
-  } catch (const std::exception&) {
-  }
-}
-
 void CallLog::refuse(const grpc::Status& status) const noexcept {
   if (!metrics_ || status.ok() || status.error_code() == grpc::CANCELLED) return;
   try {
     const auto [reason, limit] = errors::reason(status);
-    metrics_->calls.refused(reason.empty() ? code_name(status.error_code()) : reason, limit);
+    metrics_->refused(reason.empty() ? code_name(status.error_code()) : reason, limit);
   } catch (const std::exception&) {
   }
 }
@@ -92,7 +85,6 @@ void CallLog::refuse(const grpc::Status& status) const noexcept {
 void CallLog::finish(const grpc::Status& status) noexcept {
   refuse(status);
   running_.end(status.error_code());
-  stream_.reset();
   try {
     push_back(status, *context_);
     // gRPC's clients do not repeat a call whose initial metadata has arrived.

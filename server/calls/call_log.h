@@ -10,24 +10,12 @@
 #include <string_view>
 #include <vector>
 
-#include "server/observability/log.h"
-#include "server/observability/metrics.h"
+#include "server/connections/log.h"
+#include "server/connections/metrics.h"
 
 namespace stiefel::server {
 
 class Account;
-
-/// The metrics in which calls are counted.
-struct Metrics {
-  explicit Metrics(const std::vector<std::string>& methods) : calls(methods) {}
-
-  CallMetrics calls;
-  OpenStreams streams;
-};
-
-/// Returns the trace id of the call's metadata `traceparent` (W3C Trace Context); empty without a
-/// valid one.
-std::string_view trace_id_of(const grpc::ServerContextBase& context);
 
 /// Writes the log line of one RPC, with the message "rpc" however the call ended: request id (the
 /// caller's `x-request-id`, or a new one), trace id if there is one, method, session, peer,
@@ -37,8 +25,7 @@ std::string_view trace_id_of(const grpc::ServerContextBase& context);
 class CallLog {
  public:
   CallLog(const Log& log, grpc::ServerContextBase& context, const char* method,
-          Metrics* metrics = nullptr);
-  CallLog(CallLog&&) = default;
+          CallMetrics* metrics = nullptr);
   static constexpr std::chrono::milliseconds is_long{10};
 
   /// Sets who pays for the call.
@@ -51,18 +38,10 @@ class CallLog {
     steps_ += steps;
   }
 
-  /// Begins a stream. Call it once.
-  void begin() noexcept;
   /// Sets the session.
   void name(std::string_view session_id);
-  /// Call `writing` when a message of the stream goes to gRPC, `written` when gRPC has sent it.
-  void writing() {
-    tell_numerics();
-    if (stream_) stream_->writing();
-  }
-  void written() noexcept {
-    if (stream_) stream_->written();
-  }
+  /// Puts the numerics id into the initial metadata, once. Call it before a message is sent.
+  void tell_numerics();
   /// Counts an error that the caller is told. `finish` counts that of the call itself.
   void refuse(const grpc::Status& status) const noexcept;
 
@@ -72,8 +51,6 @@ class CallLog {
   void finish(const grpc::Status& status) noexcept;
 
  private:
-  /// Puts the numerics id into the initial metadata, once, before the first message.
-  void tell_numerics();
   void write(const grpc::Status& status) const;
   /// Returns the level of the line of a call that ended so after that time; nothing if it has none.
   std::optional<Log::Level> level(const grpc::Status& status, std::chrono::nanoseconds took) const;
@@ -91,9 +68,8 @@ class CallLog {
   grpc::ServerContextBase* context_;
   bool numerics_told_ = false;
   std::unique_ptr<Details> details_;
-  Metrics* metrics_ = nullptr;
+  CallMetrics* metrics_;
   CallMetrics::Running running_;
-  std::unique_ptr<OpenStreams::Stream> stream_;
   double work_ = 0;  // instructions
   std::int64_t steps_ = 0;
 };

@@ -65,7 +65,6 @@ class Gate::StreamingHandler final : public grpc::internal::MethodHandler {
                                    const ReadRequest<Request>* request,
                                    grpc::ServerWriter<Response>* writer) {
               return gate.serve(*call_of_this_thread, *context, name, [&](ServerCall& of) {
-                of.log().begin();
                 of.run([&] { handler(of, of.read(*request), *writer); });
               });
             },
@@ -103,10 +102,7 @@ grpc::internal::MethodHandler* Gate::take(const char* name, Driving<Request, Res
   return new grpc::internal::TemplatedBidiStreamingHandler<Stream, false>(
       [this, name, handler](grpc::ServerContext* context, Stream* stream) {
         std::optional<ServerCall> call;
-        return serve(call, *context, name, [&](ServerCall& of) {
-          of.log().begin();
-          handler(of, *stream);
-        });
+        return serve(call, *context, name, [&](ServerCall& of) { handler(of, *stream); });
       });
 }
 

@@ -66,7 +66,7 @@ struct Host {
   Lifecycle lifecycle;
   Identify identify;
   /// Null if nobody reads metrics.
-  std::shared_ptr<Metrics> metrics;
+  std::unique_ptr<CallMetrics> metrics;
   /// The threads that compute at once.
   const int threads;
   Turns turns{threads};

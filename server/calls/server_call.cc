@@ -11,24 +11,26 @@ ServerCall::ServerCall(Host& host, grpc::ServerContext& context, const char* nam
     : host_(host),
       context_(context),
       log_(std::in_place, host.log, context, name, host.metrics.get()) {
-  if (const auto trace = trace_id_of(context); !trace.empty())
-    context.AddTrailingMetadata("stiefel-trace-id", std::string(trace));
   host_.lifecycle.enter();
 }
 
 ServerCall::~ServerCall() {
-  if (callers_) callers_->leave(admitted_);
+  if (callers_) callers_->leave(context_);
   if (counted_) account_->leave_call(host_.open_calls);
   host_.lifecycle.leave();
 }
 
 void ServerCall::admit(Callers* callers) {
+  callers_ = callers;
+  Principal principal;
   if (callers) {
-    callers_ = callers;
-    if (const auto refused = callers->admit(context_, admitted_))
-      throw *refused == Refused::token_missing ? errors::token_missing() : errors::token_unknown();
+    const auto admitted = callers->admit(context_);
+    if (!admitted)
+      throw admitted.error() == Refused::token_missing ? errors::token_missing()
+                                                       : errors::token_unknown();
+    principal = *admitted;
   }
-  account_ = &host_.accounts.of(host_.identify ? host_.identify(context_) : admitted_.principal());
+  account_ = &host_.accounts.of(host_.identify ? host_.identify(context_) : principal);
   log_->bill(*account_);
   turn_.emplace(
       host_.turns, account_->share(), stop_source_, [this] { return context_.IsCancelled(); },

@@ -117,14 +117,13 @@ class ServerCall {
   /// the call, or one that helps it. Throws StatusError if the caller has left.
   template <class Writer, class Message>
   void write(Writer& writer, Message& message, bool last = false) {
-    log_->writing();
+    log_->tell_numerics();
     if constexpr (requires { message.set_work(0); }) message.set_work(work());
     grpc::WriteOptions options;
     if (last) options.set_last_message();
     const auto send = [&] { return writer.Write(message, options); };
     const bool helps = std::this_thread::get_id() != thread_;
     if (!(helps ? send() : turn_->without_place(send))) leave();
-    log_->written();
   }
   /// Reads the next message of a stream; returns whether there is one.
   template <class Reader, class Message>
@@ -176,7 +175,6 @@ class ServerCall {
   std::optional<CallLog> log_;
   Account* account_ = nullptr;
   Callers* callers_ = nullptr;
-  AdmittedCall admitted_;
   bool counted_ = false;
   std::stop_source stop_source_;
   std::stop_token stop_ = stop_source_.get_token();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/connections/listener.h"
+#include "server/connections/log.h"
 
 namespace stiefel::server {
 
@@ -16,20 +17,16 @@ class Acceptor {
  public:
   /// Takes over a non-blocking connection and closes it in the end.
   using GiveAway = std::function<void(int connection)>;
-  /// Is called at most once a second with the number of connections refused since the last call.
-  using Report = std::function<void(std::size_t refused)>;
 
   /// Closes a connection at once whose descriptor is `most` or more: the kernel gives the smallest
-  /// free number. Throws std::runtime_error if the system gives no descriptor.
-  Acceptor(std::vector<Listener> listeners, int most, GiveAway give_away, Report report);
+  /// free number. Logs at most once a second how many it closed.
+  Acceptor(std::vector<Listener> listeners, int most, GiveAway give_away, const Log& log);
   /// Stops listening and removes the files of Unix sockets.
   ~Acceptor();
   Acceptor(const Acceptor&) = delete;
   Acceptor& operator=(const Acceptor&) = delete;
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void run(const std::stop_token& stop);
   /// Returns false if the process has no descriptor or no memory for a connection that waits.
   bool accept_from(int listener);
@@ -38,10 +35,9 @@ class Acceptor {
   const std::vector<Listener> listeners_;
   const int most_;
   const GiveAway give_away_;
-  const Report report_;
-  Descriptor wake_;  // readable when the thread should end
-  Clock::time_point reported_{};
-  std::size_t refused_ = 0;
+  const Log& log_;
+  std::chrono::steady_clock::time_point reported_{};
+  std::int64_t refused_ = 0;
   std::jthread thread_;
 };
 

@@ -4,32 +4,43 @@
 #include <prometheus/exposer.h>
 
 #include <memory>
-#include <optional>
 #include <string>
-#include <vector>
+
+#include "server/connections/metrics.h"
+#include "server/scheduling/memory_budget.h"
+#include "server/scheduling/turns.h"
+#include "server/sessions/registry.h"
 
 namespace stiefel::server {
 
-/// Returns why metrics cannot be served on `address` (one that address_fault accepts): it is a Unix
-/// socket or an IPv6 address, on which prometheus-cpp does not listen; or other machines can reach
-/// it and `insecure` does not permit that.
-std::optional<std::string> metrics_fault(const std::string& address, bool insecure);
-
-/// Serves metrics over HTTP at /metrics, in Prometheus's text format, by prometheus-cpp.
+/// Serves metrics over HTTP at /metrics, in Prometheus's text format, by prometheus-cpp: those of
+/// calls, what the server holds and does, and those of the process under Prometheus's usual names.
 class Exporter {
  public:
-  using Metrics = std::vector<std::shared_ptr<prometheus::Collectable>>;
+  /// What the metrics tell of; it must outlive the exporter.
+  struct Parts {
+    const CallMetrics& calls;
+    const Registry& registry;
+    const Turns& turns;
+    const MemoryBudget& memory;
+    int threads;
+  };
 
-  /// Listens on host:port; port 0 means a free one. Throws std::runtime_error.
-  Exporter(const std::string& address, Metrics metrics);
+  /// Listens on host:port; port 0 means a free one. Throws std::runtime_error, also for an address
+  /// on which prometheus-cpp does not listen, a Unix socket or an IPv6 address, and for one that
+  /// other machines can reach unless `insecure` permits that.
+  Exporter(const std::string& address, bool insecure, const Parts& parts);
 
   /// The URL, "http://127.0.0.1:9464/metrics".
   const std::string& url() const { return url_; }
 
  private:
   const std::shared_ptr<prometheus::Collectable> page_;
-  prometheus::Exposer exposer_;
+  std::unique_ptr<prometheus::Exposer> exposer_;
   std::string url_;
 };
+
+/// Throws std::runtime_error where the constructor of Exporter would, but does not listen.
+void check_exporter(const std::string& address, bool insecure);
 
 }  // namespace stiefel::server

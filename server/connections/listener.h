@@ -1,8 +1,6 @@
 #pragma once
 
-#include <sys/socket.h>
-#include <sys/stat.h>
-
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,42 +12,18 @@ namespace stiefel::server {
 
 /// Returns the rule that an address breaks, or nothing. An address is host:port, where the host is
 /// a name, an IPv4 address or an IPv6 address in brackets and the port is 0 to 65535; or unix:PATH
-/// (unix:///PATH) with a path of 1 to 107 bytes, the most that a socket's name holds.
+/// (unix:///PATH) with a path of 1 to 107 bytes, the most that a socket's name holds. Whether the
+/// host exists is found out when it is used.
 std::optional<std::string> address_fault(std::string_view address);
 
 bool is_unix(std::string_view address);
-/// Returns PATH of unix:PATH or unix:///PATH.
-std::string_view unix_path(std::string_view address);
-
-/// The address of a socket, as the kernel stores it.
-struct SocketAddress {
-  sockaddr_storage storage{};
-  socklen_t length = 0;
-
-  sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
-  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
-};
-
-/// The file of a Unix socket. The destructor removes the file that `bind` made, unless another has
-/// replaced it.
-class SocketFile {
- public:
-  explicit SocketFile(std::string path);
-  SocketFile(SocketFile&& other) noexcept;
-  SocketFile& operator=(SocketFile&&) = delete;
-  ~SocketFile();
-
- private:
-  std::string path_;
-  struct stat made_ {};
-};
 
 /// A non-blocking listening socket; its connections inherit its TCP options.
 struct Listener {
   Descriptor socket;
-  SocketAddress address;
-  int port = 0;                         ///< 0 for a Unix socket
-  std::optional<SocketFile> file = {};  ///< destroyed first: the name goes before the socket
+  int port = 0;                     ///< 0 for a Unix socket
+  std::shared_ptr<void> file = {};  ///< of a Unix socket: removes its file when it is destroyed,
+                                    ///< unless another file has replaced it
 };
 
 /// Listens on an address that `address_fault` accepts: on every IP address of a host name, on IPv4
@@ -58,15 +32,8 @@ struct Listener {
 /// reason, also if another server listens on the Unix socket or the path is another kind of file.
 std::vector<Listener> listen_on(const std::string& address);
 
-/// Returns the IP addresses of host:port; none if the host has none.
-std::vector<SocketAddress> tcp_addresses(const std::string& address);
-
-/// Whether only this machine can reach the address: a Unix socket, 127.0.0.0/8 or ::1.
-bool is_local(const SocketAddress& address);
-
-/// Returns why a server must not listen on `address` (one that address_fault accepts) without TLS:
-/// other machines can reach one of its IP addresses. Returns nothing for an address that only this
-/// machine can reach, and for a name without an IP address.
-std::optional<std::string> exposure_fault(const std::string& address);
+/// Whether other machines can reach an address that `address_fault` accepts: not a Unix socket, and
+/// not 127.0.0.0/8 and ::1 alone. A name without an IP address is not exposed.
+bool is_exposed(const std::string& address);
 
 }  // namespace stiefel::server

@@ -1,50 +1,32 @@
 #include "server/program/flags.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <string_view>
 
 #include "engine/numbers/to_text.h"
+#include "engine/scene/near_name.h"
 #include "server/connections/listener.h"
 #include "server/scheduling/memory_limit.h"
 
 namespace stiefel::server {
 namespace {
 
-constexpr std::int64_t billion = 1'000'000'000;
-
 /// Accepts one number from `low` to `high`; refuses NaN, infinity and text after the number.
-template <class Number>
-CLI::Validator within(Number low, Number high, const std::string& unit) {
-  const auto text = [](Number value) {
-    if constexpr (std::is_integral_v<Number>) {
-      return std::to_string(value);
-    } else {
-      const bool whole = value == std::floor(value) && value < 1e10;
-      return whole ? std::to_string(static_cast<std::int64_t>(value)) : to_text(value);
-    }
-  };
-  const std::string rule = unit + " from " + text(low) + " to " + text(high);
-  const auto fault = [low, high, rule](const std::string& given) -> std::string {
-    Number value{};
+CLI::Validator within(double low, double high, const std::string& unit) {
+  const auto fault = [=](const std::string& given) -> std::string {
+    double value = 0;
     const char* end = given.data() + given.size();
     const auto read = std::from_chars(given.data(), end, value);
-    const bool whole = read.ec == std::errc() && read.ptr == end;
-    return whole && low <= value && value <= high ? "" : "'" + given + "' must be " + rule;
-  };
-  return CLI::Validator(fault, "");
-}
-
-/// Accepts a number of bytes that is at least `least`.
-CLI::Validator bytes(std::uint64_t least) {
-  const auto fault = [least](const std::string& given) -> std::string {
-    if (read_bytes(given, least)) return "";
-    return "'" + given + "' must be a number of bytes" + (least > 0 ? ", at least 64M" : "") +
-           ", with K, M, G or T for powers of 1024";
+    if (read.ec == std::errc() && read.ptr == end && low <= value && value <= high) return "";
+    return "'" + given + "' must be " + unit + " from " + to_text(low) + " to " + to_text(high);
   };
   return CLI::Validator(fault, "");
 }
@@ -65,8 +47,13 @@ void add_seconds(CLI::App& app, const char* flag, std::chrono::milliseconds& tim
 template <class Bytes>
 void add_bytes(CLI::App& app, const char* flag, Bytes& value, std::uint64_t least,
                const char* meaning) {
+  const auto fault = [least](const std::string& given) -> std::string {
+    if (read_bytes(given, least)) return "";
+    return "'" + given + "' must be a number of bytes" + (least > 0 ? ", at least 64M" : "") +
+           ", with K, M, G or T for powers of 1024";
+  };
   const auto set = [&value](const std::string& given) { value = *read_bytes(given, 0); };
-  app.add_option_function<std::string>(flag, set, meaning)->check(bytes(least));
+  app.add_option_function<std::string>(flag, set, meaning)->check(CLI::Validator(fault, ""));
 }
 
 void add_access_to(CLI::App& app, AccessOptions& access) {
@@ -101,12 +88,24 @@ std::string variable_of(std::string flag) {
   return "STIEFEL_" + flag;
 }
 
-}  // namespace
-
+/// Returns the rule that the address breaks, which CLI11 puts after "--listen: "; empty if none.
 std::string address_error(const std::string& address) {
   const auto fault = address_fault(address);
   return fault ? address + ": " + *fault : "";
 }
+
+/// Whether Kubernetes sets the variable: STIEFEL_SERVICE_HOST=10.0.0.1,
+/// STIEFEL_PORT=tcp://10.0.0.1:50551, STIEFEL_PROXY_PORT_50551_TCP_ADDR=10.0.0.1.
+bool of_kubernetes(std::string_view name, std::string_view value) {
+  return name.find("_SERVICE_") != name.npos || name.find("_PORT_") != name.npos ||
+         value.find("://") != value.npos;
+}
+
+std::vector<CLI::Option*> options_of(CLI::App& app) {
+  return app.get_options([](const CLI::Option*) { return true; });
+}
+
+}  // namespace
 
 Flags::Flags(CLI::App& app) {
   options.listen = {"127.0.0.1:50551"};
@@ -119,7 +118,7 @@ Flags::Flags(CLI::App& app) {
   app.add_option("--threads", options.threads, "Threads that compute; 0: one for each core")
       ->check(within(0, 1024, "a number"));
   app.add_option("--max-sessions", options.max_sessions, "Largest number of sessions")
-      ->check(within<std::int64_t>(1, 4294967295, "a number"));
+      ->check(within(1, 4294967295, "a number"));
   add_bytes(app, "--memory", options.memory, least_memory,
             "Memory limit of the process in bytes, such as 512M or 4G; a session or call that does "
             "not fit is refused. Default: three quarters of the control group's limit or, without "
@@ -135,11 +134,11 @@ Flags::Flags(CLI::App& app) {
   app.add_option("--principal-sessions", options.quota.sessions,
                  "Largest number of sessions of one principal; 0: no limit. Default: with --tokens "
                  "half of --max-sessions, otherwise no limit")
-      ->check(within<std::int64_t>(0, billion, "a number"))
+      ->check(within(0, 1e9, "a number"))
       ->default_str("");
   app.add_option("--max-call-seconds", options.quota.call_seconds,
                  "Seconds for which one call, or one request of a Drive, may compute; 0: no limit")
-      ->check(within(0.0, 1e9, "a number of seconds"));
+      ->check(within(0, 1e9, "a number of seconds"));
   add_bytes(app, "--principal-memory", options.quota.memory, 0,
             "Largest number of bytes that the sessions and calls of one principal hold, such as "
             "512M; 0: no limit. Default: with --tokens half of what --memory leaves for sessions "
@@ -166,6 +165,37 @@ Flags::Flags(CLI::App& app) {
   app.option_defaults()->always_capture_default(false);
   app.add_flag("--exit-with-parent", exit_with_parent,
                "Stops the server when its stdin ends; for child processes");
+}
+
+void check_variables(CLI::App& app) {
+  for (CLI::Option* option : options_of(app)) {
+    const std::string& name = option->get_envname();
+    const char* value = name.empty() ? nullptr : std::getenv(name.c_str());
+    if (value == nullptr || *value == '\0' || option->count() > 0) continue;
+    std::string text = value;
+    throw CLI::ValidationError(name, (*option->get_validator())(text));
+  }
+}
+
+std::vector<std::string> unknown_variables(CLI::App& app) {
+  // Those of the clients, and of the tests.
+  std::vector<std::string> known = {"STIEFEL_ADDRESS", "STIEFEL_SERVER", "STIEFEL_TLS_CA",
+                                    "STIEFEL_TOKEN",   "STIEFEL_CLI",    "STIEFEL_SANITIZED"};
+  for (const CLI::Option* option : options_of(app)) known.push_back(option->get_envname());
+  std::vector<std::string> sentences;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string_view text = *entry;
+    const std::size_t equals = std::min(text.find('='), text.size());
+    const std::string name(text.substr(0, equals));
+    if (!name.starts_with("STIEFEL_") || std::ranges::find(known, name) != known.end() ||
+        of_kubernetes(name, text.substr(equals)))
+      continue;
+    const auto near = near_name(name, known);
+    sentences.push_back(name + ": unknown variable" +
+                        (near ? "; did you mean " + *near + "?" : ""));
+  }
+  std::ranges::sort(sentences);
+  return sentences;
 }
 
 std::string flag_table(const CLI::App& app) {

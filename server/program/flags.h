@@ -2,6 +2,7 @@
 
 #include <CLI/App.hpp>
 #include <string>
+#include <vector>
 
 #include "server/server.h"
 
@@ -18,8 +19,14 @@ struct Flags {
   bool exit_with_parent = false;
 };
 
-/// Returns the rule that the address breaks, which CLI11 puts after "--listen: "; empty if none.
-std::string address_error(const std::string& address);
+/// Throws CLI::ValidationError if a variable of the environment has a value that its option
+/// refuses. Call it after the parse: CLI11 2.4 takes no notice of such a variable.
+void check_variables(CLI::App& app);
+
+/// Returns a sentence for each variable of the environment that begins with STIEFEL_ and that
+/// neither the server nor a client reads: "STIEFEL_THREAD: unknown variable; did you mean
+/// STIEFEL_THREADS?". Leaves out what Kubernetes sets for a service whose name begins with stiefel.
+std::vector<std::string> unknown_variables(CLI::App& app);
 
 /// Returns the flags of `app` as a table in Markdown: flag, variable, default, meaning.
 std::string flag_table(const CLI::App& app);

@@ -1,25 +1,24 @@
 // The command stiefel-server: signals, and the checks that operators and containers call.
 #include <grpc/grpc.h>
-#include <grpcpp/grpcpp.h>
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
+#include <latch>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <thread>
 
 #include "server/connections/callers.h"
-#include "server/connections/listener.h"
-#include "server/observability/log.h"
-#include "server/program/check.h"
-#include "server/program/command_line.h"
-#include "server/program/end_signal.h"
 #include "server/program/flags.h"
+#include "server/program/healthcheck.h"
 #include "server/scheduling/memory_limit.h"
 #include "server/scheduling/process.h"
 #include "server/server.h"
@@ -27,6 +26,35 @@
 namespace {
 
 using namespace stiefel::server;
+using namespace std::chrono_literals;
+
+/// The time beyond the grace period that the process gets to end by itself.
+constexpr auto last_resort = 1900ms;
+
+/// Writes a line of less than PIPE_BUF bytes to stderr, unless that would block for longer than
+/// 100 ms: on a pipe that nobody reads.
+void write_stderr(std::string_view line) {
+  pollfd descriptor{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
+  if (poll(&descriptor, 1, 100) > 0)
+    static_cast<void>(write(STDERR_FILENO, line.data(), line.size()) > 0);
+}
+
+/// Ends the process with status 0 after a time, on a thread that nobody waits for.
+void exit_after(std::chrono::milliseconds time, std::string_view line = {}) {
+  std::thread([=] {
+    std::this_thread::sleep_for(time);
+    write_stderr(line);
+    _exit(0);
+  }).detach();
+}
+
+/// Handles SIGABRT during the start: gRPC aborts where the system gives no thread or no memory.
+void tell_that_it_cannot_start(int) {
+  write_stderr(
+      "stiefel-server: cannot start: a library aborted; limits of threads and memory are a likely "
+      "reason\n");
+  _exit(1);
+}
 
 /// Sends this process SIGTERM when stdin ends, which means that the parent is gone.
 void watch_parent() {
@@ -41,76 +69,74 @@ void watch_parent() {
 }
 
 /// Prints the token and the line for its file on stdout, for programs, and what they are on stderr.
-int print_token(const std::string& name) {
-  try {
-    const auto made = make_token(name);
-    std::cout << made.token << '\n' << made.line << std::endl;
-  } catch (const std::exception& exception) {
-    std::cerr << "NAME: " << exception.what() << '\n';
-    return 1;
-  }
+void print_token(const std::string& name) {
+  const NewToken made = make_token(name);
+  std::cout << made.token << '\n' << made.line << std::endl;
   std::cerr << "The first line is the token. Give it to the caller; it cannot be shown again.\n"
                "Add the second line to the file of --tokens.\n";
-  return 0;
 }
 
-/// Handles SIGABRT during the start: gRPC aborts where the system gives no thread or no memory.
-void tell_that_it_cannot_start(int) {
-  constexpr std::string_view reason =
-      "stiefel-server: cannot start: a library aborted; limits of threads and memory are a likely "
-      "reason\n";
-  static_cast<void>(write(STDERR_FILENO, reason.data(), reason.size()) > 0);
-  _exit(1);
+void print_check(const Options& options, const std::vector<std::string>& warnings) {
+  for (const std::string& text : warnings) std::cerr << "warning: " << text << '\n';
+  check(options);
+  const Quota limits = limits_of_principals(options);
+  const auto text = [](std::uint64_t limit) {
+    return limit > 0 ? std::to_string(limit) : "no limit";
+  };
+  std::cout << "the flags are sound; of one principal, sessions: " << text(*limits.sessions)
+            << ", bytes of memory: " << text(*limits.memory) << '\n';
 }
 
-/// Throws std::runtime_error if the system does not give the threads of a server. `std::thread` and
-/// gRPC would end the process later and without a reason.
-void check_threads(const Options& options) {
-  enlarge_thread_stacks();
-  if (const auto fault = thread_fault(threads_of(options)))
-    throw std::runtime_error("cannot start: " + *fault);
-}
-
-int serve(Options options, bool exit_with_parent) try {
+void serve(const Options& options, bool exit_with_parent,
+           const std::vector<std::string>& warnings) {
   // gRPC's event engine polls a set of descriptors in which no connection is, and aborts the
   // process if that fails, as it did once in 1700 starts.
   setenv("GRPC_EXPERIMENTS", "-posix_event_engine_enable_polling", 0);
   // gRPC's own lines would wait for the reader of stderr with the threads that serve connections.
   setenv("GRPC_VERBOSITY", "NONE", 0);
   signal(SIGABRT, &tell_that_it_cannot_start);
-  check_threads(options);
-  // Lives as long as the process, since its threads do.
-  static EndSignal signal_to_end(options.grace);
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes counts as full
+  // Every thread inherits the mask, so that only sigwait sees the signals. A server that is still
+  // starting, which may take long with a large store, has promised nothing and ends at once.
+  static sigset_t signals;
+  static std::atomic<bool> started = false;
+  static std::latch ended(1);
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::thread([grace = options.grace] {
+    int received = 0;
+    sigwait(&signals, &received);
+    if (!started.exchange(true)) {
+      write_stderr("stiefel-server: ends before it has started\n");
+      _exit(0);
+    }
+    exit_after(grace + last_resort,
+               "stiefel-server: ends 2 s after the grace period without waiting any longer\n");
+    ended.count_down();
+  }).detach();
+
   raise_descriptor_limit();
   keep_little_freed_memory();
   const Log log(options.log_level, options.log_json);
-  for (const std::string& text : unknown_variables()) log.line(Log::Level::warn, text);
+  for (const std::string& text : warnings) log.line(Log::Level::warn, text);
   // gRPC's last shutdown waits up to 10 s for a thread that polls. The library is never shut down
   // here, so that the end of the server does not wait for it.
   grpc_init();
-  options.waits_for = [](const char* what) { signal_to_end.waits_for(what); };
   std::optional<Server> server(options);
-  signal_to_end.started();
+  if (started.exchange(true)) pause();  // the process is ending
   signal(SIGABRT, SIG_DFL);
   for (const std::string& address : server->addresses())
     std::cout << "listening on " << address << std::endl;
   if (const std::string url = server->metrics_url(); !url.empty())
     std::cout << "metrics at " << url << std::endl;
   if (exit_with_parent) watch_parent();
-  signal_to_end.wait();
+  ended.wait();
   server->shutdown();
-  signal_to_end.waits_for("the end of the server's threads");
   server.reset();
-  EndSignal::exit_soon();
-  return 0;
-} catch (const std::bad_alloc&) {
-  std::cerr << "stiefel-server: cannot start: the system gives too little memory\n";
-  return 1;
-} catch (const std::exception& exception) {
-  std::cerr << "stiefel-server: " << exception.what() << '\n';
-  return 1;
+  exit_after(500ms);  // gRPC waits at exit for up to 10 s until the last of its objects is gone
 }
 
 }  // namespace
@@ -135,7 +161,7 @@ int main(int argc, char** argv) {
   healthcheck
       ->add_option("--tls-ca", question.ca,
                    "PEM file of the authorities that signed the server's certificate. Default with "
-                   "--tls-cert: on this machine's own addresses any certificate is accepted")
+                   "--tls-cert: any certificate is accepted")
       ->envname("STIEFEL_TLS_CA")
       ->type_name("FILE");
   healthcheck->fallthrough();
@@ -156,16 +182,30 @@ int main(int argc, char** argv) {
     std::cerr << "stiefel-server: error: " << error.what() << "\nSee stiefel-server --help\n";
     return 2;
   }
-
+  const Options& options = flags.options;
   if (*healthcheck) {
-    if (question.address.empty()) question.address = flags.options.listen.front();
-    question.tls = flags.options.access.tls;
+    if (question.address.empty()) question.address = options.listen.front();
+    question.tls = options.access.tls;
     return health_check(question);
   }
-  if (*token) return print_token(name);
-  if (*table) {
-    std::cout << flag_table(app);
+  try {
+    enlarge_thread_stacks();
+    if (*token)
+      print_token(name);
+    else if (*table)
+      std::cout << flag_table(app);
+    else if (*checked)
+      print_check(options, unknown_variables(app));
+    else
+      serve(options, flags.exit_with_parent, unknown_variables(app));
     return 0;
+  } catch (const std::bad_alloc&) {
+    std::cerr << "stiefel-server: cannot start: the system gives too little memory\n";
+  } catch (const std::system_error& error) {
+    std::cerr << "stiefel-server: cannot start: the system gives no thread: " << error.what()
+              << "; see ulimit -u, ulimit -v and the control group's limits\n";
+  } catch (const std::exception& exception) {
+    std::cerr << "stiefel-server: " << exception.what() << '\n';
   }
-  return *checked ? check(flags.options) : serve(flags.options, flags.exit_with_parent);
+  return 1;
 }

@@ -3,25 +3,15 @@
 #include <pthread.h>
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <exception>
-#include <latch>
 #include <limits>
-#include <memory>
 #include <utility>
-#include <vector>
 
 namespace stiefel::server {
 namespace {
 
 constexpr std::size_t stack_bytes = std::size_t{8} << 20;
-
-std::string limit_of(decltype(RLIMIT_AS) resource) {
-  rlimit limit{};
-  if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "unlimited";
-  return std::to_string(limit.rlim_cur);
-}
 
 }  // namespace
 
@@ -45,28 +35,6 @@ void enlarge_thread_stacks() {
       pthread_attr_setstacksize(&attributes, stack_bytes) == 0)
     pthread_setattr_default_np(&attributes);
   pthread_attr_destroy(&attributes);
-}
-
-std::optional<std::string> thread_fault(int count) {
-  std::latch end(1);
-  std::vector<std::jthread> threads;
-  std::string reason;
-  try {
-    while (static_cast<int>(threads.size()) < count)
-      threads.emplace_back([&end] {
-        // The first allocation of a thread takes address space for more.
-        const std::unique_ptr<volatile char> allocation(new volatile char);
-        end.wait();
-      });
-  } catch (const std::exception& error) {
-    reason = "the system gives " + std::to_string(threads.size()) + " of " + std::to_string(count) +
-             " threads: " + error.what() + " (processes, ulimit -u: " + limit_of(RLIMIT_NPROC) +
-             "; bytes of address space, ulimit -v: " + limit_of(RLIMIT_AS) +
-             "; or the control group's limits)";
-  }
-  end.count_down();
-  threads.clear();
-  return reason.empty() ? std::nullopt : std::optional(reason);
 }
 
 std::size_t descriptor_limit() {

@@ -56,10 +56,9 @@ OTHERS = {
     "server/sessions/store": [r"server/scheduling/(principal|process)\.h", r"server/sessions/.*"],
     CONVERSION: [PUBLIC, PROTO, r"server/(scheduling|sessions)/.*"],
     "server/connections": [r"server/(scheduling|sessions)/.*"],
-    "server/observability": [PROTO, r"server/(scheduling|sessions)/.*"],
-    "server/calls": [PROTO, r"server/(connections|convert|observability|scheduling|sessions)/.*"],
-    "server": [PROTO, r"server/(calls|connections|observability|scheduling|sessions)/.*"],
-    "server/program": [r"server/(connections|observability|scheduling|sessions)/.*", r"server/server\.h"],
+    "server/calls": [PROTO, r"server/(connections|convert|scheduling|sessions)/.*"],
+    "server": [PROTO, r"server/(calls|connections|scheduling|sessions)/.*"],
+    "server/program": [r"server/(connections|scheduling)/.*", r"server/server\.h"],
     "client/cpp": [CLIENT, PROTO],
 }
 # The headers of gRPC and protobuf, and the folders that must not include them.

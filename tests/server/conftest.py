@@ -1,4 +1,5 @@
 """The program stiefel-server from outside: as a process, and as bytes on a socket."""
+import json
 import os
 import resource
 import socket
@@ -10,21 +11,29 @@ from pathlib import Path
 import grpc
 import pytest
 
+from stiefel import v1 as pb
+
 sys.path[:0] = [str(Path(__file__).resolve().parents[1] / folder) for folder in ("support", "calls")]
 
 SANITIZED = "STIEFEL_SANITIZED" in os.environ
+SERVER = os.environ["STIEFEL_SERVER"]
 PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\4\0\0\0\0\0"  # and empty SETTINGS
 # A step costs work, as those of the recommended method `exact` do not.
 BODY = {"system": "rigid_body", "step": 0.05, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]},
         "method": {"name": "preprocessed_variational", "order": 14}}
 
 
+def program(*arguments, **environment):
+    """Runs `stiefel-server` to its end."""
+    return subprocess.run([SERVER, *arguments], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60,
+                          env={**os.environ, **environment})
+
+
 def refused_at_the_start(*arguments, listen="127.0.0.1:0"):
     """What `stiefel-server check` and the server itself, which both refuse these arguments, write to stderr."""
     said = []
     for command in (["check"], []):
-        done = subprocess.run([os.environ["STIEFEL_SERVER"], *command, *arguments, "--listen", listen], stdin=subprocess.DEVNULL,
-                              capture_output=True, text=True, timeout=60)
+        done = program(*command, *arguments, "--listen", listen)
         assert done.returncode == 1, done.stderr
         said.append(done.stderr)
     return said
@@ -33,10 +42,13 @@ def refused_at_the_start(*arguments, listen="127.0.0.1:0"):
 class Process:
     """A running stiefel-server; `address` is the first that it listens on."""
 
-    def __init__(self, *arguments, listen="127.0.0.1:0", descriptors=None):
-        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, descriptors)) if descriptors else None
+    def __init__(self, *arguments, listen="127.0.0.1:0", descriptors=None, stack=None):
+        def limit():
+            for kind, pair in ((resource.RLIMIT_NOFILE, descriptors), (resource.RLIMIT_STACK, stack)):
+                if pair:
+                    resource.setrlimit(kind, pair)
         self.child = subprocess.Popen(
-            [os.environ["STIEFEL_SERVER"], "--listen", listen, "--exit-with-parent", *arguments],
+            [SERVER, "--listen", listen, "--exit-with-parent", *arguments],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=limit)
         line = self.child.stdout.readline()
         assert line.startswith("listening on "), self.child.communicate()[1]
@@ -61,25 +73,26 @@ class Process:
         connection.sendall(PREFACE)
         return connection, connection.recv(4096)
 
+    def status(self, name):
+        """A number of /proc/PID/status."""
+        with open(f"/proc/{self.child.pid}/status", encoding="ascii") as status:
+            return next(int(line.split()[1]) for line in status if line.startswith(f"{name}:"))
+
     def memory(self):
         """The largest resident size so far, in bytes. Not of a server with a sanitizer, whose own memory is most of it."""
         if SANITIZED:
             pytest.skip("the server has a sanitizer in it")
-        with open(f"/proc/{self.child.pid}/status", encoding="ascii") as status:
-            return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) * 1024
+        return self.status("VmHWM") * 1024
 
     def resident(self):
         """The resident size now, in bytes; like `memory`."""
         if SANITIZED:
             pytest.skip("the server has a sanitizer in it")
-        with open(f"/proc/{self.child.pid}/statm", encoding="ascii") as statm:
-            return int(statm.read().split()[1]) * os.sysconf("SC_PAGESIZE")
+        return self.status("VmRSS") * 1024
 
     def processor_seconds(self):
-        """Processor time so far, which other programs on the machine do not change."""
-        with open(f"/proc/{self.child.pid}/stat", encoding="ascii") as stat:
-            user, system = stat.read().rpartition(")")[2].split()[11:13]
-        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+        """Processor time so far, to nanoseconds, which other programs on the machine do not change."""
+        return time.clock_gettime(~self.child.pid << 3 | 2)
 
     def computes(self, seconds=0.1):
         """Waits until it has computed for that long, from now on."""
@@ -89,8 +102,13 @@ class Process:
     def open_descriptors(self):
         return len(os.listdir(f"/proc/{self.child.pid}/fd"))
 
+    def log(self):
+        """Ends it and returns its log of --log-format json as objects."""
+        self.stop()
+        return [json.loads(line) for line in self.child.stderr]
+
     def stop(self):
-        if self.child.poll() is None:
+        if self.child.poll() is None and not self.child.stdin.closed:
             self.child.stdin.close()
         try:
             return self.child.wait(60)
@@ -119,3 +137,10 @@ def eventually(holds, seconds=120.0):
             return True
         time.sleep(0.02)
     return False
+
+
+def reason(error):
+    """The reason in the details of an error of gRPC."""
+    status, info = pb.Status.FromString(dict(error.trailing_metadata())["grpc-status-details-bin"]), pb.ErrorInfo()
+    info.ParseFromString(status.details[0].value)
+    return info.reason

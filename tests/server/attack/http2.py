@@ -1,4 +1,6 @@
 """HTTP/2 by hand: frames (RFC 9113) and headers without compression (RFC 7541), right or wrong."""
+import contextlib
+import socket
 import struct
 
 PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
@@ -45,3 +47,22 @@ EMPTY_MESSAGE = frame(DATA, END_STREAM, 1, b"\0\0\0\0\0")
 
 def call(headers, body=EMPTY_MESSAGE, flags=END_HEADERS):
     return START + frame(HEADERS, flags, 1, headers) + body
+
+
+def say(address, data, acknowledge, patience):
+    """Sends it, reads what comes until nothing has come for `patience` seconds, and leaves. The server may hang up before.
+
+    gRPC holds a client to its limit of headers from the moment at which the client has acknowledged its SETTINGS.
+    """
+    host, port = address.rsplit(":", 1)
+    with contextlib.suppress(OSError), socket.create_connection((host, int(port)), timeout=60) as connection:
+        if acknowledge:
+            connection.sendall(START)
+            connection.recv(65536)
+            connection.sendall(frame(SETTINGS, ACK))
+            data = data.removeprefix(START)
+        connection.settimeout(patience)
+        for at in range(0, len(data), 1 << 20):
+            connection.sendall(data[at:at + (1 << 20)])
+        while connection.recv(65536):
+            pass

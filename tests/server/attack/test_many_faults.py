@@ -3,7 +3,6 @@
 Each is refused by what it says or for its memory, tells few faults and counts the others, takes no more memory than
 --memory, and computes little after its caller has gone.
 """
-import os
 import time
 
 import grpc
@@ -97,12 +96,6 @@ def send(process, method, raw, timeout=120):
     return channel, kind(f"/{SERVICE.full_name}/{method.name}")(iter([raw]) if method.client_streaming else raw, timeout=timeout)
 
 
-def processor_seconds(process):
-    with open(f"/proc/{process.child.pid}/stat", encoding="ascii") as stat:
-        times = stat.read().rsplit(")", 1)[1].split()
-    return (int(times[11]) + int(times[12])) / os.sysconf("SC_CLK_TCK")
-
-
 @pytest.fixture(scope="module")
 def process():
     server = Process("--log-level", "error", "--memory", f"{LIMIT // MIB}M", "--threads", "2")
@@ -115,7 +108,7 @@ def process():
 @pytest.mark.parametrize("name", LISTS)
 def test_a_request_full_of_faults_is_refused(process, name):
     method, raw = request(name, MIB)
-    before = processor_seconds(process)
+    before = process.processor_seconds()
     channel, call = send(process, method, raw)
     with channel:
         try:
@@ -133,7 +126,7 @@ def test_a_request_full_of_faults_is_refused(process, name):
         else:  # a Drive answers with the error
             assert method.name == "Drive" and len(replies) == 1
     if not SANITIZED:
-        assert processor_seconds(process) - before < 3
+        assert process.processor_seconds() - before < 3
         assert process.memory() < 1.2 * LIMIT, process.memory() / MIB
 
 
@@ -151,11 +144,13 @@ def test_the_faults_are_counted(process):
     assert told.startswith("dirac_brackets[0].first[0].A.rows: 0: must be 1 to ")
 
 
-def test_eight_at_once_beside_another(process):
-    """While they are read, others are answered, and all of it together fits into --memory."""
+@pytest.mark.parametrize("count", [8, 12])
+def test_many_at_once_beside_another(process, count):
+    """While they are read, others are answered. Eight fit into --memory together; of more, gRPC, whose share is a quarter,
+    ends whichever, and UNAVAILABLE means that it closed an idle connection just as a call began on it."""
     names = "Diagnose dirac_brackets.first", "Summarize quantities.statistics", "CreateSession scene.initial"
     chosen = [request(name, 2 * MIB) for name in names]
-    calls = [send(process, *chosen[k % len(chosen)]) for k in range(8)]
+    calls = [send(process, *chosen[k % len(chosen)]) for k in range(count)]
     with stiefel.Client(process.address) as client:
         session = client.get("s")
         for k in range(50):
@@ -163,24 +158,9 @@ def test_eight_at_once_beside_another(process):
     for channel, call in calls:
         with channel, pytest.raises(grpc.RpcError) as refused:
             list(call)
-        assert refused.value.code() in TYPED
+        assert refused.value.code() in (TYPED if count == 8 else {*TYPED, grpc.StatusCode.UNAVAILABLE}), refused.value
     if not SANITIZED:
         assert process.memory() < 1.2 * LIMIT, process.memory() / MIB
-
-
-def test_more_at_once_than_grpc_may_hold(process):
-    """They take a third of --memory, of which gRPC's share is a quarter, so that gRPC ends calls, whichever. The server
-    goes on."""
-    method, raw = request("Diagnose dirac_brackets.first", 2 * MIB)
-    for _ in range(3):
-        calls = [send(process, method, raw) for _ in range(LIMIT // 3 // len(raw))]
-        for channel, call in calls:
-            with channel, pytest.raises(grpc.RpcError) as refused:
-                list(call)
-            # UNAVAILABLE: gRPC closed an idle connection just as a call began on it.
-            assert refused.value.code() in {*TYPED, grpc.StatusCode.UNAVAILABLE}, refused.value
-        with stiefel.Client(process.address) as client:
-            assert client.get("s").step(to=1).step == 1
 
 
 @pytest.mark.skipif(SANITIZED, reason="processor time with a sanitizer says nothing")
@@ -189,11 +169,11 @@ def test_little_is_computed_after_the_caller_has_gone(serve):
     with stiefel.Client(process.address) as client:
         client.create(BODY, id="s")
         calls = [send(process, *request("Diagnose dirac_brackets.first", 4 * MIB)) for _ in range(4)]
-        time.sleep(1)
+        process.computes(0.3)
         for channel, call in calls:
             call.cancel()
             channel.close()
-        at_the_end = processor_seconds(process)
+        at_the_end = process.processor_seconds()
         assert client.get("s").step(to=1).step == 1
         time.sleep(5)
-        assert processor_seconds(process) - at_the_end < 2.5
+        assert process.processor_seconds() - at_the_end < 2.5

@@ -1,22 +1,30 @@
-"""Whoever cancels a long call of a large scene gets the server back at once, whatever it computes."""
+"""Whoever cancels a call, whatever it computes, gets the server back at once; and long calls leave it to the others."""
+import itertools
 import json
-import signal
 import threading
 import time
+from typing import NamedTuple, Optional
 
 import grpc
 import numpy as np
 import pytest
+from google.protobuf.message import Message
 
-from every_call import STREAMS, every_call
+from conftest import Process
+from every_call import RPCS, STREAMS
 from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
-#: Seconds of processor time, of two threads, that the server may take from the cancel to its reply; it takes 0.05 to 0.3.
-SOON = 2.0
-#: Seconds of the server's processor time after which a call is under way; a large request takes some to be read.
-UNDER_WAY, UNDER_WAY_OF_LARGE = 0.3, 1.5
-
+FAR = 10**6
+#: Seconds of processor time for which a call has computed when it is cancelled, and for which the server may compute until
+#: that call, or the next one of the session, has ended.
+UNDER_WAY, SOON = 0.02, 0.3
+#: The same of the largest requests, some of which take long to be read.
+UNDER_WAY_OF_LARGE, SOON_OF_LARGE = 0.3, 2.0
+#: The RPCs that compute nothing for long.
+SHORT = {"Describe", "GetSession", "ListSessions", "DeleteSession"}
+UNLIMITED = [("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1),
+             ("grpc.use_local_subchannel_pool", 1)]
 
 def matrix(values):
     values = np.asarray(values, float)
@@ -37,12 +45,6 @@ def body(N, system="rigid_body", wide=False, step=0.05, scale=1.0, **method):
     return scene
 
 
-def chosen(N):
-    scene = body(N)
-    scene.tolerance, scene.horizon = 1e-9, 100.0
-    return scene
-
-
 def brackets(N, count):
     """The bracket of tr A^T Q and tr A^T P, so many times."""
     A, none = matrix(np.random.default_rng(1).standard_normal((N, N))), matrix(np.zeros((N, N)))
@@ -56,14 +58,6 @@ def joined(N, restarts):
     Q[0] *= np.sign(np.linalg.det(Q))
     return pb.ConnectRequest(inertia=np.linspace(1, 2, N), time=1, restarts=restarts,
                              pairs=[pb.FramePair(q_0=matrix(np.eye(N)), q_t=matrix(Q))])
-
-
-def with_session(scene, call):
-    """`call(stub, id)` once a session of the scene exists."""
-    def start(stub):
-        stub.CreateSession(pb.CreateSessionRequest(session_id="s", scene=scene), timeout=60)
-        return call(stub, "s")
-    return start
 
 
 def blocks(p, q, **method):
@@ -86,115 +80,132 @@ def bodies(count):
     return scene
 
 
-def step_of(scene):
-    return with_session(scene, lambda stub, s: stub.Step.future(pb.StepRequest(
-        session_id=s, to=10**6, fields=["M"])))
+class Call(NamedTuple):
+    """A call that takes long, of the session "s" if it has a scene."""
+    method: str
+    request: Message
+    scene: Optional[pb.Scene] = None
+
+    def begin(self, stub):
+        if self.scene is not None:
+            view = pb.SessionView(scene=pb.SCENE_VIEW_NONE)
+            stub.CreateSession(pb.CreateSessionRequest(session_id="s", scene=self.scene, view=view), timeout=60)
+        if self.method not in STREAMS:
+            return getattr(stub, self.method).future(self.request)
+        return getattr(stub, self.method)(iter([self.request]) if self.method == "Drive" else self.request)
 
 
-def diagnosis_of(scene, **asked):
-    return with_session(scene, lambda stub, s: stub.Diagnose.future(pb.DiagnoseRequest(session_id=s, **asked)))
+def to_far(scene, method="Step", **fields):
+    kind = {"Step": pb.StepRequest, "Diagnose": pb.DiagnoseRequest, "Drive": pb.DriveRequest}[method]
+    return Call(method, kind(session_id="s", to=FAR, **fields), scene)
 
 
-def linearized(N, method="variational"):
-    """One vector of a body whose state has too many numbers for coordinates."""
-    M = np.zeros((1, 2 * N, N))
-    M[0, N, 1], M[0, N + 1, 0] = 1, -1
-    vectors = pb.Tensor(data_type=pb.DATA_TYPE_FLOAT64, shape=M.shape, data=M.tobytes())
-    return with_session(body(N, name=method), lambda stub, s: stub.Linearize(pb.LinearizeRequest(
-        session_id=s, to=10**6, vectors=vectors)))
-
-
-def stream_of(method, request):
-    return lambda stub: getattr(stub, method)(request)
-
-
-def drive_of(scene, field="M"):
-    return with_session(scene, lambda stub, s: stub.Drive(iter([pb.DriveRequest(
-        session_id=s, to=10**6, fields=[field])])))
-
-
-#: The largest N that is allowed, 512, wherever that does not refuse the call.
+#: Calls of the largest N that is allowed; each of them once computed on for seconds before it looked at its token.
 CALLS = {
-    "CreateSession, choice": lambda stub: stub.CreateSession.future(
-        pb.CreateSessionRequest(session_id="s", scene=chosen(48))),
-    "Step, rk4": step_of(body(512, name="rk4")),
-    "Step, variational": step_of(body(512, name="variational")),
-    "Step, variational of order 8, substeps": step_of(body(512, name="variational", order=8, substeps=1000)),
-    "Step, variational, Lambda from 1 to 1000": step_of(body(512, wide=True, name="variational")),
-    "Step, munthe_kaas4": step_of(body(512, name="munthe_kaas4")),
-    "Step, implicit_midpoint": step_of(body(512, name="implicit_midpoint")),
-    "Step, gauss4": step_of(body(512, name="gauss4")),
-    "Step, gauss4 of long steps": step_of(body(512, step=5, name="gauss4")),
-    "Step, adaptive": step_of(body(512, step=1000, name="adaptive", tolerance=1e-12)),
-    "Step, moser_veselov": step_of(body(512, system="moser_veselov")),
-    "Stream": with_session(body(512, name="munthe_kaas4"),
-                           lambda stub, s: stub.Stream(pb.StreamRequest(session_id=s, to=10**6))),
-    "Drive": drive_of(body(512, name="munthe_kaas4")),
-    "ForkSession": with_session(
-        body(512, name="rk4"), lambda stub, s: stub.ForkSession.future(pb.ForkSessionRequest(
-            session_id="t", from_session_id=s, from_step=10**6))),
-    "Diagnose, manakov": diagnosis_of(body(256, name="rk4"), invariants=["manakov"]),
-    "Diagnose, estimate": diagnosis_of(body(24, name="rk4"), to=100, estimate_error=pb.ERROR_ESTIMATION_ALWAYS),
-    "Diagnose, symplectic test": diagnosis_of(body(32, name="variational"), symplectic_test=pb.SymplecticTest(pairs=1000)),
-    "Diagnose, a step that takes minutes": diagnosis_of(body(8, step=1e10, name="gauss4")),
-    "Diagnose, double_bracket": diagnosis_of(blocks(256, 256, name="rk4")),
-    "CreateSession, double_bracket": lambda stub: stub.CreateSession.future(
-        pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256))),
-    "ForkSession, ensemble": with_session(bodies(65536), lambda stub, s: stub.ForkSession.future(pb.ForkSessionRequest(
-        session_id="t", from_session_id=s, from_step=10**6))),
-    "Drive, ensemble": drive_of(bodies(65536), "angular_velocity"),
-    "Summarize, ensemble": with_session(bodies(65536), lambda stub, s: stub.Summarize(pb.SummarizeRequest(
-        session_id=s, to=10**6, every=10**5, quantities=[pb.Quantity(name="energy", statistics=[pb.STATISTIC_DRIFT])]))),
-    "Linearize": with_session(body(24, name="variational"), lambda stub, s: stub.Linearize(pb.LinearizeRequest(
-        session_id=s, to=10**6))),
-    "Linearize, N = 300": linearized(300),
-    "Linearize, N = 300, munthe_kaas4": linearized(300, "munthe_kaas4"),
-    "LyapunovSpectrum, N = 300": with_session(body(300, name="variational"), lambda stub, s: stub.LyapunovSpectrum(
-        pb.LyapunovSpectrumRequest(session_id=s, to=10**6, count=4))),
-    "LyapunovSpectrum": with_session(body(24, name="variational"), lambda stub, s: stub.LyapunovSpectrum(
-        pb.LyapunovSpectrumRequest(session_id=s, to=10**6, count=4))),
-    "Diagnose, brackets": diagnosis_of(body(512, system="symmetric_rigid_body", name="variational"),
-                                       dirac_brackets=brackets(512, 2)),
-    "MeasureTradeoff": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
-    "MeasureTradeoff, runs": stream_of("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(24), budget=1e12)),
-    "Connect": stream_of("Connect", joined(16, 1000)),
-    "ConjugatePoints": stream_of("ConjugatePoints", pb.ConjugatePointsRequest(
-        inertia=np.linspace(1, 2, 16), q=matrix(np.eye(8, 16)), qdot=matrix(np.eye(8, 16, k=8)), time=1e6)),
-    "Convert to interpolation": stream_of("Convert", pb.ConvertRequest(scene=body(512), to="interpolation")),
-    "Convert to parametric_rigid_body": stream_of(
-        "Convert", pb.ConvertRequest(scene=body(512), to="parametric_rigid_body", parameter=0.1)),
+    "Step, variational, Lambda from 1 to 1000": to_far(body(512, wide=True, name="variational"), fields=["M"]),
+    "Step, gauss4 of long steps": to_far(body(512, step=5, name="gauss4"), fields=["M"]),
+    "Step, adaptive": to_far(body(512, step=1000, name="adaptive", tolerance=1e-12), fields=["M"]),
+    "Drive, ensemble": to_far(bodies(65536), "Drive", fields=["angular_velocity"]),
+    "Diagnose, brackets": Call("Diagnose", pb.DiagnoseRequest(session_id="s", dirac_brackets=brackets(512, 2)),
+                               body(512, system="symmetric_rigid_body", name="variational")),
+    "Diagnose, manakov": Call("Diagnose", pb.DiagnoseRequest(session_id="s", invariants=["manakov"]), body(256, name="rk4")),
+    "Diagnose, symplectic test": Call("Diagnose", pb.DiagnoseRequest(
+        session_id="s", symplectic_test=pb.SymplecticTest(pairs=1000)), body(32, name="variational")),
+    "Diagnose, a step that takes minutes": to_far(body(8, step=1e10, name="gauss4"), "Diagnose"),
+    "Diagnose, double_bracket": Call("Diagnose", pb.DiagnoseRequest(session_id="s"), blocks(256, 256, name="rk4")),
+    "CreateSession, double_bracket": Call("CreateSession", pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256))),
+    "ForkSession, ensemble": Call("ForkSession", pb.ForkSessionRequest(
+        session_id="t", from_session_id="s", from_step=FAR), bodies(65536)),
+    "MeasureTradeoff": Call("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
+    "Convert to interpolation": Call("Convert", pb.ConvertRequest(scene=body(512), to="interpolation")),
 }
-
-#: Those that `make test` has; each of them computed on for seconds before it looked at its token.
-QUICK = ["Step, variational, Lambda from 1 to 1000", "Diagnose, brackets", "Diagnose, a step that takes minutes",
-         "Diagnose, double_bracket", "CreateSession, double_bracket", "ForkSession, ensemble", "MeasureTradeoff", "Connect",
-         "ConjugatePoints", "Convert to interpolation", "Linearize, N = 300", "LyapunovSpectrum, N = 300"]
+WITHOUT_SCENE = {"Connect": joined(16, 1000), "ConjugatePoints": pb.ConjugatePointsRequest(
+    inertia=np.linspace(1, 2, 16), q=matrix(np.eye(8, 16)), qdot=matrix(np.eye(8, 16, k=8)), time=1e6)}
 
 
-def rpc_of(name):
-    return name.split(",")[0].split()[0]
+def ray(N):
+    """A geodesic of V(N/2, N)."""
+    n = N // 2
+    S = np.random.default_rng(3).standard_normal((n, N)) / (2 * np.sqrt(N))
+    S[:, :n] -= (S[:, :n] + S[:, :n].T) / 2
+    return scene_of("stiefel", N, Q=np.eye(n, N), S=S)
 
 
-#: The RPCs that compute nothing for long; CALLS has all others.
-SHORT = {"Describe", "GetSession", "ListSessions", "DeleteSession"}
+def scene_of(system, N, **initial):
+    scene = pb.Scene(system=system, inertia=np.linspace(1, 2, N), step=0.05)
+    for block, values in initial.items():
+        scene.initial[block].CopyFrom(matrix(values))
+    return scene
 
 
-def far(rpc, request):
-    """The call of every_call.txtpb, to a step that takes hours to reach."""
-    request.session_id, request.to = "s", 10**12
-    return with_session(REQUESTS["CreateSession"][0].scene,
-                        lambda stub, s: (getattr(stub, rpc) if rpc in STREAMS else getattr(stub, rpc).future)(request))
+def altered(scene, **fields):
+    other = pb.Scene.FromString(scene.SerializeToString())
+    other.ClearField("method")
+    other.MergeFrom(pb.Scene(**fields))
+    return other
 
 
-REQUESTS = dict(every_call())
-FAR = {rpc: far(rpc, requests[0]) for rpc, requests in REQUESTS.items()
-         if rpc not in set(map(rpc_of, CALLS)) and hasattr(requests[0], "to")}
-CALLS |= FAR
-QUICK += FAR
+def conversion(scene, system):
+    """The request; parametric systems need a parameter."""
+    return pb.ConvertRequest(scene=altered(scene), to=system, view=pb.SCENE_VIEW_FULL,
+                             parameter=0.1 if system.startswith("parametric") else None)
+
+
+def converted(stub, scene, system):
+    replies = list(stub.Convert(conversion(scene, system)))
+    scene, arrays = replies[0].scene, [field for reply in replies for field in reply.scene_arrays]
+    for name, parts in itertools.groupby(arrays, lambda field: field.name):
+        parts = list(parts)
+        values = np.frombuffer(b"".join(part.value.data for part in parts))
+        shape = list(parts[0].whole_shape or parts[0].value.shape)
+        scene.initial[name.removeprefix("initial.")].CopyFrom(matrix(values.reshape(shape)))
+    return scene
+
+
+def scenes(stub, N):
+    """A scene of each system, the scene that it was converted from, and the system's entry of the catalogue."""
+    given = [body(N), ray(N), blocks(N // 2, N // 2),
+             scene_of("ellipsoid", N, q=np.eye(1, N), qdot=np.eye(1, N, k=1))]
+    for system in stub.Describe(pb.DescribeRequest()).systems:
+        for first in given:
+            try:
+                yield first, first if first.system == system.name else converted(stub, first, system.name), system
+                break
+            except grpc.RpcError as refusal:
+                assert refusal.code() == grpc.StatusCode.INVALID_ARGUMENT, refusal
+        else:
+            raise AssertionError(f"no scene of {system.name}")
+
+
+def resting(scene):
+    """The tangent vector 0, as blocks."""
+    blocks = list(scene.initial.values())
+    shape = [1, sum(block.rows for block in blocks), blocks[0].cols]
+    return pb.Tensor(data_type=pb.DATA_TYPE_FLOAT64, shape=shape, data=np.zeros(shape).tobytes())
+
+
+def requests(first, scene, system, of):
+    """A request of each RPC about the scene, with more work than the test has time for where the RPC has any."""
+    field = next(iter(scene.initial))
+    chosen = altered(scene, tolerance=1e-9, horizon=100)
+    quantity = pb.Quantity(name=system.invariants[0].name, statistics=[pb.STATISTIC_DRIFT])
+    return {
+        "CreateSession": pb.CreateSessionRequest(session_id="chosen", scene=chosen),
+        "Step": pb.StepRequest(session_id=of, to=FAR, fields=[field]),
+        "Drive": pb.DriveRequest(session_id=of, to=FAR, fields=[field]),
+        "Stream": pb.StreamRequest(session_id=of, to=FAR, fields=[field]),
+        "Summarize": pb.SummarizeRequest(session_id=of, to=FAR, every=1, quantities=[quantity]),
+        "Linearize": pb.LinearizeRequest(session_id=of, to=FAR, vectors=resting(scene), inertia=True, step=True),
+        "LyapunovSpectrum": pb.LyapunovSpectrumRequest(session_id=of, to=FAR, count=4),
+        "Diagnose": pb.DiagnoseRequest(session_id=of, estimate_error=pb.ERROR_ESTIMATION_ALWAYS, to=FAR),
+        "ForkSession": pb.ForkSessionRequest(session_id="fork", from_session_id=of, from_step=FAR),
+        "Convert": conversion(first, scene.system) if first is not scene else conversion(scene, "velocity"),
+        "MeasureTradeoff": pb.MeasureTradeoffRequest(scene=altered(scene), budget=1e16),
+    }
 
 
 class Replies:
-    """When the server finished the calls of a method, by its log."""
+    """The calls that the server has finished, by its log."""
 
     def __init__(self, process):
         self.lines, self.news = [], threading.Condition()
@@ -203,27 +214,16 @@ class Replies:
     def read(self, stderr):
         for line in stderr:
             with self.news:
-                self.lines.append((time.monotonic(), line))
+                self.lines.append(line)
                 self.news.notify_all()
 
-    def of(self, method, seconds):
-        """The time and the line of the method's end; None if it does not come."""
+    def of(self, method, seconds, count=1):
+        """The lines of the ends of the method's calls, when there are so many; no more after `seconds`."""
         def found():
-            return next((entry for entry in self.lines if '"message":"rpc"' in entry[1] and f'"method":"{method}"' in entry[1]),
-                        None)
+            return [line for line in self.lines if '"message":"rpc"' in line and f'"method":"{method}"' in line]
         with self.news:
-            self.news.wait_for(found, seconds)
+            self.news.wait_for(lambda: len(found()) >= count, seconds)
             return found()
-
-
-def start(process, name):
-    """Starts the call, waits until the server computes, and gives the call with its channel."""
-    channel = process.channel(options=[("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)])
-    call = CALLS[name](rpc.SimulationServiceStub(channel))
-    if rpc_of(name) in STREAMS:
-        threading.Thread(target=drain, args=(call,), daemon=True).start()
-    process.computes(UNDER_WAY_OF_LARGE if "brackets" in name else UNDER_WAY)
-    return channel, call
 
 
 def drain(call):
@@ -234,59 +234,122 @@ def drain(call):
         pass
 
 
-def cancelled(serve, name, patience=60.0):
-    """From the cancel to the end of the call on the server: seconds, those of processor time, and how it ended."""
-    process = serve("--log-format", "json", "--log-level", "debug", "--threads", "2")
-    replies = Replies(process)
-    channel, call = start(process, name)
-    method = rpc_of(name)
-    assert replies.of(method, 0) is None, "the call ended before it was cancelled"
-    begin, before = time.monotonic(), process.processor_seconds()
-    call.cancel()
-    end = replies.of(method, patience)
-    computed = process.processor_seconds() - before
-    channel.close()
-    return (end[0] - begin, computed, json.loads(end[1])["code"]) if end else (patience, computed, "none")
+class Cancelled:
+    """A server, and what became of the calls that were cancelled while it computed."""
+
+    def __init__(self, serve):
+        self.process = serve("--log-format", "json", "--log-level", "debug", "--threads", "2")
+        self.replies = Replies(self.process)
+        self.stub = rpc.SimulationServiceStub(self.process.channel(options=UNLIMITED))
+
+    def call(self, call, under_way=UNDER_WAY):
+        """The code of the call, and the seconds of processor time from its cancel to its end on the server."""
+        self.replies.lines.clear()
+        running = call.begin(self.stub)
+        begin = self.process.processor_seconds()
+        if call.method in STREAMS:
+            threading.Thread(target=drain, args=(running,), daemon=True).start()
+        while self.process.processor_seconds() < begin + under_way and not self.replies.of(call.method, 0.002):
+            pass
+        before = self.process.processor_seconds()
+        running.cancel()
+        end = self.replies.of(call.method, 120)
+        computed = self.process.processor_seconds() - before
+        assert end, f"{call.method} computes on"
+        return json.loads(end[-1])["code"], computed
+
+    def sessions(self, scene, system, most):
+        """For each method that the system takes at this N, so many at most, its name, while there is a session "s" with it."""
+        for on in system.methods:
+            if most == 0:
+                return
+            of_method = altered(scene, method=pb.Method(name=on.method) if on.method else None)
+            try:
+                self.stub.CreateSession(pb.CreateSessionRequest(session_id="s", scene=of_method))
+            except grpc.RpcError as refusal:
+                assert refusal.code() == grpc.StatusCode.INVALID_ARGUMENT, refusal
+                continue
+            yield on.method
+            self.stub.DeleteSession(pb.DeleteSessionRequest(session_id="s"))
+            most -= 1
+
+    def every_call(self, N, methods=1, under_way=UNDER_WAY):
+        """System, method, RPC, code and processor seconds of every call about a scene of a system, with so many of its methods."""
+        for first, scene, system in scenes(self.stub, N):
+            for method in self.sessions(scene, system, methods):
+                for name, request in requests(first, scene, system, "s").items():
+                    yield system.name, method, name, *self.call(Call(name, request), under_way)
+        for name, request in WITHOUT_SCENE.items():
+            yield "", "", name, *self.call(Call(name, request), under_way)
 
 
-def test_every_rpc_that_computes_is_cancelled():
-    assert {rpc_of(name) for name in CALLS} == set(REQUESTS) - SHORT
-
-
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", CALLS)
 def test_a_cancelled_call_ends_soon(serve, name):
-    _, computed, code = cancelled(serve, name)
-    assert code == "CANCELLED"
-    assert computed < SOON
+    code, computed = Cancelled(serve).call(CALLS[name], UNDER_WAY_OF_LARGE)
+    assert code == "CANCELLED" and computed < SOON_OF_LARGE
 
 
-def test_sigterm_ends_a_server_that_computes(serve):
-    process = serve("--grace", "0.3")
-    channel, _ = start(process, "MeasureTradeoff")
-    process.child.send_signal(signal.SIGTERM)
-    assert process.child.wait(60) == 0
-    channel.close()
+def test_every_rpc_on_every_system_is_cancelled(serve):
+    calls = list(Cancelled(serve).every_call(300))
+    cancelled = [call for call in calls if call[3] == "CANCELLED"]
+    assert [call for call in cancelled if call[4] > SOON] == []
+    assert {name for _, _, name, _, _ in cancelled} == set(RPCS) - SHORT
+    assert {system for system, *_ in cancelled} == {system for system, *_ in calls}
+
+
+def connected(process):
+    """A stub with a connection of its own."""
+    stub = rpc.SimulationServiceStub(process.channel(options=UNLIMITED))
+    stub.Describe(pb.DescribeRequest(), timeout=60)
+    return stub
+
+
+@pytest.mark.parametrize("method, scene", [
+    ("Step", body(8, step=1e10, name="gauss4")), ("Drive", body(8, step=1e10, name="gauss4")),
+    ("Step", body(5, step=1e10, name="implicit_midpoint")), ("Step", body(8, step=1e4, name="adaptive", tolerance=1e-12))])
+def test_steps_that_take_minutes_leave_the_server_to_the_others(serve, method, scene):
+    server = Cancelled(serve)
+    long, short = to_far(scene, method, fields=["M"]), pb.CreateSessionRequest(session_id="short", scene=body(3, name="rk4"))
+    server.stub.CreateSession(short, timeout=60)
+    callers = [connected(server.process) for _ in range(8)]
+    calls = [long.begin(caller) for caller in callers]
+    for call in calls if method == "Drive" else []:
+        threading.Thread(target=drain, args=(call,), daemon=True).start()
+    before = server.process.processor_seconds()
+    for caller in callers:
+        caller.Describe(pb.DescribeRequest(), timeout=60)  # on the connection of a long call: it is there
+    check = server.process.channel(options=UNLIMITED).unary_unary("/grpc.health.v1.Health/Check")
+    assert check(b"", timeout=60) == b"\x08\x01"
+    server.stub.Step(pb.StepRequest(session_id="short", to=100_000), timeout=60)
+    assert server.process.processor_seconds() - before < SOON_OF_LARGE
+    before = server.process.processor_seconds()
+    for call in calls:
+        call.cancel()
+    assert len(server.replies.of(method, 60, len(calls) + (method == "Step"))) == len(calls) + (method == "Step")
+    assert server.process.processor_seconds() - before < SOON_OF_LARGE
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_an_answer_of_connect_waits_for_no_slower_pair(serve, threads):
+    """The first pair takes minutes, and the answers of the others come while it is joined. Then the call is cancelled."""
+    request = joined(16, 1000)
+    request.pairs.extend([pb.FramePair(q_0=matrix(np.eye(16)), q_t=matrix(np.eye(16)))] * 40)
+    call = connected(serve("--log-level", "off", "--threads", threads)).Connect(request)
+    answers = [next(call) for _ in range(40)]
+    assert sorted(answer.pair for answer in answers) == list(range(1, 41))
+    assert {answer.run_status.outcome for answer in answers} == {pb.OUTCOME_REACHED}
+    call.cancel()
+    with pytest.raises(grpc.RpcError):
+        next(call)
 
 
 def main():
-    """Prints the time of every call, for README and docs: python3 tests/server/process/test_cancel.py [NAME ...]."""
+    """Prints the milliseconds of every call: test_cancel.py N [METHODS [MILLISECONDS BEFORE THE CANCEL]]."""
     import sys
-    from pathlib import Path
 
-    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-    from conftest import Process
-    started = []
-
-    def serve(*arguments):
-        started.append(Process(*arguments))
-        return started[-1]
-    for name in sys.argv[1:] or CALLS:
-        try:
-            seconds, _, code = cancelled(serve, name, 25)
-            print(f"{name:45} {1000 * seconds:8.0f} ms  {code}", flush=True)
-        except (AssertionError, grpc.RpcError) as fault:
-            print(f"{name:45} {fault}", flush=True)
-        started[-1].child.kill()
+    N, methods, under_way = int(sys.argv[1]), int((*sys.argv, 1)[2]), float((*sys.argv, 1, 20)[3]) / 1000
+    for system, method, name, code, seconds in Cancelled(Process).every_call(N, methods, under_way):
+        print(f"{system:26} {method:18} {name:16} {1000 * seconds:7.1f}  {code}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """--memory: what is read, what is refused, and how much of the machine's memory the process takes."""
 import os
-import subprocess
 import time
 
 import numpy as np
@@ -12,14 +11,7 @@ from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
 MiB = 1 << 20
-
-
-@pytest.mark.parametrize("value", ["nan", "1", "63M", "-1G", "1GB", "0x10000000", "1,5G"])
-def test_no_amount_of_memory(value):
-    for arguments, variables in [([f"--memory={value}"], {}), ([], {"STIEFEL_MEMORY": value})]:
-        told = subprocess.run([os.environ["STIEFEL_SERVER"], "check", *arguments], capture_output=True, text=True,
-                              timeout=60, env={**os.environ, **variables})
-        assert told.returncode != 0 and f"'{value}' must be a number of bytes" in told.stderr
+CYCLES = int(os.environ.get("STIEFEL_CYCLES", "1000"))
 
 
 def test_the_limits_follow_from_it(serve):
@@ -99,20 +91,18 @@ def test_fields_of_a_later_version_are_not_kept(serve, method):
     assert process.memory() < 1.2 * 512 * MiB, process.memory() / MiB
 
 
-def ensemble(members):
-    """Bodies in three dimensions, each with an attitude and a momentum of its own."""
-    scene = pb.Scene(system="rigid_body", inertia=[2.5, 1.5, 0.5], step=0.01, members=members,
-                     method=pb.Method(name="variational"))
-    M = np.zeros((members, 3, 3))
-    M[:, 0, 1], M[:, 0, 2], M[:, 1, 2] = np.random.default_rng(1).standard_normal((3, members))
-    for name, values in (("Q", np.tile(np.eye(3), (members, 1, 1))), ("M", M - M.transpose(0, 2, 1))):
-        scene.initial[name].CopyFrom(pb.Matrix(rows=3 * members, cols=3, values=values.ravel()))
-    return scene
-
-
 def test_members_take_three_times_their_request(serve):
     """At the largest number of members, from the request's arrival to its reply; and they are stepped."""
     process = serve("--log-level", "off")
+
+    def ensemble(members):
+        scene = pb.Scene(system="rigid_body", inertia=[2.5, 1.5, 0.5], step=0.01, members=members,
+                         method=pb.Method(name="variational"))
+        M = np.zeros((members, 3, 3))
+        M[:, 0, 1], M[:, 0, 2], M[:, 1, 2] = np.random.default_rng(1).standard_normal((3, members))
+        for name, values in (("Q", np.tile(np.eye(3), (members, 1, 1))), ("M", M - M.transpose(0, 2, 1))):
+            scene.initial[name].CopyFrom(pb.Matrix(rows=3 * members, cols=3, values=values.ravel()))
+        return scene
     with process.channel(options=[("grpc.max_send_message_length", -1)]) as channel:
         stub = rpc.SimulationServiceStub(channel)
         stub.CreateSession(creation("few", ensemble(500)))
@@ -154,3 +144,20 @@ def test_memory_goes_back(serve):
             stub.DeleteSession(pb.DeleteSessionRequest(session_id=f"s{k}"))
         assert eventually(lambda: process.resident() - idle < (full - idle) / 4), \
             (idle / MiB, full / MiB, process.resident() / MiB)
+
+
+def test_cycles_leave_nothing(serve):
+    """Sessions created, stepped and deleted. Names of deleted ones are kept for the idle timeout: the warm-up is longer."""
+    process = serve("--log-level", "off", "--idle-timeout", "1")
+    with process.channel() as channel:
+        stub = rpc.SimulationServiceStub(channel)
+
+        def held(cycles):
+            for k in cycles:
+                stub.CreateSession(creation(f"cycle-{k}", body(8)))
+                assert stub.Step(pb.StepRequest(session_id=f"cycle-{k}", to=2)).sample.step == 2
+                stub.DeleteSession(pb.DeleteSessionRequest(session_id=f"cycle-{k}"))
+            return process.status("Threads"), process.open_descriptors(), process.resident()
+        before, after = held(range(CYCLES)), held(range(CYCLES, 2 * CYCLES))
+    # gRPC starts a few threads of its pool late, when a machine is slow. A leak grows with the cycles.
+    assert all(now < then + most for now, then, most in zip(after, before, (8, 8, MiB))), (before, after)

@@ -1,6 +1,5 @@
 """SIGTERM: it says so at once, lets work finish for the grace period, and always ends."""
 import contextlib
-import os
 import signal
 import subprocess
 import threading
@@ -12,12 +11,12 @@ import numpy as np
 import pytest
 
 import stiefel
-from conftest import BODY, SANITIZED, eventually
+from conftest import BODY, SANITIZED, SERVER, eventually
 from stiefel import v1 as pb
-from every_call import STREAMS
+from every_call import STREAMS, every_call
 from stiefel._wire.failures import from_rpc_error, from_status
 from stiefel.v1 import simulation_pb2_grpc
-from test_cancel import CALLS, REQUESTS, SHORT, rpc_of, with_session
+from test_cancel import CALLS, SHORT, UNLIMITED, WITHOUT_SCENE, Call, body
 
 FOREVER = 10**12
 # grpc.health.v1.HealthCheckResponse, whose module Debian's grpcio lacks: field 1, status.
@@ -74,15 +73,17 @@ def far(rpc, request):
     for name, value in changes.items():
         if hasattr(request, name) and not (rpc == "ForkSession" and name == "session_id"):
             setattr(request, name, value)
-    requests = iter([request]) if rpc == "Drive" else request
-    return with_session(REQUESTS["CreateSession"][0].scene,
-                        lambda stub, s: (getattr(stub, rpc) if rpc in STREAMS else getattr(stub, rpc).future)(requests))
+    return Call(rpc, request, REQUESTS["CreateSession"][0].scene)
 
 
+REQUESTS = dict(every_call())
 OF_SESSIONS = {rpc for rpc, requests in REQUESTS.items() if {"session_id", "from_session_id"} & {
     field.name for field in requests[0].DESCRIPTOR.fields}} - SHORT - {"CreateSession"}
-LONG = {rpc: far(rpc, REQUESTS[rpc][0]) for rpc in OF_SESSIONS} | {rpc_of(name): CALLS[name] for name in (
-    "CreateSession, double_bracket", "Convert to interpolation", "Connect", "ConjugatePoints", "MeasureTradeoff, runs")}
+LONG = {rpc: far(rpc, REQUESTS[rpc][0]) for rpc in OF_SESSIONS}
+LONG |= {rpc: Call(rpc, request) for rpc, request in WITHOUT_SCENE.items()}
+LONG |= {call.method: call for call in (
+    CALLS["CreateSession, double_bracket"], CALLS["Convert to interpolation"],
+    Call("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(24), budget=1e12)))}
 #: The RPCs whose last reply has a checkpoint, and those whose error has one.
 IN_REPLY, IN_ERROR = {"Stream", "Summarize", "LyapunovSpectrum"}, {"Step", "Drive", "Diagnose", "ForkSession"}
 
@@ -98,16 +99,13 @@ def end_of(call, rpc):
     return (from_status(reply.error) if rpc == "Drive" else None), reply
 
 
-def test_every_rpc_that_computes_is_ended():
-    assert set(LONG) == set(REQUESTS) - SHORT
-
-
 @pytest.mark.parametrize("rpc", sorted(LONG))
 def test_an_ended_call_says_that_the_server_ends(serve, rpc):
     """And not that its caller has cancelled it, nor what a run that was cut off had reached."""
+    assert set(LONG) == set(REQUESTS) - SHORT
     process, ends = serve("--grace", "0", "--threads", "2"), []
-    with process.channel() as channel:
-        call = LONG[rpc](simulation_pb2_grpc.SimulationServiceStub(channel))
+    with process.channel(options=UNLIMITED) as channel:
+        call = LONG[rpc].begin(simulation_pb2_grpc.SimulationServiceStub(channel))
         reader = threading.Thread(target=lambda: ends.append(end_of(call, rpc)))
         reader.start()
         process.computes(0.3)
@@ -122,28 +120,14 @@ def test_an_ended_call_says_that_the_server_ends(serve, rpc):
     assert process.child.wait(60) == 0
 
 
-def test_work_that_does_not_stop_does_not_hold_it_up(serve):
-    """A process that is stopped and continued finds its time over: it ends all the same."""
+def test_work_that_stops_late_does_not_hold_it_up(serve):
     process = serve("--grace", "0")
-    with process.channel() as channel, stiefel.Client(process.address) as client:
-        N = 512
-        scene = {"system": "rigid_body", "method": {"name": "variational"}, "step": 1e-6,
-                 "inertia": [1 + k / N for k in range(N)],
-                 "initial": {"M": [[(i - j) / N for j in range(N)] for i in range(N)]}}
-        session = client.create(scene)
-        stub = simulation_pb2_grpc.SimulationServiceStub(channel)
-        call = stub.Diagnose.future(pb.DiagnoseRequest(session_id=session.id, invariants=["manakov"]), timeout=300)
+    with process.channel(options=UNLIMITED) as channel:
+        call = CALLS["Diagnose, manakov"].begin(simulation_pb2_grpc.SimulationServiceStub(channel))
         process.computes()
         process.child.send_signal(signal.SIGTERM)
         assert process.child.wait(60) == 0
         call.cancel()
-
-
-def open_files(pid):
-    """The files that the process has open."""
-    for descriptor in Path(f"/proc/{pid}/fd").iterdir():
-        with contextlib.suppress(OSError):
-            yield descriptor.readlink()
 
 
 @pytest.mark.parametrize("silence", ["unread stream", "open drive", "silent connection"])
@@ -180,9 +164,13 @@ def test_a_server_that_is_opening_its_store_ends_at_once(serve, tmp_path):
             client.create(scene | {"step": 0.01 + 1e-3 * number})
     first.child.kill()
     first.child.wait()
-    again = subprocess.Popen([os.environ["STIEFEL_SERVER"], "--listen", "127.0.0.1:0", *store], stdin=subprocess.DEVNULL,
+    again = subprocess.Popen([SERVER, "--listen", "127.0.0.1:0", *store], stdin=subprocess.DEVNULL,
                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert eventually(lambda: any(path.name == "store" for path in open_files(again.pid)))
+
+    def opened():
+        with contextlib.suppress(OSError):  # of a descriptor that is closed meanwhile
+            return any(path.readlink().name == "store" for path in Path(f"/proc/{again.pid}/fd").iterdir())
+    assert eventually(opened)
     again.send_signal(signal.SIGTERM)
     said = again.communicate(timeout=60)
     assert again.returncode == 0, said

@@ -1,17 +1,50 @@
-"""The file of --store: on a full disk, beside a second server, from a backup."""
+"""The file of --store: on a full disk, beside a second server, from a backup; and a server that is killed at any moment:
+the next one has all that was acknowledged, bit for bit."""
 import os
+import random
+import signal
 import sqlite3
 import subprocess
+import threading
+import time
+import uuid
 
 import grpc
+import numpy as np
 import pytest
 
 import stiefel
-from conftest import BODY, eventually
+from conftest import BODY, SERVER, Process, eventually, program, reason, refused_at_the_start
 from stiefel import v1 as pb
-from stored import reason, scene_of
+from stiefel.v1 import simulation_pb2_grpc as rpc
 
-SERVER = os.environ["STIEFEL_SERVER"]
+CYCLES = int(os.environ.get("STIEFEL_KILL_CYCLES", "20"))
+FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
+
+
+def scene_of(number, n=12):
+    """A motion for each number; one in eight has n dimensions, so that its row has many pages."""
+    if number % 8:
+        return stiefel.to_message(BODY | {"step": 0.01 + 1e-6 * number})
+    M = np.random.default_rng(number).uniform(-1, 1, (n, n))
+    return stiefel.to_message({"system": "rigid_body", "inertia": np.linspace(1, 2, n), "step": 0.01,
+                               "method": {"name": "variational"},
+                               "initial": {"Q": np.eye(n), "M": M - M.T}})
+
+
+def blocks(stub, id, step):
+    reply = stub.Step(pb.StepRequest(session_id=id, to=step), timeout=60)
+    return [field.value.data for field in reply.sample.fields]
+
+
+def is_deleted(stub, id):
+    """Whether a handle that has lost the session is told that it may not create it again."""
+    request = pb.CreateSessionRequest(session_id=id, scene=scene_of(1), recreate=True)
+    try:
+        stub.CreateSession(request, timeout=60)
+    except grpc.RpcError as error:
+        return reason(error) == "SESSION_DELETED"
+    return False
 
 
 @pytest.fixture
@@ -124,36 +157,21 @@ def test_a_server_whose_store_is_removed_acknowledges_nothing(serve, tmp_path, s
     assert "store lost" in log and "store there again" in log and f"store{suffix} was removed" in log
 
 
-def refused(*arguments):
-    """The line on stderr of a server that does not start."""
-    done = subprocess.run([SERVER, "--listen", "127.0.0.1:0", *arguments], stdin=subprocess.DEVNULL,
-                          capture_output=True, text=True, timeout=30)
-    assert done.returncode == 1 and done.stdout == ""
-    return done.stderr
+def check(store):
+    return program("check", "--listen", "127.0.0.1:0", "--store", str(store))
 
 
 def test_a_file_that_is_no_sound_store_is_refused(tmp_path):
+    """By the server, and by `check`, which makes none."""
     notes = tmp_path / "notes"
     notes.write_text("not a store\n" * 1000)
-    assert "file is not a database" in refused("--store", str(notes))
-    assert notes.read_text() == "not a store\n" * 1000
     with sqlite3.connect(tmp_path / "songs") as songs:
         songs.execute("CREATE TABLE song (title TEXT)")
-    assert "SQLite file of another program" in refused("--store", str(tmp_path / "songs"))
-    assert "No such file or directory" in refused("--store", str(tmp_path / "no" / "store"))
-
-
-def check(store, *arguments):
-    return subprocess.run([SERVER, "check", "--listen", "127.0.0.1:0", "--store", str(store), *arguments],
-                          capture_output=True, text=True, timeout=30)
-
-
-def test_check_looks_at_the_store(tmp_path):
-    assert check(tmp_path / "store").returncode == 0
-    assert not (tmp_path / "store").exists()
-    (tmp_path / "notes").write_text("not a store\n" * 1000)
-    assert check(tmp_path / "notes").returncode == 1
-    assert "--store: the store" in check(tmp_path / "notes").stderr
+    for name, rule in (("notes", "file is not a database"), ("songs", "SQLite file of another program"),
+                       ("no/store", "No such file or directory")):
+        assert all(rule in said for said in refused_at_the_start("--store", str(tmp_path / name)))
+    assert notes.read_text() == "not a store\n" * 1000
+    assert check(tmp_path / "store").returncode == 0 and not (tmp_path / "store").exists()
 
 
 @pytest.mark.parametrize("there", [True, False], ids=["a store", "none yet"])
@@ -194,3 +212,115 @@ def test_a_backup_of_a_running_server_is_a_store(serve, tmp_path, way):
     with stiefel.Client(serve("--store", str(tmp_path / "copy")).address) as client:
         assert [one.id for one in client.list()] == [session.id]
         assert client.get(session.id).step(30, fields="Q")["Q"].tobytes() == bits
+
+
+def lasting(session):
+    """What GetSession must answer after a restart: all but the caches and the time that is left."""
+    kept = pb.Session()
+    kept.CopyFrom(session)
+    for field in ("cached_steps", "cursor", "expire_time"):
+        kept.ClearField(field)
+    return kept.SerializeToString(deterministic=True)
+
+
+class Caller(threading.Thread):
+    """Creates, forks and deletes sessions until the server is gone, and notes what it was told."""
+
+    def __init__(self, address, there, seed):
+        super().__init__()
+        self.address, self.random = address, random.Random(seed)
+        self.there, self.gone, self.unanswered = there, set(), None
+
+    def run(self):
+        with grpc.insecure_channel(self.address) as channel:
+            stub = rpc.SimulationServiceStub(channel)
+            try:
+                while True:
+                    self.call(stub)
+            except grpc.RpcError:
+                pass
+
+    def call(self, stub):
+        id, which = str(uuid.uuid4()), self.random.random()
+        old = self.random.choice(list(self.there)) if self.there else None
+        if which < 0.3 and old:
+            self.unanswered = old
+            del self.there[old]
+            stub.DeleteSession(pb.DeleteSessionRequest(session_id=old), timeout=60)
+            self.gone.add(old)
+        elif which < 0.5 and old:
+            self.unanswered = id
+            request = pb.ForkSessionRequest(session_id=id, from_session_id=old, from_step=self.random.randrange(50), view=FULL)
+            self.there[id] = lasting(stub.ForkSession(request, timeout=60).session)
+        else:
+            self.unanswered = id
+            request = pb.CreateSessionRequest(session_id=id, scene=scene_of(self.random.randrange(10**6)), view=FULL)
+            self.there[id] = lasting(stub.CreateSession(request, timeout=60).session)
+        self.unanswered = None
+
+
+def sessions_of(stub):
+    found, token = {}, ""
+    while True:
+        page = stub.ListSessions(pb.ListSessionsRequest(page_size=1000, page_token=token, view=FULL), timeout=60)
+        found |= {session.session_id: lasting(session) for session in page.sessions}
+        token = page.next_page_token
+        if not token:
+            return found
+
+
+def verify(found, callers):
+    """Every acknowledged session is there with its bits, no deleted one is; a call without an answer did it or not."""
+    there = {id: session for caller in callers for id, session in caller.there.items()}
+    gone = {id for caller in callers for id in caller.gone}
+    open_ = {caller.unanswered for caller in callers}
+    assert not there.keys() - found.keys(), "lost"
+    assert all(found[id] == session for id, session in there.items()), "other bits"
+    assert not gone & found.keys(), "deleted and back"
+    assert found.keys() <= there.keys() | open_, "never created"
+
+
+def test_nothing_acknowledged_is_lost_when_it_is_killed(tmp_path):
+    """Kills at random moments, of the start too, over and over on one store."""
+    store, draw, callers, expected, deleted = str(tmp_path / "store"), random.Random(1), [], {}, 0
+    for cycle in range(CYCLES):
+        process = Process("--store", store, "--log-level", "warn")
+        try:
+            with process.channel() as channel:
+                stub = rpc.SimulationServiceStub(channel)
+                found = sessions_of(stub)
+                verify(found, callers)
+                assert all(is_deleted(stub, id) for caller in callers for id in caller.gone), "may come back"
+                for id, bits in expected.items():
+                    assert id not in found or blocks(stub, id, 20) == bits
+                items = list(found.items())
+                expected = {id: blocks(stub, id, 20) for id, _ in draw.sample(items, min(5, len(items)))}
+                callers = [Caller(process.address, dict(items[k::4]), 1000 * cycle + k) for k in range(4)]
+                for caller in callers:
+                    caller.start()
+                time.sleep(draw.uniform(0, 0.3))
+                process.child.send_signal(signal.SIGKILL)
+                for caller in callers:
+                    caller.join()
+                deleted += sum(len(caller.gone) for caller in callers)
+        finally:
+            process.stop()
+        if cycle % 4 == 0:  # killed while it starts
+            starting = subprocess.Popen([SERVER, "--listen", "127.0.0.1:0", "--store", store],
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(draw.uniform(0, 0.08))
+            starting.kill()
+            starting.wait()
+    assert len(found) > CYCLES and deleted > CYCLES
+
+
+def test_killed_while_it_makes_its_store(tmp_path):
+    """The next server finds a whole store or none."""
+    for k in range(12):
+        store = str(tmp_path / f"store{k}")
+        starting = subprocess.Popen([SERVER, "--listen", "127.0.0.1:0", "--store", store],
+                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(0.004 * k)
+        starting.kill()
+        starting.wait()
+        assert Process("--store", store).stop() == 0

@@ -1,6 +1,7 @@
-"""The frames of gRPC's CVEs of 2023: whatever they do, a supervisor has the server back with all that it stored.
+"""Calls written by hand that a sound client cannot send: the server lives and serves others; and the frames of gRPC's CVEs
+of 2023: whatever they do, a supervisor has the server back with all that it stored.
 
-Behind HAProxy they do not reach it; tests/replicas sends them through Envoy.
+tests/replicas sends these frames, and floods, through the proxies, where they do not reach a server.
 
 CVE-2023-1428: te, :scheme or grpclb_client_stats with another value than gRPC knows, in headers of more than 8 KiB.
 CVE-2023-33953: strings, integers and headers in pieces that gRPC's HPACK parser reads before it looks at their size. It
@@ -8,24 +9,20 @@ reads them again with every piece, so that 4 MB take it 5 s and 1 MB a sixteenth
 CVE-2023-4785: more connections than the process has descriptors for.
 """
 import contextlib
-import os
+import random
 import socket
-import subprocess
 import threading
-from pathlib import Path
 
 import grpc
 import pytest
 
 import stiefel
-from authority import Authority
 from conftest import BODY, Process, eventually
-from daemons import find_daemon
-from http2 import (ACK, CONTINUATION, END_HEADERS, END_STREAM, HEADERS, SETTINGS, START, call_headers, frame, header,
-                   integer)
+from http2 import (CONTINUATION, DATA, EMPTY_MESSAGE, END_HEADERS, END_STREAM, HEADERS, PREFACE, SETTINGS, START, call,
+                   call_headers, frame, header, integer, say)
+from stiefel import v1 as pb
+from stiefel.v1 import simulation_pb2_grpc as rpc
 
-ROOT = next(folder for folder in Path(__file__).parents if (folder / "docker/haproxy.cfg").exists())
-HAPROXY = find_daemon("haproxy")
 MIB = 1 << 20
 LARGE = header(b"x", b"y" * 9000)  # with what comes before it more than 8 KiB
 FRAME = 16_000  # bytes, below HTTP/2's 16384
@@ -36,7 +33,7 @@ def in_frames(headers):
     first, *rest = [headers[at:at + FRAME] for at in range(0, len(headers), FRAME)]
     pieces = [frame(HEADERS, END_STREAM | (0 if rest else END_HEADERS), 1, first)]
     pieces += [frame(CONTINUATION, END_HEADERS if piece is rest[-1] else 0, 1, piece) for piece in rest]
-    return b"".join(pieces)
+    return START + b"".join(pieces)
 
 
 def with_field(name, value):
@@ -49,7 +46,7 @@ def with_field(name, value):
 def unfinished(pieces):
     """HEADERS and then CONTINUATIONs, the last of which does not end the headers."""
     first, *rest = pieces
-    return frame(HEADERS, END_STREAM, 1, first) + b"".join(frame(CONTINUATION, 0, 1, piece) for piece in rest)
+    return START + frame(HEADERS, END_STREAM, 1, first) + b"".join(frame(CONTINUATION, 0, 1, piece) for piece in rest)
 
 
 BYTES = {
@@ -63,24 +60,6 @@ BYTES = {
     "33953: an integer of 256 kB": unfinished([call_headers() + b"\0\x7f", *[b"\x80" * FRAME] * 16]),
     "33953: a header in pieces": unfinished([call_headers(), *[header(b"x-%d" % k, b"y" * 4000) * 3 for k in range(60)]]),
 }
-
-
-def say(address, data, acknowledge):
-    """Sends it, reads what comes for a moment, and leaves. The server may hang up before.
-
-    gRPC holds a client to its limit of headers from the moment at which the client has acknowledged its SETTINGS.
-    """
-    host, port = address.rsplit(":", 1)
-    with contextlib.suppress(OSError), socket.create_connection((host, int(port)), timeout=60) as connection:
-        connection.sendall(START)
-        if acknowledge:
-            connection.recv(65536)
-            connection.sendall(frame(SETTINGS, ACK))
-        connection.settimeout(0.2)
-        for at in range(0, len(data), MIB):
-            connection.sendall(data[at:at + MIB])
-        while connection.recv(65536):
-            pass
 
 
 def many_connections(address):
@@ -97,7 +76,7 @@ def many_connections(address):
 def say_both(data):
     def attack(address):
         for acknowledge in (True, False):
-            say(address, data, acknowledge)
+            say(address, data, acknowledge, 0.2)
     return attack
 
 
@@ -180,43 +159,68 @@ def test_bare_the_server_is_back_with_all_that_was_stored(supervised):
     assert len(kept.bits) == len(ATTACKS)
 
 
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
+LIMIT = 256 * MIB
+DESCRIBE, CREATE = b"/stiefel.v1.SimulationService/Describe", b"/stiefel.v1.SimulationService/CreateSession"
+
+WRONG = {
+    "a window of 0 and then a call": (START + frame(SETTINGS, 0, 0, b"\0\4\0\0\0\0") +
+                                      frame(HEADERS, END_HEADERS, 1, call_headers()) + EMPTY_MESSAGE),
+    "no path": call(header(b":method", b"POST")),
+    "a path of 16 kB": call(call_headers(b"/" + b"x" * 100_000)[:16_000]),
+    "a method that is not there": call(call_headers(b"/stiefel.v1.SimulationService/Nothing")),
+    "a deadline that is no number": call(call_headers(DESCRIBE, (b"grpc-timeout", b"99999999999999999999H"))),
+    "a message that says it has 4 GiB": call(call_headers(), frame(DATA, END_STREAM, 1, b"\0\xff\xff\xff\xff" + b"x")),
+    "a message cut in its length": call(call_headers(), frame(DATA, END_STREAM, 1, b"\0\0\0")),
+    "a compressed message": call(call_headers(), frame(DATA, END_STREAM, 1, b"\1\0\0\0\4abcd")),
+    "a message that is no protobuf": call(call_headers(CREATE), frame(DATA, END_STREAM, 1, b"\0\0\0\0\4\xff\xff\xff\xff")),
+}
 
 
-@pytest.fixture
-def proxy(supervised, tmp_path):
-    """The address of HAProxy with docker/haproxy.cfg before the supervised server."""
-    local, tls = free_port(), free_port()
-    identity, pem = Authority(tmp_path).issue(), tmp_path / "stiefel.pem"
-    pem.write_text(Path(identity.certificate).read_text() + Path(identity.key).read_text())
-    environment = {**os.environ, **{f"STIEFEL_REPLICAS_{k}": supervised.address for k in (1, 2, 3)},
-                   "STIEFEL_LOCAL_BIND": f"127.0.0.1:{local}", "STIEFEL_TLS_BIND": f"127.0.0.1:{tls}",
-                   "STIEFEL_CERTIFICATE": str(pem)}
-    haproxy = subprocess.Popen([HAPROXY, "-db", "-f", ROOT / "docker/haproxy.cfg"], env=environment,
-                               stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    address = f"127.0.0.1:{local}"
-
-    def served():
-        try:
-            with stiefel.Client(address) as client:
-                return bool(client.describe().version)
-        except (stiefel.StiefelError, grpc.RpcError):
-            return False
-    try:
-        assert eventually(served)
-        yield address
-    finally:
-        haproxy.terminate()
-        haproxy.wait()
+@pytest.fixture(scope="module")
+def process():
+    """One server for all attacks of this file: it has to survive them together."""
+    server = Process("--log-level", "error", "--memory", f"{LIMIT >> 20}M")
+    yield server
+    assert server.stop() == 0
 
 
-@pytest.mark.skipif(HAPROXY is None, reason="needs Debian's haproxy")
-def test_behind_haproxy_the_server_does_not_notice(supervised, proxy):
-    kept, child = Kept(proxy), supervised.process.child
-    for name in ATTACKS:
-        attack(kept, name, proxy)
-        assert supervised.starts == 1 and child.poll() is None, name
-    assert supervised.process.memory() < 256 * MIB
+def served(address):
+    with stiefel.Client(address) as client:
+        return bool(client.describe().version)
+
+
+def test_what_breaks_the_rules(process):
+    for name, data in WRONG.items():
+        for _ in range(3):
+            say(process.address, data, False, 0.02)
+        assert served(process.address), name
+
+
+def test_random_frames(process):
+    """Frames with random types, flags, streams and payloads behind a sound start, some cut short."""
+    random_ = random.Random(20)
+    for _ in range(200):
+        parts = [START]
+        for _ in range(random_.randrange(1, 12)):
+            kind = random_.choice([*range(10), random_.randrange(256)])
+            payload = random_.randbytes(random_.randrange(200))
+            if kind == HEADERS and random_.random() < 0.7:
+                payload = call_headers()
+            length = len(payload) if random_.random() < 0.9 else random_.randrange(1 << 24)
+            parts.append(frame(kind, random_.randrange(256), random_.choice([0, 1, 3, random_.randrange(1 << 31)]),
+                               payload, length))
+        data = b"".join(parts)
+        say(process.address, data[:random_.randrange(len(PREFACE), len(data) + 1)], False, 0.02)
+    assert served(process.address)
+    assert process.memory() < 1.2 * LIMIT
+
+
+def test_metadata_beyond_the_limit_is_refused(process):
+    """gRPC's limit is 8 KiB. Far beyond it the connection ends too."""
+    for size in (20_000, 1_000_000):
+        with process.channel() as channel, pytest.raises(grpc.RpcError) as refused:
+            rpc.SimulationServiceStub(channel).Describe(pb.DescribeRequest(), timeout=30, metadata=[("x", "y" * size)])
+        assert refused.value.code() in (grpc.StatusCode.RESOURCE_EXHAUSTED, grpc.StatusCode.UNAVAILABLE)
+    with process.channel() as channel:
+        assert rpc.SimulationServiceStub(channel).Describe(
+            pb.DescribeRequest(), timeout=30, metadata=[(f"x{n}", "y") for n in range(100)]).version

@@ -1,52 +1,28 @@
-#include "server/observability/log.h"
+#include "server/connections/log.h"
 
 #include <spdlog/async_logger.h>
 #include <spdlog/details/thread_pool.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <string_view>
 
 namespace stiefel::server {
 namespace {
 
+static_assert(static_cast<int>(Log::Level::debug) == spdlog::level::debug &&
+              static_cast<int>(Log::Level::error) == spdlog::level::err);
+
 spdlog::level::level_enum to_spdlog(Log::Level level) {
-  switch (level) {
-    case Log::Level::debug:
-      return spdlog::level::debug;
-    case Log::Level::info:
-      return spdlog::level::info;
-    case Log::Level::warn:
-      return spdlog::level::warn;
-    case Log::Level::error:
-      return spdlog::level::err;
-  }
-  return spdlog::level::err;
+  return static_cast<spdlog::level::level_enum>(level);
 }
 
-std::string as_json(std::string_view message, const Log::Facts& facts) {
-  nlohmann::ordered_json line{{"message", message}};
-  for (const auto& [key, value] : facts) {
-    std::visit([&, name = key](const auto& x) { line[name] = x; }, value);
-  }
-  // Leaves out the opening brace: the pattern puts it before the time and the level.
-  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).substr(1);
-}
-
-std::string as_text(std::string_view message, const Log::Facts& facts) {
-  std::string line(message);
-  for (const auto& [key, value] : facts) {
-    line += fmt::format(" {}=", key);
-    if (const auto* text = std::get_if<std::string>(&value)) {
-      // Quotes the text, so that what a caller sends cannot look like another line.
-      line += nlohmann::json(*text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    } else {
-      std::visit([&](const auto& x) { line += fmt::format("{}", x); }, value);
-    }
-  }
-  return line;
+/// Returns a value as JSON: what a caller sends, in quotes, cannot look like another line.
+template <class Value>
+std::string as_json(const Value& value) {
+  return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -64,11 +40,9 @@ Log::Log(const std::string& level, bool json) : json_(json) {
   }
   logger_->set_level(parsed);
   logger_->set_pattern(
-      json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v)" : "%Y-%m-%dT%H:%M:%S.%eZ %l %v",
+      json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",%v})" : "%Y-%m-%dT%H:%M:%S.%eZ %l %v",
       spdlog::pattern_time_type::utc);
 }
-
-Log::~Log() = default;
 
 bool Log::enabled(Level level) const { return logger_->should_log(to_spdlog(level)); }
 
@@ -87,7 +61,11 @@ void Log::line(Level level, std::string_view message, const Facts& facts) const 
 }
 
 void Log::write(Level level, std::string_view message, const Facts& facts) const {
-  logger_->log(to_spdlog(level), "{}", json_ ? as_json(message, facts) : as_text(message, facts));
+  std::string line = json_ ? "\"message\":" + as_json(message) : std::string(message);
+  for (const auto& [key, value] : facts)
+    line += fmt::format(fmt::runtime(json_ ? ",\"{}\":{}" : " {}={}"), key,
+                        std::visit([](const auto& x) { return as_json(x); }, value));
+  logger_->log(to_spdlog(level), "{}", line);
 }
 
 }  // namespace stiefel::server

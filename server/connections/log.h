@@ -24,14 +24,12 @@ namespace stiefel::server {
 /// nothing below its level. Thread-safe.
 class Log {
  public:
-  enum class Level { debug, info, warn, error };
+  enum class Level { debug = 1, info, warn, error };  ///< those of spdlog
   using Value = std::variant<std::string, std::int64_t, double>;
-  using Fact = std::pair<const char*, Value>;
-  using Facts = std::vector<Fact>;
+  using Facts = std::vector<std::pair<const char*, Value>>;
 
   /// Throws std::runtime_error for an unknown level.
   Log(const std::string& level, bool json);
-  ~Log();
 
   bool enabled(Level level) const;
   void line(Level level, std::string_view message, const Facts& facts = {}) const;
