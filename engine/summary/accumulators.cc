@@ -43,14 +43,11 @@ Accumulators::Accumulators(const Quantity& quantity, std::size_t size, std::size
   }
   if (!quantity.quantiles.empty()) kept_.reserve(keep);
   if (!quantity.edges.empty()) bins_.assign(size * (quantity.edges.size() - 1), 0);
-  drift_alone_ = least_.empty() && largest_.empty() && sum_.empty() && squares_.empty() &&
-                 changes_.empty() && quantity.quantiles.empty() && bins_.empty();
 }
 
 void Accumulators::take(std::span<const double> values, std::span<const double> drifts) {
   ++samples_;
   for (std::size_t i = 0; i < drift_.size(); ++i) raise(drift_[i], drifts[i]);
-  if (drift_alone_) return;
   for (std::size_t i = 0; i < least_.size(); ++i) lower(least_[i], values[i]);
   for (std::size_t i = 0; i < largest_.size(); ++i) raise(largest_[i], values[i]);
   for (std::size_t i = 0; i < sum_.size(); ++i) sum_[i].add(values[i]);
@@ -59,11 +56,6 @@ void Accumulators::take(std::span<const double> values, std::span<const double> 
   if (!changes_.empty()) count_changes(values);
   if (!quantity_->quantiles.empty()) kept_.insert(kept_.end(), values.begin(), values.end());
   if (!bins_.empty()) count_bins(values);
-}
-
-void Accumulators::take_drift(std::size_t samples, std::optional<double> largest) {
-  samples_ += static_cast<std::int64_t>(samples);
-  if (largest) raise(drift_.front(), *largest);
 }
 
 void Accumulators::count_changes(std::span<const double> values) {

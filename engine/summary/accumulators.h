@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,11 +41,6 @@ class Accumulators {
 
   /// Takes the next sample. `drifts` may be empty unless Statistic::drift is asked for.
   void take(std::span<const double> values, std::span<const double> drifts);
-  /// Whether, besides `last`, only the largest drift of one number is asked for.
-  bool drift_alone() const { return drift_alone_ && drift_.size() == 1; }
-  /// Takes the next samples of a quantity with drift_alone(), with the largest of their drifts;
-  /// nullopt if it does not exceed the largest so far.
-  void take_drift(std::size_t samples, std::optional<double> largest);
   /// Adds the samples of another member, as if they came after this one's.
   void merge(const Accumulators& other);
 
@@ -77,7 +71,6 @@ class Accumulators {
   std::vector<std::int8_t> sign_;  ///< sign of the last value that was not 0
   std::vector<double> kept_;       ///< values for quantiles, sample after sample
   std::vector<std::int64_t> bins_;
-  bool drift_alone_;  ///< whether nothing else is asked for, except `last`
 };
 
 /// Computes quantiles by linear interpolation between neighbours in sorted order, at position

@@ -1,6 +1,7 @@
 #include "engine/summary/member_group.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace stiefel {
 namespace {
@@ -22,9 +23,13 @@ MemberGroup::MemberGroup(std::span<const Scene> scenes, std::size_t first, bool 
       plan_(plan),
       motion_(scenes, ensemble),
       members_(make_members(scenes, motion_, plan)),
-      sampler_(plan, members_),
       events_(plan, motion_.state(0)),
-      times_(plan, motion_.direct()) {}
+      times_(plan, motion_.direct()) {
+  std::size_t most = 0;
+  for (const Plan::Read& read : plan.reads) most = std::max(most, read.size);
+  values_.resize(most);
+  drifts_.resize(most);
+}
 
 LastStep MemberGroup::last_step(std::size_t i) const {
   const std::size_t each = motion_.each_saved();
@@ -57,8 +62,6 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
   times_.write_to(first_time, states);
   if (step() == plan_.what.from && !begun_) begin();
   while (!done() && step() < to) {
-    if (!go_by_samples(to, stop)) return;
-    if (done() || step() >= to) break;
     const std::int64_t next = next_stop(to);
     keep_states_before();
     if (!go(next, stop)) return;
@@ -76,6 +79,7 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
 
 void MemberGroup::keep_states_before() {
   const Plan::Time* time = times_.next();
+  if (time == nullptr && !events_.any()) return;
   const bool between = time != nullptr && time->before == step() && time->arrival > step();
   before_.clear();
   if (!between && !waits_for_events()) return;
@@ -90,7 +94,6 @@ bool MemberGroup::go(std::int64_t next, const std::stop_token& stop) {
     interrupted_ = true;
     return false;
   }
-  sampler_.read_waiting(members_, motion_);
   const auto stopped = static_cast<std::size_t>(status.member.value_or(0));
   RunStatus own = status;
   own.member.reset();
@@ -99,34 +102,12 @@ bool MemberGroup::go(std::int64_t next, const std::stop_token& stop) {
   return true;
 }
 
-bool MemberGroup::go_by_samples(std::int64_t to, const std::stop_token& stop) {
-  if (!begun_ || events_.any() || !plan_.reads_on_the_way) return true;
-  std::int64_t end = std::min(to, plan_.what.to - 1);
-  if (const Plan::Time* time = times_.next()) end = std::min(end, time->before - 1);
-  if (next_sample_ > end) return true;
-  sampler_.make_room((end - next_sample_) / plan_.what.every + 1, motion_);
-  bool stopped = false;
-  while (!stopped && !done() && next_sample_ <= end) {
-    const std::int64_t next = next_sample_;
-    stopped = !go(next, stop);
-    if (step() != next) continue;
-    sampler_.take_all(members_, motion_, stop_);
-    next_sample_ += std::min(plan_.what.every, plan_.what.to - step());
-    if (!stop.stop_requested()) continue;
-    interrupted_ = true;  // the samples read last may be incomplete
-    stopped = true;
-  }
-  sampler_.read_waiting(members_, motion_);
-  sampler_.free_room();  // because there are many groups
-  return !stopped;
-}
-
 void MemberGroup::begin() {
   begun_ = true;
   for (std::size_t i = 0; i < left(); ++i) {
     events_.begin(member(i), step(), motion_.state(i), stop_);
     times_.write(member(i), index(i), last_step(i), 1, stop_);
-    sampler_.take(member(i), motion_.state(i), stop_);
+    sample(member(i), motion_.state(i));
     if (step() == plan_.what.to) finish(i, motion_.state(i), step(), {});
   }
   next_sample_ = plan_.next_sample(step());
@@ -140,16 +121,28 @@ void MemberGroup::arrive() {
   bool ended = last;
   for (std::size_t i = 0; i < left(); ++i) {
     const auto end = events ? report_events(i) : std::nullopt;
-    times_.write(member(i), index(i), last_step(i), end.value_or(1), stop_);
+    if (times_.next() != nullptr)
+      times_.write(member(i), index(i), last_step(i), end.value_or(1), stop_);
     ended = ended || end.has_value();
     if (end) continue;
-    if (sampled) sampler_.take(member(i), motion_.state(i), stop_);
+    if (sampled) sample(member(i), motion_.state(i));
     if (last) finish(i, motion_.state(i), step(), {});
   }
   if (sampled && !last) next_sample_ += std::min(plan_.what.every, plan_.what.to - step());
   times_.pass(step());
   before_.clear();
   if (ended) regroup();
+}
+
+void MemberGroup::sample(Member& member, const Simulation& now) {
+  for (std::size_t q = 0; q < plan_.reads.size(); ++q) {
+    const Plan::Read& read = plan_.reads[q];
+    if (!read.on_the_way) continue;
+    const auto values = std::span(values_).first(read.size);
+    const auto drifts = std::span(drifts_).first(read.drift ? read.size : 0);
+    member.readings[q]->read(now, values, drifts, stop_);
+    member.accumulators[q].take(values, drifts);
+  }
 }
 
 std::optional<double> MemberGroup::report_events(std::size_t i) {
@@ -165,7 +158,7 @@ std::optional<double> MemberGroup::report_events(std::size_t i) {
 void MemberGroup::finish(std::size_t i, const Simulation& last, std::int64_t at,
                          const RunStatus& status, std::int64_t ended_by) {
   const bool sampled = begun_ && (plan_.on_grid(at) || at == plan_.what.to);
-  if (!sampled) sampler_.take(member(i), last, stop_);
+  if (!sampled) sample(member(i), last);
   const double rate = status.reached() ? 0 : last.rate();
   member(i).finish(last, {status, at, ended_by, rate}, plan_, stop_);
 }
@@ -178,6 +171,39 @@ void MemberGroup::cancel() {
   for (std::size_t i = 0; i < left(); ++i)
     finish(i, motion_.state(i), step(), {Outcome::cancelled, std::nullopt});
   motion_.remove_all();
+}
+
+void MemberGroup::save(ByteWriter& out) const {
+  std::vector<double> saved(motion_.saved_size());
+  motion_.save(saved);
+  auto waiting = std::span<const double>(saved);
+  for (const Member& member : members_) {
+    member.save(out);
+    if (member.end) continue;
+    const auto theirs = waiting.first(motion_.each_saved());
+    out.put(std::vector<double>(theirs.begin(), theirs.end()));
+    waiting = waiting.subspan(motion_.each_saved());
+  }
+}
+
+void MemberGroup::restore(std::int64_t step, bool begun, ByteReader& in) {
+  std::vector<double> state(motion_.each_saved()), all;
+  std::vector<std::size_t> going;
+  for (std::size_t b = 0; b < members_.size() && in.sound(); ++b) {
+    members_[b].restore(plan_, in);
+    if (members_[b].end) continue;
+    in.get(state);
+    all.insert(all.end(), state.begin(), state.end());
+    going.push_back(b);
+  }
+  if (!in.sound()) return motion_.remove_all();
+  motion_.resume(std::move(going), step, all);
+  if (done()) return;
+  begun_ = begun;
+  if (!begun) return;
+  next_sample_ = plan_.next_sample(step);
+  times_.pass(step);
+  for (std::size_t i = 0; i < left(); ++i) events_.begin(member(i), step, motion_.state(i), {});
 }
 
 }  // namespace stiefel

@@ -10,7 +10,6 @@
 #include "engine/summary/joint_simulation.h"
 #include "engine/summary/member.h"
 #include "engine/summary/plan.h"
-#include "engine/summary/sampler.h"
 #include "engine/summary/states_at_times.h"
 
 namespace stiefel {
@@ -72,14 +71,13 @@ class MemberGroup {
   std::int64_t next_stop(std::int64_t to) const;
   /// Advances to step `next`. Returns false on a stop request.
   bool go(std::int64_t next, const std::stop_token& stop);
-  /// Advances from sample to sample up to `to`, as long as nothing else is to be done. Returns
-  /// false on a stop request.
-  bool go_by_samples(std::int64_t to, const std::stop_token& stop);
   /// Keeps the states at this step if the next one has times or events between its states.
   void keep_states_before();
   /// Does what is to be done at the first sample, or after a step.
   void begin();
   void arrive();
+  /// Takes a sample of a member for its statistics. A stop request may leave it incomplete.
+  void sample(Member& member, const Simulation& now);
   /// Reports the events of a member in its last step. Returns the fraction of the step after which
   /// the member ends, if it ends.
   std::optional<double> report_events(std::size_t i);
@@ -92,10 +90,10 @@ class MemberGroup {
   const Plan& plan_;
   JointSimulation motion_;
   std::vector<Member> members_;
-  Sampler sampler_;
   EventReports events_;
   StatesAtTimes times_;
-  std::vector<double> before_;  ///< states at the step before, where they are needed
+  std::vector<double> before_;           ///< states at the step before, where they are needed
+  std::vector<double> values_, drifts_;  ///< of one quantity at a sample
   std::int64_t next_sample_ = 0;
   std::stop_token stop_;
   bool begun_ = false, interrupted_ = false;

@@ -5,25 +5,9 @@
 namespace stiefel {
 namespace {
 
-const char* name_of(Statistic statistic) {
-  switch (statistic) {
-    case Statistic::last:
-      return "last";
-    case Statistic::min:
-      return "min";
-    case Statistic::max:
-      return "max";
-    case Statistic::mean:
-      return "mean";
-    case Statistic::rms:
-      return "rms";
-    case Statistic::sign_changes:
-      return "sign_changes";
-    case Statistic::drift:
-      return "drift";
-  }
-  return "";
-}
+/// The names of the statistics, in the order of Statistic.
+constexpr const char* statistic_names[] = {"last", "min",          "max",  "mean",
+                                           "rms",  "sign_changes", "drift"};
 
 template <class Number>
 void append(std::vector<Number>& all, const std::vector<Number>& some) {
@@ -88,8 +72,9 @@ class Results {
     const bool by_members = ensemble_ && !over;
     for (const Statistic statistic : asked.statistics) {
       const bool counts = statistic == Statistic::sign_changes;
-      SummaryArray& out = add(asked.name + "." + name_of(statistic),
-                              counts ? SummaryArray::Type::count : real, read.shape, by_members);
+      SummaryArray& out =
+          add(asked.name + "." + statistic_names[static_cast<std::size_t>(statistic)],
+              counts ? SummaryArray::Type::count : real, read.shape, by_members);
       if (statistic == Statistic::last)
         for (const MemberOf& member : members_)
           append(out.numbers, member.group->last(member.index, q));

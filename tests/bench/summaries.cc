@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
                                          ": drift of the energy at every step, last attitude",
                                  .unit = "s",
                                  .rival = "the same steps unread",
-                                 .bound = 1.25};
+                                 .bound = 1.35};
     for (int i = 0; i < repeats; ++i) comparison.add(read(scene, steps), unread(scene, steps));
     bench::report(comparison);
   }

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "engine/stepping/invariant_list.h"
-#include "engine/summary/energy_of_body.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
 #include "tests/engine/summary/finished_summary.h"
@@ -89,29 +88,6 @@ TEST(Summary, HasTheLargestDriftThatDiagnoseHas) {
         EXPECT_EQ(done[name + ".last"].numbers, last) << name << " " << method;
       }
     }
-}
-
-TEST(Summary, ReadsTheEnergyOfABodyWithoutItsList) {
-  for (const char* method : {"rk4", "preprocessed_variational", "exact", "variational"}) {
-    const Scene scene = random_scene(3, 11, 0.1, method);
-    const auto simulation = make_simulation(scene);
-    const auto of_list = [&] {
-      const std::vector<std::string> only{"energy"};
-      InvariantList list(only);
-      simulation->invariants(list);
-      return list.entries().front().value;
-    };
-    const auto energy = EnergyOfBody::make(scene, *simulation, of_list());
-    ASSERT_TRUE(energy) << method;
-    std::vector<double> saved(simulation->saved_size());
-    for (int k = 0; k < 20; ++k) {
-      simulation->save(saved);
-      EXPECT_EQ((*energy)(saved), of_list()) << method;
-      simulation->advance(1);
-    }
-  }
-  const Scene other = resolved(testing::any_scene("right_rigid_body", "rk4", 1, 0.1, 3));
-  EXPECT_FALSE(EnergyOfBody::make(other, *make_simulation(other), 1));
 }
 
 }  // namespace
