@@ -42,7 +42,7 @@ inline double group_cost(std::span<const Scene> group, const Simulation& one) {
   const Scene& first = group.front();
   if (group.size() == 1) return one.step_cost();
   return first.substeps() *
-         nanoseconds(ensemble_step_price(first, group.size(), step_weight(first), 0.1));
+         nanoseconds(ensemble_step_price(first, group.size(), step_weight(first)));
 }
 
 }  // namespace stiefel

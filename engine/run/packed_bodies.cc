@@ -122,8 +122,8 @@ std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies) {
   return bodies.front().in_float() ? pack_bodies_in<float>(bodies) : pack_bodies_in<double>(bodies);
 }
 
-double ensemble_step_price(const Scene& one, std::size_t members, double alone, double h_omega) {
-  const auto pack = can_be_packed(one) ? pack_price(one, h_omega) : std::nullopt;
+double ensemble_step_price(const Scene& one, std::size_t members, double alone) {
+  const auto pack = can_be_packed(one) ? pack_price(one) : std::nullopt;
   if (!pack) return alone * static_cast<double>(members);
   const auto lanes = static_cast<std::size_t>(pack_lanes(one));
   const std::size_t left = members % lanes;

@@ -149,7 +149,7 @@ void Session::set_work(const Scene& one, std::size_t members, double rate) {
   else if (scene_.members().empty())
     step_work_ = map_steps() * of_one;
   else
-    step_work_ = map_steps() * ensemble_step_price(one, members, of_one, h_omega(one, priced));
+    step_work_ = map_steps() * ensemble_step_price(one, members, of_one);
 }
 
 SimulationPtr Session::make() {

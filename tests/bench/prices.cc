@@ -72,7 +72,7 @@ std::string answer(const std::string& line) {
   std::ostringstream out;
   const auto [n, N] = frame_size(*scene);
   const double one = step_price(*scene, h_Omega);
-  const double all = members > 0 ? ensemble_step_price(*scene, members, one, h_Omega) : one;
+  const double all = members > 0 ? ensemble_step_price(*scene, members, one) : one;
   out << n << ' ' << N << ' ' << all * counted << ' ' << simulation->map_steps() - before << ' '
       << h_Omega << ' ' << (is_weighed(*scene) ? "counted" : "estimated");
   return out.str();

@@ -1,5 +1,6 @@
 // Makes steps of every method on one system in several sizes, so that callgrind can count them one
-// by one. After each count it prints "system method|- order arithmetic scalar n N steps h‖Ω‖". A
+// by one. After each count it prints "system method|- order arithmetic scalar n N steps h‖Ω‖ price",
+// the price being what the engine takes a step for. A
 // system whose bodies advance together in vector registers appears again as packed_SYSTEM, with the
 // steps of a pack. tests/bench/weights.py reads both. Arguments: the system, and the only method to
 // be counted; without them, prints the names of the systems.
@@ -113,7 +114,8 @@ void count(SceneDescription description, Size size) {
   std::cout << scene->system() << ' ' << (method ? scene->method() : "-") << ' ' << scene->order()
             << ' ' << (method ? method->arithmetic : "compensated") << ' '
             << (method ? method->scalar : "double") << ' ' << size.n << ' ' << size.N << ' '
-            << simulation->map_steps() - before << ' ' << rate << std::endl;
+            << simulation->map_steps() - before << ' ' << rate << ' ' << step_price(*scene, rate)
+            << std::endl;
 }
 
 /// Counts a method in every size.
@@ -172,7 +174,7 @@ void count_pack(SceneDescription one, bool frame, double rate) {
             << (method ? scene->method() : "-") << ' ' << scene->order() << ' '
             << (method ? method->arithmetic : "compensated") << ' '
             << (method ? method->scalar : "double") << ' ' << N << ' ' << N << ' ' << steps << ' '
-            << h_omega << std::endl;
+            << h_omega << ' ' << pack_price(scene->members().front()).value_or(0) << std::endl;
 }
 
 void count_packs(const SystemInfo& system, bool frame) {

@@ -124,7 +124,7 @@ def test_a_wrong_arrow_is_found(tmp_path: Path, file: str, line: str):
 # Where names may stand: in the declaration of the system or method itself, in an entry's recommendations and the continuous
 # system of a discrete one, and in the tables of counts. `exact` is also the name of a conservation.
 OWN = re.compile(r'info\.name = |static constexpr const char\* name = |\.name = |\.method = "|entry\.continuous = "|return "exact";')
-DATA = {"step_weights.inc", "workspaces.inc"}
+DATA = {"step_prices.inc", "workspaces.inc"}
 
 
 def test_no_name_is_asked_for():

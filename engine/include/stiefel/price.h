@@ -10,9 +10,9 @@
 namespace stiefel {
 
 // What simulations cost, known before they run: work in instructions, as callgrind counts them, and
-// bytes. A table that tests/bench/weights.py measures has the instructions of a step in several
-// sizes (engine/catalogue/methods/weight_table.h). It is the same on every CPU for one build, so
-// that every machine chooses the same method.
+// bytes. A list has the instructions of a step of each method as a polynomial in the size, fitted to
+// counted steps and within 25 % of them (engine/catalogue/methods/step_prices.inc). It is the same
+// on every CPU, so that every machine chooses the same method.
 
 /// Returns the rough number of nanoseconds that so many instructions take.
 constexpr double nanoseconds(double instructions) { return instructions / 5; }
@@ -22,7 +22,7 @@ struct FrameSize {
   double n, N;
 };
 
-/// Returns the size of a scene by which the table is read: n is the number of rows of the first
+/// Returns the size of a scene on which its prices depend: n is the number of rows of the first
 /// block of its state, or N where the scene has none.
 FrameSize frame_size(const Scene& scene);
 
@@ -32,17 +32,17 @@ double step_weight(const Scene& scene);
 
 /// Returns the work of one step at this h‖Ω‖ > 0 (`Simulation::rate` times the step of the map).
 /// For an explicit method it is `step_weight`; for one that iterates, `step_weight` times a factor
-/// that the table has at some h‖Ω‖: between them a power law, beyond them the nearest.
+/// known at some h‖Ω‖: between them a power law, beyond them the nearest.
 double step_price(const Scene& scene, double h_omega);
 /// Whether `step_price` depends on h‖Ω‖.
 bool price_depends_on_rate(const Scene& scene);
-/// Whether the table has an entry. Without one the work of a step is estimated.
+/// Whether the list has an entry. Without one the work of a step is estimated.
 bool is_weighed(const Scene& scene);
 
 /// Returns the work of a map step of `members` members like `one`. Members that advance together in
 /// vector registers cost the price of their packs on a machine with AVX2; every other member costs
-/// `alone`. `h_omega` is that of the fastest member and determines the number of iterations.
-double ensemble_step_price(const Scene& one, std::size_t members, double alone, double h_omega);
+/// `alone`.
+double ensemble_step_price(const Scene& one, std::size_t members, double alone);
 
 /// Returns the work of finding the substeps of the recommended method for a motion in N dimensions
 /// of a system that may need to follow the motion for it; else 0.

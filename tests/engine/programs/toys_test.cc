@@ -6,7 +6,6 @@
 
 #include "engine/accuracy/reference.h"
 #include "engine/catalogue/methods/step_weight.h"
-#include "engine/catalogue/methods/weight_table.h"
 #include "engine/catalogue/system_entry.h"
 #include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
@@ -196,27 +195,6 @@ TEST(Toys, AMissingWeightIsEstimatedWithAWarning) {
   ASSERT_EQ(warnings(scene).size(), 1u);
   EXPECT_NE(warnings(scene)[0].find("the work of a step of heun on brockett is estimated"),
             std::string::npos);
-}
-
-/// On the other systems a step of `adaptive`, with 13 stages, takes about 3 times the work of one
-/// of `rk4`, with 4.
-TEST(Toys, EstimatedWeightsHaveTheRatiosOfOtherSystems) {
-  const auto estimate = [](const char* method) {
-    SceneDescription d = larger();
-    d.method = MethodDescription{method, {}, {}, "", {}};
-    return step_weight(Scene::resolve(d).value());
-  };
-  const auto count = [](const char* system, const char* method) {
-    const int order = catalogue().method(method)->default_order;
-    return instructions_at(*find_weight(system, method, order, "compensated", "double"), 4, 4);
-  };
-  const double estimated = estimate("adaptive") / estimate("rk4");
-  for (const char* system : {"reduced_rigid_body", "symmetric_rigid_body", "mclachlan_scovel"}) {
-    const double counted = count(system, "adaptive") / count(system, "rk4");
-    EXPECT_GT(counted, 2) << system;
-    EXPECT_GT(estimated, counted / 2) << system;
-    EXPECT_LT(estimated, counted * 2) << system;
-  }
 }
 
 }  // namespace
