@@ -1,6 +1,7 @@
 #include "engine/accuracy/candidates.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/catalogue/methods/step_weight.h"
 #include "engine/numbers/to_text.h"
@@ -19,15 +20,14 @@ bool keeps_energy(const MethodOnSystem& on) {
 
 }  // namespace
 
-MethodDescription Candidate::with_substeps(int m) const {
+std::optional<MethodDescription> Candidate::refined(int r) const {
+  constexpr int last_doubling = 16, last_decade = 12;
+  if (r > (is_closed_form() ? 0 : own_steps ? last_decade : last_doubling)) return std::nullopt;
   MethodDescription made = method;
-  made.substeps = m;
-  return made;
-}
-
-MethodDescription Candidate::with_tolerance(double tolerance) const {
-  MethodDescription made = method;
-  made.tolerance = tolerance;
+  if (own_steps)
+    made.tolerance = std::pow(10, -3 - r);
+  else
+    made.substeps = 1 << r;
   return made;
 }
 

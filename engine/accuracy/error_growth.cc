@@ -67,23 +67,21 @@ constexpr double early = 1.0 / 8;
 
 }  // namespace
 
-double ErrorGrowth::rounding_part(const Candidate& candidate, const Run& run,
-                                  double shorter) const {
+double ErrorGrowth::rounding_part(const Candidate& candidate, const Run& run) const {
   const std::size_t n = run.errors.size();
   if (n > course_.size() || candidate.own_steps || candidate.order == 0) return 0;
   const double end = run.largest_error(n), map_steps = run.work / candidate.weight;
-  const double of_method = error_margin * course_[n - 1] * std::pow(shorter, -candidate.order);
+  const double of_method = error_margin * course_[n - 1] * std::pow(2, -candidate.order);
   return std::clamp(end - of_method, 0.0, std::min(end, map_steps * unit_roundoff(candidate)));
 }
 
 double ErrorGrowth::beyond(const Candidate& candidate, const Run& run,
-                           const ErrorGrowth::Steps& steps, std::int64_t horizon_steps,
-                           std::optional<double> shorter) {
+                           const ErrorGrowth::Steps& steps, std::int64_t horizon_steps) {
   const std::size_t n = run.errors.size();
   std::vector<double> course;
   for (std::size_t i = 1; i <= n; ++i) course.push_back(run.largest_error(i));
   const double end = course.back();
-  const double rounding = shorter ? rounding_part(candidate, run, *shorter) : 0;
+  const double rounding = rounding_part(candidate, run);
   const double rounding_power = power_of_rounding(candidate, course, steps);
   const auto time_to = [&](std::int64_t step, std::size_t sample) {
     return static_cast<double>(step) / static_cast<double>(steps[sample]);
@@ -107,15 +105,14 @@ double ErrorGrowth::beyond(const Candidate& candidate, const Run& run,
   return end > 0 ? at_horizon / end : std::pow(rest, power);
 }
 
-bool ErrorGrowth::falls_as_declared(const Candidate& candidate, double shorter, const Run& run,
+bool ErrorGrowth::falls_as_declared(const Candidate& candidate, const Run& run,
                                     const ErrorGrowth::Steps& steps) const {
   const std::size_t n = run.errors.size();
   if (n == 0 || n > course_.size() || candidate.own_steps) return false;
   const double from = early * static_cast<double>(steps[n - 1]);
   for (std::size_t i = 0; i < n; ++i)
     if (static_cast<double>(steps[i]) >= from &&
-        !(run.largest_error(i + 1) <=
-          error_margin * course_[i] * std::pow(shorter, -candidate.order)))
+        !(run.largest_error(i + 1) <= error_margin * course_[i] * std::pow(2, -candidate.order)))
       return false;
   return true;
 }

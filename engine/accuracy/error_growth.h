@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "engine/accuracy/candidates.h"
@@ -21,26 +20,24 @@ class ErrorGrowth {
   using Steps = std::vector<std::int64_t>;  ///< the steps at which a run has its errors
 
   /// Returns the factor by which the largest error of a run grows up to the horizon. Remembers the
-  /// run, as far as its errors are small, for later runs of the same candidate.
+  /// run, as far as its errors are small, for the next run of the same candidate, whose steps are
+  /// half as long.
   ///
-  /// `shorter` is the number of steps of this run in one step of the previous one. If it is given,
-  /// the part of the error that the previous run's error and the order do not explain is taken for
+  /// The part of the error that the previous run's error and the order do not explain is taken for
   /// rounding, up to one unit of roundoff a step. Rounding grows in proportion to time, in
   /// compensated arithmetic less: it does not grow as the method's error does.
   double beyond(const Candidate& candidate, const Run& run, const Steps& steps,
-                std::int64_t horizon_steps, std::optional<double> shorter = {});
+                std::int64_t horizon_steps);
 
   /// Whether in the last three doublings of a run's time its errors are at most the errors of the
-  /// previous run there divided by `shorter`^order. `shorter` is the number of steps of this run in
-  /// one step of the previous one. The errors are then those of the method and not of rounding, and
-  /// go on as the previous ones did. Rounding errors are a random walk: in single precision an
-  /// extrapolation from a part of the run is wrong by a factor of up to 100.
-  bool falls_as_declared(const Candidate& candidate, double shorter, const Run& run,
-                         const Steps& steps) const;
+  /// previous run there divided by 2^order. The errors are then those of the method and not of
+  /// rounding, and go on as the previous ones did. Rounding errors are a random walk: in single
+  /// precision an extrapolation from a part of the run is wrong by a factor of up to 100.
+  bool falls_as_declared(const Candidate& candidate, const Run& run, const Steps& steps) const;
 
  private:
   /// Returns the part of the error at the end of a run that is rounding.
-  double rounding_part(const Candidate& candidate, const Run& run, double shorter) const;
+  double rounding_part(const Candidate& candidate, const Run& run) const;
 
   std::vector<double> course_;  ///< largest error up to each sample
 };

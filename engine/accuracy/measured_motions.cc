@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/scene/members.h"
+
 namespace stiefel {
 namespace {
 
@@ -89,31 +91,53 @@ void MeasuredMotions::take_in(const Samples& one) {
 
 Run MeasuredMotions::run(const MethodDescription& method, double weight,
                          const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
-                         const std::stop_token& stop, double most_work) const {
+                         const std::stop_token& stop, double most_work, double most_error,
+                         std::size_t first) const {
   const double weight_of_one = weight / static_cast<double>(count());
   Run all;
-  for (std::size_t b = 0; b < count(); ++b) {
+  double largest = -1;
+  for (std::size_t k = 0; k < count(); ++k) {
+    const std::size_t b = k == 0 ? first : k <= first ? k - 1 : k;
     Run one = stiefel::run(scenes_[b].with(method).value(), weight_of_one, of_each_[b], compared,
-                           to, watch, stop, most_work - all.spent);
+                           to, watch, stop, most_work - all.spent, most_error);
     const RunStatus status = one.status;
-    if (b == 0)
+    const double error = one.largest_error(one.errors.size());
+    if (k == 0)
       all = std::move(one);
     else
       stiefel::take_in(one, all);
-    if (status.reached()) continue;
+    if (error > largest) {
+      largest = error;
+      all.member = b;
+    }
+    if (status.reached() && !(error > most_error)) continue;
     all.status = status;
-    if (count() > 1) all.status.member = static_cast<int>(b);
+    if (count() > 1 && !status.reached()) all.status.member = static_cast<int>(b);
     break;
   }
   return all;
 }
 
-std::vector<Candidate> taken_by_all(std::vector<Candidate> candidates,
-                                    const MeasuredMotions& motions) {
-  if (motions.count() == 1) return candidates;
-  std::erase_if(candidates, [&](const Candidate& one) { return !motions.take(one.method); });
-  for (Candidate& one : candidates) one.weight *= static_cast<double>(motions.count());
-  return candidates;
+std::expected<MeasuredScene, Violations> what_is_measured(const SceneDescription& description,
+                                                          const Place& place) {
+  if (!description.members) {
+    auto found = candidates(description, place);
+    if (!found) return std::unexpected(std::move(found.error()));
+    return MeasuredScene{MeasuredMotions({std::move(found->start)}), std::move(found->all)};
+  }
+  if (*description.members > TradeoffRequest::most_members)
+    return std::unexpected(Violations{place.violation(
+        "members", std::to_string(*description.members),
+        "must be at most " + std::to_string(TradeoffRequest::most_members) +
+            " where methods are measured, which keeps the reference of each; give a method")});
+  auto members = motions_of(description, place);
+  if (!members) return std::unexpected(std::move(members.error()));
+  auto found = candidates(member_of(description, 0), place);
+  if (!found) return std::unexpected(std::move(found.error()));
+  MeasuredScene out{MeasuredMotions(*std::move(members)), std::move(found->all)};
+  std::erase_if(out.candidates, [&](const Candidate& c) { return !out.motions.take(c.method); });
+  for (Candidate& one : out.candidates) one.weight *= static_cast<double>(out.motions.count());
+  return out;
 }
 
 }  // namespace stiefel

@@ -33,10 +33,12 @@ class MeasuredMotions {
   /// Runs every motion with the method, one after another, until one of them stops. `weight` is the
   /// work of a step of all motions. The result has the smallest number of steps of any motion, and
   /// the status of the first motion that did not reach its end, with its index as member where
-  /// there are several.
+  /// there are several. The run ends as well once the error of a motion exceeds `most_error`;
+  /// motion `first` is run before the others.
   Run run(const MethodDescription& method, double weight, const std::vector<std::int64_t>& compared,
           std::int64_t to, Watch watch, const std::stop_token& stop,
-          double most_work = StopScope::unlimited) const;
+          double most_work = StopScope::unlimited, double most_error = infinity,
+          std::size_t first = 0) const;
 
  private:
   void take_in(const Samples& one);
@@ -46,8 +48,17 @@ class MeasuredMotions {
   Samples common_;
 };
 
-/// Returns the candidates that every motion takes, each with the work of a step of all motions.
-std::vector<Candidate> taken_by_all(std::vector<Candidate> candidates,
-                                    const MeasuredMotions& motions);
+/// The motions of a scene, and the candidates that all of them take, each with the work of a step
+/// of all motions.
+struct MeasuredScene {
+  MeasuredMotions motions;
+  std::vector<Candidate> candidates;
+};
+
+/// Returns what is measured on a scene or ensemble, or its violations; more than
+/// TradeoffRequest::most_members members are one. Ignores the method and the tolerance of the
+/// description.
+std::expected<MeasuredScene, Violations> what_is_measured(const SceneDescription& description,
+                                                          const Place& place);
 
 }  // namespace stiefel

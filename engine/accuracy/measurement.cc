@@ -170,7 +170,7 @@ namespace {
 
 void run_within(const StopScope& cap, double most_work, const Scene& scene, double weight,
                 const Samples& samples, const std::vector<std::int64_t>& compared, std::int64_t to,
-                Watch watch, Run& out) {
+                Watch watch, double most_error, Run& out) {
   const auto now = make_simulation(scene);
   const bool jumps = now->direct() && watch == Watch::errors;
   const double comparison = comparison_work(scene);
@@ -209,6 +209,7 @@ void run_within(const StopScope& cap, double most_work, const Scene& scene, doub
     const auto& exact = samples.answers[static_cast<std::size_t>(sample)].state;
     out.errors.push_back(error_of(read_motion(scene, *now), exact));
     if (invariants) invariants->look(*now, out);
+    if (out.errors.back().largest() > most_error) break;
   }
 }
 
@@ -216,12 +217,12 @@ void run_within(const StopScope& cap, double most_work, const Scene& scene, doub
 
 Run run(const Scene& scene, double weight, const Samples& samples,
         const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
-        const std::stop_token& stop, double most_work) {
+        const std::stop_token& stop, double most_work, double most_error) {
   Run out;
   {
     const StopScope cap(stop, most_work);
     try {
-      run_within(cap, most_work, scene, weight, samples, compared, to, watch, out);
+      run_within(cap, most_work, scene, weight, samples, compared, to, watch, most_error, out);
     } catch (const Stopped&) {
       if (!stop.stop_requested() && !cap.used_up()) throw;
       out.status = RunStatus{Outcome::cancelled, std::nullopt};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "engine/accuracy/candidates.h"
@@ -8,6 +9,8 @@
 #include "stiefel/stop.h"
 
 namespace stiefel {
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Returns the number of steps to the first state at or beyond a time.
 std::int64_t steps_to(double horizon, double step);
@@ -69,6 +72,7 @@ struct Run {
   double cpu_seconds = 0;
   double drift = 0;
   std::string drift_of;
+  std::size_t member = 0;  ///< of several motions that with the largest error
 
   double largest_error(std::size_t count) const;
 };
@@ -80,11 +84,13 @@ enum class Watch {
 };
 
 /// Runs the scene up to the last of `compared` that is at most `to`, or until the token requests a
-/// stop or `most_work` is used up; the run status is then `cancelled`. `compared` are steps of
-/// `samples`. Throws Stopped when an outer scope requires it.
+/// stop or `most_work` is used up; the run status is then `cancelled`. Ends at the first compared
+/// step where the error exceeds `most_error`. `compared` are steps of `samples`. Throws Stopped
+/// when an outer scope requires it.
 Run run(const Scene& scene, double weight, const Samples& samples,
         const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
-        const std::stop_token& stop, double most_work = StopScope::unlimited);
+        const std::stop_token& stop, double most_work = StopScope::unlimited,
+        double most_error = infinity);
 
 /// Returns the last of `steps` that a run reaches with at most `work` when a step takes
 /// `step_work`; at least the first.

@@ -45,7 +45,7 @@ class Reference {
   /// the motion ends before, or on a stop request.
   virtual std::optional<Answer> at(double time, const std::stop_token& stop) = 0;
 
-  /// Describes the reference: "Taylor series of order 31 in quadruple precision".
+  /// Describes the reference: "Taylor series of order 22 in extended precision".
   virtual std::string description() const = 0;
   /// Returns the work so far, in instructions.
   virtual double work() const = 0;
@@ -62,13 +62,13 @@ class Reference {
 struct ReferenceNeed {
   double time;            ///< last time needed; the sign is that of the scene's step
   double budget;          ///< most units of work that it may cost
-  bool quadruple = true;  ///< false: extended precision suffices
+  bool quadruple = true;  ///< false: extended precision suffices, where there is a choice
 };
 
 /// Returns the best reference for the scene within the budget: a closed form where there is one
-/// that is well-conditioned up to that time; else Taylor series of the motion, started from the
-/// scene's own blocks, in quadruple precision where the budget suffices, else in extended. Returns
-/// null where the system's entry has neither.
+/// that is well-conditioned up to that time, for a body with N = 3 in quadruple precision if `need`
+/// wants it; else Taylor series of the motion in extended precision, started from the scene's own
+/// blocks. Returns null where the system's entry has neither.
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need);
 
 /// Returns a closed form as reference; null where there is none whose error estimate holds.

@@ -7,10 +7,8 @@
 
 namespace stiefel {
 
-/// Returns Taylor series as reference, in the precision that the budget allows. `start` is that of
-/// the scene.
-using MakeTaylorSeries = std::unique_ptr<Reference>(const Scene& scene,
-                                                    const SeriesStart<long double>& start,
+/// Returns Taylor series as reference.
+using MakeTaylorSeries = std::unique_ptr<Reference>(const SeriesStart<long double>& start,
                                                     const ReferenceNeed& need);
 /// Returns a closed form as reference, whose states take at most `allowed` units of work each; null
 /// where there is none whose error estimate holds at `time`.

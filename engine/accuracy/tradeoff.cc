@@ -2,30 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "engine/accuracy/error_growth.h"
 #include "engine/accuracy/measured_motions.h"
 #include "engine/accuracy/pareto_front.h"
 #include "engine/catalogue/methods/step_weight.h"
 #include "engine/numbers/to_text.h"
-#include "engine/scene/members.h"
 #include "stiefel/version.h"
 
 namespace stiefel {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Share of the budget that the reference may take.
 constexpr double share_of_references = 0.5;
 /// Expected number of points of a candidate, by which the rest of the budget is shared among the
 /// points to come.
 constexpr int expected_points = 12;
-constexpr int last_doubling = 16, last_decade = 11;
-/// A point is useful if it at least halves the error. After `patience` points in a row that are
-/// not, the candidate has no more points.
-constexpr double useful_ratio = 0.5;
-constexpr int patience = 2;
 /// Smallest part of the horizon that a run must cover.
 constexpr double least_part = 1.0 / 64;
 /// Smallest part of the horizon for a run in single precision, where the rounding error may still
@@ -37,28 +29,6 @@ MotionError at_least(double known, MotionError error) {
   if (error.attitude) error.attitude = std::max(known, *error.attitude);
   error.momentum = std::max(known, error.momentum);
   return error;
-}
-
-/// What is measured: the motions, and the candidates that all motions take.
-struct Found {
-  MeasuredMotions motions;
-  std::vector<Candidate> all;
-};
-
-std::expected<Found, Violations> what_is_measured(const SceneDescription& scene,
-                                                  const Place& place) {
-  if (!scene.members) {
-    auto found = candidates(scene, place);
-    if (!found) return std::unexpected(std::move(found.error()));
-    return Found{MeasuredMotions({std::move(found->start)}), std::move(found->all)};
-  }
-  auto members = motions_of(scene, place);
-  if (!members) return std::unexpected(std::move(members.error()));
-  auto found = candidates(member_of(scene, 0), place);
-  if (!found) return std::unexpected(std::move(found.error()));
-  MeasuredMotions motions(*std::move(members));
-  auto all = taken_by_all(std::move(found->all), motions);
-  return Found{std::move(motions), std::move(all)};
 }
 
 /// Returns a warning for each method whose work is estimated.
@@ -166,9 +136,12 @@ double Tradeoff::Survey::share() const {
 std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop) {
   while (candidate_ < candidates_.size() && !stop.stop_requested()) {
     const Candidate& candidate = candidates_[candidate_];
-    const auto method = candidate.own_steps
-                            ? candidate.with_tolerance(std::pow(10, -3 - refinement_))
-                            : candidate.with_substeps(1 << refinement_);
+    const auto next = candidate.refined(refinement_);
+    if (!next) {
+      next_candidate();
+      continue;
+    }
+    const MethodDescription& method = *next;
     const double step_work = candidate.weight * method.substeps.value_or(1);
     const std::int64_t to = affordable_steps(samples().steps, step_work, share());
     const Scene scene = motions_.front().with(method).value();
@@ -210,7 +183,7 @@ std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const
   if (to == steps_ || !scene.in_float()) return go_to(to);
   if (refinement_ > 0) {
     Run part = go_to(to);
-    if (!part.status.reached() || growth_.falls_as_declared(candidate, 2, part, samples().steps))
+    if (!part.status.reached() || growth_.falls_as_declared(candidate, part, samples().steps))
       return part;
   }
   const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
@@ -250,7 +223,7 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   point.error = at_least(known, first.errors.back());
   point.below_reference = first.errors.back().largest() <= known;
   point.extrapolated = first.steps < steps_;
-  const double growth = growth_.beyond(candidate, first, samples().steps, steps_, 2);
+  const double growth = growth_.beyond(candidate, first, samples().steps, steps_);
   if (point.extrapolated) {
     // The amplitude of an oscillating error does not grow, so its envelope is extrapolated.
     const double envelope = std::max(known, first.largest_error(first.errors.size()));
@@ -273,9 +246,7 @@ bool Tradeoff::Survey::refine(const TradeoffPoint& point) {
   if (another) useless_in_a_row_ = useful ? 0 : useless_in_a_row_ + 1;
   best_ = std::min(best_, error);
   ++refinement_;
-  const Candidate& candidate = candidates_[candidate_];
-  const int last = candidate.order == 0 ? 0 : candidate.own_steps ? last_decade : last_doubling;
-  if (useless_in_a_row_ >= patience || refinement_ > last) next_candidate();
+  if (useless_in_a_row_ >= patience) next_candidate();
   return another;
 }
 
@@ -302,19 +273,11 @@ std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
   if (request.repeats < 1 || request.repeats > 100)
     wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
   const auto place = Place::inside("scene");
-  const auto& members = request.scene.members;
-  const bool too_many = members && *members > TradeoffRequest::most_members;
-  if (too_many)
-    wrong.push_back(place.violation("members", std::to_string(*members),
-                                    "must be at most " +
-                                        std::to_string(TradeoffRequest::most_members) +
-                                        " in a trade-off, which keeps the reference of each"));
-  if (too_many) return std::unexpected(std::move(wrong));
   auto found = what_is_measured(request.scene, place);
   if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   return Tradeoff(std::make_unique<Survey>(std::move(request), std::move(found->motions),
-                                           std::move(found->all)));
+                                           std::move(found->candidates)));
 }
 
 Tradeoff::Tradeoff(std::unique_ptr<Survey> survey) : survey_(std::move(survey)) {}

@@ -4,7 +4,5 @@ namespace stiefel {
 
 template class TaylorDoubleBracket<long double>;
 template class TaylorMotion<TaylorDoubleBracket<long double>>;
-template class TaylorDoubleBracket<Quad>;
-template class TaylorMotion<TaylorDoubleBracket<Quad>>;
 
 }  // namespace stiefel

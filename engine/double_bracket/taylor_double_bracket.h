@@ -6,7 +6,6 @@
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
 #include "engine/numbers/complex_as_real.h"
-#include "engine/numbers/quadruple.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -116,7 +115,5 @@ void TaylorDoubleBracket<Scalar>::generate(int k) {
 // Compiled once, in taylor_double_bracket.cc.
 extern template class TaylorDoubleBracket<long double>;
 extern template class TaylorMotion<TaylorDoubleBracket<long double>>;
-extern template class TaylorDoubleBracket<Quad>;
-extern template class TaylorMotion<TaylorDoubleBracket<Quad>>;
 
 }  // namespace stiefel

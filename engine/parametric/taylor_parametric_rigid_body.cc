@@ -4,7 +4,5 @@ namespace stiefel {
 
 template class TaylorParametricRigidBody<long double>;
 template class TaylorMotion<TaylorParametricRigidBody<long double>>;
-template class TaylorParametricRigidBody<Quad>;
-template class TaylorMotion<TaylorParametricRigidBody<Quad>>;
 
 }  // namespace stiefel

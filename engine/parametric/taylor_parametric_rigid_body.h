@@ -4,7 +4,6 @@
 
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
-#include "engine/numbers/quadruple.h"
 #include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
@@ -74,7 +73,5 @@ bool TaylorParametricRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<S
 // Compiled once, in taylor_parametric_rigid_body.cc.
 extern template class TaylorParametricRigidBody<long double>;
 extern template class TaylorMotion<TaylorParametricRigidBody<long double>>;
-extern template class TaylorParametricRigidBody<Quad>;
-extern template class TaylorMotion<TaylorParametricRigidBody<Quad>>;
 
 }  // namespace stiefel

@@ -47,23 +47,22 @@ double sample(const v1::Scene& scene) {
   return 2 * 16 * shape.rows * shape.cols + 128;
 }
 
-/// Returns how many members of a scene are held of at most so many; 1 for a single motion.
-double held(const v1::Scene& scene, int most) {
-  return std::min<double>(scene.has_members() ? scene.members() : 1, most);
+/// Returns the number of members whose references are held; 1 for a single motion.
+double measured_members(const v1::Scene& scene) {
+  return std::min<double>(scene.has_members() ? scene.members() : 1, TradeoffRequest::most_members);
 }
 
-/// Returns the bytes of the references of that many members, each at up to 58 coarse samples.
-std::uint64_t references(const v1::Scene& scene, int members) {
-  return static_cast<std::uint64_t>(held(scene, members) * 58 * sample(scene));
+/// Returns the bytes of the references of all members, each at up to 58 coarse samples.
+std::uint64_t references(const v1::Scene& scene) {
+  return static_cast<std::uint64_t>(measured_members(scene) * 58 * sample(scene));
 }
 
-/// Returns the bytes of the references of a choice at every step: those of the pilots together and
-/// that of one more member.
+/// Returns the bytes of the references of a choice at every step.
 std::uint64_t at_every_step(const v1::Scene& scene) {
-  const double one = std::abs(scene.horizon() / scene.step()) * sample(scene);
-  const double most = Choice::most_sample_bytes, pilots = held(scene, Choice::most_pilots);
-  const auto at_most = [&](double bytes) { return bytes <= most ? bytes : most; };
-  return static_cast<std::uint64_t>(at_most(pilots * one) + (pilots > 1 ? at_most(one) : 0));
+  const double bytes =
+      std::abs(scene.horizon() / scene.step()) * sample(scene) * measured_members(scene);
+  return static_cast<std::uint64_t>(bytes <= Choice::most_sample_bytes ? bytes
+                                                                       : Choice::most_sample_bytes);
 }
 
 /// Returns the bytes of the search for a geodesic between two frames of shape n x N.
@@ -117,12 +116,11 @@ std::uint64_t first_step_workspace(const Scene& resolved) {
 }
 
 std::uint64_t choice_workspace(const v1::Scene& scene) {
-  return measured_simulations(scene) + references(scene, Choice::most_pilots) +
-         at_every_step(scene);
+  return tradeoff_workspace(scene) + at_every_step(scene);
 }
 
 std::uint64_t tradeoff_workspace(const v1::Scene& scene) {
-  return measured_simulations(scene) + references(scene, TradeoffRequest::most_members);
+  return measured_simulations(scene) + references(scene);
 }
 
 std::uint64_t conversion_workspace(const v1::Scene& scene) {

@@ -29,7 +29,7 @@ std::uint64_t held_by(const google::protobuf::Message& message);
 
 /// Return the workspaces of calls: resolving a scene; the first step of a new session, which makes
 /// the simulation of an ensemble; the choice of a method for a scene, with one simulation at a
-/// time, of the method that needs most, and a reference in twice the precision; a trade-off; a
+/// time, of the method that needs most, and references in twice the precision; a trade-off; a
 /// conversion of a resolved scene; the largest search of a Connect; a Diagnose; a Summarize. The
 /// requests must have been read: the numbers that one names in vain have no price.
 std::uint64_t scene_workspace(const v1::Scene& scene);

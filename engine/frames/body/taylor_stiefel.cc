@@ -4,7 +4,5 @@ namespace stiefel {
 
 template class TaylorStiefel<long double>;
 template class TaylorMotion<TaylorStiefel<long double>>;
-template class TaylorStiefel<Quad>;
-template class TaylorMotion<TaylorStiefel<Quad>>;
 
 }  // namespace stiefel

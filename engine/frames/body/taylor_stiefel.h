@@ -5,7 +5,6 @@
 
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
-#include "engine/numbers/quadruple.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -94,7 +93,5 @@ bool TaylorStiefel<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& seri
 // Compiled once, in taylor_stiefel.cc.
 extern template class TaylorStiefel<long double>;
 extern template class TaylorMotion<TaylorStiefel<long double>>;
-extern template class TaylorStiefel<Quad>;
-extern template class TaylorMotion<TaylorStiefel<Quad>>;
 
 }  // namespace stiefel

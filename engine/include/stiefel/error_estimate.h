@@ -38,9 +38,10 @@ double run_work(const Scene& scene, const Simulation& now);
 /// Estimates the error of `now`, a simulation of `scene`, at its current step; after a run that
 /// ended early this is the last good step. Takes at most `budget` units of work: if the work
 /// predicted from the start of the motion is larger, the estimate is not started and `missing`
-/// gives the prediction. The reference is in extended precision where that is accurate enough, else
-/// in quadruple precision. For an ensemble the result is that of the member with the largest error,
-/// or of a member that has no estimate.
+/// gives the prediction. The reference is in extended precision; for a body with N = 3, where that
+/// is not accurate enough, in quadruple precision. Where the error of the reference is larger than
+/// the difference, `missing` says so. For an ensemble the result is that of the member with the
+/// largest error, or of a member that has no estimate.
 ErrorEstimate estimate_error(const Scene& scene, const Simulation& now, double budget,
                              const std::stop_token& stop);
 

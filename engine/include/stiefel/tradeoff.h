@@ -28,11 +28,8 @@ struct Choice {
   MethodDescription method;
   double tolerance;  ///< the tolerance and the horizon for which the method was chosen
   double horizon;
-  /// The largest error up to the horizon: measured if `verified`, else estimated from some steps.
-  double error = 0;
-  /// Whether every step up to the horizon was compared with a reference, or the method is a closed
-  /// form, which was compared at up to 550.
-  bool verified = false;
+  double error = 0;      ///< the largest error measured up to the horizon
+  bool verified = true;  ///< always
   /// The chosen method and why: its error, up to which time, against which reference, at which
   /// work.
   std::string reason;
@@ -40,35 +37,33 @@ struct Choice {
 
   /// Most units of work that a choice may take (instructions; about a second).
   static constexpr double most_work = 4e9;
-  /// Most bytes of the reference's states, of all members together.
+  /// Most bytes of the reference's states at every step, of all members together.
   static constexpr double most_sample_bytes = 64 << 20;
-  /// Most members of an ensemble whose references are held at a time.
-  static constexpr int most_pilots = 33;
 };
 
-/// Chooses the cheapest method, order, arithmetic and number of substeps whose error stays within
-/// `tolerance`; cost is counted work, never the clock. The error is the largest of attitude and
-/// momentum up to `horizon`, measured against a reference by a run of this scene over the whole
-/// horizon, at every step. Short runs only order the candidates: their errors are extrapolated by
-/// the declared growth, or exponentially if they grow so.
+/// Chooses the cheapest point of the trade-off whose error stays within `tolerance`: method, order,
+/// arithmetic, and substeps (1, 2, 4, ...) or tolerance (1e-3, 1e-4, ...); cost is counted work,
+/// never the clock. The error is the largest of attitude and momentum up to `horizon`, measured
+/// against a reference by a run of this scene over the whole horizon, at every step, plus the
+/// reference's own error.
 ///
 /// Takes at most Choice::most_work. Does not start a run that is predicted to take more than is
-/// left of it, and ends a run that takes more than predicted. Refuses a choice that it cannot
-/// verify within this work and Choice::most_sample_bytes, with what verifying takes: a body with
-/// N = 4 beyond 7000 long or 50 000 short steps. Between steps the error of a closed form is
-/// rounding: where not every step can be compared (N = 3, some 150 000 steps), `exact` is verified
-/// at up to 550 steps and is the only candidate. Where `verification` is "optional" it returns the
-/// cheapest method by its errors at up to 550 steps spread over the horizon, or by those of a part
-/// of it, not verified. Refuses at once where not even the first state of the reference can be
-/// computed, from about N = 50 on.
+/// left of it, ends a run that takes more than predicted, and ends a run whose error is too large.
+/// Refuses where the reference at every step exceeds three quarters of this work or
+/// Choice::most_sample_bytes: a body with N = 4 beyond 7000 long or 50 000 short steps. Between
+/// steps the error of a closed form is rounding: where not every step can be compared (N = 3, some
+/// 150 000 steps), `exact` is verified at up to 550 steps and is the only candidate. Refuses at
+/// once where not even the first state of the reference can be computed, from about N = 50 on.
 ///
-/// An ensemble gets one method, and the tolerance holds for each member: every member is verified
-/// with that method. The work is that of all members together; where it does not suffice for all
-/// (some thousand bodies of a thousand steps), the choice is refused.
+/// An ensemble of at most TradeoffRequest::most_members members gets one method, and the tolerance
+/// holds for each member: the error of a point is that of the hardest member, which has the largest
+/// one. The work is that of all members together. Every point is measured first on the member that
+/// was the hardest so far; on the others only where that member's error is within the tolerance.
 ///
-/// Expects a valid description with tolerance, horizon and step. When no method meets the
-/// tolerance, the violation has the reason TOLERANCE_NOT_MET and gives the best method found, or
-/// the work that the reference or the verification needs. Throws Stopped (stop.h).
+/// Expects a valid description with tolerance, horizon and step. When no point meets the tolerance,
+/// the violation has the reason TOLERANCE_NOT_MET and gives the nearest point, which is within the
+/// tolerance for the longest time: its method, its error up to the horizon and its work; or the
+/// work that the reference needs. Throws Stopped (stop.h).
 std::expected<Choice, Violations> choose_method(const SceneDescription& description,
                                                 const Place& place = {});
 

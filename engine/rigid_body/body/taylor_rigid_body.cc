@@ -4,7 +4,5 @@ namespace stiefel {
 
 template class TaylorRigidBody<long double>;
 template class TaylorMotion<TaylorRigidBody<long double>>;
-template class TaylorRigidBody<Quad>;
-template class TaylorMotion<TaylorRigidBody<Quad>>;
 
 }  // namespace stiefel

@@ -4,7 +4,6 @@
 
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
-#include "engine/numbers/quadruple.h"
 #include "engine/numbers/scalar.h"
 #include "engine/numbers/stoppable_product.h"
 
@@ -71,7 +70,5 @@ bool TaylorRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& se
 // Compiled once, in taylor_rigid_body.cc.
 extern template class TaylorRigidBody<long double>;
 extern template class TaylorMotion<TaylorRigidBody<long double>>;
-extern template class TaylorRigidBody<Quad>;
-extern template class TaylorMotion<TaylorRigidBody<Quad>>;
 
 }  // namespace stiefel

@@ -78,9 +78,9 @@ TEST(ChoiceForMembers, HoldsTheToleranceInEach) {
   }
 }
 
-/// A member that is no pilot at first, slower and yet with the larger error: it turns about the
-/// middle axis, and the fastest about the axis of the largest moment, where nothing happens.
-TEST(ChoiceForMembers, LooksAtMoreThanTheFastest) {
+/// The slower member has the larger error: it turns about the middle axis, and the fastest about
+/// the axis of the largest moment, where nothing happens.
+TEST(ChoiceForMembers, IsByTheMemberWithTheLargestError) {
   SceneDescription d;
   d.system = "rigid_body";
   d.step = 0.25;
@@ -95,6 +95,7 @@ TEST(ChoiceForMembers, LooksAtMoreThanTheFastest) {
   other.body->angular_velocity = {0.05, 1.2, 0.05};
 
   const auto [scene, choice] = resolve_choosing(d).value();
+  EXPECT_TRUE(choice->reason.ends_with("of 2 members, in member 1")) << choice->reason;
   for (const SceneDescription& one : {fastest, other}) {
     SceneDescription plain = one;
     plain.tolerance.reset();
@@ -149,16 +150,20 @@ TEST(ChoiceForMembers, ThatCannotBeMadeNamesTheMembers) {
   EXPECT_NE(violation.value.find("(member"), std::string::npos) << violation.value;
 }
 
-TEST(ChoiceForMembers, ThatTheWorkDoesNotPayForIsRefused) {
-  SceneDescription d = asked(scenes_of(bodies(1, 3), 0.25), 1e-9, 2'500);
-  d.members = 20'000;
-  for (auto& [name, block] : d.initial) block.values = RowMatrix(block.values.replicate(20'000, 1));
-  const auto refused = resolve_choosing(d);
-  ASSERT_FALSE(refused);
-  const Violation& violation = refused.error().front();
-  EXPECT_EQ(violation.reason, "TOLERANCE_NOT_MET");
-  EXPECT_NE(violation.rule.find("cannot be checked in each of 20000 members"), std::string::npos)
-      << violation.rule;
+TEST(ChoiceForMembers, OfTooManyMembersOrTooMuchWorkIsRefused) {
+  const auto refused = [](int members, double horizon) {
+    SceneDescription d = asked(scenes_of(bodies(1, 4), 0.25), 1e-9, horizon);
+    d.members = members;
+    for (auto& [name, block] : d.initial)
+      block.values = RowMatrix(block.values.replicate(members, 1));
+    return resolve_choosing(d).error().front();
+  };
+  const Violation many = refused(TradeoffRequest::most_members + 1, 10);
+  EXPECT_EQ(many.field, "members");
+  EXPECT_NE(many.rule.find("give a method"), std::string::npos) << many.rule;
+  const Violation dear = refused(1000, 2'500);
+  EXPECT_EQ(dear.reason, "TOLERANCE_NOT_MET");
+  EXPECT_NE(dear.rule.find("cannot be "), std::string::npos) << dear.rule;
 }
 
 TEST(ChoiceForMembers, NamesTheMemberThatIsWrong) {

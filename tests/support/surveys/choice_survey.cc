@@ -9,6 +9,7 @@
 #include "stiefel/price.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
+#include "tests/support/motion_in_quadruple.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"
 
@@ -39,10 +40,9 @@ SceneDescription random_description(unsigned seed) {
   return d;
 }
 
-/// Returns the exact state: for a body by Boost.odeint; on V(n, N) by the reference in quadruple
-/// precision, which the choice does not use.
+/// Returns the exact state: for a body by Boost.odeint; on V(n, N) in quadruple precision.
 MotionState exact(const Scene& scene, double t) {
-  if (scene.system() != "rigid_body") return make_reference(scene, {t, 1e13})->at(t, {})->state;
+  if (scene.system() != "rigid_body") return motion_in_quadruple(scene)(t);
   const Motion motion = exact_motion(scene.inertia(), scene.Q(), scene.M(), t);
   return {motion.Q.cast<long double>(), motion.M.cast<long double>()};
 }

@@ -319,9 +319,8 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
   auto [start, all] = candidates(open).value();
   std::ranges::stable_sort(all, {}, &Candidate::weight);
   for (const Candidate& candidate : all)
-    for (int knob = 0; knob < (candidate.order == 0 ? 1 : candidate.own_steps ? 12 : 17); ++knob) {
-      const auto with = candidate.own_steps ? candidate.with_tolerance(std::pow(10, -3 - knob))
-                                            : candidate.with_substeps(1 << knob);
+    for (int knob = 0; knob < (candidate.order == 0 ? 1 : candidate.own_steps ? 13 : 17); ++knob) {
+      const auto with = *candidate.refined(knob);
       const double least = candidate.weight * with.substeps.value_or(1);
       if (least * static_cast<double>(steps) >= best) break;
       const Judged judged = judge(start.with(with).value(), samples, limit, best);

@@ -1,0 +1,43 @@
+#include "tests/support/motion_in_quadruple.h"
+
+#include <memory>
+
+#include "engine/accuracy/presentation.h"
+#include "engine/accuracy/series_equations.h"
+#include "engine/catalogue/system_entry.h"
+#include "engine/double_bracket/taylor_double_bracket.h"
+#include "engine/frames/body/taylor_stiefel.h"
+#include "engine/parametric/taylor_parametric_rigid_body.h"
+#include "engine/rigid_body/body/taylor_rigid_body.h"
+#include "tests/support/linalg/quadruple.h"
+
+namespace stiefel::testing {
+namespace {
+
+constexpr double epsilon = 1e-30;
+
+template <class Series>
+std::function<MotionState(double)> motion(Series series, const SeriesStart<Quad>& start) {
+  const Eigen::Index momentum_rows = series.momentum_rows();
+  const auto made = std::make_shared<TaylorMotion<Series>>(std::move(series), start.x, epsilon);
+  return [=, as = start.presentation](double t) {
+    if (!made->go_to(t, [] { return false; })) throw std::runtime_error("the motion ends");
+    return present(as, made->state(), momentum_rows);
+  };
+}
+
+}  // namespace
+
+std::function<MotionState(double)> motion_in_quadruple(const Scene& scene) {
+  const auto start = system_entry(scene.system())->motion->quadruple(scene);
+  const int order = taylor_order(epsilon);
+  if (start.equations == &series_equations::rigid_body)
+    return motion(TaylorRigidBody<Quad>(start.lambda, order), start);
+  if (start.equations == &series_equations::parametric_rigid_body)
+    return motion(TaylorParametricRigidBody<Quad>(start.lambda, start.mu, order), start);
+  if (start.equations == &series_equations::stiefel)
+    return motion(TaylorStiefel<Quad>(start.lambda, start.x.rows() / 2, order), start);
+  return motion(TaylorDoubleBracket<Quad>(start.lambda, start.lambda_v, order), start);
+}
+
+}  // namespace stiefel::testing
