@@ -91,29 +91,8 @@ void Client::remove(const std::string& id) const {
 
 std::vector<v1::ConnectResponse> Client::geodesics(const v1::ConnectRequest& request) const {
   std::vector<v1::ConnectResponse> geodesics;
-  Parts arrays;  // of the last geodesic
-  const auto finish = [&] {
-    for (auto& whole : arrays.finish()) {
-      auto& geodesic = geodesics.back();
-      auto* to = whole.name() == "Q"      ? geodesic.mutable_trajectory()
-                 : whole.name() == "Qdot" ? geodesic.mutable_velocity()
-                                          : geodesic.add_scene_arrays();
-      *to = std::move(whole);
-    }
-  };
-  for (v1::ConnectResponse& reply : call(&Stub::Connect, request)) {
-    v1::ConnectResponse part = std::move(reply);
-    const bool begins = geodesics.empty() || geodesics.back().pair() != part.pair();
-    if (begins) finish();
-    if (part.has_velocity()) arrays.take(part.mutable_velocity());
-    arrays.take(part.mutable_scene_arrays());
-    if (part.has_trajectory()) arrays.take(part.mutable_trajectory());
-    part.clear_velocity();
-    part.clear_scene_arrays();
-    part.clear_trajectory();
-    if (begins) geodesics.push_back(std::move(part));
-  }
-  finish();
+  for (v1::ConnectResponse& reply : call(&Stub::Connect, request))
+    geodesics.push_back(std::move(reply));
   if (std::cmp_not_equal(geodesics.size(), request.pairs_size()))
     throw Error({grpc::StatusCode::DATA_LOSS, "the server answered " +
                                                   std::to_string(geodesics.size()) + " of " +

@@ -90,40 +90,11 @@ std::size_t Sample::first(const v1::Tensor& tensor, std::size_t member) const {
   return index_ * members;
 }
 
-void Parts::take(v1::Field* array) {
-  if (array->whole_shape().empty()) {
-    *arrays_.Add() = std::move(*array);
-    return;
-  }
-  if (array->offset() == 0) {
-    *array->mutable_value()->mutable_shape() = array->whole_shape();
-    array->clear_whole_shape();
-    *arrays_.Add() = std::move(*array);
-    return;
-  }
-  v1::Field* begun = arrays_.empty() ? nullptr : &arrays_[arrays_.size() - 1];
-  std::uint64_t begin = 0;
-  if (!begun || begun->name() != array->name() ||
-      __builtin_mul_overflow(array->offset(), bytes_a_number(array->value().data_type()), &begin) ||
-      begin != begun->value().data().size())
-    throw_incomplete("a part of the array " + array->name() + " is missing");
-  *begun->mutable_value()->mutable_data() += array->value().data();
-}
-
-Sample::Fields Parts::finish() {
-  Sample::Fields done;
-  done.Swap(&arrays_);
-  for (const auto& array : done) check_bytes(array.value());
-  return done;
-}
-
 const v1::StreamResponse* Samples::next_batch() {
   while (v1::StreamResponse* reply = replies_.next()) {
-    if (reply->has_checkpoint()) take(reply->checkpoint());
+    if (reply->has_checkpoint()) checkpoint_ = reply->checkpoint();
     if (reply->has_run_status()) run_status_ = reply->run_status();
-    parts_.take(reply->mutable_fields());
-    if (reply->sample_continues() || reply->steps().empty()) continue;
-    *reply->mutable_fields() = parts_.finish();
+    if (reply->steps().empty()) continue;
     for (const auto& field : reply->fields())
       if (reply->times_size() != reply->steps_size() || field.value().shape().empty() ||
           std::cmp_not_equal(field.value().shape(0), reply->steps_size()))
@@ -131,18 +102,6 @@ const v1::StreamResponse* Samples::next_batch() {
     return reply;
   }
   return nullptr;
-}
-
-void Samples::take(const v1::CheckpointPart& part) {
-  if (part.offset() == 0) {
-    arriving_ = part;
-  } else {
-    if (part.offset() != arriving_.data().size())
-      throw_incomplete("a part of the checkpoint of step " + std::to_string(part.step()) +
-                       " is missing");
-    *arriving_.mutable_data() += part.data();
-  }
-  if (arriving_.data().size() == part.size()) checkpoint_ = std::move(arriving_);
 }
 
 }  // namespace stiefel::client

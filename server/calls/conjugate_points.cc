@@ -3,15 +3,12 @@
 #include "server/convert/memory_price.h"
 
 namespace stiefel::server {
+
 void ConjugatePoints(ServerCall& call, const v1::ConjugatePointsRequest& request,
-                     grpc::ServerWriter<v1::ConjugatePointsResponse>& writer) {
-  ConjugateAnswer answer(request,
-                         MemoryLease(call.account().memory(), memory_price({held_by(request)})));
-  for (v1::ConjugatePointsResponse message; !answer.done();
-       call.write(writer, message, answer.done())) {
-    answer.next(call.stop(), message);
-    call.pass();
-  }
+                     v1::ConjugatePointsResponse* response) {
+  call.hold(memory_price({held_by(request)}));
+  answer(request, call.memory(), call.stop(), response);
+  call.pass();
 }
 
 }  // namespace stiefel::server

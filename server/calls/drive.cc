@@ -22,7 +22,6 @@ class Driven {
     if (request.fields_size() > 0) task_.fields = select_fields(*session, request.fields());
     task_.to = request.to();
     task_.return_checkpoint = request.return_checkpoint();
-    check_size(*session, task_);
     call.memory().grow_to(step_memory(*session, task_));
     step(call, *session, task_, response);
   }

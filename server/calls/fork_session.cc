@@ -4,6 +4,7 @@
 #include "server/convert/convert.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/resolve.h"
+#include "stiefel/price.h"
 
 namespace stiefel::server {
 void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
@@ -12,7 +13,8 @@ void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
   check_session_id(request.session_id());
   check_step("from_step", request.from_step());
   // The scene in its steps from the old one to the new one.
-  call.hold(memory_price({.workspace = 2 * from->scene_bytes()}));
+  call.hold(memory_price(
+      {.workspace = 2 * from->scene_bytes(), .reply = array_bytes(from->scene().description())}));
   Cursor cursor(*from, request.from_step(), call.stop());
   advance(call, *from, cursor, request.from_step());
   to_proto(cursor, from->scene(), response->mutable_run_status());

@@ -8,14 +8,14 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/memory_price.h"
-#include "server/sessions/field_bytes.h"
 #include "server/sessions/identity.h"
+#include "stiefel/price.h"
 
 namespace stiefel::server {
 namespace {
 
-/// The page sizes of ListSessions.
-constexpr std::size_t default_page_size = 100, max_page_size = 1000;
+/// The sessions and the bytes of a page of ListSessions.
+constexpr std::size_t default_page_size = 100, max_page_size = 1000, page_bytes = 2 << 20;
 
 constexpr std::string_view digits = "0123456789abcdef";
 constexpr std::size_t check_digits = 8;
@@ -65,16 +65,20 @@ void ListSessions(ServerCall& call, const v1::ListSessionsRequest& request,
                                ? default_page_size
                                : std::min<std::size_t>(request.page_size(), max_page_size);
   // A list without scenes is never refused, so that a caller beyond the limits finds its sessions.
-  if (shows_scenes(request.view())) call.hold(memory_price({.reply = max_reply_bytes}));
+  const bool scenes = shows_scenes(request.view());
+  if (scenes) call.hold(memory_price({.reply = page_bytes}));
   // One more session than asked for tells whether more follow.
   const Registry& registry = call.host().registry;
   const auto sessions = registry.page(call.principal(), *after, size + 1);
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     v1::Session session;
+    if (scenes)
+      call.memory().grow_to(
+          memory_price({.reply = page_bytes + array_bytes(sessions[i]->scene().description())}));
     if (i < size) to_list(*sessions[i], registry, request.view(), &session);
     bytes += session.ByteSizeLong();
-    if (i == size || (i > 0 && bytes > max_reply_bytes)) {
+    if (i == size || (i > 0 && bytes > page_bytes)) {
       response->set_next_page_token(page_token(sessions[i - 1]->id()));
       break;
     }

@@ -33,11 +33,6 @@ std::uint64_t step_memory(const Session& session, const StepTask& task) {
   return memory_price({.reply = reply_bytes(session, task)});
 }
 
-void check_size(const Session& session, const StepTask& task) {
-  const std::size_t bytes = reply_bytes(session, task);
-  if (bytes > max_reply_bytes) throw errors::reply_too_large(bytes);
-}
-
 void advance(ServerCall& call, const Session& session, Cursor& cursor, std::int64_t to) {
   const auto piece = [&] {
     std::int64_t steps = slice_steps(session.step_cost());
@@ -65,7 +60,6 @@ void Step(ServerCall& call, const v1::StepRequest& request, v1::StepResponse* re
   check_step("to", request.to());
   const StepTask task{request.to(), select_fields(*session, request.fields()),
                       request.return_checkpoint()};
-  check_size(*session, task);
   call.hold(step_memory(*session, task));
   step(call, *session, task, response);
 }

@@ -16,11 +16,9 @@ struct StepTask {
   bool return_checkpoint = false;
 };
 
-/// Returns the bytes of memory that the reply takes while it is made and sent.
+/// Returns the bytes of memory that the reply takes while it is made and sent. Throws StatusError,
+/// REPLY_TOO_LARGE.
 std::uint64_t step_memory(const Session& session, const StepTask& task);
-
-/// Throws StatusError, REPLY_TOO_LARGE, if the reply is too large to send.
-void check_size(const Session& session, const StepTask& task);
 
 /// Advances the cursor to `to` or to a numerical stop, in pieces of work. Throws Stopped if
 /// the call is to end before, and StatusError if the server ends: the error then has the state

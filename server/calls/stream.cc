@@ -18,14 +18,10 @@ namespace {
 /// Returns the most bytes of a stream of the fields, with or without checkpoints: those of one that
 /// nobody reads. The state at which it waits is priced by its session.
 std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields,
-                            const Sampling::Range& range, bool sends_scene) {
-  const std::uint64_t sample = sample_bytes(session, fields);
-  const std::uint64_t batch = std::max<std::uint64_t>(Sampling::batch_bytes, sample);
-  // A sample that needs several messages is held beside them.
-  return memory_price({.workspace = (sample > max_reply_bytes ? sample : 0) +
-                                    (range.checkpoints() ? 2 * checkpoint_bytes(session) : 0) +
-                                    (sends_scene ? session.scene_bytes() : 0),
-                       .reply = std::min<std::uint64_t>(batch, max_reply_bytes)});
+                            const Sampling::Range& range) {
+  return memory_price(
+      {.workspace = range.checkpoints() ? 2 * checkpoint_bytes(session) : 0,
+       .reply = std::max<std::uint64_t>(Sampling::batch_bytes, sample_bytes(session, fields))});
 }
 
 /// The longest time for which a sample waits for others to fill a message.
@@ -85,7 +81,7 @@ void fill(ServerCall& call, LargePlace& place, Sampling& sampling, Batch& batch)
   }
 }
 
-/// What a stream sends: the messages of one batch after the other.
+/// What a stream sends: a message for each batch.
 class Sent {
  public:
   Sent(ServerCall& call, const Session& session, const std::vector<std::size_t>& fields,
@@ -100,53 +96,31 @@ class Sent {
   }
 
   Batch& batch() { return batch_; }
-  /// Sends the arrays of the scene.
-  void scene() {
-    messages_.add_scene(session_.scene().description());
-    rest();
-  }
-  /// Sends the batch and empties it.
+  /// Sends the batch and empties it. A large simulation and its batch are not held while the reader
+  /// lets it wait.
   void send() {
     sampling_.trim(batch_);
-    messages_.pack(session_, fields_, batch_, sampling_.take_checkpoint(), message_);
-    complete();
-    StreamMessages::unpack(message_, batch_);
-    sampling_.clear(batch_);
-    write();
-    rest();
-  }
-
- private:
-  void rest() {
-    while (!messages_.empty()) {
-      messages_.next(message_);
-      complete();
-      write();
+    pack(session_, fields_, batch_, sampling_.take_checkpoint(), message_);
+    message_.set_computed_steps(sampling_.cursor().computed_steps());
+    message_.set_work(call_.work());
+    finite_ = finite_ && is_finite(message_.fields());
+    if (sampling_.done()) {
+      to_proto(sampling_.cursor(), session_.scene(), message_.mutable_run_status());
+      demand_finite(finite_, message_.mutable_run_status());
     }
-  }
-  /// Sends the bytes. A large simulation and its batch are not held while the reader lets it wait.
-  void write() {
-    const bool last = messages_.empty() && sampling_.done();
+    serialize(message_, bytes_);
+    unpack(message_, batch_);
+    sampling_.clear(batch_);
     if (sampling_.done()) {
       place_.leave();
     } else if (place_.rest(sampling_)) {
       batch_ = {};
       sampling_.clear(batch_);
     }
-    call_.write(writer_, bytes_, last);
-  }
-  /// Adds what a message has beside its samples, and serializes it.
-  void complete() {
-    message_.set_computed_steps(sampling_.cursor().computed_steps());
-    message_.set_work(call_.work());
-    finite_ = finite_ && is_finite(message_.fields());
-    if (messages_.empty() && sampling_.done()) {
-      to_proto(sampling_.cursor(), session_.scene(), message_.mutable_run_status());
-      demand_finite(finite_, message_.mutable_run_status());
-    }
-    serialize(message_, bytes_);
+    call_.write(writer_, bytes_, sampling_.done());
   }
 
+ private:
   ServerCall& call_;
   const Session& session_;
   const std::vector<std::size_t>& fields_;
@@ -154,7 +128,6 @@ class Sent {
   Sampling& sampling_;
   grpc::ServerWriter<grpc::ByteBuffer>& writer_;
   Batch batch_;
-  StreamMessages messages_;
   v1::StreamResponse message_;
   grpc::ByteBuffer bytes_;
   bool finite_ = true;
@@ -170,11 +143,10 @@ void Stream(ServerCall& call, const v1::StreamRequest& request,
   const Sampling::Range range{request.from(), request.to(),
                               std::max<std::int64_t>(request.every(), 1),
                               request.checkpoint_every(), request.return_checkpoint()};
-  call.hold(stream_memory(*session, fields, range, request.scene_arrays()));
+  call.hold(stream_memory(*session, fields, range));
   LargePlace place(call, *session);
   Sampling sampling(*session, fields, range, call.stop());
   Sent sent(call, *session, fields, place, sampling, writer);
-  if (request.scene_arrays()) sent.scene();
   try {
     while (!sampling.done()) {
       fill(call, place, sampling, sent.batch());

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "server/convert/errors.h"
-#include "server/convert/parts.h"
 #include "server/convert/resolve.h"
 #include "server/scheduling/memory_budget.h"
 #include "stiefel/conversion.h"
@@ -19,25 +18,9 @@ namespace stiefel::server {
 /// Returns a conversion's refusal as an error.
 StatusError refused(const ConversionRefusal& refusal);
 
-/// Answers a Convert in messages of limited size.
-class ConversionAnswer {
- public:
-  /// `memory`: of the request; that of the work is taken once the request is checked.
-  ConversionAnswer(const v1::ConvertRequest& request, MemoryLease memory)
-      : request_(request), memory_(std::move(memory)) {}
-
-  /// Writes the next message over `response`; the first call converts.
-  void next(v1::ConvertResponse& response);
-  bool done() const { return started_ && scene_arrays_.empty() && blocks_.empty(); }
-
- private:
-  void convert(v1::ConvertResponse& response);
-
-  const v1::ConvertRequest& request_;
-  MemoryLease memory_;
-  bool started_ = false;
-  Parts scene_arrays_, blocks_;
-};
+/// Answers a Convert. `memory` has that of the request; that of the work and the reply is taken
+/// once the request is checked.
+void convert(const v1::ConvertRequest& request, MemoryLease& memory, v1::ConvertResponse* response);
 
 /// Answers a MeasureTradeoff in parts: the reference, the points, the front.
 class TradeoffAnswer {

@@ -1,12 +1,9 @@
 #include "server/convert/answers.h"
 
-#include <algorithm>
-
 #include "engine/numbers/to_text.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/convert/memory_price.h"
-#include "server/convert/parts.h"
 #include "server/convert/resolve.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
@@ -31,17 +28,18 @@ StatusError refused(const ConversionRefusal& refusal) {
   return errors::outside_domain(std::get<OutsideDomain>(refusal));
 }
 
-void ConversionAnswer::convert(v1::ConvertResponse& response) {
-  const v1::Scene& given = request_.scene();
-  const auto resolved = read_scene(request_.has_scene(), given, "scene", [&] {
-    memory_.grow_to(memory_.bytes() + choice_workspace(given));
+void convert(const v1::ConvertRequest& request, MemoryLease& memory,
+             v1::ConvertResponse* response) {
+  const v1::Scene& given = request.scene();
+  const auto resolved = read_scene(request.has_scene(), given, "scene", [&] {
+    memory.grow_to(memory.bytes() + choice_workspace(given));
   });
-  memory_.grow_to(memory_.bytes() + conversion_workspace(given));
+  memory.grow_to(memory.bytes() + conversion_workspace(given));
   const Scene& scene = resolved.scene;
   const Resolution& resolution = resolved.resolution;
-  ConversionTarget target{request_.to()};
-  if (request_.has_epsilon()) target.epsilon = request_.epsilon();
-  if (request_.has_parameter()) target.parameter = request_.parameter();
+  ConversionTarget target{request.to()};
+  if (request.has_epsilon()) target.epsilon = request.epsilon();
+  if (request.has_parameter()) target.parameter = request.parameter();
   const std::stop_token never;
   const StopScope cap(never, most_work(scene));
   const auto converted = [&] {
@@ -56,39 +54,16 @@ void ConversionAnswer::convert(v1::ConvertResponse& response) {
   if (!converted) throw refused(converted.error());
   if (converted->scene) {
     const SceneDescription& result = converted->scene->description();
-    const Difference changes = difference(from_proto(given), result);
-    const auto left_out = write_view(result, changes, request_.view(), response.mutable_scene());
-    if (request_.view() == v1::SCENE_VIEW_NONE) response.clear_scene();
-    if (request_.view() != v1::SCENE_VIEW_FULL && request_.view() != v1::SCENE_VIEW_NONE)
-      for (const std::string& field : changes.cleared) response.add_cleared(field);
-    for (const SceneArray& array : arrays_of(result))
-      if (std::ranges::find(left_out, array.path) != left_out.end())
-        scene_arrays_.add(to_field(array));
+    write_view(result, difference(from_proto(given), result), request.view(), response);
   }
-  for (const auto& [name, block] : converted->blocks) {
-    const RowMatrix rows = block;
-    blocks_.add(to_field({name, rows.rows(), rows.cols(), rows.data(), nullptr}));
-  }
-
+  for (const auto& [name, block] : converted->blocks)
+    *response->add_blocks() = to_field(name, block);
   for (const auto& [domain, margin] : converted->margins) {
-    auto* to = response.add_margins();
+    auto* to = response->add_margins();
     to->set_domain(domain);
     to->set_margin(margin);
   }
-  if (resolution.choice) to_proto(scene, *resolution.choice, response.mutable_choice());
-}
-
-void ConversionAnswer::next(v1::ConvertResponse& response) {
-  response.Clear();
-  if (!started_) convert(response);
-  // Other arrays wait for the next message, since those in the scene may fill the first one.
-  const bool room = started_ || scene_arrays_.empty();
-  started_ = true;
-  if (room && !scene_arrays_.empty())
-    scene_arrays_.take(part_bytes, response.mutable_scene_arrays());
-  else if (room && !blocks_.empty())
-    blocks_.take(part_bytes, response.mutable_blocks());
-  response.set_continues(!done());
+  if (resolution.choice) to_proto(scene, *resolution.choice, response->mutable_choice());
 }
 
 }  // namespace stiefel::server

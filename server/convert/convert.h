@@ -2,8 +2,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/convert/faults.h"
@@ -35,6 +38,18 @@ void to_proto(const SceneDescription& description, const Selection& wanted, v1::
 
 void to_proto(const RowMatrix& values, v1::Matrix* out);
 
+/// Writes what the view shows of a resolved scene; for UNSPECIFIED, what was filled in. `Message`
+/// is Session or ConvertResponse.
+template <class Message>
+void write_view(const SceneDescription& resolved, const Difference& difference, v1::SceneView view,
+                Message* out) {
+  if (view == v1::SCENE_VIEW_NONE) return;
+  if (view == v1::SCENE_VIEW_FULL) return to_proto(resolved, out->mutable_scene());
+  const auto filled_in = [&](std::string_view path) { return difference.fills_in(path); };
+  to_proto(resolved, filled_in, out->mutable_scene());
+  for (const std::string& field : difference.cleared) out->add_cleared(field);
+}
+
 /// Writes the catalogue, the numerics id and the limits of the engine and of sessions.
 void describe_engine(v1::DescribeResponse* out);
 /// Writes what the view asks for; `resolution` says how the caller's scene became the session's.
@@ -63,6 +78,13 @@ std::vector<std::size_t> select_fields(const Session& session, const FieldNames&
 /// when that is absent and with `members` in ensembles only, unless it is that of one member.
 void describe_field(const Session& session, std::size_t index, std::optional<std::size_t> samples,
                     bool of_member, v1::Field* out);
+/// Returns an array of doubles, row by row, of this name and shape.
+v1::Field to_field(std::string_view name, std::initializer_list<Eigen::Index> shape,
+                   std::span<const double> numbers);
+inline v1::Field to_field(std::string_view name, const RowMatrix& values) {
+  return to_field(name, {values.rows(), values.cols()},
+                  {values.data(), static_cast<std::size_t>(values.size())});
+}
 /// Writes the simulation's current state.
 void to_proto(const Session& session, const Simulation& simulation,
               const std::vector<std::size_t>& fields, v1::Sample* out);

@@ -1,5 +1,5 @@
 #include "server/convert/convert.h"
-#include "server/sessions/field_bytes.h"
+#include "server/convert/memory_price.h"
 #include "server/sessions/identity.h"
 #include "stiefel/version.h"
 

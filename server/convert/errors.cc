@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "engine/numbers/to_text.h"
-#include "server/sessions/field_bytes.h"
+#include "server/convert/memory_price.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 #include "stiefel/v1/run.pb.h"
@@ -207,15 +207,13 @@ StatusError checkpoint_refused(const CheckpointRefusal& refusal, std::size_t byt
                      : "is damaged: must be the bytes that " + std::string(from) + " returned");
 }
 
-StatusError reply_too_large(std::size_t bytes) {
-  const std::string needed = std::to_string(bytes), most = std::to_string(max_reply_bytes);
-  return invalid({{"fields",
-                   needed + " bytes",
-                   "a reply has at most " + most +
-                       ": name fewer fields, or use Stream, which sends "
-                       "a state of any size in parts",
+StatusError reply_too_large(const char* field, std::uint64_t size) {
+  const std::string bytes = std::to_string(size), most = std::to_string(max_reply_bytes);
+  return invalid({{field,
+                   bytes + " bytes",
+                   "a reply has at most " + most,
                    "REPLY_TOO_LARGE",
-                   {{"bytes", needed}, {"max_bytes", most}}}});
+                   {{"bytes", bytes}, {"max_bytes", most}}}});
 }
 
 StatusError overflow(const Place& place, const Overflow& overflow) {
@@ -252,13 +250,12 @@ StatusError shutting_down() {
 StatusError shutting_down(const Session& session, const Simulation& at) {
   StatusError error = shutting_down();
   if (checkpoint_bytes(session) > max_checkpoint) return error;
-  v1::CheckpointPart part;
-  part.set_step(at.step());
-  part.set_data(encode_checkpoint(session, at));
-  part.set_size(part.data().size());
+  v1::Checkpoint checkpoint;
+  checkpoint.set_step(at.step());
+  checkpoint.set_data(encode_checkpoint(session, at));
   v1::Status status;
   to_proto(error.status, &status);
-  status.add_details()->PackFrom(part);
+  status.add_details()->PackFrom(checkpoint);
   return make(error.status.error_code(), error.status.error_message(), std::move(status));
 }
 

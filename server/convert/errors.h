@@ -43,8 +43,8 @@ namespace stiefel::server::errors {
 /// violation has a reason (TOLERANCE_NOT_MET, REPLY_TOO_LARGE, OUTSIDE_DOMAIN), also that.
 StatusError invalid(const Violations& violations, std::size_t more = 0);
 StatusError invalid(std::string field, std::string value, std::string rule);
-/// INVALID_ARGUMENT for `fields`: Stream sends such a reply in parts.
-StatusError reply_too_large(std::size_t bytes);
+/// INVALID_ARGUMENT: the field of the request that makes a reply of so many bytes.
+StatusError reply_too_large(const char* field, std::uint64_t bytes);
 /// INVALID_ARGUMENT: a scene whose field is not finite at step 0.
 StatusError overflow(const Place& place, const Overflow& overflow);
 StatusError outside_domain(const OutsideDomain& outside);
@@ -76,8 +76,8 @@ StatusError out_of_memory();
 /// STORE_UNAVAILABLE when a retry may succeed, INTERNAL with STORE_DAMAGED.
 StatusError not_written(const WriteFault& fault);
 
-/// UNAVAILABLE, SHUTTING_DOWN; for a run that stopped at a state with the CheckpointPart of that
-/// state, if it fits into trailers.
+/// UNAVAILABLE, SHUTTING_DOWN; for a run that stopped at a state with the Checkpoint of that state,
+/// if it fits into trailers.
 StatusError shutting_down();
 StatusError shutting_down(const Session& session, const Simulation& at);
 /// UNAUTHENTICATED: the call has no metadata `authorization`, or no token of this server in it.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/convert/errors.h"
 #include "server/convert/resolve.h"
 #include "stiefel/connect.h"
 #include "stiefel/price.h"
@@ -88,6 +89,7 @@ std::uint64_t geodesic(double n, double N, const v1::ConnectRequest& request) {
 }  // namespace
 
 std::uint64_t memory_price(const CallSizes& sizes) {
+  if (sizes.reply > max_reply_bytes) throw errors::reply_too_large(sizes.reply_of, sizes.reply);
   return call_bytes + sizes.request + sizes.workspace + 3 * sizes.reply;
 }
 
@@ -127,7 +129,8 @@ std::uint64_t conversion_workspace(const v1::Scene& scene) {
   const Shape shape(scene);
   // Frames with n < N rows have maps of n x N and n x n, square ones N x N.
   const auto maps = static_cast<std::uint64_t>(8 * shape.rows * (shape.cols + shape.rows));
-  return 40 * maps;
+  constexpr int blocks = 6;  // of the reply, at most
+  return 40 * maps + 3 * blocks * static_cast<std::uint64_t>(8 * shape.rows * shape.cols);
 }
 
 std::uint64_t connect_workspace(const v1::ConnectRequest& request) {
@@ -150,7 +153,7 @@ std::uint64_t summary_workspace(const Session& session, const Summary& summary) 
   const bool keeps_values = std::ranges::any_of(
       summary.description().quantities, [](const Quantity& one) { return !one.quantiles.empty(); });
   // A number of the result needs accumulators of several numbers.
-  return session.simulation_bytes() + 6 * summary.statistics_bytes() +
+  return session.simulation_bytes() + 3 * summary.statistics_bytes() +
          (keeps_values ? sizeof(double) * Summary::max_kept : 0);
 }
 

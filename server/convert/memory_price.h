@@ -15,13 +15,18 @@ namespace stiefel::server {
 
 /// The sizes on which the memory of a call depends, in bytes.
 struct CallSizes {
-  std::uint64_t request = 0;    ///< of what is read from the request
-  std::uint64_t workspace = 0;  ///< of scenes, simulations and arrays that the call makes
-  std::uint64_t reply = 0;      ///< of the arrays in its reply or in one of its messages
+  std::uint64_t request = 0;        ///< of what is read from the request
+  std::uint64_t workspace = 0;      ///< of scenes, simulations and arrays that the call makes
+  std::uint64_t reply = 0;          ///< of the arrays in its reply or in one of its messages
+  const char* reply_of = "fields";  ///< the field of the request that makes a reply large
 };
 
+/// The most bytes of arrays in a reply. With its other fields it fits into protobuf's 2 GiB.
+inline constexpr std::uint64_t max_reply_bytes =
+    (std::uint64_t{2} << 30) - (std::uint64_t{1} << 20);
+
 /// Returns the bytes of a call of these sizes. Those of its reply count three times: as fields, as
-/// a message, and serialized.
+/// a message, and serialized. Throws StatusError, REPLY_TOO_LARGE.
 std::uint64_t memory_price(const CallSizes& sizes);
 
 /// Returns the bytes of what is read from a message, as the message itself has them in memory.

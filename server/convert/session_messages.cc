@@ -5,7 +5,6 @@
 #include "engine/scene/near_name.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/parts.h"
 #include "server/sessions/field_bytes.h"
 #include "server/sessions/identity.h"
 #include "stiefel/scene.h"
@@ -31,12 +30,7 @@ void write_heading(const RegisteredSession& session, const Registry& registry, v
 
 void write_scene(const Session& session, const Resolution& resolution, v1::SceneView view,
                  v1::Session* out) {
-  const SceneDescription& resolved = session.scene().description();
-  for (std::string& path : write_view(resolved, resolution.difference, view, out->mutable_scene()))
-    out->add_left_out(std::move(path));
-  if (view == v1::SCENE_VIEW_NONE) out->clear_scene();
-  if (view != v1::SCENE_VIEW_FULL && view != v1::SCENE_VIEW_NONE)
-    for (const std::string& field : resolution.difference.cleared) out->add_cleared(field);
+  write_view(session.scene().description(), resolution.difference, view, out);
   if (resolution.choice) to_proto(session.scene(), *resolution.choice, out->mutable_choice());
 }
 
@@ -143,6 +137,17 @@ void describe_field(const Session& session, std::size_t index, std::optional<std
   if (field.members > 0 && !of_member) tensor->add_shape(static_cast<std::uint64_t>(field.members));
   tensor->add_shape(static_cast<std::uint64_t>(field.rows));
   tensor->add_shape(static_cast<std::uint64_t>(field.cols));
+}
+
+v1::Field to_field(std::string_view name, std::initializer_list<Eigen::Index> shape,
+                   std::span<const double> numbers) {
+  v1::Field out;
+  out.set_name(std::string(name));
+  v1::Tensor& tensor = *out.mutable_value();
+  tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
+  for (const Eigen::Index extent : shape) tensor.add_shape(static_cast<std::uint64_t>(extent));
+  tensor.set_data(numbers.data(), numbers.size_bytes());
+  return out;
 }
 
 void to_proto(const Session& session, const Simulation& simulation,

@@ -42,7 +42,9 @@ void SummarizeAnswer::read(MemoryBudget& memory) {
 void SummarizeAnswer::make() {
   auto summary = Summary::prepare(session_->scene(), std::move(*what_));
   if (!summary) throw errors::invalid(summary.error());
-  memory_.grow(memory_price({.workspace = summary_workspace(*session_, *summary)}));
+  memory_.grow(memory_price({.workspace = summary_workspace(*session_, *summary),
+                             .reply = summary->statistics_bytes(),
+                             .reply_of = "quantities"}));
   summary_.emplace(*std::move(summary));
   if (!has_checkpoint_) go_to_first_state();
 }
@@ -58,6 +60,8 @@ void SummarizeAnswer::go_to_first_state() {
 void SummarizeAnswer::start() {
   if (has_checkpoint_) restore();
   messages_.emplace(*session_, summary_->description());
+  if (request_.times_size() > 0 || request_.events_size() > 0)
+    memory_.grow(memory_price({.reply = messages_->state_bytes()}));
   last_mark_ = summary_->step();
 }
 

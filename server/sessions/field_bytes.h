@@ -31,10 +31,4 @@ std::size_t sample_bytes(const Session& session, const std::vector<std::size_t>&
 void write_field(const Session& session, const Simulation& simulation, std::size_t index,
                  char* out);
 
-/// The most bytes of arrays in a reply, which keep it below the 4 MiB that clients accept by
-/// default.
-inline constexpr std::size_t max_reply_bytes = std::size_t{2} << 20;
-/// The most bytes of arrays in a message that carries a part of something larger.
-inline constexpr std::size_t part_bytes = std::size_t{1} << 20;
-
 }  // namespace stiefel::server

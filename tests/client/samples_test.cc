@@ -74,52 +74,5 @@ TEST(SampleTest, FindsStepMemberAndField) {
   EXPECT_EQ(Sample(alone).field("Q", 1), (Eigen::RowVector2d{2, 3}));
 }
 
-/// Numbers `offset`, `offset` + 1, ... of an array of shape (2, 3) that counts from 0.
-v1::Field part(const std::string& name, std::uint64_t offset, std::size_t size) {
-  const std::string all = counting({8}).data();
-  v1::Field field;
-  field.set_name(name);
-  field.mutable_value()->add_shape(size);
-  field.mutable_value()->set_data_type(v1::DATA_TYPE_FLOAT64);
-  field.mutable_value()->set_data(all.substr(8 * offset, 8 * size));
-  field.add_whole_shape(2);
-  field.add_whole_shape(3);
-  field.set_offset(offset);
-  return field;
-}
-
-Sample::Fields joined(std::vector<v1::Field> fields) {
-  Parts parts;
-  for (auto& field : fields) parts.take(&field);
-  return parts.finish();
-}
-
-TEST(PartsTest, JoinsPartsAndPassesWholeArraysThrough) {
-  v1::Field whole;
-  whole.set_name("whole");
-  *whole.mutable_value() = counting({1});
-  const auto fields =
-      joined({part("a", 0, 4), part("a", 4, 2), whole, part("b", 0, 3), part("b", 3, 3)});
-  ASSERT_EQ(fields.size(), 3);
-  EXPECT_EQ(fields[0].name(), "a");
-  EXPECT_EQ(fields[1].SerializeAsString(), whole.SerializeAsString());
-  EXPECT_EQ(fields[2].name(), "b");
-  for (const int i : {0, 2}) {
-    EXPECT_EQ(fields[i].value().SerializeAsString(), counting({2, 3}).SerializeAsString());
-    EXPECT_TRUE(fields[i].whole_shape().empty());
-  }
-}
-
-TEST(PartsTest, NoticesWhatIsMissing) {
-  const std::vector<std::vector<v1::Field>> broken = {
-      {part("a", 0, 4)},
-      {part("a", 4, 2)},
-      {part("a", 0, 3), part("a", 4, 2)},
-      {part("a", 0, 4), part("b", 4, 2)},
-      {part("a", 0, 4), part("a", 4, 2), part("a", 6, 2)}};
-  for (const auto& fields : broken)
-    EXPECT_EQ(error_of([&] { joined(fields); }).code(), grpc::StatusCode::DATA_LOSS);
-}
-
 }  // namespace
 }  // namespace stiefel::client

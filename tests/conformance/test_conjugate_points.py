@@ -26,7 +26,7 @@ def test_a_kernel_does_not_move_the_end(client):
     assert np.abs(ends[0] - ends[1]).max() < 1e-8
 
 
-def test_many_points_come_in_parts(client):
+def test_many_points_are_one_reply(client):
     points = client.conjugate_points(inertia=np.ones(4), Q=np.eye(1, 4), Qdot=np.eye(1, 4, k=1), time=5000.5 * np.pi)
     assert len(points) == 5000 and points.outcome == stiefel.Outcome.REACHED
     np.testing.assert_allclose(points[4999].time, 5000 * np.pi, rtol=1e-10)
@@ -54,5 +54,5 @@ def test_a_fault_names_its_field(client, change, field):
 
 def test_absent_frames_are_faults(client):
     with pytest.raises(stiefel.InvalidArgument) as refused:
-        client._connection.call_all("ConjugatePoints", pb.ConjugatePointsRequest(inertia=[1, 2, 3], time=1), None)
+        client._connection.call("ConjugatePoints", pb.ConjugatePointsRequest(inertia=[1, 2, 3], time=1))
     assert [violation.field for violation in refused.value.violations] == ["Q", "Qdot"]

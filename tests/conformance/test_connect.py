@@ -108,8 +108,8 @@ def test_the_view_decides_whether_there_is_a_scene(client):
     np.testing.assert_array_equal(start["S"], whole.velocity)
 
 
-def test_frames_larger_than_a_reply_arrive(client):
-    """The arrays of 2 x 200000 frames take 3.2 MB each, and a reply 4 MiB."""
+def test_large_frames_arrive(client):
+    """The arrays of 2 x 200000 frames take 3.2 MB each, more than gRPC's default of 4 MiB together."""
     random = np.random.default_rng(5)
     Q_0, Q_T = (np.linalg.qr(random.standard_normal((200_000, 2)))[0].T for _ in range(2))
     found, = client.geodesics([(Q_0, Q_T)], metric="euclidean")

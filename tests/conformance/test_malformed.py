@@ -260,7 +260,7 @@ def good(client):
 
 
 def ask(client, method, request):
-    if method in ("Stream", "Convert", "MeasureTradeoff", "Connect", "Summarize"):
+    if method in ("Stream", "MeasureTradeoff", "Connect", "Summarize"):
         try:
             return list(getattr(client._stub, method)(request))
         except grpc.RpcError as failure:

@@ -79,7 +79,7 @@ def test_a_reply_has_what_was_filled_in_and_a_view_asks_for_more(client, id):
     assert created(pb.SCENE_VIEW_FILLED_IN).scene == pb.Scene()
     assert not created(pb.SCENE_VIEW_NONE).HasField("scene")
     full = created(pb.SCENE_VIEW_FULL)
-    assert set(full.scene.initial) == {"Q", "M"} and full.system == "rigid_body" and not full.left_out
+    assert set(full.scene.initial) == {"Q", "M"} and full.system == "rigid_body"
 
 
 def test_list_is_ordered_and_paged(client):

@@ -49,14 +49,13 @@ def as_json(message: Message) -> Any:
 
 
 def calls() -> list[Call]:
-    """Those of every_call.txtpb, one that is wrong in a Drive, which goes on, and those of a state larger than a message."""
+    """Those of every_call.txtpb, one that is wrong in a Drive, which goes on, and those of a state of more than 4 MiB."""
     found = [Call(rpc, [as_json(message) for message in messages]) for rpc, messages in every_call()]
     next(call for call in found if call.rpc == "Drive").requests.insert(1, {"to": -1})
     return [*found, Call("Step", [{"session_id": "none", "to": 1}], ("NOT_FOUND", "SESSION_NOT_FOUND")),
             Call("CreateSession", [{"session_id": "wrong", "scene": {"system": "rigid_body"}}], ("INVALID_ARGUMENT", "")),
             Call("CreateSession", [{"session_id": "large", "scene": as_json(stiefel.to_message(LARGE))}]),
-            Call("Step", [{"session_id": "large", "to": 2}], ("INVALID_ARGUMENT", "REPLY_TOO_LARGE")),
-            Call("Stream", [{"session_id": "large", "to": 2, "scene_arrays": True}])]
+            Call("Step", [{"session_id": "large", "to": 2}]), Call("Stream", [{"session_id": "large", "to": 2}])]
 
 
 def reason_in(details: Iterable[Any]) -> str:
@@ -64,7 +63,7 @@ def reason_in(details: Iterable[Any]) -> str:
 
 
 def ask(address: str, calls: list[Call]) -> list[Answer]:
-    with grpc.insecure_channel(address) as channel:
+    with grpc.insecure_channel(address, options=[("grpc.max_receive_message_length", -1)]) as channel:
         return [_ask(SimulationServiceStub(channel), call) for call in calls]
 
 
@@ -79,11 +78,10 @@ def _ask(stub: Any, call: Call) -> Answer:
 
 
 def compare(calls: list[Call], answers: list[Answer]) -> None:
-    """The answers are those that Python's gRPC gets from a server of its own, and no reply is too large for a stock client."""
+    """The answers are those that Python's gRPC gets from a server of its own."""
     with stiefel.Server.start("127.0.0.1:0") as other:
         for call, answer, expected in zip(calls, answers, ask(other.address, calls), strict=True):
             assert (answer.code, answer.reason) == (expected.code, expected.reason) == call.fails, call.rpc
-            assert all(reply.ByteSize() < 4 << 20 for reply in answer.replies), call.rpc
             assert len(answer.replies) > 0 or call.fails[0] != "OK", call.rpc
             mine, theirs = whole(answer.replies), whole(expected.replies)
             assert mine == theirs, f"{call.rpc}: {[key for key in theirs if mine.get(key) != theirs[key]]}"
@@ -92,12 +90,12 @@ def compare(calls: list[Call], answers: list[Answer]) -> None:
 
 
 def whole(replies: list[Any]) -> dict[str, Any]:
-    """What a call answers, its messages and the parts of its arrays put together: how they are cut is no part of it."""
+    """What a call answers, its messages put together: how samples are divided into messages is no part of it."""
     together: dict[str, Any] = {}
     for reply in replies:
         rest = type(reply)()
         rest.CopyFrom(reply)
-        for name in ("fields", "scene_arrays", "blocks", "statistics"):
+        for name in ("fields", "blocks", "statistics"):
             for each in getattr(reply, name, []):
                 together[each.name] = together.get(each.name, b"") + each.value.data
                 rest.ClearField(name)

@@ -49,7 +49,7 @@ def reply_of(rpc: str, reply: Any) -> Any:
 
 
 def call_by(grpcurl: Path, address: str, call: Call) -> Answer:
-    done = subprocess.run([grpcurl, "-plaintext", "-format-error", "-H", f"stiefel-session: {call.session}", "-d", "@", address,
+    done = subprocess.run([grpcurl, "-plaintext", "-format-error", "-max-msg-sz", str(2**31 - 1), "-H", f"stiefel-session: {call.session}", "-d", "@", address,
                            f"{SERVICE}/{call.rpc}"],
                           input="\n".join(map(json.dumps, call.requests)), capture_output=True, text=True, timeout=300)
     replies = [reply_of(call.rpc, value) for value in documents(done.stdout)]

@@ -1,5 +1,4 @@
-"""A server that fails on purpose, and otherwise knows one session. Its field x is the step, and its field `large`,
-which comes in parts of four numbers, is ten times the step and what follows."""
+"""A server that fails on purpose, and otherwise knows one session, whose field x is the step."""
 from concurrent.futures import ThreadPoolExecutor
 
 import grpc
@@ -11,10 +10,8 @@ from stiefel.v1.simulation_pb2_grpc import SimulationServiceServicer, add_Simula
 REACHED = pb.RunStatus(outcome=pb.OUTCOME_REACHED)
 
 SESSION = pb.Session(session_id="fake", system="rigid_body", scene=pb.Scene(system="rigid_body", step=0.5),
-                     left_out=["initial.Q"], numerics_id="of the fake")
+                     numerics_id="of the fake")
 SESSION.step_price.SetInParent()  # of no work, so that the client asks for no checkpoints
-Q = np.arange(6.0).reshape(2, 3)
-PART = 4  # numbers
 
 
 def tensor(array):
@@ -25,25 +22,9 @@ def field(steps):
     return pb.Field(name="x", value=tensor(np.array(steps, float).reshape(-1, 1, 1)))
 
 
-def parts(name, array):
-    flat = array.ravel()
-    for offset in range(0, flat.size, PART):
-        yield pb.Field(name=name, value=tensor(flat[offset:offset + PART]), whole_shape=array.shape, offset=offset)
-
-
 def sample_at(step):
     """The state at a step, which is its field x."""
     return pb.Sample(step=step, time=0.5 * step, fields=[pb.Field(name="x", value=tensor(np.array([[float(step)]])))])
-
-
-TOO_LARGE = pb.Status(code=3, message="too large")
-TOO_LARGE.details.add(type_url="type.googleapis.com/google.rpc.ErrorInfo",
-                      value=pb.ErrorInfo(reason="REPLY_TOO_LARGE", domain="stiefel").SerializeToString())
-
-
-def refuse(context):
-    context.set_trailing_metadata((("grpc-status-details-bin", TOO_LARGE.SerializeToString()),))
-    context.abort(grpc.StatusCode.INVALID_ARGUMENT, TOO_LARGE.message)
 
 
 def refusal(delay=None):
@@ -97,8 +78,6 @@ class Fake(SimulationServiceServicer):
 
     def Step(self, request, context):
         self._receive(request, context)
-        if "large" in request.fields:
-            refuse(context)
         return pb.StepResponse(run_status=REACHED, sample=sample_at(request.to),
                                checkpoint=b"checkpoint" if request.return_checkpoint else b"")
 
@@ -109,10 +88,7 @@ class Fake(SimulationServiceServicer):
                 yield pb.DriveResponse(error=self.failures.pop(0))
                 continue
             self._receive(request, context)
-            if "large" in request.fields:
-                yield pb.DriveResponse(error=TOO_LARGE)
-            else:
-                yield pb.DriveResponse(step=self.Step(request, context))
+            yield pb.DriveResponse(step=self.Step(request, context))
 
     def Stream(self, request, context):
         self._receive(request, context)
@@ -126,25 +102,13 @@ class Fake(SimulationServiceServicer):
             yield message
 
     def _messages(self, request):
-        """Ten samples a message, or four numbers; the last has the run status alone."""
+        """Ten samples a message; the last has the run status alone."""
         start, every = getattr(request, "from"), request.every or 1
-        if request.scene_arrays:
-            yield from (pb.StreamResponse(scene_arrays=[part]) for part in parts("initial.Q", Q))
         steps = list(range(start, request.to, every)) + [request.to]
-        for begin in range(0, len(steps), 1 if "large" in request.fields else 10):
-            some = steps[begin:begin + (1 if "large" in request.fields else 10)]
-            whole = dict(steps=some, times=[step * 0.5 for step in some], computed_steps=some[-1] - start)
-            if "large" not in request.fields:
-                yield pb.StreamResponse(fields=[field(some)], **whole)
-                continue
-            pieces = list(parts("large", 10 * some[0] + np.arange(10.0).reshape(1, 2, 5)))
-            yield from (pb.StreamResponse(fields=[piece], sample_continues=piece is not pieces[-1], **whole)
-                        for piece in pieces)
-        if request.return_checkpoint:
-            checkpoint = f"checkpoint of {request.to}".encode()
-            for offset in range(0, len(checkpoint), 6):
-                yield pb.StreamResponse(checkpoint=pb.CheckpointPart(
-                    step=request.to, size=len(checkpoint), offset=offset, data=checkpoint[offset:offset + 6]))
+        for begin in range(0, len(steps), 10):
+            some = steps[begin:begin + 10]
+            yield pb.StreamResponse(steps=some, times=[step * 0.5 for step in some], fields=[field(some)],
+                                    computed_steps=some[-1] - start)
         yield pb.StreamResponse(run_status=REACHED, computed_steps=request.to - start)
 
 

@@ -63,10 +63,12 @@ struct Harness {
     grpc::ClientContext context;
     return read_all<v1::StreamResponse>(*stub->Stream(&context, request), status);
   }
-  std::vector<v1::ConvertResponse> convert(const v1::ConvertRequest& request,
-                                           grpc::Status* status = nullptr) {
+  v1::ConvertResponse convert(const v1::ConvertRequest& request) {
     grpc::ClientContext context;
-    return read_all<v1::ConvertResponse>(*stub->Convert(&context, request), status);
+    v1::ConvertResponse response;
+    const auto status = stub->Convert(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
   }
   std::vector<v1::ConnectResponse> connect(const v1::ConnectRequest& request,
                                            grpc::Status* status = nullptr) {

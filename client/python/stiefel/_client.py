@@ -34,6 +34,7 @@ __all__ = ["Client", "Tls"]
 __dir__ = lambda: sorted(__all__)  # noqa: E731
 
 _OPTIONS = [
+    ("grpc.max_receive_message_length", -1),  # a result is one message, and by default gRPC takes 4 MiB
     ("grpc.initial_reconnect_backoff_ms", 50),
     ("grpc.min_reconnect_backoff_ms", 5000),  # the least time that gRPC gives an attempt to connect
     ("grpc.max_reconnect_backoff_ms", 1000),
@@ -156,7 +157,7 @@ class Client:
         request = pb.ConvertRequest(
             scene=with_momenta(to_message(scene), self._connection.systems), to=text("system", system),
             epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter), view=pb.SCENE_VIEW_FULL)
-        return answers.conversion(self._connection.call_all("Convert", request))
+        return answers.conversion(self._connection.call("Convert", request))
 
     def geodesics(self, pairs: Iterable[tuple[Any, Any]], *, inertia: Any = (), metric: str = "lambda", beta: Optional[float] = None,
                   time: float = 1.0, steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
@@ -192,10 +193,8 @@ class Client:
             beta=None if beta is None else number("beta", beta),
             view=pb.GEODESIC_VIEW_SCENE if scenes else pb.GEODESIC_VIEW_VELOCITY,
             steps=whole("steps", steps, bits=32), samples=whole("samples", samples, bits=32), seed=whole("seed", seed, bits=63))
-        replies: dict[int, Any] = {}
         try:
-            for reply in self._connection.call_all("Connect", request, timeout):
-                replies.setdefault(reply.pair, []).append(reply)
+            replies = {reply.pair: reply for reply in self._connection.call_all("Connect", request, timeout)}
         except InvalidArgument as error:
             raise error if normalize else with_hint(error, lambda: messages(True) != list(request.pairs)) from None
         if sorted(replies) != list(range(len(given))):
@@ -211,7 +210,7 @@ class Client:
         """
         request = pb.ConjugatePointsRequest(inertia=_lambdas(inertia), q=to_matrix(Q, "Q"), qdot=to_matrix(Qdot, "Qdot"),
                                             time=number("time", time, SECONDS))
-        return answers.conjugate_points(self._connection.call_all("ConjugatePoints", request, timeout), request)
+        return answers.conjugate_points(self._connection.call("ConjugatePoints", request, timeout), request)
 
     def tradeoff(self, scene: SceneLike, *, horizon: Optional[float] = None, budget: Optional[float] = None,
                  repeats: Optional[int] = None, timeout: Optional[float] = None, progress: bool = False) -> Tradeoff:

@@ -23,7 +23,7 @@ from stiefel._given.velocities import with_given_names, with_momenta
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection
-from stiefel._wire.driving import TOO_LARGE, Drive
+from stiefel._wire.driving import Drive
 from stiefel._wire.growing import grown
 from stiefel._wire.held import Held
 from stiefel._wire.linearizing import covariance, linearized, put_vectors
@@ -67,17 +67,11 @@ class Session(Held):
         to = self._step_of("to", to, time)
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
                                  return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to))
-        try:
-            reply = self._recreation.call("Step", request, timeout)
-        except InvalidArgument as error:
-            if error.reason != TOO_LARGE:
-                raise
-            return self._step_in_parts(to, wanted, checkpoint, timeout)
-        return self._state(reply, request, wanted, checkpoint)
+        return self._state(self._recreation.call("Step", request, timeout), request, wanted, checkpoint)
 
     def drive(self, fields: Optional[Fields] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
-        return Drive(self._recreation, self.id, fields, self._state, self._step_in_parts)
+        return Drive(self._recreation, self.id, fields, self._state)
 
     def diagnose(self, to: Optional[int] = None, *, time: Any = None, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False, estimate_error: Optional[bool] = False,
@@ -97,7 +91,7 @@ class Session(Held):
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=_ESTIMATION[estimate_error])
         put_structure(request, forms, dirac_brackets)
-        return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request, self._known_scene().HasField("body"))
+        return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request, self._resolved().HasField("body"))
 
     def error_at(self, times: Any, *, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
@@ -134,7 +128,6 @@ class Session(Held):
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
         forked = Session(self._connection, described(reply.session, request.session_id), reply.created, owner=True,
                          epoch=self._epoch_after(at))
-        forked._resolved()  # with which the handle can create the session again elsewhere
         if not changed:
             return forked
         with forked:
@@ -142,7 +135,7 @@ class Session(Held):
         return created(self._connection, scene, id, b"", forked.epoch, normalize)
 
     def _epoch_after(self, step: int) -> Optional[str]:
-        return self.epoch and str(instant("epoch", self.epoch).after(step * self._known_scene().step))
+        return self.epoch and str(instant("epoch", self.epoch).after(step * self._resolved().step))
 
     def delete(self) -> None:
         """Deletes the session from its server. Later calls of this handle raise NotFound."""
@@ -210,7 +203,7 @@ class Session(Held):
                                       bases=np.ndim(vectors) < 3)
         setattr(request, "from", start)
         put_vectors(request, vectors)
-        return linearized(self._recreation, request, self._known_scene().step, timeout)
+        return linearized(self._recreation, request, self._resolved().step, timeout)
 
     def covariance(self, P0: Any, *, to: Optional[int] = None, time: Any = None, times: Any = None, start: int = 0, every: int = 0,
                    rates: bool = False, timeout: Optional[float] = None) -> NDArray[np.float64]:
@@ -281,7 +274,7 @@ class Session(Held):
         parts = [part for part in running if isinstance(part, Events)]
         if not parts:
             fields_of_a_state = self.step(to=0, fields=fields, timeout=timeout)
-            parts = [answers.no_events(fields_of_a_state, self._known_scene().HasField("members"))]
+            parts = [answers.no_events(fields_of_a_state, self._resolved().HasField("members"))]
         return answers.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
 
     def poincare(self, section: Mapping[str, Any], *, to: Optional[int] = None, time: Any = None, level: float = 0.0,
@@ -326,8 +319,7 @@ class Session(Held):
         return self._summarize_request(*self._range(to, start, 1, time), events=asked, fields=names("fields", fields))
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
-        scene = self._known_scene()
-        return Origin(scene if self._arrived is not None else self._resolved, self._message.numerics_id, self._again, to, times, self.epoch, self._side())
+        return Origin(self._resolved(), self._message.numerics_id, self._again, to, times, self.epoch, self._side())
 
     def _again(self, scene: pb.Scene) -> Optional[Session]:
         """Creates a session of the same scene; None after the client was closed."""
@@ -369,4 +361,4 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
     session = described(reply.session, request.session_id)
     for warning in session.warnings:
         warn_of_scene(warning)
-    return Session(connection, session, reply.created, sent, owner=True, checkpoint=checkpoint, epoch=epoch)
+    return Session(connection, session, reply.created, owner=True, checkpoint=checkpoint, epoch=epoch)

@@ -7,7 +7,7 @@
 #include "engine/numbers/to_text.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/sessions/field_bytes.h"
+#include "server/convert/memory_price.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 
@@ -46,45 +46,14 @@ std::uint64_t trajectory_bytes(const ConnectTask& task) {
                           static_cast<std::uint64_t>(task.samples));
 }
 
-v1::Field field_of(const char* name, std::initializer_list<Eigen::Index> shape) {
-  v1::Field out;
-  out.set_name(name);
-  v1::Tensor& tensor = *out.mutable_value();
-  tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
-  for (const Eigen::Index extent : shape) tensor.add_shape(static_cast<std::uint64_t>(extent));
-  return out;
-}
-void append(const Eigen::MatrixXd& block, v1::Field& out) {
-  const RowMatrix rows = block;
-  out.mutable_value()->mutable_data()->append(
-      reinterpret_cast<const char*>(rows.data()),
-      static_cast<std::size_t>(rows.size()) * sizeof(double));
-}
-
 v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
-  v1::Field out = field_of("Q", {std::ssize(frames), frames[0].rows(), frames[0].cols()});
-  for (const Eigen::MatrixXd& frame : frames) append(frame, out);
+  v1::Field out = to_field("Q", {std::ssize(frames), frames[0].rows(), frames[0].cols()}, {});
+  std::string& data = *out.mutable_value()->mutable_data();
+  data.reserve(frames.size() * static_cast<std::size_t>(frames[0].size()) * sizeof(double));
+  for (const RowMatrix frame : frames)
+    data.append(reinterpret_cast<const char*>(frame.data()),
+                static_cast<std::size_t>(frame.size()) * sizeof(double));
   return out;
-}
-
-v1::Field velocity_field(const Eigen::MatrixXd& V) {
-  v1::Field out = field_of("Qdot", {V.rows(), V.cols()});
-  append(V, out);
-  return out;
-}
-
-/// Moves arrays of at most `room` bytes to `out`, and reduces `room`; no more fit where it is 0.
-void fill(Parts& parts, std::size_t& room, Parts::Fields* out) {
-  if (parts.empty() || room == 0) return;
-  parts.take(room, out);
-  std::size_t taken = 0;
-  for (const v1::Field& field : *out) taken += field.value().data().size();
-  room = parts.empty() && taken < room ? room - taken : 0;
-}
-void fill(Parts& parts, std::size_t& room, const auto& field_of_message) {
-  Parts::Fields taken;
-  fill(parts, room, &taken);
-  if (!taken.empty()) field_of_message()->Swap(taken.Mutable(0));
 }
 
 }  // namespace
@@ -107,7 +76,8 @@ std::uint64_t waiting_answers_bytes(const v1::ConnectRequest& request) {
     largest = std::max(largest, each);
     all += each;
   }
-  return std::min(all, std::max(most_waiting_bytes, largest));
+  memory_price({.reply = largest, .reply_of = request.steps() > 0 ? "steps" : "samples"});
+  return std::min(all, std::max(most_waiting_bytes, largest)) + largest;
 }
 
 ConnectAnswer::ConnectAnswer(ConnectTask task, std::size_t at_once)
@@ -122,29 +92,21 @@ ConnectAnswer::Joined ConnectAnswer::joined(const std::stop_token& stop,
   const double whole_work = problem.most_work;
   problem.stop = stop;
   problem.most_work = std::min(search.most_work, whole_work);
-  v1::ConnectResponse& response = joined.first;
+  v1::ConnectResponse& response = joined.response;
   response.set_pair(static_cast<std::uint32_t>(joined.pair));
   const auto found = joining_scene(problem, task_.steps, task_.samples, task_.with_scene);
   RunStatus run_status;
   bool finite = true;
   if (found) {
-    if (found->scene) {
-      const SceneDescription& scene = found->scene->description();
-      const auto left_out = write_view(scene, {}, v1::SCENE_VIEW_FULL, response.mutable_scene());
-      for (const SceneArray& array : arrays_of(scene))
-        if (std::ranges::find(left_out, array.path) != left_out.end())
-          joined.scene_arrays.add(to_field(array));
-    }
+    if (found->scene) to_proto(found->scene->description(), response.mutable_scene());
     response.set_energy(found->energy);
     response.set_residual(found->residual);
     response.set_shortest(shortest(found->shortest));
     response.set_distinct(static_cast<std::uint32_t>(found->distinct));
-    const auto send = [&](v1::Field field, Parts& parts) {
-      finite = finite && is_finite(field);
-      parts.add(std::move(field));
-    };
-    if (found->Qdot.size() > 0) send(velocity_field(found->Qdot), joined.velocity);
-    if (!found->trajectory.empty()) send(trajectory_field(found->trajectory), joined.trajectory);
+    if (found->Qdot.size() > 0) *response.mutable_velocity() = to_field("Qdot", found->Qdot);
+    if (!found->trajectory.empty())
+      *response.mutable_trajectory() = trajectory_field(found->trajectory);
+    finite = is_finite(response.velocity()) && is_finite(response.trajectory());
   } else {
     throw_refused(found.error(), joined.pair);
     const double residual = std::get<refusal::NotConverged>(found.error()).residual;
@@ -229,15 +191,8 @@ bool ConnectAnswer::next(v1::ConnectResponse& response) {
   const std::lock_guard lock(mutex_);
   if (joined_.empty()) return false;
   Joined& now = joined_.front();
-  response.Clear();
-  if (!std::exchange(now.begun, true)) response.Swap(&now.first);
-  response.set_pair(static_cast<std::uint32_t>(now.pair));
-  std::size_t room = part_bytes;
-  fill(now.velocity, room, [&] { return response.mutable_velocity(); });
-  fill(now.scene_arrays, room, response.mutable_scene_arrays());
-  fill(now.trajectory, room, [&] { return response.mutable_trajectory(); });
-  if (now.velocity.empty() && now.scene_arrays.empty() && now.trajectory.empty())
-    joined_.pop_front();
+  response.Swap(&now.response);
+  joined_.pop_front();
   return true;
 }
 

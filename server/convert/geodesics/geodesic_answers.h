@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/convert/parts.h"
 #include "server/convert/resolve.h"
 #include "server/scheduling/memory_budget.h"
 #include "stiefel/connect.h"
@@ -34,10 +33,11 @@ ConnectTask read(const v1::ConnectRequest& request);
 /// of `bytes_each`, would take more than `most_bytes` together.
 std::size_t searches_at_once(const v1::ConnectRequest& request, std::uint64_t bytes_each,
                              int threads, std::uint64_t most_bytes);
-/// Returns the most bytes of answers that wait to be sent.
+/// Returns the most bytes of answers that wait to be sent, and of the one that is sent. Throws
+/// StatusError, REPLY_TOO_LARGE.
 std::uint64_t waiting_answers_bytes(const v1::ConnectRequest& request);
 
-/// Answers a Connect in messages of limited size. Joins pairs on the threads of the crew, each of
+/// Answers a Connect, each pair by a message. Joins pairs on the threads of the crew, each of
 /// which begins the next pair when it has joined one. A pair whose search takes more than a limit
 /// is joined again, without that limit, after all others. Thread-safe.
 class ConnectAnswer {
@@ -64,13 +64,11 @@ class ConnectAnswer {
     std::size_t pair;
     double most_work;
   };
-  /// The answer of a pair, and what does not fit into its first message.
+  /// The answer of a pair.
   struct Joined {
     std::size_t pair;
     bool deferred = false;
-    bool begun = false;
-    v1::ConnectResponse first = {};
-    Parts velocity = {}, scene_arrays = {}, trajectory = {};
+    v1::ConnectResponse response = {};
   };
 
   bool has_room() const;
@@ -89,27 +87,9 @@ class ConnectAnswer {
   std::deque<Joined> joined_;  ///< in the order of their messages
 };
 
-/// Answers a ConjugatePoints in messages of limited size.
-class ConjugateAnswer {
- public:
-  /// `memory`: of the request; that of a search is taken once the request is read.
-  ConjugateAnswer(const v1::ConjugatePointsRequest& request, MemoryLease memory)
-      : request_(request), memory_(std::move(memory)) {}
-
-  /// Writes the next message over `response`; the first call searches. A stop request ends the
-  /// search with the outcome CANCELLED.
-  void next(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
-  bool done() const { return started_ && points_.empty(); }
-
- private:
-  /// Returns the bytes that a search takes.
-  std::uint64_t workspace() const;
-  void search(const std::stop_token& stop, v1::ConjugatePointsResponse& response);
-
-  const v1::ConjugatePointsRequest& request_;
-  MemoryLease memory_;
-  bool started_ = false;
-  std::deque<v1::ConjugatePoint> points_;  ///< not yet sent
-};
+/// Answers a ConjugatePoints. `memory` has that of the request; that of the search and of the reply
+/// is taken once the request is read. A stop request ends the search with the outcome CANCELLED.
+void answer(const v1::ConjugatePointsRequest& request, MemoryLease& memory,
+            const std::stop_token& stop, v1::ConjugatePointsResponse* response);
 
 }  // namespace stiefel::server

@@ -7,7 +7,6 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {
@@ -37,30 +36,10 @@ std::uint64_t result_bytes(const Session& session, const v1::LinearizeRequest& r
           (request.bases() && has_coordinates(session) ? 2 * size : 0));
 }
 
-/// Returns a tensor of the numbers of V; each column is a tensor of this shape.
+/// Returns an array of the columns of V, each of this shape.
 v1::Field field_of(const char* name, const Eigen::MatrixXd& V, Eigen::Index rows,
                    Eigen::Index cols) {
-  v1::Field field;
-  field.set_name(name);
-  v1::Tensor& tensor = *field.mutable_value();
-  tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
-  for (const Eigen::Index size : {V.cols(), rows, cols})
-    tensor.add_shape(static_cast<std::uint64_t>(size));
-  tensor.mutable_data()->assign(reinterpret_cast<const char*>(V.data()),
-                                static_cast<std::size_t>(V.size()) * sizeof(double));
-  return field;
-}
-v1::Field matrix_field(const Eigen::MatrixXd& values) {
-  const RowMatrix by_rows = values;
-  v1::Field field;
-  field.set_name("matrix");
-  v1::Tensor& tensor = *field.mutable_value();
-  tensor.set_data_type(v1::DATA_TYPE_FLOAT64);
-  tensor.add_shape(static_cast<std::uint64_t>(values.rows()));
-  tensor.add_shape(static_cast<std::uint64_t>(values.cols()));
-  tensor.mutable_data()->assign(reinterpret_cast<const char*>(by_rows.data()),
-                                static_cast<std::size_t>(by_rows.size()) * sizeof(double));
-  return field;
+  return to_field(name, {V.cols(), rows, cols}, {V.data(), static_cast<std::size_t>(V.size())});
 }
 
 /// Reads the vectors, one a column.
@@ -111,7 +90,7 @@ std::uint64_t tangent_workspace(const Session& session, const v1::LinearizeReque
   const bool in_coordinates = request.vectors().shape_size() != 3 || request.bases();
   return session.simulation_bytes() +
          linearization_bytes(session.scene(), most_vectors(session, request), in_coordinates) +
-         2 * result_bytes(session, request);
+         3 * result_bytes(session, request);
 }
 
 LinearizeAnswer::~LinearizeAnswer() {
@@ -129,8 +108,8 @@ void LinearizeAnswer::begin() {
                               std::to_string(Linearization::largest_in_coordinates) + " numbers");
   linearization_.emplace(*std::move(made));
   if (request_.bases())
-    parts_.add(field_of("start_basis", linearization_->start_basis(*simulation_),
-                        linearization_->rows(), linearization_->cols()));
+    *fields_.Add() = field_of("start_basis", linearization_->start_basis(*simulation_),
+                              linearization_->rows(), linearization_->cols());
   at_result_ = request_.every() > 0 || request_.from() == request_.to();
   if (at_result_) add_result();
 }
@@ -169,21 +148,19 @@ void LinearizeAnswer::add_result() {
   const Eigen::MatrixXd V = linearization_->vectors(*simulation_);
   finite_ = finite_ && V.allFinite();
   const bool blocks = request_.vectors().shape_size() == 3;
-  parts_.add(blocks ? field_of("vectors", V, linearization_->rows(), linearization_->cols())
-                    : matrix_field(V));
+  *fields_.Add() = blocks ? field_of("vectors", V, linearization_->rows(), linearization_->cols())
+                          : to_field("matrix", V);
   if (request_.bases())
-    parts_.add(field_of("basis", linearization_->basis(*simulation_), linearization_->rows(),
-                        linearization_->cols()));
+    *fields_.Add() = field_of("basis", linearization_->basis(*simulation_), linearization_->rows(),
+                              linearization_->cols());
 }
 
 bool LinearizeAnswer::next(v1::LinearizeResponse& message) {
   message.Clear();
   message.set_step(simulation_->step());
   message.set_time(session_->scene().time(simulation_->step()));
-  if (!parts_.empty()) parts_.take(part_bytes, message.mutable_fields());
-  message.set_result_continues(!parts_.empty() || !at_result_);
+  message.mutable_fields()->Swap(&fields_);
   message.set_computed_steps(computed_);
-  if (!parts_.empty()) return false;
   at_result_ = false;
   const bool last = !status_.reached() || simulation_->step() >= request_.to();
   if (last) {

@@ -6,7 +6,6 @@
 #include <stop_token>
 #include <string>
 
-#include "server/convert/parts.h"
 #include "server/convert/resolve.h"
 #include "server/sessions/registry.h"
 #include "stiefel/linearization.h"
@@ -33,8 +32,8 @@ class LinearizeAnswer {
   bool made() const { return simulation_ != nullptr; }
   /// Advances by at most `steps` steps to the next result. Ends early on a stop request.
   void advance(std::int64_t steps, const std::stop_token& stop);
-  /// Whether a result, or the rest of one, is there to be sent.
-  bool has_results() const { return !parts_.empty() || at_result_; }
+  /// Whether a result is there to be sent.
+  bool has_results() const { return at_result_; }
   /// There is no checkpoint to make. Returns whether there is anything to send.
   bool save() const { return has_results(); }
   /// Writes the next message over `message`. Returns whether it is the last message.
@@ -51,8 +50,8 @@ class LinearizeAnswer {
   SimulationPtr simulation_;
   std::optional<Linearization> linearization_;
   RunStatus status_;
-  Parts parts_;
-  bool at_result_ = false, finite_ = true, first_ = true;
+  google::protobuf::RepeatedPtrField<v1::Field> fields_;  ///< of the next result
+  bool at_result_ = false, finite_ = true;
   std::int64_t computed_ = 0;
 };
 

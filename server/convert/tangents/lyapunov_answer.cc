@@ -7,7 +7,6 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
 
 namespace stiefel::server {
@@ -85,14 +84,13 @@ void LyapunovAnswer::take_checkpoint() {
   checkpoint_ = seal_checkpoint(*session_, growth_format, {content});
   checkpoint_step_ = LyapunovExponents::saved_step(content);
   covered_ = spectrum_->covered_steps();
-  sent_ = 0;
 }
 
 bool LyapunovAnswer::save() {
   const std::int64_t before = checkpoint_step_;
   if (spectrum_ && !has_results()) {
     take_checkpoint();
-    if (checkpoint_step_ == before) sent_ = checkpoint_.size();
+    if (checkpoint_step_ == before) checkpoint_.clear();
   }
   return has_results();
 }
@@ -130,15 +128,11 @@ bool LyapunovAnswer::next(v1::LyapunovSpectrumResponse& message) {
   message.set_time(session_->scene().time(step));
   message.set_computed_steps(computed_steps());
   if (spectrum_) message.set_interval(spectrum_->interval());
-  if (sent_ < checkpoint_.size()) {
-    auto& part = *message.mutable_checkpoint();
-    part.set_step(checkpoint_step_);
-    part.set_size(checkpoint_.size());
-    part.set_offset(sent_);
-    part.set_data(checkpoint_.substr(sent_, part_bytes));
-    sent_ += part.data().size();
+  if (!checkpoint_.empty()) {
+    message.mutable_checkpoint()->set_step(checkpoint_step_);
+    message.mutable_checkpoint()->set_data(std::exchange(checkpoint_, {}));
   }
-  const bool last = ended_ && sent_ == checkpoint_.size();
+  const bool last = ended_;
   const bool has_numbers = spectrum_ && spectrum_->step() > what_.from;
   if (has_numbers && (last || due)) {
     put(spectrum_->exponents(), message.mutable_exponents());

@@ -32,7 +32,7 @@ class LyapunovAnswer {
   /// Makes a last checkpoint. Returns whether there is anything to send.
   bool save();
   /// Whether numbers, a checkpoint or the end are there to be sent.
-  bool has_results() const { return due_ || ended_ || sent_ < checkpoint_.size(); }
+  bool has_results() const { return due_ || ended_ || !checkpoint_.empty(); }
   /// Writes the next message over `message`, without results the progress alone. Returns whether it
   /// is the last message.
   bool next(v1::LyapunovSpectrumResponse& message);
@@ -57,8 +57,7 @@ class LyapunovAnswer {
   std::optional<LyapunovExponents> spectrum_;
   RunStatus status_;
   bool due_ = false, ended_ = false;
-  std::string checkpoint_;
-  std::size_t sent_ = 0;
+  std::string checkpoint_;  ///< not yet sent
 };
 
 }  // namespace stiefel::server

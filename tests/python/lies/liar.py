@@ -74,10 +74,10 @@ def _last(new):
 _LIST = {"shorter": lambda message, name: getattr(message, name).pop(), "other": _last(lambda value: value + 1)}
 _NUMBER = {"greater": _set(lambda value: value + 1), "negative": _set(lambda value: -1 - value)}
 CHANGES = {
-    "shape": _LIST, "whole_shape": _LIST,
+    "shape": _LIST,
     "data_type": {"other": _set(lambda value: 99), "next": _set(lambda value: value % 4 + 1)},
     "data": {"shorter": _set(lambda value: value[:-1]), "a number shorter": _set(lambda value: value[:-8])},
-    "steps": _LIST, "times": {"shorter": _LIST["shorter"]}, "offset": _NUMBER, "step": _NUMBER,
+    "steps": _LIST, "times": {"shorter": _LIST["shorter"]}, "step": _NUMBER,
     "outcome": {"other": _set(lambda value: 99), "none": _set(lambda value: 0), "next": _set(lambda value: value % 5 + 1)},
     "run_status": {"dropped": lambda message, name: message.ClearField(name)},
     "fields": {"shorter": _LIST["shorter"]}, "session_id": {"other": _set(lambda value: value + "x")},

@@ -40,15 +40,14 @@ class BreaksAtCheckpoints(Breaks):
         self.left, self.steps, self.checkpoints = streams, [], []
 
     def __iter__(self):
-        stream, checkpoint = self.call(self.requests[-1]), b""
+        stream = self.call(self.requests[-1])
         for message in stream:
-            part = message.checkpoint
-            checkpoint += part.data
+            checkpoint = message.checkpoint
             yield message
-            if self.left and part.size and part.offset + len(part.data) == part.size:
+            if self.left and checkpoint.data:
                 self.left -= 1
-                self.steps.append(part.step)
-                self.checkpoints.append(checkpoint)
+                self.steps.append(checkpoint.step)
+                self.checkpoints.append(checkpoint.data)
                 stream.cancel()
                 raise self
 

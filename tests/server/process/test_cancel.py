@@ -1,5 +1,4 @@
 """Whoever cancels a call, whatever it computes, gets the server back at once; and long calls leave it to the others."""
-import itertools
 import json
 import threading
 import time
@@ -151,17 +150,6 @@ def conversion(scene, system):
                              parameter=0.1 if system.startswith("parametric") else None)
 
 
-def converted(stub, scene, system):
-    replies = list(stub.Convert(conversion(scene, system)))
-    scene, arrays = replies[0].scene, [field for reply in replies for field in reply.scene_arrays]
-    for name, parts in itertools.groupby(arrays, lambda field: field.name):
-        parts = list(parts)
-        values = np.frombuffer(b"".join(part.value.data for part in parts))
-        shape = list(parts[0].whole_shape or parts[0].value.shape)
-        scene.initial[name.removeprefix("initial.")].CopyFrom(matrix(values.reshape(shape)))
-    return scene
-
-
 def scenes(stub, N):
     """A scene of each system, the scene that it was converted from, and the system's entry of the catalogue."""
     given = [body(N), ray(N), blocks(N // 2, N // 2),
@@ -169,7 +157,7 @@ def scenes(stub, N):
     for system in stub.Describe(pb.DescribeRequest()).systems:
         for first in given:
             try:
-                yield first, first if first.system == system.name else converted(stub, first, system.name), system
+                yield first, first if first.system == system.name else stub.Convert(conversion(first, system.name)).scene, system
                 break
             except grpc.RpcError as refusal:
                 assert refusal.code() == grpc.StatusCode.INVALID_ARGUMENT, refusal

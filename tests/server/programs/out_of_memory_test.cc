@@ -74,8 +74,8 @@ constexpr const char* more = R"(
   calls { step { session_id: "small" to: 700 return_checkpoint: true } }
   calls { create_session { session_id: "resumed" } }
   calls { step { session_id: "resumed" to: 710 } }
-  calls { stream { session_id: "small" to: 3000 every: 2 checkpoint_every: 1500 scene_arrays: true } }
-  calls { stream { session_id: "large" to: 12 checkpoint_every: 6 scene_arrays: true } }
+  calls { stream { session_id: "small" to: 3000 every: 2 checkpoint_every: 1500 } }
+  calls { stream { session_id: "large" to: 12 checkpoint_every: 6 } }
   calls { step { session_id: "large" to: 9 return_checkpoint: true } }
   calls { drive { requests { session_id: "small" to: 3 } requests { to: 40000 } requests { to: 5 } } }
   calls { summarize { session_id: "small" to: 400 every: 10 times: [0, 0.995, 1.99, 2.985] checkpoint_every: 200 } }

@@ -1,7 +1,7 @@
 """Where a trajectory comes from: what can compute it again."""
 from __future__ import annotations
 
-from typing import Any, Callable, ClassVar, Mapping, Optional, Union
+from typing import Any, Callable, ClassVar, Mapping, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,25 +26,18 @@ class Origin:
     #: Creates a session of a scene where there is no connection.
     elsewhere: ClassVar[Callable[[Mapping[str, Any]], Any]]
 
-    def __init__(self, scene: Union[pb.Scene, Callable[[], pb.Scene]], build: str, create: Any = None,
+    def __init__(self, scene: pb.Scene, build: str, create: Any = None,
                  to: Optional[int] = None, times: Optional[NDArray[Any]] = None, epoch: Optional[str] = None, side: Optional[str] = ""):
-        """`scene`: a message, or a function that fetches it when it is first needed. `create`: creates a session of a scene
+        """`scene`: the resolved scene. `create`: creates a session of a scene
         at the server of the run, or returns None if its client is closed. `to`, `times`: what the caller asked for,
         which a run that stopped did not reach. `side`: how the frame moves, as `side_of` says; None if it is
         not known."""
-        self._scene = scene
+        self._message = scene
         self.build = build  #: the numerics id of the server
         self._create = create
         self.to, self.times = to, times
         self.epoch = epoch  #: the instant of time 0 in ISO 8601, None if the scene has none
         self.side = side
-
-    @property
-    def _message(self) -> pb.Scene:
-        """The resolved scene."""
-        if not isinstance(self._scene, pb.Scene):
-            self._scene = self._scene()
-        return self._scene
 
     def session(self, scene: Mapping[str, Any]) -> Any:
         """Returns a new session of the scene, at the server of the run or, without its connection, at the process's own."""

@@ -12,9 +12,8 @@ from stiefel._given.shapes import is_repeated
 from stiefel._manifold.beta import Span
 from stiefel._results.base import Array
 from stiefel._results.motion import KINDS, motion_of
-from stiefel._wire.arrays import Assembly, blocks_of, named, put_block, to_array
+from stiefel._wire.arrays import blocks_of, decode, decode_fields, named, put_block, to_array
 from stiefel._wire.replies import ends_at, name_of, optional, require, run_status
-from stiefel._wire.resolved import put
 from stiefel.results import (Choice, ConjugatePoint, ConjugatePoints, Conservation, Conversion, Diagnosis, Domain, EstimatedError, EstimatedErrors, Events, Geodesic, Invariant,
                              Outcome, Point, RunStatus, State, Summary, Tradeoff)
 from stiefel._scene import to_dict
@@ -47,21 +46,15 @@ def choice(message: Any) -> Optional[Choice]:
     return read(Choice, message.choice, method=method)
 
 
-def conversion(messages: Sequence[pb.ConvertResponse]) -> Conversion:
-    """Reads the messages of one call."""
-    blocks, arrays = Assembly(), Assembly()
-    for message in messages:
-        blocks.take(message.blocks)
-        arrays.take(message.scene_arrays)
-    first, others = messages[0], blocks.finish()
-    scene: Any = partial(_scene, first.scene, arrays.finish()) if first.HasField("scene") else None
-    require(bool(others) == (scene is None), "a conversion has a scene or blocks")
-    return Conversion(scene, named(others), {margin.domain: margin.margin for margin in first.margins}, choice(first))
+def conversion(message: pb.ConvertResponse) -> Conversion:
+    blocks = decode_fields(message.blocks)
+    scene: Any = partial(_scene, message.scene) if message.HasField("scene") else None
+    require(bool(blocks) == (scene is None), "a conversion has a scene or blocks")
+    return Conversion(scene, named(blocks), {margin.domain: margin.margin for margin in message.margins}, choice(message))
 
 
-def _scene(scene: pb.Scene, arrays: Mapping[str, Array], span: Optional[Span] = None, pair: int = 0) -> dict[str, Any]:
-    """Returns a scene with its arrays. `span`: that in whose basis of a pair its frames are."""
-    put(arrays, scene)
+def _scene(scene: pb.Scene, span: Optional[Span] = None, pair: int = 0) -> dict[str, Any]:
+    """Returns a scene. `span`: that in whose basis of a pair its frames are."""
     if span is not None:
         scene.inertia[:] = [scene.inertia[0]] * span.Q.shape[-1]
         for name, block in blocks_of(scene).items():
@@ -69,31 +62,24 @@ def _scene(scene: pb.Scene, arrays: Mapping[str, Array], span: Optional[Span] = 
     return to_dict(scene)
 
 
-def geodesic(messages: Sequence[pb.ConnectResponse], request: pb.ConnectRequest, span: Optional[Span]) -> Geodesic:
-    """Reads all messages of one pair. `span`: that in whose bases the frames of the request are."""
-    assembly = Assembly()
-    for message in messages:
-        for name in ("velocity", "trajectory"):
-            if message.HasField(name):
-                assembly.take([getattr(message, name)])
-        assembly.take(message.scene_arrays)
-    first = messages[0]
-    status, scene, shortest = run_status(first.run_status), None, "unspecified"
-    arrays = assembly.finish()
-    velocity, trajectory = arrays.pop("Qdot", None), arrays.pop("Q", None)
+def geodesic(message: pb.ConnectResponse, request: pb.ConnectRequest, span: Optional[Span]) -> Geodesic:
+    """`span`: that in whose bases the frames of the request are."""
+    status, scene, shortest = run_status(message.run_status), None, "unspecified"
+    velocity, trajectory = (decode(getattr(message, name).value) if message.HasField(name) else None
+                            for name in ("velocity", "trajectory"))
     if status.outcome == Outcome.REACHED:
-        shortest = name_of(pb.Shortest, first.shortest).lower()
-        pair = request.pairs[first.pair]
+        shortest = name_of(pb.Shortest, message.shortest).lower()
+        pair = request.pairs[message.pair]
         n, N = (pair.q_0.rows, pair.q_0.cols) if pair.HasField("q_0") else pair.q_0_tensor.shape
         steps = request.steps or request.samples
         for array, shape in ((velocity, None if request.steps else (n, N)), (trajectory, (steps + 1, n, N) if steps else None)):
             require((array if array is None else (array.dtype, array.shape)) == (shape and (np.dtype(np.float64), shape)),
                     "velocity or trajectory are not those that were asked for")
-        if first.HasField("scene"):
-            scene = partial(_scene, first.scene, arrays, span, first.pair)
+        if message.HasField("scene"):
+            scene = partial(_scene, message.scene, span, message.pair)
     if span is not None:
-        velocity, trajectory = (array if array is None else span.lifted(first.pair, array) for array in (velocity, trajectory))
-    return read(Geodesic, first, scene=scene, velocity=velocity, shortest=shortest, trajectory=trajectory, run_status=status)
+        velocity, trajectory = (array if array is None else span.lifted(message.pair, array) for array in (velocity, trajectory))
+    return read(Geodesic, message, scene=scene, velocity=velocity, shortest=shortest, trajectory=trajectory, run_status=status)
 
 
 def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:
@@ -102,15 +88,14 @@ def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:
     return to_array(matrix)
 
 
-def conjugate_points(messages: Sequence[pb.ConjugatePointsResponse], request: pb.ConjugatePointsRequest) -> ConjugatePoints:
-    """Reads the messages of one call."""
-    first, shape = messages[0], (request.q.rows, request.q.cols)
+def conjugate_points(message: pb.ConjugatePointsResponse, request: pb.ConjugatePointsRequest) -> ConjugatePoints:
+    shape = request.q.rows, request.q.cols
     points = []
-    for point in (point for message in messages for point in message.points):
+    for point in message.points:
         require(len(point.kernel) == point.multiplicity > 0, "a kernel has another dimension")
         kernel = [_block(one, shape) for one in point.kernel]
         points.append(read(ConjugatePoint, point, kernel=np.stack(kernel)))
-    return read(ConjugatePoints, first, points=tuple(points), run_status=run_status(first.run_status))
+    return read(ConjugatePoints, message, points=tuple(points), run_status=run_status(message.run_status))
 
 
 def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest, in_si: bool = False) -> Diagnosis:

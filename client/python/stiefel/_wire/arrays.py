@@ -1,4 +1,4 @@
-"""Arrays on the wire: whole, and in parts because they are larger than a message."""
+"""Arrays on the wire."""
 from __future__ import annotations
 
 import math
@@ -21,18 +21,14 @@ _DTYPES: dict[int, np.dtype[Any]] = {
 
 def decode(tensor: pb.Tensor) -> Array:
     """Returns a read-only view of the tensor's bytes. Raises CorruptReply if they are not as many as the shape says."""
-    dtype, shape, data = dtype_of(tensor), tuple(tensor.shape), tensor.data  # protobuf copies `data` at each access
+    shape, data = tuple(tensor.shape), tensor.data  # protobuf copies `data` at each access
+    dtype = _DTYPES.get(tensor.data_type)
+    if dtype is None:
+        raise CorruptReply(f"an array has the unknown data type {tensor.data_type}")
     if len(data) != dtype.itemsize * math.prod(shape):
         raise CorruptReply(f"an array of the shape {shape} has {len(data)} bytes")
     array: Array = np.frombuffer(data, dtype).reshape(shape)
     return array
-
-
-def dtype_of(tensor: pb.Tensor) -> np.dtype[Any]:
-    try:
-        return _DTYPES[tensor.data_type]
-    except KeyError:
-        raise CorruptReply(f"an array has the unknown data type {tensor.data_type}") from None
 
 
 def decode_fields(fields: Iterable[pb.Field]) -> dict[str, Array]:
@@ -91,49 +87,13 @@ def put_block(scene: pb.Scene, name: str, block: Array) -> None:
         scene.initial[name].CopyFrom(matrix(block))
 
 
-class Assembly:
-    """Takes arrays, whole or in part, in the order in which they arrive, and returns them whole."""
-
-    def __init__(self) -> None:
-        self._whole: dict[str, Array] = {}
-        self._parts: list[bytes] = []
-        self._name, self._dtype = "", np.dtype(float)
-        self._shape: tuple[int, ...] = ()
-
-    def take(self, fields: Iterable[pb.Field]) -> None:
-        """Takes arrays. Raises CorruptReply if a part does not continue the part before it."""
-        for field in fields:
-            if not field.whole_shape:
-                self._whole[field.name] = decode(field.value)
-                continue
-            if field.offset == 0:
-                self._join()
-                self._name, self._shape, self._dtype = field.name, tuple(field.whole_shape), dtype_of(field.value)
-            begun = sum(map(len, self._parts))
-            if field.name != self._name or field.offset * self._dtype.itemsize != begun:
-                raise _incomplete(field.name)
-            self._parts.append(field.value.data)
-
-    @property
-    def begun(self) -> bool:
-        """Whether something was taken since the last `finish`."""
-        return bool(self._whole or self._parts)
-
-    def finish(self) -> dict[str, Array]:
-        """Returns all arrays by name and leaves this object empty. Raises CorruptReply if one is incomplete."""
-        self._join()
-        whole, self._whole = self._whole, {}
-        return whole
-
-    def _join(self) -> None:
-        if not self._parts:
-            return
-        data = b"".join(self._parts)
-        if len(data) != math.prod(self._shape) * self._dtype.itemsize:
-            raise _incomplete(self._name)
-        self._whole[self._name] = np.frombuffer(data, self._dtype).reshape(self._shape)
-        self._parts = []
-
-
-def _incomplete(name: str) -> CorruptReply:
-    return CorruptReply(f"a part of the array {name} is missing")
+def with_blocks_as_matrices(scene: pb.Scene) -> pb.Scene:
+    """Returns the scene with all blocks in `initial` and none in `initial_tensors`."""
+    if not scene.initial_tensors:
+        return scene
+    result = pb.Scene()
+    result.CopyFrom(scene)
+    for name, tensor in scene.initial_tensors.items():
+        result.initial[name].CopyFrom(matrix(decode(tensor)))
+    result.ClearField("initial_tensors")
+    return result

@@ -26,7 +26,6 @@ from stiefel.version import __version__
 
 WORK_PER_SECOND = 5e9  #: units of work (instructions) that a core does in a second
 Metadata = tuple[tuple[str, str], ...]
-_IN_PARTS = ("Convert", "ConjugatePoints")  # whose replies are one answer, of which all but the last `continues`
 
 _open: "weakref.WeakSet[Connection]" = weakref.WeakSet()
 _forking = threading.RLock()  #: held while the process forks, and while a channel is opened
@@ -95,8 +94,6 @@ class Connection:
         replies: Sequence[Any] = Attempts(self, timeout).run(
             lambda left: self.answered(tuple(getattr(self.stub, method)(request, timeout=left))))
         require(len(replies) > 0, f"{method} has no reply")
-        if method in _IN_PARTS:
-            require([one.continues for one in replies] == [True] * (len(replies) - 1) + [False], "a part of it is missing")
         return replies
 
     def answered(self, reply: Any) -> Any:

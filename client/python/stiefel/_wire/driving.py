@@ -13,10 +13,8 @@ from stiefel._given.typed import Fields
 from stiefel._wire.failures import from_status
 from stiefel._wire.recreating import Recreation
 from stiefel._wire.retries import Attempts
-from stiefel.errors import InvalidArgument, NotFound, Unavailable
+from stiefel.errors import NotFound, Unavailable
 from stiefel.results import State
-
-TOO_LARGE = "REPLY_TOO_LARGE"  # the reason of the error after which a state is fetched over Stream instead
 
 
 class Drive:
@@ -27,11 +25,9 @@ class Drive:
     """
 
     def __init__(self, handle: Recreation, id: str, fields: Optional[Fields],
-                 read: Callable[[pb.StepResponse, pb.DriveRequest, Sequence[str], bool], State],
-                 in_parts: Callable[[int, Sequence[str], bool], State]):
-        """`read`: reads a reply, with the request, the fields in force and whether the caller wants the checkpoint.
-        `in_parts`: returns a state that is too large for a reply."""
-        self._handle, self._id, self._read, self._in_parts = handle, id, read, in_parts
+                 read: Callable[[pb.StepResponse, pb.DriveRequest, Sequence[str], bool], State]):
+        """`read`: reads a reply, with the request, the fields in force and whether the caller wants the checkpoint."""
+        self._handle, self._id, self._read = handle, id, read
         self._fields = names("fields", fields)
         self._requests: Any = None
         self._replies: Any = None
@@ -42,14 +38,8 @@ class Drive:
         to, wanted = step_index("to", to), names("fields", fields) or self._fields
         request = pb.DriveRequest(session_id=self._id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or self._handle.wants_checkpoint(to))
-        try:
-            reply = Attempts(self._handle.connection, None, self._handle, endless=True).run(lambda left: self._ask(request))
-        except InvalidArgument as error:
-            if error.reason != TOO_LARGE:
-                raise
-            state = self._in_parts(to, wanted, checkpoint)
-        else:
-            state = self._read(reply, request, wanted, checkpoint)
+        reply = Attempts(self._handle.connection, None, self._handle, endless=True).run(lambda left: self._ask(request))
+        state = self._read(reply, request, wanted, checkpoint)
         self._fields = wanted
         return state
 

@@ -31,7 +31,7 @@ def from_status(status: pb.Status) -> StiefelError:
     """Returns the exception for a status with its details. Ignores a detail that cannot be read."""
     violations: list[Violation] = []
     quota: list[Violation] = []
-    info, retry, saved = pb.ErrorInfo(), pb.RetryInfo(), pb.CheckpointPart()
+    info, retry, saved = pb.ErrorInfo(), pb.RetryInfo(), pb.Checkpoint()
     for detail in status.details:
         kind = detail.type_url.rpartition("/")[2].rpartition(".")[2]
         with suppress(DecodeError):
@@ -44,8 +44,8 @@ def from_status(status: pb.Status) -> StiefelError:
                 retry = pb.RetryInfo.FromString(detail.value)
             elif kind == "ErrorInfo":
                 info = pb.ErrorInfo.FromString(detail.value)
-            elif kind == "CheckpointPart":
-                saved = pb.CheckpointPart.FromString(detail.value)
+            elif kind == "Checkpoint":
+                saved = pb.Checkpoint.FromString(detail.value)
     error_type = _BY_CODE.get(status.code, StiefelError)
     remedy = "; here: give `token`" if info.reason == "TOKEN_MISSING" else ""
     error = error_type(status.message + remedy, tuple(violations), info.reason, dict(info.metadata))

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import replace
 from typing import Any, Optional, Sequence, Union, cast
 
 import grpc
@@ -13,36 +12,32 @@ from stiefel._given.typed import Scene
 from stiefel._given.when import step_of, time_of
 from stiefel._results.origin import side_of
 from stiefel._wire import answers
-from stiefel._wire.arrays import decode_fields, named
+from stiefel._wire.arrays import decode_fields, named, with_blocks_as_matrices
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import Recreation
 from stiefel._wire.replies import Layout, described, ends_at, price, require
-from stiefel._wire.resolved import put, scene_arrays, with_blocks_as_matrices
 from stiefel._wire.sampling import Samples
 from stiefel._wire.summarizing import Summarizing
 from stiefel.errors import StiefelError
-from stiefel.results import Choice, Outcome, Price, RunStatus, State
+from stiefel.results import Choice, Price, State
 from stiefel._scene import to_dict
 
 
 class Held:
     """The handle of a session of a server."""
 
-    def __init__(self, connection: Connection, message: pb.Session, created: bool, sent: Optional[pb.Scene] = None,
-                 owner: bool = False, checkpoint: bytes = b"", epoch: Optional[str] = None):
-        """`message`: the server's reply, with its scene, except of a session from `Client.list`. `sent`: the scene that made
-        it, if it is known. `owner`: whether this handle created the session, with `checkpoint`."""
+    def __init__(self, connection: Connection, message: pb.Session, created: bool, owner: bool = False,
+                 checkpoint: bytes = b"", epoch: Optional[str] = None):
+        """`message`: the server's reply, with its scene, except of a session from `Client.list`. `owner`: whether this
+        handle created the session, with `checkpoint`."""
         self._connection = connection
-        self._message = message  #: the server's reply; its scene may lack arrays that are too large for one
         self.created = created  #: False if the session existed already
         #: The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
         #: `Client.get` and `Client.list`, because the server does not know it.
         self.epoch = epoch
         self._lock = threading.Lock()
-        self._sent = sent  # kept until all arrays of the resolved scene have arrived
-        self._arrived: Optional[pb.Scene] = None  # the resolved scene with all arrays
-        self._recreation = Recreation(connection, message, self._known_or_sent if owner else None, checkpoint)
-        self._take(message)
+        self._take(message, whole=owner)
+        self._recreation = Recreation(connection, message, message.scene if owner else None, checkpoint)
 
     @property
     def id(self) -> str:
@@ -53,8 +48,7 @@ class Held:
     def scene(self) -> Scene:
         """The resolved scene, every default filled in.
 
-        This makes a call only the first time, for sessions from `Client.list` and for arrays that are too large for a
-        reply.
+        This makes a call only the first time, for sessions from `Client.list`.
         """
         scene = to_dict(with_blocks_as_matrices(self._resolved()))
         return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
@@ -62,13 +56,13 @@ class Held:
     @property
     def choice(self) -> Optional[Choice]:
         """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
-        self._known_scene()
+        self._resolved()
         return answers.choice(self._message)
 
     @property
     def step_price(self) -> Price:
         """The predicted price of one step."""
-        self._known_scene()
+        self._resolved()
         return price(self._message.step_price)
 
     def _side(self) -> Optional[str]:
@@ -80,53 +74,34 @@ class Held:
 
     def _resolved(self) -> pb.Scene:
         """Returns the resolved scene as a message. Do not change it: the session keeps it."""
-        scene = self._known_scene()
-        with self._lock:
-            if self._arrived is None:
-                arrays, missing = scene_arrays(self._recreation, self.id), self._message.left_out
-                require(arrays.keys() >= set(missing), f"arrays of the scene are missing: {missing}")
-                put({path: arrays[path] for path in missing}, scene)
-                self._arrived, self._sent = scene, None
-        return scene
-
-    def _known_scene(self) -> pb.Scene:
-        """Returns the resolved scene, possibly without the arrays that are too large for a reply."""
         with self._lock:
             if not self._message.HasField("scene"):
                 request = pb.GetSessionRequest(session_id=self.id, view=pb.SessionView(scene=pb.SCENE_VIEW_FULL))
                 reply = self._recreation.call("GetSession", request)
-                require(reply.session.HasField("scene"), "the session has no scene")
-                self._take(described(reply.session, self.id))
+                self._take(described(reply.session, self.id), whole=True)
             return self._message.scene
 
-    def _take(self, message: pb.Session) -> None:
+    def _take(self, message: pb.Session, whole: bool) -> None:
+        require(message.HasField("scene") and message.scene.system == message.system or not whole,
+                f"the session has no scene of {message.system!r}")
         self._message = message
-        if message.HasField("scene"):
-            require(message.scene.system == message.system, f"the scene is of {message.scene.system!r}")
-            if not message.left_out:
-                self._arrived, self._sent = message.scene, None
-
-    def _known_or_sent(self) -> Optional[pb.Scene]:
-        """Returns the scene that creates the session again: the resolved one if it is whole, else the one sent."""
-        return self._sent if self._arrived is None else self._arrived
 
     def _blocks(self) -> set[str]:
         """Returns the names of the blocks of the scene's initial state."""
-        scene = self._known_scene()
-        return {*scene.initial, *scene.initial_tensors,
-                *(path[len("initial."):] for path in self._message.left_out if path.startswith("initial."))}
+        scene = self._resolved()
+        return {*scene.initial, *scene.initial_tensors}
 
     def _field_count(self) -> int:
         """Returns the number of fields that a reply has where none are named: those of `body`, or the blocks."""
-        return 2 if self._known_scene().HasField("body") else len(self._blocks())
+        return 2 if self._resolved().HasField("body") else len(self._blocks())
 
     def _is_step(self, time: Any) -> bool:
-        steps = time_of(time, self._known_scene().step, self.epoch)[1]
+        steps = time_of(time, self._resolved().step, self.epoch)[1]
         return steps >= 0 and steps == round(steps)
 
     def _step_of(self, name: str, given: Any, time: Any) -> int:
         """Returns the step that the caller gives under `name` or as a time."""
-        return step_of(name, given, time, self._known_scene().step, self.epoch)
+        return step_of(name, given, time, self._resolved().step, self.epoch)
 
     def _range(self, to: Any, start: Any, every: Any, time: Any) -> tuple[int, int, int]:
         """Returns the steps of a run as whole numbers."""
@@ -139,14 +114,13 @@ class Held:
         return message
 
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
-        return Summarizing(self._recreation, request, self._known_scene().HasField("members"), timeout, self._field_count())
+        return Summarizing(self._recreation, request, self._resolved().HasField("members"), timeout, self._field_count())
 
-    def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float],
-                 checkpoint: bool = False) -> Samples:
-        request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields, return_checkpoint=checkpoint,
+    def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float]) -> Samples:
+        request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields,
                                    checkpoint_every=self._recreation.checkpoint_every())
         setattr(request, "from", start)
-        return Samples(self._recreation, request, self._known_scene().step, timeout, self._field_count())
+        return Samples(self._recreation, request, self._resolved().step, timeout, self._field_count())
 
     def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
                checkpoint: bool) -> State:
@@ -161,11 +135,3 @@ class Held:
         arrays = decode_fields(sample.fields)
         Layout(fields, axes=(2, 3), blocks=self._field_count()).check(arrays)
         return answers.state(reply, named(arrays))._of(self._side)
-
-    def _step_in_parts(self, to: int, fields: Sequence[str], checkpoint: bool,
-                       timeout: Optional[float] = None) -> State:
-        """Does what `step` does over a stream, which sends states of any size."""
-        samples = self._samples(to, to, 1, fields, timeout, checkpoint)
-        last = list(samples)[-1]._of(self._side)
-        return replace(last[-1], run_status=samples.run_status or RunStatus(Outcome.CANCELLED), computed_steps=samples.computed_steps,
-                       checkpoint=samples.checkpoint if checkpoint else b"", work=samples.work)._of(last._side)

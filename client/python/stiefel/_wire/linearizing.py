@@ -10,7 +10,7 @@ from stiefel._given.numbers import numbers, refused, step_index
 from stiefel._given.when import steps_of
 from stiefel._results.base import Array, Outcome
 from stiefel._results.body import principal
-from stiefel._wire.arrays import Assembly, set_tensor
+from stiefel._wire.arrays import decode_fields, set_tensor
 from stiefel._wire.recreating import Recreation
 from stiefel._wire.replies import ends_at, require
 from stiefel._wire.streams import Reading
@@ -39,7 +39,7 @@ def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, ti
 def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int, timeout: Optional[float], time: Any,
                rates: bool, times: Any) -> Array:
     """Does what `Session.covariance` says."""
-    given, scene = numbers("P0", P0), session._known_scene()
+    given, scene = numbers("P0", P0), session._resolved()
     which: Any = slice(None)
     if times is not None:
         for name, value in (("to", to), ("time", time), ("every", every or None)):
@@ -81,22 +81,19 @@ class _Transition(Reading[None]):
     def _begin(self) -> int:
         self._steps: list[int] = []
         self._results: list[dict[str, Array]] = []
-        self._assembly = Assembly()
         return self.computed_steps
 
     def _take(self, message: pb.LinearizeResponse) -> None:
         require(bool(message.fields) or message.HasField("run_status"), "a message is empty")
-        self._assembly.take(message.fields)
-        if not message.result_continues and self._assembly.begun:
+        if message.fields:
             require(not self._steps or message.step > self._steps[-1], "its results are not in order")
             self._steps.append(message.step)
-            self._results.append(self._assembly.finish())
+            self._results.append(decode_fields(message.fields))
 
     def _check_end(self, message: pb.LinearizeResponse) -> None:
         request, steps, results, status = self._request, self._steps, self._results, self.run_status
         assert status is not None
         ends_at(message.run_status, message.step, request.to)
-        require(not self._assembly.begun, "it has no end")
         require(status.outcome != Outcome.REACHED or (bool(steps) and steps[-1] == request.to), "its last result is missing")
         for result in results:
             _check_shape(request, result, results[0])

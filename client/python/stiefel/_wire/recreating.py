@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Callable, Generator, Optional
+from typing import Any, Generator, Optional
 
 import grpc
 
@@ -28,11 +28,10 @@ class Recreation:
     take the session over. Thread-safe.
     """
 
-    def __init__(self, connection: Connection, message: pb.Session, scene: Optional[Callable[[], Optional[pb.Scene]]] = None,
+    def __init__(self, connection: Connection, message: pb.Session, scene: Optional[pb.Scene] = None,
                  checkpoint: bytes = b""):
-        """`message`: the description that the handle got first. `scene`: returns the scene that creates the session
-        again, None before it is known; None for a handle that did not create the session. `checkpoint`: the one
-        with which the session was created."""
+        """`message`: the description that the handle got first. `scene`: creates the session again; None for a
+        handle that did not create the session. `checkpoint`: the one with which the session was created."""
         self.connection = connection
         self._id = message.session_id
         self._numerics = message.numerics_id
@@ -60,12 +59,9 @@ class Recreation:
     def is_lost(self, error: StiefelError) -> bool:
         """Returns whether `error` means that the session is lost and that this handle creates it again for the next call."""
         gone = error.reason == "SESSION_NOT_FOUND" and error.metadata.get("session_id") == self._id
-        lost = gone and self._known_scene() is not None
+        lost = gone and self._scene is not None
         self._lost |= lost
         return lost
-
-    def _known_scene(self) -> Optional[pb.Scene]:
-        return None if self._scene is None else self._scene()
 
     def end(self) -> None:
         """Call this before deleting the session: the handle never creates it again, and later calls raise NotFound."""
@@ -139,7 +135,7 @@ class Recreation:
         return self.connection.answered(reply)
 
     def _create(self, timeout: Optional[float]) -> None:
-        scene, checkpoint = self._known_scene(), self._checkpoint[1]
+        scene, checkpoint = self._scene, self._checkpoint[1]
         if scene is None:
             return
         request = pb.CreateSessionRequest(session_id=self._id, scene=scene, checkpoint=checkpoint, recreate=True,

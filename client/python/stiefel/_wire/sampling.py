@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._results.base import RunStatus
 from stiefel._results.origin import Origin
-from stiefel._wire.arrays import Assembly, named
+from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.recreating import Recreation
-from stiefel._wire.replies import Layout, Steps, require
+from stiefel._wire.replies import Layout, Steps
 from stiefel._wire.streams import Reading
 from stiefel.results import Batch, Trajectory
 
 
 class Samples(Reading[Batch]):
-    """Iterates over batches of whole samples."""
+    """Iterates over batches of samples."""
 
     method, endless = "Stream", False
 
@@ -31,17 +31,14 @@ class Samples(Reading[Batch]):
     def _begin(self) -> int:
         if self._last is not None:
             setattr(self._request, "from", min(self._last + self._request.every, self._request.to))
-        self._assembly, self._grid = Assembly(), Steps(self._request)
+        self._grid = Steps(self._request)
         return self.computed_steps
 
     def _take(self, message: pb.StreamResponse) -> Optional[Batch]:
         """The times of the samples are k · step, which are the engine's bits."""
         if not message.steps:
             return None
-        self._assembly.take(message.fields)
-        if message.sample_continues:
-            return None
-        steps, fields = self._grid.take(message), self._assembly.finish()
+        steps, fields = self._grid.take(message), decode_fields(message.fields)
         self._layout.check(fields, len(steps))
         if self._last is not None and steps[0] <= self._last:  # the last sample once more
             return None
@@ -54,7 +51,6 @@ class Samples(Reading[Batch]):
 
     def _check_end(self, message: pb.StreamResponse) -> None:
         assert self.run_status is not None
-        require(not self._assembly.begun, "the last sample is incomplete")
         self._grid.end(self.run_status, self._last)
 
 

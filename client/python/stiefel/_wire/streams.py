@@ -1,4 +1,4 @@
-"""The reader of the streams of a call, checkpoints that come in parts, and a progress bar."""
+"""The reader of the streams of a call, and a progress bar."""
 from __future__ import annotations
 
 from contextlib import closing, nullcontext
@@ -11,7 +11,7 @@ from stiefel._results.extras import imported
 from stiefel._wire import replies
 from stiefel._wire.recreating import Recreation, refuses_checkpoint
 from stiefel._wire.retries import Attempts
-from stiefel.errors import CorruptReply, DeadlineExceeded, StiefelError, Unavailable
+from stiefel.errors import DeadlineExceeded, StiefelError, Unavailable
 
 T = TypeVar("T")
 
@@ -30,12 +30,12 @@ class Reading(Generic[T]):
         self.run_status: Optional[RunStatus] = None  #: set at the end
         self.computed_steps = 0  #: steps computed by all streams so far
         self.work = 0.0  #: instructions, measured, of all streams so far
-        self.checkpoint = b""  #: the last complete checkpoint
+        self.checkpoint = b""  #: the last checkpoint
 
     def __iter__(self) -> Iterator[T]:
         attempts = Attempts(self._handle.connection, self._timeout, self._handle, endless=self.endless)
         while True:
-            parts, before, work, progress = CheckpointParts(), self._begin(), self.work, False
+            before, work, progress = self._begin(), self.work, False
             try:
                 with closing(self._handle.messages(self.method, self._request, attempts.left())) as arriving:
                     for message in arriving:
@@ -46,11 +46,9 @@ class Reading(Generic[T]):
                         if part is not None:
                             progress = True
                             yield part
-                        ends, whole = message.HasField("run_status"), b""
+                        ends = message.HasField("run_status")
                         if "checkpoint" in message.DESCRIPTOR.fields_by_name and message.HasField("checkpoint"):
-                            whole = parts.take(message.checkpoint)
-                        if whole:
-                            self.checkpoint = whole
+                            self.checkpoint = message.checkpoint.data
                             progress |= self._keep(message, ends)
                         if ends:
                             self.run_status = replies.run_status(message.run_status)
@@ -106,24 +104,6 @@ class Resuming(Reading[T]):
         if anew:
             self._request.checkpoint = self._given
         return anew
-
-
-class CheckpointParts:
-    """Joins the parts of a checkpoint, which come in order."""
-
-    def __init__(self) -> None:
-        self._parts: list[bytes] = []
-
-    def take(self, part: pb.CheckpointPart) -> bytes:
-        """Returns the whole checkpoint when `part` is its last part, else nothing. Raises CorruptReply if the part does
-        not continue the part before it."""
-        if part.offset == 0:
-            self._parts = []
-        begun = sum(map(len, self._parts))
-        if part.offset != begun or begun + len(part.data) > part.size:
-            raise CorruptReply(f"a part of the checkpoint of step {part.step} is missing")
-        self._parts.append(part.data)
-        return b"".join(self._parts) if begun + len(part.data) >= part.size else b""
 
 
 def progress_bar(count: Optional[int], wanted: bool, unit: str) -> Any:

@@ -11,7 +11,7 @@ from stiefel import v1 as pb
 from stiefel._results.base import Array, Outcome, RunStatus
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
-from stiefel._wire.arrays import Assembly, named
+from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.recreating import Recreation
 from stiefel._wire.replies import Layout, require
 from stiefel._wire.sampling import Collector
@@ -32,7 +32,7 @@ class Summarizing(Resuming[Union[Events, Batch]]):
         super().__init__(handle, request, timeout)
         self._ensemble = ensemble
         self._layout = Layout(request.fields, (3,) if request.events else (3, 4), blocks)
-        self.arrays: dict[str, Array] = {}  #: statistics by name, set at the end
+        self.arrays: dict[str, Array] = {}  #: statistics by name, complete at the end
         self._yielded = self._seen = self._kept = 0  # elements: yielded, of this stream, and before the last checkpoint
         self._recounted = 0  # computed steps before the last checkpoint, which the next stream counts again
 
@@ -42,11 +42,11 @@ class Summarizing(Resuming[Union[Events, Batch]]):
         return answers.summary(self.arrays, self.run_status, self.computed_steps, self.work, self.checkpoint)
 
     def _begin(self) -> int:
-        self._seen, self._fields, self._statistics = self._kept, Assembly(), Assembly()
+        self._seen = self._kept
         return max(self.computed_steps - self._recounted, 0)
 
     def _take(self, message: pb.SummarizeResponse) -> Union[Events, Batch, None]:
-        self._statistics.take(message.statistics)
+        self.arrays.update(decode_fields(message.statistics))
         batch = self._read(message)
         if batch is None:
             return None
@@ -65,7 +65,7 @@ class Summarizing(Resuming[Union[Events, Batch]]):
         return anew
 
     def _read(self, message: pb.SummarizeResponse) -> Union[Events, Batch, None]:
-        """Reads a message and returns the events or states that it completes."""
+        """Returns the events or states of a message."""
         of_events = message.HasField("events")
         if not of_events and not message.HasField("states"):
             return None
@@ -75,10 +75,7 @@ class Summarizing(Resuming[Union[Events, Batch]]):
             lists += [batch.events, batch.fractions, *([batch.members] if self._ensemble else [])]
             require(all(event < len(self._request.events) for event in batch.events), "it has an unknown event")
         require(len({*map(len, lists)}) == 1, "its events or states have lists of different lengths")
-        self._fields.take(batch.fields)
-        if message.continues:
-            return None
-        fields = self._fields.finish()
+        fields = decode_fields(batch.fields)
         self._layout.check(fields, len(batch.steps))
         if of_events:
             return answers.events(batch, named(fields), self._ensemble)
@@ -90,10 +87,8 @@ class Summarizing(Resuming[Union[Events, Batch]]):
         """Checks that all has come: every state, unless the run stopped or an event may have ended it, and the
         statistics."""
         assert self.run_status is not None
-        require(not self._fields.begun, "the last event or state is incomplete")
         may_end = self.run_status.outcome != Outcome.REACHED or any(event.terminal for event in self._request.events)
         require(may_end or not self._request.times or self._seen == len(self._request.times), f"it has {self._seen} states")
-        self.arrays = self._statistics.finish()
         answers.check_statistics(self.arrays, self._request, self._ensemble)
         self.arrays = answers.named_statistics(self.arrays)
 

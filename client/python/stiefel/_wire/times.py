@@ -28,9 +28,9 @@ def trajectory(session: Any, to: Optional[int], start: int, every: Optional[int]
                 raise refused(name, f"{value!r}: must be absent where `times` are given")
         return at_times(session, times, fields, progress, timeout)
     if to is None and time is None:
-        if not session._known_scene().HasField("horizon"):
+        if not session._resolved().HasField("horizon"):
             raise refused("to", "must be given, or time, or times, because the scene has no horizon")
-        time = session._known_scene().horizon * np.sign(session._known_scene().step)
+        time = session._resolved().horizon * np.sign(session._resolved().step)
     if to is None and not session._is_step(time):
         return up_to(session, time, start, every, fields, progress, timeout)
     to, start, _ = session._range(to, start, 1, time)
@@ -54,7 +54,7 @@ def at_times(session: Any, times: Any, fields: Sequence[str], progress: bool, ti
     given = np.atleast_1d(seconds_of("times", times, session.epoch))
     if given.ndim != 1 or not given.size:
         raise refused("times", f"the shape {given.shape}: must be (times), one or more")
-    behind = in_steps("times", given, session._known_scene().step) < 0
+    behind = in_steps("times", given, session._resolved().step) < 0
     if not behind.any():
         return on_one_side(session, given, np.arange(given.size), fields, progress, timeout)[0]
     places = [np.flatnonzero(~behind), np.flatnonzero(behind)]
@@ -69,7 +69,7 @@ def at_times(session: Any, times: Any, fields: Sequence[str], progress: bool, ti
 def up_to(session: Any, time: Any, start: int, every: Optional[int], fields: Sequence[str], progress: bool,
           timeout: Optional[float]) -> Trajectory:
     """Returns the samples from `start` up to a time between two steps, which is the last sample."""
-    step = session._known_scene().step
+    step = session._resolved().step
     seconds, steps = time_of(time, step, session.epoch)
     start = step_index("start", start)
     if steps < start:
@@ -84,7 +84,7 @@ def on_one_side(session: Any, given: NDArray[Any], places: NDArray[Any], fields:
                 timeout: Optional[float]) -> tuple[Trajectory, NDArray[Any]]:
     """Returns the states at times on the side of 0 to which the scene's step leads, and the places of those that were
     reached. `places`: where the caller has the times in its list."""
-    step = session._known_scene().step
+    step = session._resolved().step
     steps, order = in_steps("times", given, step), np.argsort(given * np.copysign(1, step), kind="stable")
     first, last = int(np.floor(steps[order[0]])), int(np.ceil(steps[order[-1]]))
     request = session._summarize_request(last, first, max(1, last), times=given[order], fields=fields)
@@ -94,7 +94,7 @@ def on_one_side(session: Any, given: NDArray[Any], places: NDArray[Any], fields:
 
 def backwards(session: Any, times: NDArray[Any], timeout: Optional[float]) -> Any:
     """Returns a session of the states before time 0, at which some of the times are."""
-    step = session._known_scene().step
+    step = session._resolved().step
     if "Q_prev" in session._blocks():
         k = int(np.argmax(times * np.sign(step) < 0))
         raise refused(f"times[{k}]", f"{float(times[k])!r}: must have the sign of the scene's step, because the state 0 of "
@@ -107,7 +107,7 @@ def errors_at(session: Any, times: Any, timeout: Optional[float]) -> EstimatedEr
     given = np.atleast_1d(seconds_of("times", times, session.epoch))
     if given.ndim != 1:
         raise refused("times", f"the shape {given.shape}: must be (times)")
-    signed = in_steps("times", given, session._known_scene().step)
+    signed = in_steps("times", given, session._resolved().step)
     steps = np.copysign(np.ceil(abs(signed)), signed).astype(np.int64)
     found: dict[int, Optional[EstimatedError]] = {}
     with backwards(session, given, timeout) if (steps < 0).any() else nullcontext(session) as back:
@@ -119,7 +119,7 @@ def errors_at(session: Any, times: Any, timeout: Optional[float]) -> EstimatedEr
 
 def between_steps(session: Any, time: Any, fields: Sequence[str], timeout: Optional[float]) -> State:
     """Returns the state at one time, as `Session.step` describes it."""
-    seconds = time_of(time, session._known_scene().step, session.epoch)[0]
+    seconds = time_of(time, session._resolved().step, session.epoch)[0]
     run = at_times(session, [seconds], fields, False, timeout)
     if not run.step.size:
         raise FailedPrecondition(f"time {time!r} cannot be reached: {run.run_status.message}")

@@ -49,7 +49,7 @@ class Client {
   void remove(const std::string& id) const;
 
   /// Returns the geodesics that join the request's pairs of frames, one for each pair, in their
-  /// order, with whole arrays. The run status of each tells whether it was found. Throws Error.
+  /// order. The run status of each tells whether it was found. Throws Error.
   std::vector<v1::ConnectResponse> geodesics(const v1::ConnectRequest& request) const;
 
   /// Makes any call. Returns the reply, such as a v1::DescribeResponse of

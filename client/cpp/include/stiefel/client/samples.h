@@ -70,23 +70,6 @@ class Sample {
   std::size_t samples_ = 1;  // in the tensors
 };
 
-/// Joins arrays that travel in parts, in several messages.
-class Parts {
- public:
-  /// Takes arrays, whole or in part, in the order in which they arrived. Throws Error with the code
-  /// DATA_LOSS if a part does not continue the part before it.
-  void take(v1::Field* array);
-  void take(Sample::Fields* arrays) {
-    for (auto& array : *arrays) take(&array);
-  }
-  /// Returns the whole arrays and forgets them. Throws Error with the code DATA_LOSS if an array is
-  /// incomplete.
-  Sample::Fields finish();
-
- private:
-  Sample::Fields arrays_;
-};
-
 /// The samples of a Stream, as an input range:
 ///
 ///     for (const Sample& sample : samples) use(sample.time(), sample.field("Q"));
@@ -97,14 +80,14 @@ class Samples {
  public:
   explicit Samples(Replies<v1::StreamResponse> replies) : replies_(std::move(replies)) {}
 
-  /// Returns the next samples, as many as came in a message, null at the end. A sample larger than
-  /// a message is a batch of its own. The batch is valid until the next call. Throws Error, also
-  /// when the call breaks; a stream from the step after the last sample goes on.
+  /// Returns the next samples, as many as came in a message, null at the end. The batch is valid
+  /// until the next call. Throws Error, also when the call breaks; a stream from the step after the
+  /// last sample goes on.
   const v1::StreamResponse* next_batch();
   /// How the run ended; empty before the end.
   const std::optional<v1::RunStatus>& run_status() const { return run_status_; }
-  /// The last whole checkpoint that came, if the request asks for them.
-  const std::optional<v1::CheckpointPart>& checkpoint() const { return checkpoint_; }
+  /// The last checkpoint that came, if the request asks for them.
+  const std::optional<v1::Checkpoint>& checkpoint() const { return checkpoint_; }
   /// The next batch then throws Error with the code CANCELLED.
   void cancel() { replies_.cancel(); }
 
@@ -140,12 +123,8 @@ class Samples {
   std::default_sentinel_t end() const { return {}; }
 
  private:
-  void take(const v1::CheckpointPart& part);
-
   Replies<v1::StreamResponse> replies_;
-  Parts parts_;  // of a sample that comes in several messages
-  v1::CheckpointPart arriving_;
-  std::optional<v1::CheckpointPart> checkpoint_;
+  std::optional<v1::Checkpoint> checkpoint_;
   std::optional<v1::RunStatus> run_status_;
 };
 

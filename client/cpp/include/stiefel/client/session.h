@@ -31,12 +31,11 @@ class Session {
 
   const std::string& id() const { return description_.session_id(); }
   /// The server's description when this handle began. Its `scene` is the resolved scene, with every
-  /// default filled in, but without the large arrays that `left_out` names.
+  /// default filled in.
   const v1::Session& description() const { return description_; }
 
   /// Returns the state at step `to`, or the last good one if the run ended before; see the reply's
-  /// run status. `fields`: as Range::fields. Throws Error, also for a state that is too large for
-  /// one reply and that `stream` delivers.
+  /// run status. `fields`: as Range::fields. Throws Error.
   v1::StepResponse step(std::int64_t to, const std::vector<std::string>& fields = {}) const;
   /// Opens a call for many steps in a tight loop.
   Drive drive() const { return {connection_, id()}; }
