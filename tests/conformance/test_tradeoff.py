@@ -8,6 +8,7 @@ import pytest
 
 import scenes
 import stiefel
+from stiefel import v1 as pb
 
 
 def scene(**changes):
@@ -56,17 +57,21 @@ def test_a_point_has_its_cost_and_its_times(measured):
         assert point.steps_per_second > 0 and math.isfinite(point.drift)
 
 
+def begun(client, scene, **request):
+    """The messages as they arrive."""
+    return client._stub.MeasureTradeoff(pb.MeasureTradeoffRequest(scene=stiefel.to_message(scene), **request))
+
+
 def test_points_arrive_one_by_one(client):
-    parts = client._tradeoff_parts(scene(), **SMALL)
-    kinds = [part.WhichOneof("part") for part in parts]
+    kinds = [part.WhichOneof("part") for part in begun(client, scene(), **SMALL)]
     assert kinds[0] == "setup" and kinds[-1] == "front" and set(kinds[1:-1]) == {"point"}
 
 
 def test_the_horizon_is_the_scenes_or_a_hundred_steps(client):
-    own = next(client._tradeoff_parts(scene(horizon=3.05), budget=1e8)).setup
+    own = next(begun(client, scene(horizon=3.05), budget=1e8)).setup
     assert own.steps == 31
-    assert next(client._tradeoff_parts(scene(), budget=1e8)).setup.steps == 100
-    assert next(client._tradeoff_parts(scene(step=-0.1), horizon=1.0, budget=1e8)).setup.steps == 10
+    assert next(begun(client, scene(), budget=1e8)).setup.steps == 100
+    assert next(begun(client, scene(step=-0.1), horizon=1.0, budget=1e8)).setup.steps == 10
 
 
 @pytest.mark.parametrize("change, request_change, fault", [
@@ -82,15 +87,15 @@ def test_what_has_no_meaning_names_the_field(client, change, request_change, fau
 
 def test_who_leaves_is_not_waited_for_and_nobody_is_held_up(client):
     """More measurements are begun and left than the server has threads."""
-    open_ones = [client._tradeoff_parts(scenes.free(6, step=0.1), budget=1e12, timeout=300) for _ in range(8)]
+    open_ones = [begun(client, scenes.free(6, step=0.1), budget=1e12) for _ in range(8)]
     for parts in open_ones:
         next(parts)
     with client.create(scenes.rigid_body()) as session:
         assert session.step(1000, timeout=60).step == 1000
     for parts in open_ones:
-        parts.close()
+        parts.cancel()
     # Their threads are free again, so that another measurement begins.
-    assert next(client._tradeoff_parts(scene(), budget=1e8, timeout=60)).setup.steps == 100
+    assert next(begun(client, scene(), budget=1e8)).setup.steps == 100
 
 
 def test_a_deadline_ends_it(client):

@@ -85,9 +85,9 @@ def cancelled_diagnose(session):
 
 def cancelled_tradeoff(session):
     """Begins a trade-off and returns a function that cancels it while its points are measured."""
-    parts = session.client._tradeoff_parts(session.scene, budget=1e12)
+    parts = session._connection.stub.MeasureTradeoff(pb.MeasureTradeoffRequest(scene=session._resolved(), budget=1e12))
     next(parts)
-    return parts.close
+    return parts.cancel
 
 
 CALLS = [cancelled_step, cancelled_stream, cancelled_drive, cancelled_diagnose, cancelled_tradeoff]

@@ -3,8 +3,7 @@ from __future__ import annotations
 
 import functools
 import os
-from contextlib import closing
-from typing import Any, Callable, Generator, Iterable, Iterator, Mapping, Optional, Sequence
+from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Sequence
 
 import grpc
 import numpy as np
@@ -21,7 +20,6 @@ from stiefel._wire.arrays import set_tensor, to_array
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import route
 from stiefel._wire.replies import described, require
-from stiefel._wire.retries import Attempts
 from stiefel._wire.streams import progress_bar
 from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
 from stiefel.errors import CorruptReply, InvalidArgument, warn_of_scene
@@ -220,51 +218,15 @@ class Client:
         instructions that the measurement may take; by default 5e10, about ten seconds. `repeats`: timed
         runs of each point; by default 3. `progress`: shows a count of tqdm. The server's warnings are issued as `SceneWarning`.
         """
-        request = self._tradeoff_request(scene, horizon, budget, repeats)
-
-        def measured(left: Optional[float]) -> Tradeoff:  # another server measures everything again
-            with progress_bar(None, progress, " points") as bar:
-                def counted() -> Iterator[pb.MeasureTradeoffResponse]:
-                    for part in self._measuring(request, left):
-                        bar.update(part.HasField("point"))
-                        yield part
-                return answers.tradeoff(counted())
-        tradeoff = Attempts(self._connection, timeout).run(measured)
+        request = pb.MeasureTradeoffRequest(
+            scene=with_momenta(to_message(scene), self._connection.systems), horizon=optional("horizon", horizon, SECONDS),
+            budget=optional("budget", budget), repeats=None if repeats is None else whole("repeats", repeats, bits=32))
+        with progress_bar(None, progress, " points") as bar:
+            tradeoff = answers.tradeoff(self._connection.call_all("MeasureTradeoff", request, timeout,
+                                                                  lambda part: bar.update(part.HasField("point"))))
         for warning in tradeoff.warnings:
             warn_of_scene(warning)
         return tradeoff
-
-    def _tradeoff_parts(self, scene: SceneLike, horizon: Optional[float] = None,
-                       budget: Optional[float] = None, repeats: Optional[int] = None,
-                       timeout: Optional[float] = None) -> Iterator[pb.MeasureTradeoffResponse]:
-        """Measures as `tradeoff` does and yields each part of the answer when it arrives. Leaving the iteration ends
-        the measurement."""
-        request = self._tradeoff_request(scene, horizon, budget, repeats)
-
-        def begun(left: Optional[float]) -> Any:
-            parts = self._measuring(request, left)
-            return next(parts), parts
-        first, others = Attempts(self._connection, timeout).run(begun)
-        with closing(others):
-            yield first
-            yield from others
-
-    def _tradeoff_request(self, scene: SceneLike, horizon: Optional[float], budget: Optional[float],
-                          repeats: Optional[int]) -> pb.MeasureTradeoffRequest:
-        return pb.MeasureTradeoffRequest(
-            scene=with_momenta(to_message(scene), self._connection.systems), horizon=optional("horizon", horizon, SECONDS),
-            budget=optional("budget", budget), repeats=None if repeats is None else whole("repeats", repeats, bits=32))
-
-    def _measuring(self, request: pb.MeasureTradeoffRequest,
-                   timeout: Optional[float]) -> Generator[pb.MeasureTradeoffResponse, None, None]:
-        stream = self._stub.MeasureTradeoff(request, timeout=timeout)
-        try:
-            for part in stream:
-                yield self._connection.answered(part)
-        except (grpc.RpcError, ValueError) as failure:
-            raise self._connection.error(failure) from None
-        finally:
-            stream.cancel()
 
     def close(self) -> None:
         """Closes the connection and ends running calls. Sessions stay on the server."""

@@ -92,8 +92,7 @@ def test_every_time_may_have_a_unit(client, session, minute):
         assert other_client.timeout == 60 and other_client.describe().systems
     found = stiefel.sweep(SCENE, {"step": [0.5, minute]}, to=1, summarize={"energy": "last"}, servers=[client])
     assert list(found["step"].values if hasattr(found["step"], "values") else found["step"]) == [0.5, 60]
-    part = next(client._tradeoff_parts({**SCENE, "step": 10.0}, horizon=minute, budget=1e8, repeats=1))
-    assert part.setup.horizon == 60
+    assert client.tradeoff({**SCENE, "step": 10.0}, horizon=minute, budget=1e8, repeats=1).horizon == 60
 
 
 @pytest.mark.parametrize("wrong", [Quantity(1, "m"), "1", True, 1j, np.datetime64("2020"), [1.0], np.array([1.0, 2.0])])

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, Iterator, Mapping, Optional, Sequence, TypeVar
+from typing import Any, Mapping, Optional, Sequence, TypeVar
 
 import numpy as np
 from google.protobuf import json_format
@@ -114,9 +114,8 @@ def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest, in_si: 
                 motion=None if motion is None else motion_of(motion, in_si))
 
 
-def tradeoff(messages: Iterator[pb.MeasureTradeoffResponse]) -> Tradeoff:
+def tradeoff(parts: Sequence[pb.MeasureTradeoffResponse]) -> Tradeoff:
     """Reads the setup, the points and the front."""
-    parts = list(messages)
     kinds = [part.WhichOneof("part") for part in parts]
     require(kinds == ["setup", *["point"] * (len(kinds) - 2), "front"], f"its parts are {kinds}")
     points, front = tuple(_point(part.point) for part in parts[1:-1]), parts[-1].front.points

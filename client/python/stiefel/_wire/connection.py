@@ -12,7 +12,7 @@ import threading
 import time
 import weakref
 from contextlib import suppress
-from typing import Any, Callable, Optional, Sequence
+from typing import Any, Callable, Optional
 
 import grpc
 
@@ -89,10 +89,19 @@ class Connection:
         """Returns the systems of the server's catalogue."""
         return self.call("Describe", pb.DescribeRequest()).systems
 
-    def call_all(self, method: str, request: Any, timeout: Optional[float] = None) -> Sequence[Any]:
-        """Makes a call with a stream of replies and returns all of them."""
-        replies: Sequence[Any] = Attempts(self, timeout).run(
-            lambda left: self.answered(tuple(getattr(self.stub, method)(request, timeout=left))))
+    def call_all(self, method: str, request: Any, timeout: Optional[float] = None,
+                 seen: Callable[[Any], None] = lambda reply: None) -> list[Any]:
+        """Makes a call with a stream of replies and returns all of them. `seen` gets each when it arrives."""
+        def attempt(left: Optional[float]) -> list[Any]:
+            replies, stream = [], getattr(self.stub, method)(request, timeout=left)
+            try:
+                for reply in stream:
+                    replies.append(self.answered(reply))
+                    seen(reply)
+            finally:
+                stream.cancel()
+            return replies
+        replies = Attempts(self, timeout).run(attempt)
         require(len(replies) > 0, f"{method} has no reply")
         return replies
 
