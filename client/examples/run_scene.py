@@ -50,7 +50,7 @@ def main() -> int:
         print(f"{run.outcome} at step {reached}, time {run.time[-1]:.6g}: {run.samples} samples, "
               f"{run.computed_steps / seconds:.2e} steps/s")
         if session.choice:
-            print(f"{session.scene.get('method', {}).get('name')} was chosen: {session.choice.reason}")
+            print(f"{session.choice.method['name']} was chosen: {session.choice.reason}")
         if run.run_status.message:
             print(run.run_status.message)
         last = session.diagnose(to=reached, estimate_error=True)
@@ -63,7 +63,8 @@ def main() -> int:
             print(f"  {family:<20}{drift:.1e}")
         print(f"estimated error at step {reached}: {last.estimated_error}")
         run.save(arguments.output / "trajectory.npz")
-        title = f"{arguments.scene.name}: {run.scene.get('system')} {run.scene.get('method', {}).get('name', '')}"
+        method: Any = run.scene.get("method", {})
+        title = f"{arguments.scene.name}: {run.scene.get('system')} {method.get('name', '')}"
         picture.scene(arguments.output / "scene.png", title.rstrip(), first_turns(session, reached), reached)
     print(f"\nwrote {arguments.output}/trajectory.npz and {arguments.output}/scene.png")
     return 0 if run.outcome is stiefel.Outcome.REACHED else 3

@@ -114,7 +114,7 @@ def drifts(run: stiefel.Trajectory, data: dict[str, Any]) -> tuple[NDArray[Any],
 def hourly(client: stiefel.Client, data: dict[str, Any], method: Optional[stiefel.MethodName]) -> Accuracy:
     """Runs a method in steps of one hour, at which methods differ, and looks at its energy and attitude once a day."""
     with client.create(scene(data, method, HOUR)) as session:
-        chosen: dict[str, Any] = {**session.scene.get("method", {})}
+        chosen: Any = session.scene.get("method", {})
         days = np.arange(DAYS + 1)
         diagnoses = [session.diagnose(to=int(day) * DAY // HOUR, invariants="energy", estimate_error=True) for day in days]
     order = f" of order {chosen['order']}" if "order" in chosen else ""
@@ -165,7 +165,8 @@ def main() -> None:
         start = time.perf_counter()
         run = session.trajectory(to=DAYS * DAY, every=SAMPLE, fields=["Q", "M"], progress=True)
         seconds = time.perf_counter() - start
-        print(f"{run.samples} states in {seconds:.2f} s, with the method {session.scene.get('method', {}).get('name')}\n")
+        chosen: Any = session.scene["method"]
+        print(f"{run.samples} states in {seconds:.2f} s, with the method {chosen['name']}\n")
         comparisons = list(compare(session, data))
         error = error_in_degrees(session.diagnose(to=DAYS * DAY, estimate_error=True))
         methods = {name: hourly(client, data, method) for name, method in METHODS.items()}
