@@ -14,7 +14,9 @@ from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import Ensemble, Walk
 from stiefel._given.numbers import refused
 from stiefel._given.shapes import of_symmetric
+from stiefel._given.shown import shown
 from stiefel._given.typed import Method, MethodName, Scene, SystemName
+from stiefel.errors import InvalidArgument
 
 _FIELDS = tuple(field.name for field in pb.Body.DESCRIPTOR.fields)
 #: Names of which a body has one of each group: what a new one takes the place of.
@@ -65,15 +67,18 @@ def body_scene(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any
 def fields_of(given: Mapping[str, Any], path: str, normalize: bool, before: Mapping[str, NDArray[Any]] = {}) -> dict[str, NDArray[Any]]:
     """Returns the fields of the message Body, (numbers) or (members, numbers), of what a walk has read for it, with those of
     `before` that nothing takes the place of. `path`: what stands before the names in errors."""
+    def absent(name: str, where: str) -> InvalidArgument:
+        return refused(path + name, f"{shown(np.asarray(given[name]).tolist())}: must be absent where {where} given")
+
     for name, choices, lists in _MEANINGS:
         if choices and given.get(name) not in (None, *choices):
             raise refused(path + name, f"{given[name]!r}: must be one of {', '.join(choices)}")
         if name in given and not {*lists} & {*given}:
-            raise refused(path + name, f"must be absent where {' or '.join(lists)} is not given")
+            raise absent(name, f"{' or '.join(lists)} is not")
     for group in _GROUPS:
         one, *more = [name for name in given if name in group] or [""]
         if more:
-            raise refused(path + more[0], f"must be absent where {one} is given")
+            raise absent(more[0], f"{one} is")
     fields = {name: value for name, value in before.items() if not any(name in group and {*group} & {*given} for group in _GROUPS)}
     fields.update({name: value for name, value in given.items() if name in _FIELDS})
     if "inertia_tensor" in given and given["inertia_tensor"].shape[-2:] == (3, 3):
