@@ -5,7 +5,7 @@ import hashlib
 import json
 import os
 from pathlib import Path
-from typing import Any, Callable, Iterable, Iterator, Mapping, Union
+from typing import Any, Iterable, Iterator, Mapping, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._given.numbers import refused
 from stiefel._results.extras import imported
+from stiefel._results.save import complete
 from stiefel._sweep.axes import Axes
 
 Variable = tuple[tuple[str, ...], NDArray[Any]]  # names of the dimensions, values
@@ -101,7 +102,8 @@ class Store:
             raise refused("store", f"{folder}: is something else: {rule}")
         else:
             self._folder.mkdir(parents=True, exist_ok=True)
-            self._write("sweep.json", lambda file: file.write(text.encode()))
+            with complete(made) as part:
+                Path(part).write_text(text, encoding="utf-8")
 
     def finished(self, chunks: Iterable[int]) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:
         """Yields those chunks that are finished, with their arrays."""
@@ -115,10 +117,5 @@ class Store:
 
     def put(self, chunk: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         savez: Any = np.savez
-        self._write(f"{chunk}.npz", lambda file: savez(file, **arrays))
-
-    def _write(self, name: str, write: Callable[[Any], Any]) -> None:
-        part = self._folder / (name + ".part")
-        with open(part, "wb") as file:
-            write(file)
-        os.replace(part, self._folder / name)
+        with complete(self._folder / f"{chunk}.npz") as part, open(part, "wb") as file:
+            savez(file, **arrays)

@@ -1,6 +1,6 @@
 """Writes docs/catalogue.md from what a server says of itself.
 
-    PYTHONPATH=build/release/python /usr/bin/python3 tests/python/catalogue_page.py > docs/catalogue.md
+    PYTHONPATH=build/release/python /usr/bin/python3 docs/catalogue_page.py > docs/catalogue.md
 """
 from __future__ import annotations
 
