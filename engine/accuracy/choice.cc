@@ -82,7 +82,7 @@ Search::Search(const SceneDescription& description, const Place& place, Measured
       tolerance_(*description.tolerance),
       steps_(steps_to(*description.horizon, *description.step)) {
   const double time = std::abs(motions_.front().time(steps_));
-  motions_.solve_references(steps_, Density::dense, {time, most_of_references}, {});
+  motions_.solve_references(steps_, Density::dense, {time, most_of_references, false}, {});
   left_ -= samples().work;
   // Where not all steps are compared, only of a closed form the error between them is known.
   if (!every_step()) std::erase_if(candidates_, std::not_fn(&Candidate::is_closed_form));
