@@ -11,7 +11,7 @@ void Diagnose(ServerCall& call, const v1::DiagnoseRequest& request,
   check_step("to", request.to());
   call.hold(memory_price({held_by(request), diagnosis_workspace(*session)}));
   const DiagnoseTask task = read(*session, request);
-  Cursor cursor(*session, request.to(), call.stop());
+  Cursor cursor(*session, request.to());
   advance(call, *session, cursor, request.to());
   answer(task, *session, cursor, call.stop(), response);
   call.pass();  // an answer computed during a stop may be incomplete

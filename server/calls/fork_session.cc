@@ -15,7 +15,7 @@ void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
   // The scene in its steps from the old one to the new one.
   call.hold(memory_price(
       {.workspace = 2 * from->scene_bytes(), .reply = array_bytes(from->scene().description())}));
-  Cursor cursor(*from, request.from_step(), call.stop());
+  Cursor cursor(*from, request.from_step());
   advance(call, *from, cursor, request.from_step());
   to_proto(cursor, from->scene(), response->mutable_run_status());
   if (!cursor.run_status().reached()) return;

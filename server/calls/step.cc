@@ -50,7 +50,7 @@ void advance(ServerCall& call, const Session& session, Cursor& cursor, std::int6
 }
 
 void step(ServerCall& call, Session& session, const StepTask& task, v1::StepResponse* response) {
-  Cursor cursor(session, task.to, call.stop());
+  Cursor cursor(session, task.to);
   advance(call, session, cursor, task.to);
   answer_step(session, cursor, task, response);
 }

@@ -145,7 +145,7 @@ void Stream(ServerCall& call, const v1::StreamRequest& request,
                               request.checkpoint_every(), request.return_checkpoint()};
   call.hold(stream_memory(*session, fields, range));
   LargePlace place(call, *session);
-  Sampling sampling(*session, fields, range, call.stop());
+  Sampling sampling(*session, fields, range);
   Sent sent(call, *session, fields, place, sampling, writer);
   try {
     while (!sampling.done()) {

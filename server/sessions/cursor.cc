@@ -6,7 +6,6 @@
 
 #include "server/scheduling/slice.h"
 #include "stiefel/simulation.h"
-#include "stiefel/stop.h"
 
 namespace stiefel::server {
 
@@ -16,12 +15,6 @@ namespace {
 constexpr std::size_t least_to_suspend = 8192;
 
 }  // namespace
-
-SimulationPtr Cursor::acquire(Session& session, std::int64_t to, const std::stop_token& stop) {
-  if (session.scene().members().empty()) return session.acquire(to);
-  const StopScope scope(stop);
-  return session.acquire(to);
-}
 
 Cursor::~Cursor() {
   if (!simulation_) return;

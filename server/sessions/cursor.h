@@ -5,7 +5,6 @@
 #include <stop_token>
 
 #include "server/sessions/server_session.h"
-#include "stiefel/stop.h"
 
 namespace stiefel::server {
 
@@ -14,11 +13,11 @@ namespace stiefel::server {
 class Cursor {
  public:
   /// Acquires a simulation at the nearest state at or before `to`. The session must outlive the
-  /// cursor. Throws Stopped (stiefel/stop.h) when `stop` is requested while the simulation of an
-  /// ensemble is made, which takes 10 µs a member.
-  Cursor(Session& session, std::int64_t to, const std::stop_token& stop = {})
+  /// cursor. To make the simulation of an ensemble takes 10 µs a member, with stop points
+  /// (stiefel/stop.h).
+  Cursor(Session& session, std::int64_t to)
       : session_(&session),
-        simulation_(acquire(session, to, stop)),
+        simulation_(session.acquire(to)),
         start_(simulation_->step()),
         mark_(session.next_checkpoint(simulation_->step())) {}
   Cursor(Cursor&&) = default;
@@ -56,7 +55,6 @@ class Cursor {
   std::int64_t computed_steps() const { return computed_; }
 
  private:
-  static SimulationPtr acquire(Session& session, std::int64_t to, const std::stop_token& stop);
   void resume();
   void end(const RunStatus& run_status);
 

@@ -15,12 +15,11 @@ std::size_t whole_bytes(const Session& session, const std::vector<std::size_t>& 
 
 }  // namespace
 
-Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range range,
-                   const std::stop_token& stop)
+Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range range)
     : session_(session),
       fields_(std::move(fields)),
       range_(range),
-      cursor_(session, range.from, stop),
+      cursor_(session, range.from),
       capacity_(std::max<std::size_t>(1, batch_bytes / whole_bytes(session, fields_))),
       next_(range.from),
       last_checkpoint_(range.from) {

@@ -45,8 +45,7 @@ class Sampling {
 
     bool checkpoints() const { return checkpoint_every > 0 || checkpoint_at_end; }
   };
-  Sampling(Session& session, std::vector<std::size_t> fields, Range range,
-           const std::stop_token& stop = {});
+  Sampling(Session& session, std::vector<std::size_t> fields, Range range);
 
   /// Runs one slice: samples until the batch is full, all samples are taken, the slice is over or a
   /// stop is requested.
