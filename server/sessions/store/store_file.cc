@@ -18,6 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The pages in the log at which SQLite moves them into the file: until then they take the disk's
+/// space twice.
+constexpr int log_pages = 256;
 /// The size in bytes to which SQLite cuts the log once its pages are in the file.
 constexpr int log_bytes = 4 << 20;
 
@@ -111,6 +114,9 @@ void configure(Database& database) {
     throw std::runtime_error("this file system allows no write-ahead log (journal mode " + mode +
                              ")");
   database.run("PRAGMA synchronous=FULL");
+  // Debian's SQLite overwrites what is deleted: a deletion would need its bytes again in the log.
+  database.run("PRAGMA secure_delete=OFF");
+  database.run("PRAGMA wal_autocheckpoint=" + std::to_string(log_pages));
   database.run("PRAGMA temp_store=MEMORY");  // a container may have no folder for temporary files
   database.run("PRAGMA journal_size_limit=" + std::to_string(log_bytes));
 }

@@ -61,7 +61,7 @@ TEST_F(DurabilityTest, NamesOfManyThreadsEndAsTheServerHadThem) {
     std::map<std::string, std::string> all;
     for (int id = 0; id < 5; ++id)
       if (const auto session = get(stub, std::to_string(id), v1::SCENE_VIEW_FULL))
-        all[session->session_id()] = session->SerializeAsString();
+        all[session->session_id()] = session->DebugString();
     return all;
   };
   std::map<std::string, std::string> expected;
