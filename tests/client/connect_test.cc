@@ -15,7 +15,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::Not;
-using testing::StartsWith;
 
 /// Returns why the client refuses to connect; empty if it does not.
 std::string refusal(const std::string& address, const Options& options = {}) {
@@ -47,15 +46,6 @@ TEST(Address, IsRefusedBeforeAnythingIsSent) {
   for (const char* address : {"localhost:1", "10.0.0.1:65535", "[::1]:50551", "unix:/run/stiefel",
                               "unix:relative", "dns:///localhost:50551", "ipv4:127.0.0.1:50551"})
     EXPECT_EQ(refusal(address), "") << address;
-}
-
-TEST(Address, IsNamedWhereNoServerAnswers) {
-  // Longer than the pauses between attempts, which end with gRPC's reason.
-  const std::string address = "unix:" + testing::TempDir() + "nobody-here";
-  const Error error = error_of([&] { Client::connect(address).describe(); });
-  EXPECT_EQ(error.code(), grpc::StatusCode::UNAVAILABLE);
-  EXPECT_THAT(error.what(), StartsWith("cannot reach " + address + ": "));
-  EXPECT_THAT(error.what(), HasSubstr("No such file or directory"));
 }
 
 TEST(Token, StaysOnThisMachineWithoutTls) {

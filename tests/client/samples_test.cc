@@ -1,4 +1,4 @@
-// Views of tensors, and arrays that travel in parts.
+// Views of tensors and of samples.
 #include "stiefel/client/samples.h"
 
 #include <gmock/gmock.h>

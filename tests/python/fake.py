@@ -65,17 +65,6 @@ class Fake(SimulationServiceServicer):
         self._receive(request, context)
         return pb.DeleteSessionResponse()
 
-    def Describe(self, request, context):
-        self._receive(request, context)
-        bad = pb.BadRequest(field_violations=[
-            pb.BadRequest.FieldViolation(field="initial.Q", description="1: must be 2")])
-        status = pb.Status(code=3, message="told")
-        status.details.add(type_url="type.googleapis.com/google.rpc.BadRequest", value=bad.SerializeToString())
-        status.details.add(type_url="type.googleapis.com/google.rpc.ErrorInfo", value=pb.ErrorInfo(
-            reason="BECAUSE", domain="stiefel", metadata={"a": "b"}).SerializeToString())
-        context.set_trailing_metadata((("grpc-status-details-bin", status.SerializeToString()),))
-        context.abort(grpc.StatusCode.INVALID_ARGUMENT, "told")
-
     def Step(self, request, context):
         self._receive(request, context)
         return pb.StepResponse(run_status=REACHED, sample=sample_at(request.to),

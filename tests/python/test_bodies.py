@@ -1,5 +1,4 @@
 """Scenes from what people have: solids, attitudes in every form, velocities in both frames."""
-
 import numpy as np
 import pytest
 
@@ -229,5 +228,3 @@ def test_a_frame_by_its_velocity(client, system):
         client.create({"system": "rigid_body", "inertia": np.ones(4), "step": 1, "initial": {"Omega": np.ones((4, 4))}})
     with pytest.raises(stiefel.InvalidArgument, match="initial.Omega: must be absent: stiefel takes Qdot"):
         client.create({**scene, "system": "stiefel", "initial": {"Q": Q, "Omega": U}})
-
-

@@ -1,7 +1,6 @@
 """Retries, resumption, deadlines and exceptions, against a server that fails on purpose."""
 import re
 import socket
-import threading
 
 import grpc
 import numpy as np
@@ -58,15 +57,6 @@ def clock(service, monkeypatch):
     monkeypatch.setattr(Connection, "rest", lambda connection, seconds, away=False: clock.sleep(seconds))
     service.before_message = lambda: clock.sleep(30)
     return clock
-
-
-def test_details_of_an_error(session):
-    with pytest.raises(stiefel.InvalidArgument, match="told") as caught:
-        session.client.describe()
-    error = caught.value
-    assert error.violations == (stiefel.Violation("initial.Q", "1: must be 2"),)
-    assert (error.reason, error.metadata) == ("BECAUSE", {"a": "b"})
-    assert "initial.Q: 1: must be 2" in str(error)
 
 
 def test_a_server_that_went_is_waited_for_until_the_deadline(service, clock, capsys):
@@ -128,23 +118,6 @@ def test_a_call_that_took_too_long_says_how_long_it_takes(client, late):
         seconds, work = float(told[1]), float(told[2])
         assert work == pytest.approx(to * session.step_price.work, rel=0.1)
         assert seconds == pytest.approx(work / 5e9, rel=0.1)
-
-
-def test_a_server_with_tls_is_told_from_a_silent_one(client):
-    """A client without TLS finds its connection closed."""
-    def closes(listener):
-        while True:
-            try:
-                listener.accept()[0].close()
-            except OSError:
-                return
-
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        threading.Thread(target=closes, args=[listener], daemon=True).start()
-        with stiefel.Client(f"127.0.0.1:{listener.getsockname()[1]}") as plain, pytest.raises(stiefel.Unavailable) as caught:
-            plain.describe()
-        listener.shutdown(socket.SHUT_RDWR)
-    assert str(caught.value).endswith(": it closes the connection, as a server with TLS does to a client without: give `tls`")
 
 
 @pytest.mark.parametrize("breaks", [[2], [1, 1, 1], [0, 0, 3], [UNAVAILABLE, 2, UNAVAILABLE, 1], [-1]],

@@ -1,5 +1,4 @@
-"""What the client makes of replies that have only what the server filled in, of states of any size, of gRPC's words and of
-the details of errors."""
+"""What the client makes of large states, of gRPC's words and of the details of errors."""
 import socket
 
 import numpy as np
@@ -8,10 +7,7 @@ import pytest
 import stiefel
 from stiefel import v1 as pb
 from stiefel._wire import failures
-from stiefel._wire.failures import in_plain_words
 
-SCENE = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
-         "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 2, 0.1]}}
 N = 512
 
 
@@ -24,28 +20,7 @@ def vast():
             "initial": {"Q": np.eye(N), "M": M - M.T}}
 
 
-def test_the_resolved_scene_is_known_without_a_call(client):
-    with client.create(SCENE) as session:
-        scene = session.scene
-        assert scene["body"]["moments"] == [1, 2, 3] and scene["method"]["order"] == 2
-        assert client.get(session.id).scene == scene
-        listed, = (other for other in client.list() if other.id == session.id)
-        assert not listed._message.HasField("scene") and listed.scene == scene
-        with client.create(scene) as again:
-            assert (again.step(70, fields="Q")["Q"] == session.step(70, fields="Q")["Q"]).all()
-
-
-def test_the_choice_is_the_session_s(client):
-    scene = {**SCENE, "tolerance": 1e-6, "horizon": 1.0}
-    del scene["method"]
-    with client.create(scene) as session, client.create(SCENE) as other:
-        choice = session.choice
-        assert (choice.tolerance, choice.horizon) == (1e-6, 1.0) and choice.reason
-        assert session.scene["method"] == choice.method and "tolerance" not in session.scene
-        assert client.get(session.id).choice == choice and other.choice is None
-
-
-def test_up_to_n_512_everything_works(client, vast):
+def test_a_body_in_512_dimensions(client, vast):
     fields = ["Q", "M", "Omega"]
     with client.create(vast) as session:
         state = session.step(to=2, fields=fields, checkpoint=True)
@@ -96,7 +71,7 @@ def test_up_to_n_512_everything_works(client, vast):
     ("session_id: x: there is no such session", "session_id: x: there is no such session"),
 ])
 def test_grpcs_words_are_translated(grpc_says, plain):
-    assert in_plain_words(grpc_says) == plain
+    assert failures.in_plain_words(grpc_says) == plain
 
 
 def test_a_name_of_two_addresses_of_which_one_accepts():
@@ -104,11 +79,11 @@ def test_a_name_of_two_addresses_of_which_one_accepts():
     with socket.create_server(("127.0.0.1", 0)) as server:
         name = f"localhost:{server.getsockname()[1]}"
         refused = f"failed to connect to all addresses; last error: UNKNOWN: ipv6:%5B::1%5D:{name[10:]}: Connection refused"
-        assert in_plain_words(refused, False, name) == (
+        assert failures.in_plain_words(refused, False, name) == (
             f"cannot reach {name}: it closes the connection, as a server with TLS does to a client without: give `tls`")
-        assert in_plain_words(refused, True, name) == (
+        assert failures.in_plain_words(refused, True, name) == (
             f"cannot reach {name}: it accepts the connection, and then the TLS handshake fails")
-    assert in_plain_words(refused, False, name).endswith("]:" + name[10:] + ": the connection is refused, nothing listens there")
+    assert failures.in_plain_words(refused, False, name).endswith("]:" + name[10:] + ": the connection is refused, nothing listens there")
 
 
 def test_a_quota_is_told_with_the_time_to_wait():

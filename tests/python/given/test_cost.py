@@ -62,5 +62,3 @@ def test_the_columns_of_frames_cost_no_call_each(client, metric, monkeypatch):
     assert found.velocity.shape == (3, 10_000) and pickle.loads(pickle.dumps(found)) == found
     if metric == "euclidean":
         assert np.shape(found.scene["initial"]["Q"]) == (3, 10_000) and found.scene["inertia"] == [1.0] * 10_000
-
-

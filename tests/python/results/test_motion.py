@@ -1,5 +1,4 @@
 """The closed form of a free rigid body, which the server has: its periods are those of the states."""
-
 import numpy as np
 import pytest
 
