@@ -23,7 +23,7 @@ class Circle {
       : large_(lambda(1) >= lambda(0) ? 1 : 0),
         r_(body ? Wide(1) : lambda(1 - large_) / Wide(lambda(large_))) {}
 
-  ClosedGeodesic shortest(const MatrixXd& Q_0, const MatrixXd& Q_T) const {
+  Found shortest(const MatrixXd& Q_0, const MatrixXd& Q_T) const {
     const Wide a = Q_0(0, 1 - large_), b = Q_0(0, large_), a_T = Q_T(0, 1 - large_),
                b_T = Q_T(0, large_);
     const Wide phi = std::atan2(b, a), turn = std::atan2(a * b_T - b * a_T, a * a_T + b * b_T);
@@ -35,7 +35,7 @@ class Circle {
     J.setZero();
     J(1 - large_, large_) = 1;
     J(large_, 1 - large_) = -1;
-    return {static_cast<double>(rate) * Q_0 * J, other ? 1 : 0, 2};
+    return {static_cast<double>(rate) * Q_0 * J, Shortest::yes, 2, other ? 1 : 0};
   }
 
  private:
@@ -79,14 +79,14 @@ bool is_round(const VectorXd& lambda) {
   return lambda.maxCoeff() - lambda.minCoeff() <= 1e-15 * lambda.maxCoeff();
 }
 
-std::optional<ClosedGeodesic> closed_geodesic(const VectorXd& lambda, const MatrixXd& Q_0,
-                                              const MatrixXd& Q_T) {
+std::optional<Found> closed_geodesic(const VectorXd& lambda, const MatrixXd& Q_0,
+                                     const MatrixXd& Q_T) {
   const bool body = Q_0.rows() == Q_0.cols();
   if (Q_0.cols() == 2) return Circle(lambda, body).shortest(Q_0, Q_T);
   if (!is_round(lambda)) return {};
-  if (Q_0.rows() == 1) return ClosedGeodesic{great_circle(Q_0, Q_T), 0, 1};
+  if (Q_0.rows() == 1) return Found{great_circle(Q_0, Q_T), Shortest::yes, 1, 0};
   if (!body) return {};
-  return ClosedGeodesic{Q_0 * PlaneRotations(Q_0.transpose() * Q_T).logarithm(), 0, 1};
+  return Found{Q_0 * PlaneRotations(Q_0.transpose() * Q_T).logarithm(), Shortest::yes, 1, 0};
 }
 
 }  // namespace stiefel

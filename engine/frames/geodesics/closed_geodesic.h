@@ -3,17 +3,12 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "engine/frames/geodesics/found.h"
+
 namespace stiefel {
 
 /// Whether Λ = λI to rounding.
 bool is_round(const Eigen::VectorXd& lambda);
-
-/// The shortest geodesic between two frames, in closed form.
-struct ClosedGeodesic {
-  Eigen::MatrixXd V;  ///< Q̇(0) for T = 1, n × N
-  int start;          ///< 1 for the way round a circle that is not the direct one, else 0
-  int distinct;       ///< number of different geodesics that were compared
-};
 
 /// Returns the shortest geodesic from Q_0 to Q_T where a closed form proves that it is the
 /// shortest; else nullopt. The cases are
@@ -25,8 +20,7 @@ struct ClosedGeodesic {
 ///           antipodes it is one of many;
 ///  n = N, Λ = λI: Q_0 exp(tW), W the logarithm of Q_0ᵀQ_T whose angles are at most π. The metric
 ///           is invariant on both sides, so its geodesics are these curves.
-std::optional<ClosedGeodesic> closed_geodesic(const Eigen::VectorXd& lambda,
-                                              const Eigen::MatrixXd& Q_0,
-                                              const Eigen::MatrixXd& Q_T);
+std::optional<Found> closed_geodesic(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q_0,
+                                     const Eigen::MatrixXd& Q_T);
 
 }  // namespace stiefel

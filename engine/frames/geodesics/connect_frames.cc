@@ -41,22 +41,6 @@ bool is_bent(const TwoPointProblem& p) {
   return p.beta && *p.beta != 1 && p.Q_0.rows() > 1 && !is_body(p.Q_0);
 }
 
-/// Calls `solve` with a problem that has a Λ; for a metric of β with the Λ of the same geodesics
-/// and energy, or Λ = I where `is_bent`.
-template <class Solve>
-auto with_inertia(const TwoPointProblem& given, const Solve& solve) -> decltype(solve(given)) {
-  if (!given.beta) return solve(given);
-  if (!(std::isfinite(*given.beta) && *given.beta > 0))
-    return std::unexpected(
-        refusal::Invalid{"beta", to_text(*given.beta), "must be positive and finite"});
-  if (given.inertia.size() > 0)
-    return std::unexpected(refusal::Invalid{
-        "inertia", std::to_string(given.inertia.size()) + " numbers", "must be absent with beta"});
-  TwoPointProblem problem = given;
-  problem.inertia = VectorXd::Constant(given.Q_0.cols(), is_body(given.Q_0) ? *given.beta : 1);
-  return solve(problem);
-}
-
 std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
   const auto invalid = [](std::string field, std::string value, std::string rule) {
     return ConnectRefusal(refusal::Invalid{std::move(field), std::move(value), std::move(rule)});
@@ -148,12 +132,36 @@ Posed posed(const TwoPointProblem& p, const FrameProducts& products) {
   return {p.inertia / scale, scale, frame(p.Q_0, products.of_Q_0), frame(p.Q_T, products.of_Q_T)};
 }
 
-/// Runs `search` within the work and the stop token of the problem.
-template <class Search>
-auto within(const TwoPointProblem& problem, Search&& search) -> decltype(search()) {
+/// Calls `solve` with a problem that can be solved and has a Λ, and the products of its frames,
+/// within the work and the stop token of the problem; or returns what is wrong. A metric of β gets
+/// the Λ of the same geodesics and energy, or Λ = I where `is_bent`. `K`: of the discrete problem.
+template <class Answer, class Solve>
+std::expected<Answer, ConnectRefusal> checked(const TwoPointProblem& given, std::optional<int> K,
+                                              const Solve& solve) {
+  using refusal::Invalid;
+  TwoPointProblem with_inertia;
+  if (given.beta) {
+    if (!(std::isfinite(*given.beta) && *given.beta > 0))
+      return std::unexpected(Invalid{"beta", to_text(*given.beta), "must be positive and finite"});
+    if (given.inertia.size() > 0)
+      return std::unexpected(Invalid{"inertia", std::to_string(given.inertia.size()) + " numbers",
+                                     "must be absent with beta"});
+    with_inertia = given;
+    with_inertia.inertia =
+        VectorXd::Constant(given.Q_0.cols(), is_body(given.Q_0) ? *given.beta : 1);
+  }
+  const TwoPointProblem& problem = given.beta ? with_inertia : given;
+  if (auto fault = refused(problem)) return std::unexpected(*fault);
+  if (K && *K < 1) return std::unexpected(Invalid{"K", std::to_string(*K), "must be at least 1"});
+  if (K && is_bent(problem))
+    return std::unexpected(
+        Invalid{"steps", std::to_string(*K), "must be 0 in a metric of beta without a Lambda"});
+  const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
+  if (auto fault = refused(problem, products)) return std::unexpected(*fault);
+  if (auto fault = K ? too_large(problem, *K) : too_large(problem)) return std::unexpected(*fault);
   const StopScope scope(problem.stop, problem.most_work);
   try {
-    return search();
+    return solve(problem, products);
   } catch (const Stopped&) {
     if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
     if (!scope.used_up()) throw;
@@ -161,9 +169,9 @@ auto within(const TwoPointProblem& problem, Search&& search) -> decltype(search(
   }
 }
 
-std::optional<RoundGeodesic> logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0,
-                                       const MatrixXd& Q_T, const FrameProducts& products,
-                                       bool thorough = false, const MatrixXd* euclidean = nullptr) {
+std::optional<Found> logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0,
+                               const MatrixXd& Q_T, const FrameProducts& products,
+                               bool thorough = false, const MatrixXd* euclidean = nullptr) {
   const bool bent = is_bent(problem);
   return round_logarithm(Q_0, Q_T, products,
                          {bent ? *problem.beta : 1, thorough,
@@ -171,42 +179,34 @@ std::optional<RoundGeodesic> logarithm(const TwoPointProblem& problem, const Mat
 }
 
 /// Searches a geodesic of β by way of one for Λ = I, and shorter ones if asked for.
-std::optional<RoundGeodesic> bent_logarithm(const Posed& p, const TwoPointProblem& problem,
-                                            const FrameProducts& products) {
+std::optional<Found> bent_logarithm(const Posed& p, const TwoPointProblem& problem) {
   Found euclidean;
   TwoPointProblem direct = problem;
   direct.restarts = 0;
   if (search_bytes(direct) <= static_cast<double>(TwoPointProblem::most_bytes))
     euclidean = by_multipliers(p, direct);
-  return logarithm(problem, p.Q_0, p.Q_T, products, true,
+  return logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true,
                    euclidean.V.size() > 0 ? &euclidean.V : nullptr);
-}
-
-Found found(RoundGeodesic geodesic, Shortest otherwise) {
-  return {std::move(geodesic.V), geodesic.shortest ? Shortest::yes : otherwise,
-          geodesic.distinct,     geodesic.start,
-          geodesic.residual,     geodesic.length};
 }
 
 /// Searches where no closed form is the answer. `round` is what the logarithm of Λ = λI found.
 Found searched(const Posed& p, const TwoPointProblem& problem, bool is_round,
-               std::optional<RoundGeodesic> round) {
+               std::optional<Found> round) {
   constexpr double most_of_round =
       3e7;  // bytes of a search beyond the radius that nobody asked for
   const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
   const double most = round && problem.restarts == 0
                           ? most_of_round
                           : static_cast<double>(TwoPointProblem::most_bytes);
-  if (round && search_bytes(problem) > most) return found(*std::move(round), Shortest::unknown);
+  if (round && search_bytes(problem) > most) return *std::move(round);
   Found best;
   if (p.lambda.minCoeff() > 0 && search_bytes(problem) <= most) best = by_multipliers(p, problem);
   if (best.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_dense_degrees)
     best = by_paths(p, problem);
   if (best.V.size() == 0 && is_round && !round)
     round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true);
-  if (best.V.size() == 0)
-    return round ? found(*std::move(round), Shortest::unknown) : std::move(best);
-  if (round && round->length < (1 - 1e-12) * best.V.norm()) {
+  if (best.V.size() == 0) return round ? *std::move(round) : std::move(best);
+  if (round && *round->length < (1 - 1e-12) * best.V.norm()) {
     best.V = round->V;
     best.residual = round->residual;
   }
@@ -229,17 +229,18 @@ void judge(const Posed& p, Found& best) {
   if (passed && !passed->points.empty()) best.shortest = Shortest::no;
 }
 
-Found found(const Posed& p, const TwoPointProblem& problem, std::optional<RoundGeodesic> round) {
+/// Returns a geodesic by the first that finds one: a closed form, the logarithm of the metrics of
+/// β, a search. `round` is what the logarithm found already.
+Found found(const Posed& p, const TwoPointProblem& problem, std::optional<Found> round) {
   if (p.Q_0 == p.Q_T) return {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0, 0};
-  if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T))
-    return {std::move(closed->V), Shortest::yes, closed->distinct, closed->start};
+  if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T)) return *std::move(closed);
   const bool shoots = is_round(p.lambda) && !is_body(p.Q_0);
-  const bool bent = is_bent(problem);
   if (shoots && !round) round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T));
-  if (bent && (!round || problem.restarts > 0))
-    round = bent_logarithm(p, problem, frame_products(p.Q_0, p.Q_T));
-  if (round && (round->shortest || bent)) return found(*std::move(round), Shortest::unknown);
-  if (bent) return {};
+  if (is_bent(problem)) {
+    if (!round || problem.restarts > 0) round = bent_logarithm(p, problem);
+    return round ? *std::move(round) : Found();
+  }
+  if (round && round->shortest == Shortest::yes) return *std::move(round);
   Found best = searched(p, problem, shoots, std::move(round));
   judge(p, best);
   return best;
@@ -282,12 +283,12 @@ std::expected<Geodesic, ConnectRefusal> answered(const TwoPointProblem& problem,
 std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem,
                                                const FrameProducts& products) {
   const MatrixXd &Q_0 = problem.Q_0, &Q_T = problem.Q_T;
-  std::optional<RoundGeodesic> round;
+  std::optional<Found> round;
   if (1 < Q_0.rows() && Q_0.rows() < Q_0.cols() && is_round(problem.inertia) && Q_0 != Q_T &&
       is_orthonormal(Q_0, products.of_Q_0) && is_orthonormal(Q_T, products.of_Q_T)) {
     round = logarithm(problem, Q_0, Q_T, products);
-    if (round && (round->shortest || (is_bent(problem) && problem.restarts == 0)))
-      return answered(problem, found(*std::move(round), Shortest::unknown), Q_0, Q_T);
+    if (round && (round->shortest == Shortest::yes || (is_bent(problem) && problem.restarts == 0)))
+      return answered(problem, *std::move(round), Q_0, Q_T);
   }
   const Posed p = posed(problem, products);
   return answered(problem, found(p, problem, std::move(round)), p.Q_0, p.Q_T);
@@ -321,43 +322,21 @@ std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& pr
 }  // namespace
 
 std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& given) {
-  const auto checked = with_inertia(
-      given, [](const TwoPointProblem& problem) -> std::expected<void, ConnectRefusal> {
-        if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
-        const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
-        if (const auto refusal = refused(problem, products)) return std::unexpected(*refusal);
-        if (const auto refusal = too_large(problem)) return std::unexpected(*refusal);
-        return {};
-      });
-  return checked ? std::nullopt : std::optional(checked.error());
+  const auto fine = checked<bool>(given, {}, [](const auto&, const auto&) { return true; });
+  return fine ? std::nullopt : std::optional(fine.error());
 }
 
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& given) {
-  return with_inertia(
-      given, [](const TwoPointProblem& problem) -> std::expected<Geodesic, ConnectRefusal> {
-        if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
-        const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
-        if (const auto refusal = refused(problem, products)) return std::unexpected(*refusal);
-        if (const auto refusal = too_large(problem)) return std::unexpected(*refusal);
-        return within(problem, [&] { return search(problem, products); });
-      });
+  return checked<Geodesic>(given, {}, [](const TwoPointProblem& problem, const auto& products) {
+    return search(problem, products);
+  });
 }
 
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& given, int K) {
-  return with_inertia(
-      given,
-      [&](const TwoPointProblem& problem) -> std::expected<DiscreteGeodesic, ConnectRefusal> {
-        if (const auto refusal = refused(problem)) return std::unexpected(*refusal);
-        if (K < 1)
-          return std::unexpected(refusal::Invalid{"K", std::to_string(K), "must be at least 1"});
-        if (is_bent(problem))
-          return std::unexpected(refusal::Invalid{
-              "steps", std::to_string(K), "must be 0 in a metric of beta without a Lambda"});
-        const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
-        if (const auto refusal = refused(problem, products)) return std::unexpected(*refusal);
-        if (const auto refusal = too_large(problem, K)) return std::unexpected(*refusal);
-        return within(problem, [&] { return search(problem, products, K); });
-      });
+  return checked<DiscreteGeodesic>(given, K,
+                                   [K](const TwoPointProblem& problem, const auto& products) {
+                                     return search(problem, products, K);
+                                   });
 }
 
 }  // namespace stiefel

@@ -104,7 +104,7 @@ FrameProducts frame_products(const MatrixXd& Q_0, const MatrixXd& Q_T) {
 
 FrameSpan::FrameSpan(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProducts& products)
     : Q_0_(Q_0), Q_T_(Q_T), C_(products.mixed), n_(Q_0.rows()), p_(std::min(n_, Q_0.cols() - n_)) {
-  stop_point(connect_work::span(static_cast<double>(n_), static_cast<double>(Q_0.cols())));
+  stop_point(2 * connect_work::frame(n_, Q_0.cols()));
   target_.resize(n_ + p_, n_);
   target_.topRows(n_) = C_.transpose();
   if (p_ == n_ && (is_implied(products) || is_orthonormalised())) return;

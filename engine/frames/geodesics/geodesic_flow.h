@@ -120,7 +120,7 @@ class GeodesicField {
     form_.field(block(x, 0), block(x, 1), block(dx, 0), block(dx, 1));
     const std::size_t blocks = x.size() / static_cast<std::size_t>(n_ * N_);
     for (std::size_t k = 2; k < blocks; k += 2) {
-      stop_point(connect_work::variation(static_cast<double>(n_), static_cast<double>(N_)));
+      stop_point(1.5 * connect_work::frame(n_, N_));
       form_.variation(block(x, 0), block(x, 1), block(x, k), block(x, k + 1), block(dx, k),
                       block(dx, k + 1));
     }

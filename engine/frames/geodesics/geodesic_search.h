@@ -1,10 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "engine/frames/geodesics/found.h"
 #include "engine/frames/geodesics/path.h"
 #include "engine/frames/geodesics/relaxation.h"
 #include "stiefel/connect.h"
@@ -23,17 +26,6 @@ struct Posed {
   Eigen::MatrixXd Q_0, Q_T;
 
   bool wide() const { return is_wide(lambda); }
-};
-
-/// What the search for a geodesic found, at the time scale 1.
-struct Found {
-  Eigen::MatrixXd V;  ///< Q̇(0); empty where there is none to the residual `joined`
-  Shortest shortest = Shortest::none_shorter_found;
-  int distinct = 0, start = 0;
-  double residual = std::numeric_limits<double>::infinity();  ///< the best where V is empty
-  std::optional<double> length = {};  ///< of V at Λ = I or β, where it is known
-  /// The least action of a path that led to no geodesic.
-  double least_missed = std::numeric_limits<double>::infinity();
 };
 
 /// Returns ½ Σ λ_i ‖v_i‖² of a velocity.
@@ -61,6 +53,13 @@ Velocity corrected(const Posed& p, const Relaxation& relaxation);
 /// the corrections do not converge, takes more nodes, then what `by_powers` finds for a wide Λ. Of
 /// columns with equal λ only their span enters.
 Found by_multipliers(const Posed& p, const TwoPointProblem& problem);
+
+/// Follows a path over powers Λ^s to a wide Λ by Newton steps without shifts, from the root of Λ
+/// of as many decades as Λ spreads over; at strides below 1/32 to any minimum near by. Ends where
+/// that fails, or where `resolve`, which is called after each step and may replace the relaxation,
+/// returns false. Returns whether the relaxation is at Λ.
+bool follow_powers(const Eigen::VectorXd& lambda, std::unique_ptr<Relaxation>& relaxation,
+                   const std::function<bool()>& resolve);
 
 /// Follows the direct path over powers Λ^s to a wide Λ, n ≤ N and every λ_i > 0, on pieces of
 /// polynomials that are halved wherever they do not resolve the path at this s, up to 16

@@ -35,7 +35,7 @@ class GeodesicSeries {
 
   /// Computes the coefficients at (Q, V).
   void expand(const MatrixXd& Q, const MatrixXd& V) {
-    stop_point(connect_work::series(static_cast<double>(n_), static_cast<double>(N_)));
+    stop_point(4 * order * connect_work::frame(n_, N_));
     set(0, Q, V);
     for (Index k = 0; k < order; ++k) {
       const Index from = (order - k) * N_, all = (k + 1) * N_;

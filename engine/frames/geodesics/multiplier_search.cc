@@ -47,7 +47,7 @@ class Spans {
     Index at = 0;
     for (Part& part : parts_) {
       const Index count = static_cast<Index>(part.columns.size()), kept = std::min(count, 2 * n);
-      stop_point(connect_work::span(static_cast<double>(n), static_cast<double>(count)));
+      stop_point(2 * connect_work::frame(n, count));
       const MatrixXd Q_0 = part.of(p.Q_0), Q_T = part.of(p.Q_T);
       part.basis.setIdentity(count, count);
       if (kept < count) {
@@ -104,67 +104,11 @@ struct Trial {
 };
 
 constexpr double accurate = 1e-12;  ///< the residual to which velocities are refined
-constexpr double rough = 0.03, coarse = 1e-3, fine = 1e-5;
-constexpr int most_nodes = 128, most_direct = 100, most_refined = 40, most_near = 8;
+constexpr double coarse = 1e-3, fine = 1e-5;
+constexpr int most_nodes = 128, most_direct = 100, most_refined = 40;
 
-double spread(const VectorXd& lambda) { return lambda.maxCoeff() / lambda.minCoeff(); }
-int least_nodes(const VectorXd& lambda) { return spread(lambda) > 30 ? 16 : 8; }
-
-/// Returns the frames nearest to a + factor (a − b).
-Path extrapolated(const Path& a, const Path& b, double factor) {
-  Path out = a;
-  for (std::size_t k = 1; k + 1 < a.size(); ++k) {
-    stop_point(
-        connect_work::polar(static_cast<double>(a[0].rows()), static_cast<double>(a[0].cols())));
-    out[k] = polar(a[k] + factor * (a[k] - b[k]));
-  }
-  return out;
-}
-
-/// A relaxed path of Λ^s.
-struct Stage {
-  double s = 1;
-  Path path;
-};
-
-/// Follows the path of a stage to Λ by Newton steps without shifts, with extrapolated first paths
-/// and strides as long as they converge. Returns false, at the last path that it reached, where a
-/// stride would be too short. Leaves the last stage that few nodes resolve well.
-bool follow(const VectorXd& lambda, Relaxation& relaxation, Stage& stage) {
-  constexpr double least_stride = 1.0 / 64, resolved = 0.75;
-  Stage before, last = stage;
-  bool failed = false;
-  for (double stride = 1 - last.s; stride >= least_stride;) {
-    stride = std::min(stride, 1 - last.s);
-    const double s = last.s + stride;
-    relaxation.set_inertia(s < 1 ? VectorXd(lambda.array().pow(s)) : lambda);
-    if (!before.path.empty())
-      relaxation.set_path(extrapolated(last.path, before.path, (s - last.s) / (last.s - before.s)));
-    if (relaxation.relax(s < 1 ? rough : coarse, most_near, 0)) {
-      if (s == 1) return true;
-      before = std::exchange(last, {s, relaxation.path()});
-      if (s <= resolved) stage = last;
-      if (!failed) stride *= 2;
-      failed = false;
-    } else {
-      relaxation.set_path(last.path);
-      stride /= 2;
-      failed = true;
-    }
-  }
-  return false;
-}
-
-/// Relaxes the first path; that of a wide Λ by way of the roots Λ^{1/k}.
-bool relax_first(const VectorXd& lambda, Relaxation& relaxation, Stage& stage) {
-  for (int k = static_cast<int>(std::ceil(std::log10(spread(lambda)) - 0.5)); k > 1; --k) {
-    relaxation.set_inertia(lambda.array().pow(1.0 / k));
-    (void)relaxation.relax(rough);
-    stage = {1.0 / k, relaxation.path()};
-  }
-  if (stage.s < 1 && follow(lambda, relaxation, stage)) return true;
-  relaxation.set_inertia(lambda);
-  return relaxation.relax(coarse, most_direct);
+int least_nodes(const VectorXd& lambda) {
+  return lambda.maxCoeff() > 30 * lambda.minCoeff() ? 16 : 8;
 }
 
 /// Returns 2K, or 3K/2 where only these nodes have dense equations.
@@ -175,34 +119,15 @@ int more_nodes(const Posed& p, int K) {
   return fewer ? 3 * K / 2 : 2 * K;
 }
 
-/// Relaxes a path that was relaxed at fewer nodes; where Newton's method does not converge at once,
-/// from a stage with s < 1.
-bool relax_finer(const VectorXd& lambda, const Path& path, Relaxation& relaxation, Stage& stage) {
-  relaxation.set_path(path);
-  if (relaxation.relax(fine, most_refined, 0)) return true;
-  if (stage.s < 1) {
-    relaxation.set_path(stage.path);
-    relaxation.set_inertia(lambda.array().pow(stage.s));
-    if (relaxation.relax(rough, most_near)) {
-      (void)follow(lambda, relaxation, stage);
-      relaxation.set_inertia(lambda);
-      if (relaxation.relax(fine, most_refined)) return true;
-    }
-    relaxation.set_inertia(lambda);
-  }
-  relaxation.set_path(path);
-  return relaxation.relax(fine, most_refined);
-}
-
 /// Whether `by_powers` has eight pieces of 8 steps before it has too many equations.
 bool leaves_room(const Posed& p) {
   const Index n = p.Q_0.rows();
   return 63 * n * (n + 1) / 2 <= Relaxation::most_dense;
 }
 
-/// Corrects the velocity of a trial at more and more nodes. `stage` is a stage on the way to its
-/// path.
-Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
+/// Corrects the velocity of a trial at more and more nodes. Of a wide Λ it gives up where Newton's
+/// steps need shifts: `by_powers` then takes less work than a descent.
+Velocity solved(const Posed& p, const Trial& trial, int K) {
   const int most = p.wide() && leaves_room(p) ? 2 * K : most_nodes;
   int further = p.wide() ? 1 : 0;  // refinements of a velocity that joins, but is not accurate
   Velocity best;
@@ -221,8 +146,8 @@ Velocity solved(const Posed& p, const Trial& trial, int K, Stage stage) {
     if (best.residual <= accurate || (joins && further-- == 0) || 2 * K > most) return best;
     Nodes more = lobatto(K = more_nodes(p, K));
     auto next = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, more);
-    if (stage.s < 1) stage.path = moved(stage.path, nodes, more);
-    if (!relax_finer(p.lambda, moved(now->path(), nodes, more), *next, stage)) return best;
+    next->set_path(moved(now->path(), nodes, more));
+    if (!next->relax(fine, most_refined, p.wide() ? 0 : Relaxation::largest_shift)) return best;
     finer = std::move(next);
     now = finer.get();
     nodes = std::move(more);
@@ -267,14 +192,17 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   std::vector<Trial> trials;
   int start = 0;
   bool complete = true, doubtful = p.wide();
-  Stage direct;
   const auto relax = [&](const std::vector<Path>& paths) {
     for (; start < static_cast<int>(paths.size()); ++start) {
       if (paths[static_cast<std::size_t>(start)].empty()) continue;
       auto relaxation = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, nodes);
       relaxation->set_path(paths[static_cast<std::size_t>(start)]);
-      const bool settled = start == 0 ? relax_first(p.lambda, *relaxation, direct)
-                                      : relaxation->relax(coarse, most_refined);
+      bool settled =
+          start == 0 && p.wide() && follow_powers(p.lambda, relaxation, [] { return true; });
+      if (!settled) {
+        relaxation->set_inertia(p.lambda);
+        settled = relaxation->relax(coarse, start == 0 ? most_direct : most_refined);
+      }
       complete = complete && settled;
       doubtful = doubtful || !settled || relaxation->shifted();
       Trial trial{nullptr, start, relaxation->path(), relaxation->action()};
@@ -306,7 +234,7 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   double least = std::numeric_limits<double>::infinity(), least_missed = least;
   for (const Trial& trial : trials) {
     if (trial.action > margin * least) break;
-    Velocity found = solved(p, trial, K, trial.start == 0 ? direct : Stage());
+    Velocity found = solved(p, trial, K);
     if (found.residual <= TwoPointProblem::joined) {
       const double E = energy(p.lambda, found.V);
       if (!(E < least)) continue;
@@ -321,7 +249,7 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   }
   best.distinct = static_cast<int>(trials.size());
   best.least_missed = least_missed;
-  if (least_missed < (1 - 1e-3) * least)
+  if (best.V.size() > 0 && least_missed < (1 - 1e-3) * least)
     best.shortest = Shortest::no;
   else if (!complete)
     best.shortest = Shortest::unknown;
@@ -331,8 +259,7 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
 /// Corrects a velocity that joins, but is not accurate, with the variational equation in extended
 /// precision, up to `most_dense_degrees`.
 void polish(const Posed& p, const TwoPointProblem& problem, Found& best) {
-  const double d =
-      connect_work::degrees(static_cast<double>(p.Q_0.rows()), static_cast<double>(p.Q_0.cols()));
+  const double d = connect_work::degrees(p.Q_0.rows(), p.Q_0.cols());
   if (best.V.size() == 0 || best.residual <= accurate || d > most_dense_degrees) return;
   Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, best.V, problem.stop);
   if (!(shot.residual < best.residual)) return;
@@ -359,7 +286,10 @@ Found by_multipliers(const Posed& p, const TwoPointProblem& problem) {
       best.residual = std::min(best.residual, one.residual);
       if (one.residual <= TwoPointProblem::joined)
         followed = {spans.lifted(one.V), Shortest::unknown, 1, 0, one.residual};
-      if (energy_of(followed) <= (1 + strayed) * best.least_missed) break;
+      if (energy_of(followed) <= (1 + strayed) * best.least_missed) {
+        followed.shortest = best.shortest;
+        break;
+      }
     }
     if (best.V.size() > 0 || 2 * K * n * (n + 1) / 2 > most_unknowns) break;
   }

@@ -55,8 +55,6 @@ MatrixXd combined(const Path& path, const Eigen::RowVectorXd& factors) {
   return Q;
 }
 
-double real(Index k) { return static_cast<double>(k); }
-
 }  // namespace
 
 Nodes lobatto(int K) {
@@ -127,11 +125,11 @@ Nodes equally_spaced(int K) {
 }
 
 Path moved(const Path& path, const Nodes& from, const Nodes& to) {
-  const double n = real(path[0].rows()), N = real(path[0].cols());
+  const Index n = path[0].rows(), N = path[0].cols();
   const MatrixXd L = interpolation(from, to.times);
   Path out = {path.front()};
   for (Index i = 1; i + 1 < L.rows(); ++i) {
-    stop_point(connect_work::polar(n, N) + connect_work::action(real(L.cols()), n, N));
+    stop_point(connect_work::frame(n, N) + connect_work::sums(L.cols(), n, N));
     out.push_back(polar(combined(path, L.row(i))));
   }
   out.push_back(path.back());
@@ -143,7 +141,7 @@ VectorXd defects(const Path& path, const Nodes& nodes) {
   const MatrixXd L = interpolation(nodes, (nodes.times.head(steps) + nodes.times.tail(steps)) / 2);
   VectorXd out = VectorXd::Zero(count);
   for (Index i = 0; i < steps; ++i) {
-    stop_point(connect_work::action(real(L.cols()), real(path[0].rows()), real(path[0].cols())));
+    stop_point(connect_work::sums(L.cols(), path[0].rows(), path[0].cols()));
     double& defect = out(i / (steps / count));
     defect = std::max(defect, orthogonality_defect(combined(path, L.row(i))));
   }

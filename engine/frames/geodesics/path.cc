@@ -20,13 +20,8 @@ using Eigen::VectorXd;
 
 std::size_t steps(const Path& path) { return path.size() - 1; }
 
-/// Return the work of one frame, or of all frames, of the path.
-double work_on(const Path& path, double (*of_frame)(double n, double N)) {
-  return of_frame(static_cast<double>(path[0].rows()), static_cast<double>(path[0].cols()));
-}
-double work_on(const Path& path, double (*of_all)(double frames, double n, double N)) {
-  return of_all(static_cast<double>(path.size()), static_cast<double>(path[0].rows()),
-                static_cast<double>(path[0].cols()));
+double sums(const Path& path) {
+  return connect_work::sums(std::ssize(path), path[0].rows(), path[0].cols());
 }
 
 MatrixXd gradient(const VectorXd& lambda, const Path& path, std::size_t k) {
@@ -39,13 +34,15 @@ MatrixXd gradient(const VectorXd& lambda, const Path& path, std::size_t k) {
 class Model {
  public:
   Model(const VectorXd& lambda, const Path& path)
-      : n_(static_cast<double>(path[0].rows())), N_(static_cast<double>(path[0].cols())) {
+      : frame_(connect_work::frame(path[0].rows(), path[0].cols())),
+        size_(static_cast<double>(path[0].size())),
+        degrees_(connect_work::degrees(path[0].rows(), path[0].cols())) {
     const Index n = path[0].rows(), N = path[0].cols();
     const double K = static_cast<double>(steps(path));
     const VectorXd weight = K * lambda.transpose().replicate(n, 1).reshaped();
     MatrixXd weighted;
     for (std::size_t k = 1; k < steps(path); ++k) {
-      stop_point(connect_work::model(n_, N_));
+      stop_point(frame_ + 5 * size_ * degrees_ * (degrees_ + 27));
       const MatrixXd& Q = path[k];
       const MatrixXd g = gradient(lambda, path, k);
       const MatrixXd E = tangent_basis(Q);
@@ -70,7 +67,7 @@ class Model {
     std::vector<MatrixXd> carried;
     step_.assign(count, VectorXd());
     for (std::size_t k = 0; k < count; ++k) {
-      stop_point(connect_work::solution(n_, N_));
+      stop_point(5 * degrees_ * (degrees_ + 12) * (degrees_ + 12));
       MatrixXd D = inner_[k] + shift * metric_[k];
       step_[k] = -gradient_[k];
       if (k > 0) {
@@ -103,7 +100,7 @@ class Model {
   Path moved(const Path& path) const {
     Path result = path;
     for (std::size_t k = 0; k < step_.size(); ++k) {
-      stop_point(connect_work::move(n_, N_));
+      stop_point(frame_ + 4 * size_ * degrees_);
       const VectorXd delta = basis_[k] * step_[k];
       result[k + 1] = polar(path[k + 1] + delta.reshaped(path[0].rows(), path[0].cols()));
     }
@@ -111,7 +108,7 @@ class Model {
   }
 
  private:
-  double n_, N_;
+  double frame_, size_, degrees_;  ///< work and numbers of a frame, and its degrees of freedom
   std::vector<MatrixXd> basis_, metric_, inner_, outer_;
   std::vector<VectorXd> gradient_, step_;
 };
@@ -149,7 +146,7 @@ MatrixXd tangent_basis(const MatrixXd& Q) {
 }
 
 double action(const VectorXd& lambda, const Path& path) {
-  stop_point(work_on(path, connect_work::action));
+  stop_point(sums(path));
   double sum = 0;
   for (std::size_t k = 0; k < steps(path); ++k)
     sum += ((path[k + 1] - path[k]).cwiseAbs2() * lambda).sum();
@@ -159,7 +156,7 @@ double action(const VectorXd& lambda, const Path& path) {
 double largest_gradient(const VectorXd& lambda, const Path& path) {
   double largest = 0;
   for (std::size_t k = 1; k + 1 < path.size(); ++k) {
-    stop_point(work_on(path, connect_work::action) / static_cast<double>(path.size()));
+    stop_point(sums(path) / static_cast<double>(path.size()));
     const MatrixXd g = (2 * path[k] - path[k + 1] - path[k - 1]) * lambda.asDiagonal(),
                    B = g * path[k].transpose();
     largest = std::max(largest, (g - (B + B.transpose()) / 2 * path[k]).cwiseAbs().maxCoeff());
@@ -170,7 +167,7 @@ double largest_gradient(const VectorXd& lambda, const Path& path) {
 Path refined(const Path& path) {
   Path result = {path[0]};
   for (std::size_t k = 0; k < steps(path); ++k) {
-    stop_point(work_on(path, connect_work::polar));
+    stop_point(connect_work::frame(path[0].rows(), path[0].cols()));
     result.push_back(polar((path[k] + path[k + 1]) / 2));
     result.push_back(path[k + 1]);
   }
@@ -178,7 +175,7 @@ Path refined(const Path& path) {
 }
 
 double distance(const Path& a, const Path& b) {
-  stop_point(work_on(a, connect_work::distance));
+  stop_point(sums(a));
   double largest = 0;
   for (std::size_t k = 0; k < a.size(); ++k)
     largest = std::max(largest, (a[k] - b[k]).cwiseAbs().maxCoeff());

@@ -36,10 +36,7 @@ void refine(const VectorXd& lambda, RelaxedPath& c, double tolerance, const std:
   c.action = action(lambda, c.path);
 }
 
-double degrees(const Posed& p) {
-  return connect_work::degrees(static_cast<double>(p.Q_0.rows()),
-                               static_cast<double>(p.Q_0.cols()));
-}
+double degrees(const Posed& p) { return connect_work::degrees(p.Q_0.rows(), p.Q_0.cols()); }
 
 /// Shoots from paths of doubled K until the geodesic near the path is found.
 Shot solved(const Posed& p, RelaxedPath& c, const std::stop_token& stop) {

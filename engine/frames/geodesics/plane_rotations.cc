@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 using std::numbers::pi;
 
 PlaneRotations::PlaneRotations(const MatrixXd& R) {
-  stop_point(connect_work::planes(static_cast<double>(R.rows())));
+  stop_point(5 * connect_work::frame(R.rows(), R.rows()));
   const Eigen::RealSchur<MatrixXd> schur(R);
   const MatrixXd& T = schur.matrixT();
   Z = schur.matrixU();

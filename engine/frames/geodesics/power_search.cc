@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "engine/frames/geodesics/nodes.h"
 #include "engine/frames/geodesics/relaxation.h"
 #include "engine/frames/geodesics/starts.h"
+#include "engine/linalg/iteration/continuation.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -20,41 +22,19 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The path of Λ^s on pieces of polynomials.
-class PathOfPower {
+/// A path on pieces of polynomials of one degree, which are halved where they do not resolve it.
+class Pieces {
  public:
-  PathOfPower(const Posed& p, double s, std::uint64_t seed)
-      : p_(p), s_(s), nodes_(pieces(VectorXd::LinSpaced(3, 0, 1), degree)) {
-    relaxation_ = relaxation(nodes_);
-    relaxation_->set_path(starts(p.Q_0, p.Q_T, nodes_.times, 0, seed, false)[0]);
-  }
+  explicit Pieces(const Posed& p) : p_(p), nodes_(pieces(VectorXd::LinSpaced(3, 0, 1), degree)) {}
 
-  double s() const { return s_; }
-  Relaxation& relaxation() { return *relaxation_; }
-
-  /// Moves to a larger s by Newton steps without shifts or, if they may be `shifted`, to any
-  /// minimum near by. Returns false, at the old s, where they do not converge.
-  bool move(double s, bool shifted) {
-    constexpr double rough = 0.03;
-    constexpr int most_near = 8, most = 100;
-    const double before = std::exchange(s_, s);
-    const Path path = relaxation_->path();
-    relaxation_->set_inertia(inertia());
-    if (relaxation_->relax(rough, most_near, 0)) return true;
-    relaxation_->set_path(path);
-    if (shifted && relaxation_->relax(rough, most)) return true;
-    s_ = before;
-    relaxation_->set_inertia(inertia());
-    relaxation_->set_path(path);
-    return false;
-  }
+  const Nodes& nodes() const { return nodes_; }
 
   /// Halves pieces with a defect above `tolerance` and relaxes the path, until there are none.
   /// Returns false where that takes too many equations, or the path does not converge.
-  bool resolve(double tolerance) {
+  bool resolve(std::unique_ptr<Relaxation>& relaxation, double tolerance) {
     constexpr double coarse = 1e-3;
     for (;;) {
-      const Path path = relaxation_->path();
+      const Path path = relaxation->path();
       const VectorXd defect = defects(path, nodes_), &breaks = nodes_.breaks;
       if (!(defect.maxCoeff() > tolerance)) return true;
       std::vector<double> halved = {0};
@@ -66,10 +46,10 @@ class PathOfPower {
       const Index equations = ((ends - 1) * degree - 1) * n * (n + 1) / 2;
       if (ends - 1 > most_pieces || equations > Relaxation::most_dense) return false;
       Nodes finer = pieces(VectorXd::Map(halved.data(), ends), degree);
-      auto next = relaxation(finer);
+      auto next = std::make_unique<Relaxation>(relaxation->inertia(), p_.Q_0, p_.Q_T, finer);
       next->set_path(moved(path, nodes_, finer));
       if (!next->relax(coarse)) return false;
-      relaxation_ = std::move(next);
+      relaxation = std::move(next);
       nodes_ = std::move(finer);
     }
   }
@@ -77,16 +57,19 @@ class PathOfPower {
  private:
   static constexpr int degree = 8, most_pieces = 16;
 
-  VectorXd inertia() const { return s_ < 1 ? VectorXd(p_.lambda.array().pow(s_)) : p_.lambda; }
-  std::unique_ptr<Relaxation> relaxation(const Nodes& nodes) const {
-    return std::make_unique<Relaxation>(inertia(), p_.Q_0, p_.Q_T, nodes);
-  }
-
   const Posed& p_;
-  double s_;
   Nodes nodes_;
-  std::unique_ptr<Relaxation> relaxation_;
 };
+
+/// Returns the frames nearest to a + factor (a − b).
+Path extrapolated(const Path& a, const Path& b, double factor) {
+  Path out = a;
+  for (std::size_t k = 1; k + 1 < a.size(); ++k) {
+    stop_point(connect_work::frame(a[0].rows(), a[0].cols()));
+    out[k] = polar(a[k] + factor * (a[k] - b[k]));
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -110,8 +93,7 @@ Velocity corrected(const Posed& p, const Relaxation& relaxation) {
     idle = residual > best.residual / 2 ? idle + 1 : 0;
     if (residual < best.residual) best = {V, residual};
     if (best.residual <= rounding || (best.residual <= nearly && idle > 0)) break;
-    stop_point(
-        connect_work::distance(20, static_cast<double>(V.rows()), static_cast<double>(V.cols())));
+    stop_point(connect_work::sums(20, V.rows(), V.cols()));
     accelerate(x, relaxation.response(-miss).reshaped());
   }
   const bool near =
@@ -119,29 +101,60 @@ Velocity corrected(const Posed& p, const Relaxation& relaxation) {
   return near ? best : Velocity();
 }
 
-Velocity by_powers(const Posed& p, const TwoPointProblem& problem) {
-  constexpr double least_stride = 1.0 / 64, accurate = 1e-12, fine = 1e-5, least_tolerance = 1e-9;
-  double tolerance = 1e-3;
-  const double decades = std::log10(p.lambda.maxCoeff() / p.lambda.minCoeff());
-  PathOfPower path(p, 1 / std::max(std::ceil(decades - 0.5), 2.0), problem.seed);
-  if (!path.relaxation().relax(1e-2) || !path.resolve(tolerance)) return {};
-  for (double stride = 0.125; path.s() < 1;) {
-    stride = std::min(stride, 1 - path.s());
-    const bool least = stride / 2 < least_stride;
-    if (path.move(path.s() + stride, least)) {
-      if (!path.resolve(tolerance)) return {};
-      stride *= 2;
-    } else if (least) {
-      return {};
-    } else {
-      stride /= 2;
-    }
+bool follow_powers(const VectorXd& lambda, std::unique_ptr<Relaxation>& relaxation,
+                   const std::function<bool()>& resolve) {
+  constexpr double rough = 0.03, coarse = 1e-3, least_stride = 1.0 / 32,
+                   unlimited = std::numeric_limits<double>::infinity();
+  constexpr int most_near = 8;
+  const auto power = [&](double s) { return s < 1 ? VectorXd(lambda.array().pow(s)) : lambda; };
+  const double decades = std::log10(lambda.maxCoeff() / lambda.minCoeff());
+  bool resolved = true;
+  double now = 1;
+  for (int k = static_cast<int>(std::ceil(decades - 0.5)); k > 1 && resolved; --k) {
+    relaxation->set_inertia(power(now = 1.0 / k));
+    (void)relaxation->relax(rough);
+    resolved = resolve();
   }
+  if (now == 1) return relaxation->relax(coarse) && resolve();
+  double earlier = 0;
+  Path before;  // at `earlier`, where the nodes are still the same
+  const auto moved_to = [&](double s) {
+    if (!resolved) return false;
+    const double tolerance = s < 1 ? rough : coarse;
+    Path path = relaxation->path();
+    relaxation->set_inertia(power(s));
+    if (before.size() == path.size())
+      relaxation->set_path(extrapolated(path, before, (s - now) / (now - earlier)));
+    bool found = relaxation->relax(tolerance, most_near, 0);
+    if (!found) {
+      relaxation->set_path(path);
+      found = s - now <= least_stride && relaxation->relax(tolerance);
+    }
+    if (found) {
+      earlier = std::exchange(now, s);
+      before = std::move(path);
+      return resolved = resolve();
+    }
+    relaxation->set_inertia(power(now));
+    relaxation->set_path(path);
+    return false;
+  };
+  return continuation(1, moved_to, unlimited, now, least_stride) == 1;
+}
+
+Velocity by_powers(const Posed& p, const TwoPointProblem& problem) {
+  constexpr double accurate = 1e-12, fine = 1e-5, least_tolerance = 1e-9;
+  double tolerance = 1e-3;
+  Pieces pieces(p);
+  auto relaxation = std::make_unique<Relaxation>(p.lambda, p.Q_0, p.Q_T, pieces.nodes());
+  relaxation->set_path(starts(p.Q_0, p.Q_T, pieces.nodes().times, 0, problem.seed, false)[0]);
+  const auto resolve = [&] { return pieces.resolve(relaxation, tolerance); };
+  if (!follow_powers(p.lambda, relaxation, resolve)) return {};
   Velocity best;
   for (; best.residual > accurate && tolerance > least_tolerance; tolerance /= 10) {
-    if (!path.resolve(tolerance)) break;
-    (void)path.relaxation().relax(fine);
-    Velocity found = corrected(p, path.relaxation());
+    if (!resolve()) break;
+    (void)relaxation->relax(fine);
+    Velocity found = corrected(p, *relaxation);
     if (found.residual < best.residual) best = std::move(found);
   }
   return best;

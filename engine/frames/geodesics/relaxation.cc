@@ -66,7 +66,7 @@ Path Relaxation::path() const {
 
 /// Computes the action and its gradient.
 void Relaxation::measure() {
-  stop_point(connect_work::nodal_gradient(real(n_), real(N_), real(K_)));
+  stop_point(1000 + 4 * real(n_ * N_ * K_ * (K_ + 2)));
   const MatrixXd& S = nodes_.stiffness;
   const Index last = K_ + 1;
   gradient_.resize(K_ * n_, N_);
@@ -89,8 +89,8 @@ void Relaxation::measure() {
 
 /// Computes the multipliers, ρ and the eigenvalue problem at the path.
 void Relaxation::model() {
-  stop_point(connect_work::nodal_spectrum(real(n_), real(N_), real(K_)));
   const Index m = K_ * n_;
+  stop_point(10000 + 30 * real(m * m * m));
   rho_ = gradient_;
   Gamma_.resize(n_, m);  // w_kΓ_k side by side
   for (Index k = 0; k < K_; ++k) {
@@ -138,7 +138,7 @@ void Relaxation::assemble(const MatrixXd& inverse) {
   const Index each = n_ * (n_ + 1) / 2;
   for (Index k = 0; k < K_; ++k)
     for (Index l = 0; l <= k; ++l) {
-      stop_point(connect_work::nodal_block(real(n_), real(N_), real(count), real(K_)));
+      stop_point(2000 + 3 * real(square * ((m + square) * (count + 4) + N_)));
       for (Index c = 0; c < m; ++c)
         of_X.col(c).reshaped(n_, n_).noalias() =
             X_.col(c).segment(k * n_, n_) * X_.col(c).segment(l * n_, n_).transpose();
@@ -196,19 +196,19 @@ void Relaxation::subtract_negative(Index negative) {
       const double inverse = inverse_(c, static_cast<Index>(g));
       if (!(inverse < 0)) continue;
       for (const Index j : groups_[g].columns) {
-        stop_point(connect_work::nodal_gradient(real(n_), 1, real(K_)));
+        stop_point(1000 + 4 * real(n_ * K_ * (K_ + 2)));
         Y_.col(at++) = std::sqrt(-inverse) * constraint(q_.col(j), X_.col(c));
       }
     }
   divide_by_lower(M_, Y_);
-  stop_point(connect_work::nodal_capacity(real(unknowns_), real(negative)));
+  stop_point(3000 + real(unknowns_ * negative * (negative + 20)));
   capacity_ = -MatrixXd::Identity(negative, negative);
   capacity_.selfadjointView<Eigen::Lower>().rankUpdate(Y_.transpose());
 }
 
 /// Returns H⁻¹ of the columns of `right`.
 MatrixXd Relaxation::solved(const MatrixXd& right) const {
-  stop_point(connect_work::nodal_step(real(n_), real(N_), real(K_)));
+  stop_point(5000 + real(K_ * n_ * K_ * n_ * (8 * N_ + n_ * n_)));
   MatrixXd y = X_.transpose() * right;
   for (Index j = 0; j < N_; ++j)
     y.col(j).array() *= inverse_.col(group_of_[static_cast<std::size_t>(j)]).array();
@@ -272,7 +272,7 @@ MatrixXd Relaxation::step(const MatrixXd& rho) const {
 
 void Relaxation::retract() {
   for (Index k = 0; k < K_; ++k) {
-    stop_point(connect_work::polar(real(n_), real(N_)));
+    stop_point(connect_work::frame(n_, N_));
     node(q_, k) = polar(node(q_, k));
   }
 }

@@ -33,6 +33,7 @@ class Relaxation {
   Relaxation(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
              const Nodes& nodes);
 
+  const Eigen::VectorXd& inertia() const { return lambda_; }
   /// Replaces Λ and keeps the path.
   void set_inertia(const Eigen::VectorXd& lambda);
   /// Starts from a path at the times of the nodes.

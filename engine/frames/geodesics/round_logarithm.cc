@@ -203,7 +203,7 @@ class RoundShooting {
 
   /// Shoots with x. Returns the largest miss of a number.
   double shoot(const VectorXd& x) {
-    stop_point(connect_work::shot(static_cast<double>(n_), static_cast<double>(p_)));
+    stop_point(60000 + 30 * static_cast<double>((n_ + p_) * (n_ + p_) * (n_ + p_)));
     unpack(x);
     go();
     return Y_[4].allFinite() ? (Y_[4] - T_).cwiseAbs().maxCoeff()
@@ -322,22 +322,21 @@ double least_radius(double beta) {
 
 }  // namespace
 
-std::optional<RoundGeodesic> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T,
-                                             const FrameProducts& products,
-                                             const RoundSearch& search) {
+std::optional<Found> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T,
+                                     const FrameProducts& products, const RoundSearch& search) {
   constexpr Index most_degrees = 600;  // of a Jacobian by differences
   constexpr double same = 1e-6;
   const FrameSpan span(Q_0, Q_T, products);
   RoundShooting shooting(span.target(), search.beta);
   std::vector<VectorXd> found;
-  RoundGeodesic best{{}, std::numeric_limits<double>::infinity(), 0, false, 0, 0};
+  Found best;
   VectorXd chosen;
   const auto keep = [&](const VectorXd& x, int start) {
     if (std::ranges::any_of(found, [&](const VectorXd& y) { return (x - y).norm() <= same; }))
       return;
     found.push_back(x);
     shooting.shoot(x);
-    if (!(shooting.length() < best.length)) return;
+    if (best.length && !(shooting.length() < *best.length)) return;
     best.length = shooting.length();
     best.start = start;
     chosen = x;
@@ -362,11 +361,11 @@ std::optional<RoundGeodesic> round_logarithm(const MatrixXd& Q_0, const MatrixXd
     if (shooting.converge(x) || (few && (x = other, shooting.minimise(x)))) keep(x, k);
   }
   if (found.empty()) return {};
-  stop_point(connect_work::span(static_cast<double>(Q_0.rows()), static_cast<double>(Q_0.cols())));
+  stop_point(2 * connect_work::frame(Q_0.rows(), Q_0.cols()));
   shooting.shoot(chosen);
   best.V = span.lifted(shooting.V());
   best.residual = (shooting.end() - span.target()).colwise().norm().maxCoeff();
-  best.shortest = best.length <= least_radius(search.beta);
+  best.shortest = *best.length <= least_radius(search.beta) ? Shortest::yes : Shortest::unknown;
   best.distinct = static_cast<int>(found.size());
   return best;
 }

@@ -5,26 +5,17 @@
 #include <optional>
 #include <vector>
 
+#include "engine/frames/geodesics/found.h"
 #include "engine/frames/geodesics/frame_span.h"
 
 namespace stiefel {
 
-/// A geodesic between two frames of a metric
+/// The metric of a search, and how far it goes:
 ///
 ///     ‖Q̇‖² = β tr(AAᵀ) + tr(HHᵀ),   Q̇ = AQ + H, HQᵀ = 0
 ///
 /// (Hüper, Markina and Silva Leite 2021): β = 1 is the Euclidean metric, Λ = I, and β = 1/2 the
 /// canonical one.
-struct RoundGeodesic {
-  Eigen::MatrixXd V;  ///< Q̇(0) for T = 1, n × N
-  double length;      ///< ‖V‖
-  double residual;    ///< bound of max |Q(1) − Q_T|: the largest 2-norm of a row
-  bool shortest;      ///< whether the length is within a proved bound of the injectivity radius
-  int distinct;       ///< number of different geodesics found
-  int start;          ///< index of the start that led to this one; 0 is the chord
-};
-
-/// The metric of a search, and how far it goes.
 struct RoundSearch {
   double beta = 1;
   bool thorough = false;
@@ -49,10 +40,11 @@ struct RoundSearch {
 /// Where the iterations do not converge, which only happens beyond the injectivity radius or next
 /// to it, and `thorough` is set, follow the solutions for nearer frames, for other β, and the
 /// method of Levenberg and Marquardt. `restarts` further searches start from random velocities of
-/// `seed`; the shortest geodesic counts. Returns nothing where none was found.
-std::optional<RoundGeodesic> round_logarithm(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
-                                             const FrameProducts& products,
-                                             const RoundSearch& search);
+/// `seed`; the shortest geodesic counts, which is called the shortest of all where a proved bound
+/// of the injectivity radius says so, else unknown. The residual is the largest 2-norm of a row of
+/// Q(1) − Q_T. Returns nothing where none was found.
+std::optional<Found> round_logarithm(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
+                                     const FrameProducts& products, const RoundSearch& search);
 
 /// Returns the frames at `samples` + 1 equally spaced times of [0, 1] of the geodesic of β from the
 /// n × N frame Q_0, n < N, with the velocity V.

@@ -153,9 +153,7 @@ class Shooting {
       field.block(x, k) = blocks[k].template cast<Scalar>();
     // Otherwise the variations announce work that includes the field's.
     const bool alone = blocks.size() == 2;
-    const double work =
-        alone ? connect_work::flow(static_cast<double>(n), static_cast<double>(blocks[0].cols()))
-              : 0;
+    const double work = alone ? connect_work::flow(n, blocks[0].cols()) : 0;
     if (!integrate<Scalar>(std::ref(field), x, Scalar(T), tolerance, work)) return {};
     if (all)
       *all = Eigen::Map<Matrix<Scalar>>(x.data(), size, static_cast<Index>(blocks.size()))

@@ -72,7 +72,7 @@ class Starts {
                      const Times& times) {
     Path path = {from};
     for (std::size_t k = 1; k + 1 < times.size(); ++k) {
-      stop_point(connect_work::turned(static_cast<double>(to.cols())));
+      stop_point(connect_work::frame(to.cols(), to.cols()));
       path.push_back(from * W.at(times[k]));
     }
     path.push_back(to);
@@ -86,7 +86,7 @@ class Starts {
       Path path = {from};
       double least = 1;
       for (std::size_t k = 1; k + 1 < times.size(); ++k) {
-        stop_point(connect_work::straight(static_cast<double>(n_), static_cast<double>(N_)));
+        stop_point(2 * connect_work::frame(n_, N_));
         const double s = times[k];
         const MatrixXd A = (1 - s) * from + s * to + std::sin(pi * s) * bend;
         const MatrixXd square = A * A.transpose();
@@ -111,7 +111,7 @@ class Starts {
 
   /// Returns a random frame; for n = N with the determinant of `like`.
   MatrixXd random_frame(const MatrixXd& like) {
-    stop_point(connect_work::straight(static_cast<double>(n_), static_cast<double>(N_)));
+    stop_point(2 * connect_work::frame(n_, N_));
     MatrixXd R = polar(random());
     if (n_ == N_ && R.determinant() * like.determinant() < 0) R.row(0) = -R.row(0);
     return R;

@@ -46,8 +46,7 @@ class JacobiFlowBy : public JacobiFlow {
       : JacobiFlow(n, lambda.size()), lambda_(lambda), field_(lambda, n) {}
 
   void step(const State& x, double h, State& next, State& error) override {
-    stop_point(Fehlberg::stages *
-               connect_work::flow(static_cast<double>(n_), static_cast<double>(N_)) / 13);
+    stop_point(connect_work::flow(n_, N_));
     fehlberg_.step(std::ref(field_), x, h, next, error);
   }
 

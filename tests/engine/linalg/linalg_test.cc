@@ -202,6 +202,9 @@ TEST(FollowBranch, FindsTheEndToOnePerMille) {
   EXPECT_NEAR(continuation(1, with_gap, 0.04), 0.4, 0.4e-3);
   EXPECT_EQ(continuation(1, [](double) { return true; }), 1);
   EXPECT_EQ(continuation(1, [](double) { return false; }), 0);
+  const auto until = [](double end) { return [end](double t) { return t <= end; }; };
+  EXPECT_NEAR(continuation(1, until(0.7), 1, 0.5, 0.1), 0.7, 0.1 * 0.7);
+  EXPECT_EQ(continuation(1, until(0.5), 1, 0.5, 0.1), 0.5);
 }
 
 /// Eigen splits the sums of a product where a panel of the factors fills the first cache: with 32
