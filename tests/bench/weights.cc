@@ -1,9 +1,9 @@
 // Makes steps of every method on one system in several sizes, so that callgrind can count them one
-// by one. After each count it prints "system method|- order arithmetic scalar n N steps h‖Ω‖ price",
-// the price being what the engine takes a step for. A
-// system whose bodies advance together in vector registers appears again as packed_SYSTEM, with the
-// steps of a pack. tests/bench/weights.py reads both. Arguments: the system, and the only method to
-// be counted; without them, prints the names of the systems.
+// by one. After each count it prints "system method|- order arithmetic scalar n N steps h‖Ω‖
+// price", the price being what the engine takes a step for. A system whose bodies advance together
+// in vector registers appears again as packed_SYSTEM, with the steps of a pack.
+// tests/bench/weights.py reads both. Arguments: the system, and the only method to be counted;
+// without them, prints the names of the systems.
 #include <iostream>
 #include <numeric>
 #include <set>
@@ -43,7 +43,7 @@ std::vector<Size> frame_sizes(const std::string& method, int order) {
     std::vector<Size> few = {{1, 4},  {1, 32},  {2, 5},   {3, 3},   {3, 12}, {4, 4},
                              {4, 8},  {4, 32},  {6, 6},   {6, 12},  {8, 8},  {8, 16},
                              {8, 40}, {12, 12}, {12, 40}, {16, 16}, {16, 64}};
-    if (order <= 2) few.insert(few.end(), {{32, 32}, {32, 64}});
+    if (order <= 2) few.insert(few.end(), {{2, 1000}, {4, 1000}, {8, 1000}, {32, 32}, {32, 64}});
     return few;
   }
   std::vector<Size> all;
