@@ -1,10 +1,8 @@
 #include "server/sessions/checkpoints/secrets.h"
 
-#include <openssl/crypto.h>
 #include <openssl/evp.h>
 #include <openssl/rand.h>
 
-#include <charconv>
 #include <stdexcept>
 
 namespace stiefel::server {
@@ -52,10 +50,6 @@ Bytes32 random_secret() {
   return secret;
 }
 
-bool equal_secrets(const Bytes32& a, const Bytes32& b) {
-  return CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
-}
-
 std::string to_hexadecimal(const Bytes32& bytes) {
   std::string out;
   for (const unsigned char byte : bytes) {
@@ -63,16 +57,6 @@ std::string to_hexadecimal(const Bytes32& bytes) {
     out += digits[byte & 0xF];
   }
   return out;
-}
-
-std::optional<Bytes32> from_hexadecimal(std::string_view text) {
-  Bytes32 bytes;
-  if (text.size() != 2 * bytes.size()) return std::nullopt;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const char* const end = text.data() + 2 * i + 2;
-    if (std::from_chars(end - 2, end, bytes[i], 16).ptr != end) return std::nullopt;
-  }
-  return bytes;
 }
 
 }  // namespace stiefel::server

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -35,12 +34,7 @@ class Sha256 {
 /// Returns 256 bits of OpenSSL's generator for secrets. Throws std::runtime_error where it fails.
 Bytes32 random_secret();
 
-/// Compares all 32 bytes in a time that does not depend on them.
-bool equal_secrets(const Bytes32& a, const Bytes32& b);
-
-/// Converts to 64 lower-case hexadecimal digits, and from digits of either case; returns nothing
-/// for any other text.
+/// Converts to 64 lower-case hexadecimal digits.
 std::string to_hexadecimal(const Bytes32& bytes);
-std::optional<Bytes32> from_hexadecimal(std::string_view digits);
 
 }  // namespace stiefel::server

@@ -110,14 +110,13 @@ class Pair:
 class FaultSocket:
     """Listens on `address` and passes bytes on to `target` through `fault`, a function (source, target, pair).
 
-    `connections` is how many the fault is done to; those after them pass as they are. None: all. `taken` counts all.
+    `connections` is how many the fault is done to; those after them pass as they are. None: all.
     """
 
     def __init__(self, target, fault, connections=None):
         self._target, self._fault, self._left = target, fault, connections
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.address = "127.0.0.1:%d" % self._listener.getsockname()[1]
-        self.taken = 0
         self._pairs = []
         threading.Thread(target=self._accept, daemon=True).start()
 
@@ -127,7 +126,6 @@ class FaultSocket:
                 near, _ = self._listener.accept()
             except OSError:
                 return
-            self.taken += 1
             fault = self._fault
             if self._left is not None:
                 self._left -= 1
