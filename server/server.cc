@@ -142,13 +142,12 @@ struct Server::Parts {
                        ? nullptr
                        : std::make_unique<Durability>(
                              options.store, host, [this](bool able) { health.set_able(able); })),
-        sweeper("sweep", host.registry.sweep_interval(),
-                [this](const auto&) {
-                  if (const std::size_t dropped = host.registry.expire())
-                    host.log.line(Log::Level::info, "sessions expired",
-                                  {{"count", static_cast<std::int64_t>(dropped)}});
-                }),
-        freed_memory(host.memory) {
+        sweeper("sweep", host.registry.sweep_interval(), [this](const auto&) {
+          if (const std::size_t dropped = host.registry.expire())
+            host.log.line(Log::Level::info, "sessions expired",
+                          {{"count", static_cast<std::int64_t>(dropped)}});
+          give_back_freed_memory(host.memory.used(), host.memory.limit());
+        }) {
     if (options.access.tls.given()) certificates.emplace(options.access.tls, host.log);
     if (!options.access.tokens.empty()) {
       host.log.line(Log::Level::info, "limits of a principal",
@@ -173,7 +172,6 @@ struct Server::Parts {
   std::optional<Callers> callers;
   std::optional<Gate> gate;
   Periodic sweeper;
-  FreedMemory freed_memory;
   std::optional<Exporter> exporter;
   std::vector<std::string> addresses;
   std::vector<Listener> listeners;  // until the acceptor takes them

@@ -5,7 +5,7 @@
 #include "server/scheduling/memory_limit.h"
 
 namespace stiefel::server {
-grpc::ByteBuffer description(const Host& host) {
+v1::DescribeResponse description(const Host& host) {
   v1::DescribeResponse response;
   describe_engine(&response);
   response.set_version(STIEFEL_VERSION);
@@ -16,12 +16,10 @@ grpc::ByteBuffer description(const Host& host) {
   limits->set_memory_bytes(host.memory_limit);
   *limits->mutable_idle_timeout() = google::protobuf::util::TimeUtil::MillisecondsToDuration(
       host.registry.idle_timeout().count());
-  grpc::ByteBuffer bytes;
-  serialize(response, bytes);
-  return bytes;
+  return response;
 }
 
-void Describe(ServerCall& call, const v1::DescribeRequest&, grpc::ByteBuffer* response) {
+void Describe(ServerCall& call, const v1::DescribeRequest&, v1::DescribeResponse* response) {
   *response = call.host().description;
 }
 

@@ -33,7 +33,7 @@ class Driven {
     if (auto known = known_.lock(); known && !known->closed()) return known->use();
     SessionRef session = call.session(id_.empty() ? id : id_);
     known_ = session->weak_from_this();
-    if (std::exchange(id_, session->id()).empty()) call.log().name(id_);
+    id_ = session->id();
     task_.fields = session->default_fields();
     return session;
   }
@@ -46,20 +46,18 @@ class Driven {
 }  // namespace
 
 void Drive(ServerCall& call,
-           grpc::ServerReaderWriter<v1::DriveResponse, ReadRequest<v1::DriveRequest>>& stream) {
+           grpc::ServerReaderWriter<v1::DriveResponse, grpc::ByteBuffer>& stream) {
   call.hold(0);  // as many as the largest reply takes
   Driven driven;
-  ReadRequest<v1::DriveRequest> request;
+  grpc::ByteBuffer bytes;
   v1::DriveResponse response;
   bool first = true;
-  for (; call.next(stream, request); first = false) {
-    if (!request.read(call.account().memory()))
-      throw errors::invalid("request", "its bytes are not a DriveRequest",
-                            first ? "the first message must name a session" : "must be one");
+  for (; call.next(stream, bytes); first = false) {
+    const auto& request = call.read<v1::DriveRequest>(bytes);
     response.has_step() ? response.mutable_step()->Clear() : response.Clear();
     try {
       call.run([&] {
-        driven.answer(call, request.message(), response.mutable_step());
+        driven.answer(call, request, response.mutable_step());
         response.mutable_step()->set_work(call.work());
       });
     } catch (...) {
@@ -67,7 +65,7 @@ void Drive(ServerCall& call,
       call.log().refuse(error);
       errors::to_proto(error, response.mutable_error());
     }
-    request.drop();
+    call.drop_request();
     call.write(stream, response);
   }
   if (call.caller_left()) throw errors::cancelled();

@@ -142,7 +142,7 @@ void Durability::restore() {
   const auto use = [&](const Store::Row& row) {
     Account& account = host_.accounts.of(row.session.principal);
     if (auto session = restored(row, account)) {
-      (*session)->hold_slot(account.admit_restored_session());
+      (*session)->hold_slot(*account.admit_session(true));
       host_.registry.restore(*std::move(session));
     } else {
       ++unread;

@@ -1,14 +1,47 @@
 #include "server/calls/gate.h"
 
+#include <memory>
 #include <utility>
 
 #include "server/convert/errors.h"
 
 namespace stiefel::server {
 
+/// gRPC's handler of an RPC, beside the call that it serves: the call, and with it its memory,
+/// lives until its reply and its status are sent.
+class Gate::Handler final : public grpc::internal::MethodHandler {
+ public:
+  explicit Handler(std::unique_ptr<grpc::internal::MethodHandler> of_grpc)
+      : of_grpc_(std::move(of_grpc)) {}
+
+  void* Deserialize(grpc_call* call, grpc_byte_buffer* bytes, grpc::Status* status,
+                    void** data) override {
+    return of_grpc_->Deserialize(call, bytes, status, data);
+  }
+  void RunHandler(const HandlerParameter& parameter) override {
+    std::optional<ServerCall> call;
+    call_of_this_thread = &call;
+    of_grpc_->RunHandler(parameter);
+  }
+
+  static inline thread_local std::optional<ServerCall>* call_of_this_thread = nullptr;
+
+ private:
+  const std::unique_ptr<grpc::internal::MethodHandler> of_grpc_;
+};
+
+namespace {
+
+/// Returns the bytes of a request, which gRPC hands out as a constant and does not use again.
+grpc::ByteBuffer& taken(const grpc::ByteBuffer* bytes) {
+  return const_cast<grpc::ByteBuffer&>(*bytes);
+}
+
+}  // namespace
+
 template <class Body>
-grpc::Status Gate::serve(std::optional<ServerCall>& call, grpc::ServerContext& context,
-                         const char* name, const Body& body) {
+grpc::Status Gate::serve(grpc::ServerContext& context, const char* name, const Body& body) {
+  std::optional<ServerCall>& call = *Handler::call_of_this_thread;
   grpc::Status status;
   try {
     call.emplace(host_, context, name);
@@ -21,88 +54,42 @@ grpc::Status Gate::serve(std::optional<ServerCall>& call, grpc::ServerContext& c
   return status;
 }
 
-/// Serves an RPC with one reply. The call, and with it its memory, lives until the reply is sent.
 template <class Request, class Response>
-class Gate::UnaryHandler final : public grpc::internal::MethodHandler {
- public:
-  UnaryHandler(Gate& gate, const char* name, Unary<Request, Response>* handler)
-      : gate_(gate), name_(name), handler_(handler) {}
-
-  void* Deserialize(grpc_call* call, grpc_byte_buffer* bytes, grpc::Status* status,
-                    void**) override {
-    void* place = grpc_call_arena_alloc(call, sizeof(ReadRequest<Request>));
-    return grpc::internal::UnaryDeserializeHelper(bytes, status, new (place) ReadRequest<Request>);
-  }
-  void RunHandler(const HandlerParameter& parameter) override {
-    auto* request = static_cast<ReadRequest<Request>*>(parameter.request);
-    auto& context = *static_cast<grpc::ServerContext*>(parameter.server_context);
-    std::optional<ServerCall> call;
-    Response response;
-    grpc::Status status = gate_.serve(call, context, name_, [&](ServerCall& of) {
-      of.run([&] {
-        handler_(of, of.read(*request), &response);
-        if constexpr (requires { response.set_work(0); }) response.set_work(of.work());
-      });
-    });
-    request->~ReadRequest();
-    grpc::internal::UnaryRunHandlerHelper(parameter, &response, status);
-  }
-
- private:
-  Gate& gate_;
-  const char* const name_;
-  Unary<Request, Response>* const handler_;
-};
-
-/// Serves an RPC with a stream of messages. The call, and with it its memory, lives until its
-/// status is sent.
-template <class Request, class Response>
-class Gate::StreamingHandler final : public grpc::internal::MethodHandler {
- public:
-  StreamingHandler(Gate& gate, const char* name, Streaming<Request, Response>* handler)
-      : handler_(
-            [&gate, name, handler](Gate*, grpc::ServerContext* context,
-                                   const ReadRequest<Request>* request,
-                                   grpc::ServerWriter<Response>* writer) {
-              return gate.serve(*call_of_this_thread, *context, name, [&](ServerCall& of) {
-                of.run([&] { handler(of, of.read(*request), *writer); });
-              });
-            },
-            &gate) {}
-
-  void* Deserialize(grpc_call* call, grpc_byte_buffer* bytes, grpc::Status* status,
-                    void** data) override {
-    return handler_.Deserialize(call, bytes, status, data);
-  }
-  void RunHandler(const HandlerParameter& parameter) override {
-    std::optional<ServerCall> call;
-    call_of_this_thread = &call;
-    handler_.RunHandler(parameter);
-  }
-
- private:
-  static inline thread_local std::optional<ServerCall>* call_of_this_thread = nullptr;
-
-  grpc::internal::ServerStreamingHandler<Gate, ReadRequest<Request>, Response> handler_;
-};
-
-template <class Request, class Response>
-grpc::internal::MethodHandler* Gate::take(const char* name, Unary<Request, Response>* handler) {
-  return new UnaryHandler<Request, Response>(*this, name, handler);
+std::unique_ptr<grpc::internal::MethodHandler> Gate::take(const char* name,
+                                                          Unary<Request, Response>* handler) {
+  return std::make_unique<grpc::internal::RpcMethodHandler<Gate, grpc::ByteBuffer, Response>>(
+      [name, handler](Gate* gate, grpc::ServerContext* context, const grpc::ByteBuffer* bytes,
+                      Response* response) {
+        return gate->serve(*context, name, [&](ServerCall& call) {
+          call.run([&] {
+            handler(call, call.read<Request>(taken(bytes)), response);
+            if constexpr (requires { response->set_work(0); }) response->set_work(call.work());
+          });
+        });
+      },
+      this);
 }
 
 template <class Request, class Response>
-grpc::internal::MethodHandler* Gate::take(const char* name, Streaming<Request, Response>* handler) {
-  return new StreamingHandler<Request, Response>(*this, name, handler);
+std::unique_ptr<grpc::internal::MethodHandler> Gate::take(const char* name,
+                                                          Streaming<Request, Response>* handler) {
+  return std::make_unique<grpc::internal::ServerStreamingHandler<Gate, grpc::ByteBuffer, Response>>(
+      [name, handler](Gate* gate, grpc::ServerContext* context, const grpc::ByteBuffer* bytes,
+                      grpc::ServerWriter<Response>* writer) {
+        return gate->serve(*context, name, [&](ServerCall& call) {
+          call.run([&] { handler(call, call.read<Request>(taken(bytes)), *writer); });
+        });
+      },
+      this);
 }
 
-template <class Request, class Response>
-grpc::internal::MethodHandler* Gate::take(const char* name, Driving<Request, Response>* handler) {
-  using Stream = grpc::ServerReaderWriter<Response, ReadRequest<Request>>;
-  return new grpc::internal::TemplatedBidiStreamingHandler<Stream, false>(
+template <class Response>
+std::unique_ptr<grpc::internal::MethodHandler> Gate::take(const char* name,
+                                                          Driving<Response>* handler) {
+  using Stream = grpc::ServerReaderWriter<Response, grpc::ByteBuffer>;
+  return std::make_unique<grpc::internal::TemplatedBidiStreamingHandler<Stream, false>>(
       [this, name, handler](grpc::ServerContext* context, Stream* stream) {
-        std::optional<ServerCall> call;
-        return serve(call, *context, name, [&](ServerCall& of) { handler(of, *stream); });
+        return serve(*context, name, [&](ServerCall& call) { handler(call, *stream); });
       });
 }
 
@@ -111,7 +98,8 @@ Gate::Gate(Host& host, Callers* callers) : host_(host), callers_(callers) {
   const auto add = [&](const char* name, RpcMethod::RpcType type, auto* handler) {
     const auto& path = paths_.emplace_back(
         "/" + std::string(v1::SimulationService::service_full_name()) + "/" + name);
-    AddMethod(new grpc::internal::RpcServiceMethod(path.c_str(), type, take(name, handler)));
+    AddMethod(
+        new grpc::internal::RpcServiceMethod(path.c_str(), type, new Handler(take(name, handler))));
   };
 #define UNARY(Name) add(#Name, RpcMethod::NORMAL_RPC, &Name);
 #define STREAM(Name) add(#Name, RpcMethod::SERVER_STREAMING, &Name);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <deque>
-#include <optional>
+#include <memory>
 #include <string>
 
 #include "server/calls/server_call.h"
@@ -23,23 +23,21 @@ class Gate final : public grpc::Service {
   Gate(Host& host, Callers* callers);
 
  private:
-  template <class Request, class Response>
-  class UnaryHandler;
-  template <class Request, class Response>
-  class StreamingHandler;
+  class Handler;
 
   /// Makes gRPC's handler of an RPC from ours.
   template <class Request, class Response>
-  grpc::internal::MethodHandler* take(const char* name, Unary<Request, Response>* handler);
+  std::unique_ptr<grpc::internal::MethodHandler> take(const char* name,
+                                                      Unary<Request, Response>* handler);
   template <class Request, class Response>
-  grpc::internal::MethodHandler* take(const char* name, Streaming<Request, Response>* handler);
-  template <class Request, class Response>
-  grpc::internal::MethodHandler* take(const char* name, Driving<Request, Response>* handler);
-  /// Makes `call`, lets `body` answer it if its caller is let in, and returns the status with which
-  /// it ends.
+  std::unique_ptr<grpc::internal::MethodHandler> take(const char* name,
+                                                      Streaming<Request, Response>* handler);
+  template <class Response>
+  std::unique_ptr<grpc::internal::MethodHandler> take(const char* name, Driving<Response>* handler);
+  /// Makes the call of this thread, lets `body` answer it if its caller is let in, and returns the
+  /// status with which it ends.
   template <class Body>
-  grpc::Status serve(std::optional<ServerCall>& call, grpc::ServerContext& context,
-                     const char* name, const Body& body);
+  grpc::Status serve(grpc::ServerContext& context, const char* name, const Body& body);
 
   Host& host_;
   Callers* const callers_;

@@ -14,11 +14,6 @@ namespace {
 /// How often a Watch looks whether its caller has left.
 constexpr std::chrono::milliseconds patience{200};
 
-grpc::Status too_many(std::size_t most) {
-  const auto limit = static_cast<double>(most);
-  return errors::over_quota({"health_watches", limit, limit + 1, std::chrono::seconds(1)});
-}
-
 /// Returns the field `service` of a HealthCheckRequest.
 std::string service_of(const grpc::ByteBuffer& request) {
   constexpr char tag = 1 << 3 | 2;
@@ -65,32 +60,30 @@ grpc::Status HealthService::check(const grpc::ByteBuffer& request, grpc::ByteBuf
 
 grpc::Status HealthService::watch(grpc::ServerContext& context, const grpc::ByteBuffer& request,
                                   grpc::ServerWriter<grpc::ByteBuffer>& writer) {
-  const std::string connection = context.peer();
-  {
-    const std::lock_guard lock(mutex_);
-    if (watches_ >= most) return too_many(most);
-    if (of_connection_[connection] >= most_of_connection) return too_many(most_of_connection);
-    ++watches_;
-    ++of_connection_[connection];
+  std::unique_lock lock(mutex_);
+  if (watches_ >= most) {
+    constexpr auto limit = static_cast<double>(most);
+    return errors::over_quota({"health_watches", limit, limit + 1, std::chrono::seconds(1)});
   }
-  tell(context, knows(service_of(request)), writer);
-  const std::lock_guard lock(mutex_);
+  ++watches_;
+  tell(context, knows(service_of(request)), writer, lock);
   --watches_;
-  if (--of_connection_[connection] == 0) of_connection_.erase(connection);
   return errors::cancelled();
 }
 
 void HealthService::tell(grpc::ServerContext& context, bool known,
-                         grpc::ServerWriter<grpc::ByteBuffer>& writer) {
+                         grpc::ServerWriter<grpc::ByteBuffer>& writer,
+                         std::unique_lock<std::mutex>& lock) {
   for (std::optional<Status> told; !context.IsCancelled();) {
-    std::unique_lock lock(mutex_);
     const Status now = status(known);
     if (told == now) {
       changed_.wait_for(lock, patience);
       continue;
     }
     lock.unlock();
-    if (!writer.Write(response_of(now))) return;
+    const bool sent = writer.Write(response_of(now));
+    lock.lock();
+    if (!sent) return;
     told = now;
   }
 }

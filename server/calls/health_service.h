@@ -4,7 +4,6 @@
 
 #include <condition_variable>
 #include <cstddef>
-#include <map>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -19,9 +18,8 @@ namespace stiefel::server {
 /// call begins.
 class HealthService final : public grpc::Service {
  public:
-  /// The most Watches of one connection, those of all Unix sockets together counting as one, and of
-  /// all connections.
-  static constexpr std::size_t most_of_connection = 16, most = 64;
+  /// The most Watches at once.
+  static constexpr std::size_t most = 64;
 
   /// `service`: the full name of the service that is healthy beside the server itself.
   explicit HealthService(std::string service);
@@ -52,15 +50,16 @@ class HealthService final : public grpc::Service {
     if (!known) return Status::service_unknown;
     return able_ && !stopped_ ? Status::serving : Status::not_serving;
   }
-  /// Tells one caller the status, and again at every change, until the caller leaves.
-  void tell(grpc::ServerContext& context, bool known, grpc::ServerWriter<grpc::ByteBuffer>& writer);
+  /// Tells one caller the status, and again at every change, until the caller leaves. Requires the
+  /// lock, which it gives up while it waits.
+  void tell(grpc::ServerContext& context, bool known, grpc::ServerWriter<grpc::ByteBuffer>& writer,
+            std::unique_lock<std::mutex>& lock);
 
   const std::string service_;
   std::mutex mutex_;
   std::condition_variable changed_;
   bool able_ = true, stopped_ = false;
   std::size_t watches_ = 0;
-  std::map<std::string, std::size_t> of_connection_;
 };
 
 }  // namespace stiefel::server

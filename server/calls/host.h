@@ -1,7 +1,6 @@
 #pragma once
 
 #include <grpcpp/server_context.h>
-#include <grpcpp/support/byte_buffer.h>
 
 #include <atomic>
 #include <chrono>
@@ -18,6 +17,7 @@
 #include "server/scheduling/slice.h"
 #include "server/scheduling/turns.h"
 #include "server/sessions/registry.h"
+#include "stiefel/v1/simulation.pb.h"
 
 namespace stiefel::server {
 
@@ -72,7 +72,7 @@ struct Host {
   Turns turns{threads};
   Helpers helpers{turns, threads - 1};
   std::atomic<std::uint32_t> open_calls = 0;
-  grpc::ByteBuffer description = {};  ///< the reply of Describe
+  v1::DescribeResponse description = {};
 };
 
 }  // namespace stiefel::server

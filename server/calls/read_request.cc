@@ -1,10 +1,14 @@
 #include "server/calls/read_request.h"
 
 #include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/message.h>
+#include <grpcpp/support/slice.h>
+#include <malloc.h>
 
 #include <algorithm>
+#include <new>
+#include <string>
 #include <unordered_map>
+#include <vector>
 
 namespace stiefel::server {
 namespace {
@@ -21,6 +25,14 @@ constexpr std::uint64_t of_string = 64;    // without its characters
 constexpr std::uint64_t of_entry = 128;    // of a map, without its value
 constexpr std::uint64_t of_unknown = 96;   // a field of a later version
 constexpr std::uint64_t small_list = 256;  // a packed list that may be one of many for its field
+
+/// The bytes of a call in gRPC, and those up to which a request is never refused.
+constexpr std::uint64_t request_object = 4 << 10, never_refused = 64 << 10;
+/// The bytes up to which a request keeps fields of later versions, which cost less than a search
+/// for them.
+constexpr std::size_t keeps_unknown = 4 << 10;
+/// The bytes above which the memory of the pieces of a request goes back to the system at once.
+constexpr std::size_t large = 4 << 20;
 
 /// Returns the bytes of an empty message.
 std::uint64_t object_bytes(const MessageType& type) {
@@ -71,7 +83,7 @@ class Walk {
  private:
   void count(std::uint64_t bytes) { found_.memory += bytes; }
   void count_unknown(std::uint64_t bytes) {
-    found_.unknown = true;
+    found_.unknown += of_unknown;
     count(of_unknown + bytes);
   }
   bool number(WireType type, const FieldDescriptor* field) {
@@ -117,6 +129,30 @@ class Walk {
   ParsedBytes found_;
 };
 
+/// Joins the pieces in which bytes arrived and frees each as it is copied. From many pieces,
+/// protobuf would read a packed field of numbers into twice its size. A ByteBuffer frees every
+/// piece: where gRPC's memory quota is used up, ~Slice of gRPC 1.51 uses a null pointer.
+std::string joined(grpc::ByteBuffer& bytes) {
+  std::vector<grpc::ByteBuffer> pieces;
+  std::string all;
+  all.reserve(bytes.Length());
+  {
+    std::vector<grpc::Slice> slices;
+    if (!bytes.Dump(&slices).ok()) throw std::bad_alloc();
+    for (const grpc::Slice& slice : slices) pieces.emplace_back(&slice, std::size_t{1});
+  }
+  bytes.Clear();
+  for (grpc::ByteBuffer& piece : pieces) {
+    grpc::Slice slice;
+    if (!piece.TrySingleSlice(&slice).ok()) throw std::bad_alloc();
+    all.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+    slice = {};
+    piece.Clear();
+  }
+  if (all.size() > large) malloc_trim(0);
+  return all;
+}
+
 }  // namespace
 
 ParsedBytes parsed_bytes(std::span<const char> bytes, const google::protobuf::Descriptor& type) {
@@ -125,6 +161,41 @@ ParsedBytes parsed_bytes(std::span<const char> bytes, const google::protobuf::De
   ParsedBytes found = walk.found();
   found.memory += object_bytes(type);
   return found;
+}
+
+const ReadRequest::Message* ReadRequest::read(grpc::ByteBuffer& bytes, const Message& prototype,
+                                              MemoryBudget& budget) {
+  struct Freed {
+    grpc::ByteBuffer& bytes;
+    ~Freed() { bytes.Clear(); }
+  } const freed{bytes};
+  drop();
+  const std::size_t size = bytes.Length();
+  const std::uint64_t itself = size > never_refused ? size : 0;
+  if (itself > 0) hold(budget, itself);
+  grpc::Slice only;
+  std::string copy;
+  const bool is_one = bytes.TrySingleSlice(&only).ok();
+  if (!is_one) copy = joined(bytes);
+  const char* begin = is_one ? reinterpret_cast<const char*>(only.begin()) : copy.data();
+  const ParsedBytes found = parsed_bytes({begin, size}, *prototype.GetDescriptor());
+  hold(budget, request_object + itself + found.memory);
+  Message* message = prototype.New(&arena_.emplace());
+  if (!message->ParseFromArray(begin, static_cast<int>(size))) return nullptr;
+  if (found.unknown > 0 && size > keeps_unknown) message->DiscardUnknownFields();
+  const std::uint64_t used =
+      request_object + arena_->SpaceAllocated() + found.strings + found.unknown;
+  if (memory_.bytes() > used) memory_.shrink(memory_.bytes() - used);
+  return message;
+}
+
+void ReadRequest::hold(MemoryBudget& budget, std::uint64_t bytes) {
+  if (memory_)
+    memory_.grow_to(bytes);
+  else if (bytes <= never_refused)
+    memory_ = MemoryLease::if_it_fits(budget, bytes);
+  else
+    memory_ = MemoryLease(budget, bytes);
 }
 
 }  // namespace stiefel::server

@@ -50,14 +50,13 @@ void check_step(const char* field, std::int64_t value, std::int64_t low) {
 
 Registry::Created admit(Host& host, Account& account, const std::string& id, ResolvedScene scene,
                         std::string_view checkpoint, bool recreate) {
-  auto admission = account.admit_session();
+  auto slot = account.admit_session();
   // A request for an existing session takes no slot.
-  if (admission.refusal && !host.registry.find(account.principal(), id))
-    throw errors::over_quota(*admission.refusal);
+  if (!slot && !host.registry.find(account.principal(), id)) throw errors::over_quota(slot.error());
   auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,
                                       std::move(scene.resolution), recreate, &account.memory());
   if (created) {
-    if (created->created) created->session->hold_slot(std::move(admission.slot));
+    if (created->created) created->session->hold_slot(std::move(slot).value_or(nullptr));
     return *std::move(created);
   }
   if (const auto* overflow = std::get_if<Overflow>(&created.error()))

@@ -49,8 +49,11 @@ ServerCall::Computed::~Computed() {
   of.log_->did(of.work());
 }
 
-void ServerCall::unreadable(const google::protobuf::Descriptor& type) {
-  throw errors::invalid("request", "", "the bytes are not a " + type.name());
+const google::protobuf::Message& ServerCall::read(grpc::ByteBuffer& bytes,
+                                                  const google::protobuf::Message& prototype) {
+  if (bytes.Length() > short_request) turn_->take();
+  if (const auto* message = request_.read(bytes, prototype, account().memory())) return *message;
+  throw errors::invalid("request", "", "the bytes are not a " + prototype.GetDescriptor()->name());
 }
 
 void ServerCall::leave() { throw errors::cancelled(); }

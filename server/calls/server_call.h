@@ -64,16 +64,16 @@ class ServerCall {
 
   /// Finds out who calls. Throws StatusError if the caller is not let in or has too many calls.
   void admit(Callers* callers);
-  /// Reads the request, a long one in the call's turn. Throws StatusError if its bytes are no such
-  /// message.
+  /// Reads a request, a long one in the call's turn, and frees the bytes. The message lives until
+  /// the next one is read or `drop_request`. Throws StatusError if the bytes are no such message.
   template <class Request>
-  const Request& read(const ReadRequest<Request>& request) {
-    if (request.size() > short_request) turn_->take();
-    if (!request.read(account().memory())) unreadable(*Request::descriptor());
-    if constexpr (requires { request.message().session_id(); })
-      log_->name(request.message().session_id());
-    return request.message();
+  const Request& read(grpc::ByteBuffer& bytes) {
+    const auto& request = static_cast<const Request&>(read(bytes, Request::default_instance()));
+    if constexpr (requires { request.session_id(); })
+      if (!request.session_id().empty()) log_->name(request.session_id());
+    return request;
   }
+  void drop_request() { request_.drop(); }
   /// Returns the session; see find_session.
   SessionRef session(std::string_view id, const char* field = "session_id");
   /// Takes so many more bytes until the reply is sent.
@@ -103,7 +103,7 @@ class ServerCall {
   /// next piece.
   void pass() const {
     stop_point();
-    if (host_.lifecycle.stopping()) throw Stopped();
+    if (host_.lifecycle.stopping() || turn_->time_is_up()) throw Stopped();
   }
   /// Calls `wait`, which waits for other calls, without a place to compute in.
   template <class Wait>
@@ -149,8 +149,8 @@ class ServerCall {
     const std::chrono::duration<double, std::nano> spent = turn_->spent();
     return spent.count() * instructions_a_nanosecond;
   }
-  /// Requests a stop when the caller leaves, when the server ends its calls and when the call has
-  /// computed for as long as it may.
+  /// Requests a stop when the caller leaves, and where a piece of work goes on although the server
+  /// ends its calls or the call has computed for as long as it may.
   const std::stop_token& stop() const { return stop_; }
   bool caller_left() const { return context_.IsCancelled(); }
   const Principal& principal() const { return account_->principal(); }
@@ -160,7 +160,8 @@ class ServerCall {
   /// The most bytes of a request that is read in less than the free time of a turn.
   static constexpr std::size_t short_request = 4 << 10;
 
-  [[noreturn]] static void unreadable(const google::protobuf::Descriptor& type);
+  const google::protobuf::Message& read(grpc::ByteBuffer& bytes,
+                                        const google::protobuf::Message& prototype);
   [[noreturn]] static void leave();
   /// Ends the turn, and tells the log how long the call has computed.
   struct Computed {
@@ -179,6 +180,7 @@ class ServerCall {
   std::stop_source stop_source_;
   std::stop_token stop_ = stop_source_.get_token();
   std::optional<Turns::OfCall> turn_;
+  ReadRequest request_;
   MemoryLease memory_;
 };
 

@@ -1,20 +1,16 @@
 #include "server/scheduling/account.h"
 
-#include <algorithm>
-#include <mutex>
 #include <utility>
 
 namespace stiefel::server {
 namespace {
 
-using std::chrono::milliseconds;
-
 // The estimated times after which a refused caller may try again: calls end sooner than streams and
 // sessions.
-constexpr milliseconds until_a_call_ends{100}, until_a_stream_ends{1000},
+constexpr std::chrono::milliseconds until_a_call_ends{100}, until_a_stream_ends{1000},
     until_a_session_goes{1000};
 std::optional<Refusal> enter(std::atomic<std::uint32_t>& count, std::uint32_t most,
-                             const char* limit, milliseconds retry_after) {
+                             const char* limit, std::chrono::milliseconds retry_after) {
   const std::uint32_t now = count.fetch_add(1, std::memory_order_relaxed) + 1;
   if (most == 0 || now <= most) return std::nullopt;
   count.fetch_sub(1, std::memory_order_relaxed);
@@ -40,16 +36,14 @@ Turns::Time Account::most_time() const {
              : Turns::Time::max();
 }
 
-Account::Admission Account::admit_session() {
-  if (auto refusal =
-          enter(sessions_, quota_.sessions.value_or(0), "principal_sessions", until_a_session_goes))
-    return {nullptr, refusal};
-  return {slot(), std::nullopt};
-}
-
-Account::SessionSlot Account::admit_restored_session() {
-  sessions_.fetch_add(1, std::memory_order_relaxed);
-  return slot();
+std::expected<Account::SessionSlot, Refusal> Account::admit_session(bool restored) {
+  const std::uint32_t most = restored ? 0 : quota_.sessions.value_or(0);
+  if (const auto refusal = enter(sessions_, most, "principal_sessions", until_a_session_goes))
+    return std::unexpected(*refusal);
+  const auto leave = [](std::atomic<std::uint32_t>* count) {
+    count->fetch_sub(1, std::memory_order_relaxed);
+  };
+  return std::shared_ptr<std::atomic<std::uint32_t>>(&sessions_, leave);
 }
 
 std::optional<Refusal> Account::enter_call(std::atomic<std::uint32_t>& all) {
@@ -65,28 +59,12 @@ void Account::leave_call(std::atomic<std::uint32_t>& all) {
   all.fetch_sub(1, std::memory_order_relaxed);
 }
 
-Account::SessionSlot Account::slot() {
-  const auto leave = [](std::atomic<std::uint32_t>* count) {
-    count->fetch_sub(1, std::memory_order_relaxed);
-  };
-  return std::shared_ptr<std::atomic<std::uint32_t>>(&sessions_, leave);
-}
-
 Accounts::Accounts(const Quota& quota, MemoryBudget& memory, ReclaimOf reclaim)
-    : quota_(quota),
-      memory_(memory),
-      reclaim_(std::move(reclaim)),
-      everybody_({}, quota_, memory_, reclaim_) {}
+    : quota_(quota), memory_(memory), reclaim_(std::move(reclaim)) {}
 
 Account& Accounts::of(const Principal& principal) {
-  if (principal.name.empty()) return everybody_;
-  {
-    const std::shared_lock lock(mutex_);
-    const auto found = named_.find(principal.name);
-    if (found != named_.end()) return *found->second;
-  }
-  const std::unique_lock lock(mutex_);
-  auto& account = named_[principal.name];
+  const std::lock_guard lock(mutex_);
+  auto& account = accounts_[principal];
   if (!account) account = std::make_unique<Account>(principal, quota_, memory_, reclaim_);
   return *account;
 }

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <expected>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <semaphore>
-#include <shared_mutex>
-#include <string>
 #include <thread>
-#include <unordered_map>
 
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/principal.h"
@@ -50,18 +50,10 @@ class Account {
 
   /// A session's place in the account, given back when the last copy is destroyed.
   using SessionSlot = std::shared_ptr<void>;
-  struct Admission {
-    SessionSlot slot;                // null if refused
-    std::optional<Refusal> refusal;  // set if the principal has as many sessions as it may
-  };
-  Admission admit_session();
-  /// Takes a place for a restored session, even beyond the quota.
-  SessionSlot admit_restored_session();
+  /// Takes a place, or returns why there is none; for a restored session even beyond the quota.
+  std::expected<SessionSlot, Refusal> admit_session(bool restored = false);
 
  private:
-  /// Returns a slot for a session that `sessions_` counts already.
-  SessionSlot slot();
-
   const Principal principal_;
   const Quota quota_;
   MemoryBudget& whole_memory_;
@@ -88,9 +80,8 @@ class Accounts {
   const Quota quota_;
   MemoryBudget& memory_;
   const ReclaimOf reclaim_;
-  Account everybody_;  // the account of the empty principal, found without a lock
-  mutable std::shared_mutex mutex_;
-  std::unordered_map<std::string, std::unique_ptr<Account>> named_;  // guarded by mutex_
+  std::mutex mutex_;
+  std::map<Principal, std::unique_ptr<Account>> accounts_;  // guarded by mutex_
 };
 
 }  // namespace stiefel::server

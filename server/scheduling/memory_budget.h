@@ -54,8 +54,6 @@ class MemoryBudget {
 
   std::uint64_t limit() const { return limit_; }
   std::uint64_t used() const { return used_.load(std::memory_order_relaxed); }
-  /// The sum of all bytes given back so far.
-  std::uint64_t given_back() const { return given_back_.load(std::memory_order_relaxed); }
 
   /// Sets the function that gives up caches; empty once their holder is gone. `take` calls it
   /// without holding a lock that `try_take` or `give_back` needs.
@@ -75,7 +73,6 @@ class MemoryBudget {
   void take(std::uint64_t bytes, std::uint64_t held = 0);
   void give_back(std::uint64_t bytes) noexcept {
     used_.fetch_sub(bytes, std::memory_order_relaxed);
-    given_back_.fetch_add(bytes, std::memory_order_relaxed);
     if (whole_) whole_->give_back(bytes);
   }
 
@@ -86,7 +83,7 @@ class MemoryBudget {
   const std::uint64_t limit_;
   MemoryBudget* const whole_ = nullptr;
   const char* const name_ = nullptr;
-  std::atomic<std::uint64_t> used_ = 0, given_back_ = 0;
+  std::atomic<std::uint64_t> used_ = 0;
   std::atomic<bool> excess_allowed_ = false;
   std::mutex reclaiming_;
   Reclaim reclaim_;  // guarded by reclaiming_

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -18,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t MiB = std::uint64_t{1} << 20;
 constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
 
 /// Returns the number at the start of a file; `unknown` for "max" and for a missing file.
@@ -39,24 +37,6 @@ std::uint64_t machine_memory(const fs::path& root) {
   return unknown;
 }
 
-/// Returns the smallest limit of a control group and the groups that contain it, below `mount`.
-std::uint64_t group_limit(const fs::path& mount, const fs::path& group, const char* file) {
-  // Inside a container the group's path may be that on the host, while `mount` is the group itself.
-  std::uint64_t least = number_in(mount / file);
-  fs::path at = mount;
-  for (const fs::path& part : group.relative_path()) {
-    at /= part;
-    least = std::min(least, number_in(at / file));
-  }
-  return least;
-}
-
-constexpr auto trim_pause = std::chrono::milliseconds(500);
-constexpr auto longest_wait = std::chrono::seconds(5);
-/// The least bytes given back since the last trim, and the least resident bytes beyond those taken.
-constexpr std::uint64_t least_given_back = std::uint64_t{64} << 20;
-constexpr std::uint64_t least_surplus = std::uint64_t{64} << 20;
-constexpr int largest_kept = 512 * 1024, arenas_a_core = 2;
 /// Pages of a stack that stay, for the functions that are called next.
 constexpr std::uintptr_t pages_of_the_next_calls = 16;
 
@@ -89,39 +69,31 @@ std::optional<std::uint64_t> read_bytes(std::string_view text, std::uint64_t lea
 }
 
 std::uint64_t available_memory(const fs::path& root) {
-  std::uint64_t least = machine_memory(root);
-  const fs::path mount = root / "sys/fs/cgroup";
+  constexpr const char* file = "memory.max";
+  // Inside a container the group's path may be that on the host, while sys/fs/cgroup is the group.
+  fs::path at = root / "sys/fs/cgroup";
+  std::uint64_t least = std::min(machine_memory(root), number_in(at / file));
   std::ifstream groups(root / "proc/self/cgroup");
-  for (std::string line; std::getline(groups, line);) {  // "0::/path" or "4:memory:/path"
-    const auto first = line.find(':'), second = line.find(':', first + 1);
-    if (second == std::string::npos) continue;
-    const std::string controllers = line.substr(first + 1, second - first - 1);
-    const fs::path group = line.substr(second + 1);
-    if (controllers.empty())
-      least = std::min(least, group_limit(mount, group, "memory.max"));
-    else if ((',' + controllers + ',').find(",memory,") != std::string::npos)
-      least = std::min(least, group_limit(mount / "memory", group, "memory.limit_in_bytes"));
+  for (std::string line; std::getline(groups, line);) {
+    if (!line.starts_with("0::/")) continue;
+    for (const fs::path& part : fs::path(line.substr(4)))
+      least = std::min(least, number_in((at /= part) / file));
   }
   return least;
 }
 
 std::uint64_t default_memory() { return std::max(least_memory, available_memory() / 4 * 3); }
 
-std::uint64_t largest_message(std::uint64_t memory) { return std::min(256 * MiB, memory / 16); }
-
-std::uint64_t grpc_share(std::uint64_t memory) { return memory / 4; }
-
-std::uint64_t program_share(std::uint64_t memory) { return std::min(32 * MiB, memory / 8); }
-
-std::uint64_t session_share(std::uint64_t memory) {
-  return memory - grpc_share(memory) - program_share(memory);
-}
-
 void keep_little_freed_memory() {
+  constexpr int largest_kept = 512 << 10;
   mallopt(M_MMAP_THRESHOLD, largest_kept);
   mallopt(M_TRIM_THRESHOLD, 2 * largest_kept);
-  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
-  mallopt(M_ARENA_MAX, arenas_a_core * std::max(cores, 2));
+  mallopt(M_ARENA_MAX, 2 * std::max(static_cast<int>(std::thread::hardware_concurrency()), 2));
+}
+
+void give_back_freed_memory(std::uint64_t taken, std::uint64_t limit) {
+  const std::uint64_t surplus = std::max(std::min(limit / 8, std::uint64_t{64} << 20), taken / 8);
+  if (resident_bytes() > taken + surplus) malloc_trim(0);
 }
 
 void give_back_unused_stack() {
@@ -136,23 +108,6 @@ void give_back_unused_stack() {
   const auto here = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0));
   const std::uintptr_t end = (here / page - pages_of_the_next_calls) * page;
   if (end > begin) madvise(low, end - begin, MADV_DONTNEED);
-}
-
-FreedMemory::FreedMemory(const MemoryBudget& budget)
-    : budget_(budget), thread_("freed-memory", trim_pause, [this](const auto&) { trim(); }) {}
-
-void FreedMemory::trim() {
-  const std::uint64_t given_back = budget_.given_back(), used = budget_.used();
-  const auto now = std::chrono::steady_clock::now();
-  // The budget does not count what gRPC frees, hence the limit on the time.
-  if (given_back - trimmed_at_ < std::min(budget_.limit() / 64, least_given_back) &&
-      now - last_ < longest_wait)
-    return;
-  const std::uint64_t surplus = std::min(budget_.limit() / 8, least_surplus);
-  if (resident_bytes() < used + std::max(surplus, used / 8)) return;
-  trimmed_at_ = given_back;
-  last_ = now;
-  malloc_trim(0);
 }
 
 }  // namespace stiefel::server

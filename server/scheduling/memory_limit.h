@@ -1,14 +1,11 @@
 #pragma once
 
-#include <chrono>
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
-
-#include "server/scheduling/memory_budget.h"
-#include "server/scheduling/process.h"
 
 namespace stiefel::server {
 
@@ -18,9 +15,9 @@ inline constexpr std::uint64_t least_memory = std::uint64_t{64} << 20;
 /// powers of 1024. Returns nothing for any other text and for less than `least` bytes.
 std::optional<std::uint64_t> read_bytes(std::string_view text, std::uint64_t least = least_memory);
 
-/// Returns the smaller of the machine's memory and the limit of this process's control group, in
-/// bytes: of version 2 (memory.max, of every group above it too) or 1 (memory.limit_in_bytes).
-/// `root` holds proc and sys; tests set it.
+/// Returns the smaller of the machine's memory and the limit of this process's control group and of
+/// those above it (memory.max, cgroups of version 2), in bytes. `root` holds proc and sys; tests
+/// set it.
 std::uint64_t available_memory(const std::filesystem::path& root = "/");
 
 /// Returns the resident memory of this process in bytes; 0 where it is not known.
@@ -31,39 +28,32 @@ std::uint64_t default_memory();
 
 /// Returns the largest message that a server with `memory` bytes accepts: a sixteenth of them, at
 /// most 256 MiB.
-std::uint64_t largest_message(std::uint64_t memory);
+inline std::uint64_t largest_message(std::uint64_t memory) {
+  return std::min<std::uint64_t>(256 << 20, memory / 16);
+}
 
 /// Return the parts of the memory set aside for what gRPC has read and not handed over yet (a
 /// quarter), for the program itself (an eighth, at most 32 MiB), and for sessions and calls (the
 /// rest).
-std::uint64_t grpc_share(std::uint64_t memory);
-std::uint64_t program_share(std::uint64_t memory);
-std::uint64_t session_share(std::uint64_t memory);
+inline std::uint64_t grpc_share(std::uint64_t memory) { return memory / 4; }
+inline std::uint64_t program_share(std::uint64_t memory) {
+  return std::min<std::uint64_t>(32 << 20, memory / 8);
+}
+inline std::uint64_t session_share(std::uint64_t memory) {
+  return memory - grpc_share(memory) - program_share(memory);
+}
 
-/// Sets malloc up for this process: blocks of at least 512 KiB go back to the system when they are
-/// freed, and there are two arenas a core. For programs, at their start; a library leaves the
-/// settings of its host alone.
+/// Makes malloc give blocks of at least 512 KiB back to the system when they are freed, and have
+/// two arenas a core. For programs, at their start; a library leaves the settings of its host
+/// alone.
 void keep_little_freed_memory();
+
+/// Gives freed memory back to the system if the process holds more than `taken` bytes by 64 MiB (an
+/// eighth of `limit`, if that is less) and by an eighth of what is taken.
+void give_back_freed_memory(std::uint64_t taken, std::uint64_t limit);
 
 /// Gives back the pages below the stack of this thread. A step of a large body leaves megabytes of
 /// them, which a thread that waits would hold.
 void give_back_unused_stack();
-
-/// A thread that gives freed memory back to the system when the process holds more than the budget
-/// says is taken, by 64 MiB (an eighth of a budget below 512 MiB) and by an eighth of what is
-/// taken. Does so only once 64 MiB (a sixty-fourth of a budget below 4 GiB) were given back to the
-/// budget, or five seconds have passed, since the last time.
-class FreedMemory {
- public:
-  explicit FreedMemory(const MemoryBudget& budget);
-
- private:
-  void trim();
-
-  const MemoryBudget& budget_;
-  std::uint64_t trimmed_at_ = 0;
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-  Periodic thread_;
-};
 
 }  // namespace stiefel::server

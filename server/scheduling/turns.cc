@@ -96,8 +96,9 @@ void Turns::OfCall::look_for_caller(Clock::time_point now) {
 void Turns::OfCall::pass_at(Clock::time_point now) {
   if (stop_.stop_requested()) return;
   if (now >= look_for_caller_at_) look_for_caller(now);
-  if (spent_ + helped_ + (now - began_) > most_) {
-    time_is_up_ = true;
+  const Time over = spent_ + helped_ + (now - began_) - most_;
+  time_is_up_ = over > Time{};
+  if (over > last_piece) {
     stop_.request_stop();
     return;
   }
@@ -139,11 +140,11 @@ void Turns::OfCall::yield_to_others(bool yields) noexcept {
     std::uint32_t priority;
     std::uint64_t runtime, deadline, period;
   } attributes{};
-  constexpr std::uint64_t long_slice = 20'000'000;  // ns
+  constexpr std::uint64_t time_slice = 20'000'000;  // ns
   attributes.size = sizeof attributes;
   attributes.policy = yields ? SCHED_BATCH : SCHED_OTHER;
   attributes.nice = getpriority(PRIO_PROCESS, 0);
-  attributes.runtime = yields ? long_slice : 0;
+  attributes.runtime = yields ? time_slice : 0;
   syscall(SYS_sched_setattr, 0, &attributes, 0);  // what the system refuses is left out
   yields_ = yields;
 }

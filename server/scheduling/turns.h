@@ -30,6 +30,8 @@ class Turns {
   /// The time for which a call is a short one, and that for which it is a medium one.
   static constexpr std::chrono::milliseconds short_time{2}, medium_time{20};
   static constexpr std::chrono::milliseconds lead{20};
+  /// The time in which a call whose time is up may end its piece of work.
+  static constexpr std::chrono::milliseconds last_piece{100};
   /// How often a call looks whether its caller has left, while it computes and while it waits.
   static constexpr std::chrono::milliseconds patience{5}, waiting_patience{50};
 
@@ -85,8 +87,8 @@ class Turns {
 /// The turn of one call, for the thread that computes it.
 class Turns::OfCall final : public Turn {
  public:
-  /// The stop of `stop` is requested once `left` returns that the caller has left, or the call has
-  /// computed for `most`. All must outlive the object.
+  /// The stop of `stop` is requested once `left` returns that the caller has left, and `last_piece`
+  /// after the call has computed for `most`. All must outlive the object.
   OfCall(Turns& turns, Share& share, std::stop_source& stop, std::function<bool()> left,
          Time most = Time::max())
       : turns_(turns), share_(share), stop_(stop), left_(std::move(left)), most_(most) {}

@@ -168,7 +168,7 @@ class Registry {
   /// The time after which to call `expire` again: a few times in every idle timeout.
   std::chrono::milliseconds sweep_interval() const {
     return std::clamp<std::chrono::milliseconds>(idle_timeout_ / 4, std::chrono::milliseconds(10),
-                                                 std::chrono::minutes(1));
+                                                 std::chrono::seconds(5));
   }
   /// Returns the time at which the session expires if no further call uses it.
   Time expire_time(const RegisteredSession& session) const {

@@ -224,8 +224,7 @@ MALFORMED = {
     "lambda of the Euclidean metric": (connect(metric=pb.METRIC_EUCLIDEAN), INVALID, "inertia",
                                        "3 numbers: must be absent with METRIC_EUCLIDEAN"),
     "no metric": (connect(metric=9), INVALID, "metric", "9"),
-    "a page after no page": (("ListSessions", pb.ListSessionsRequest(page_token="a/b")), INVALID, "page_token",
-                             "next_page_token"),
+    "a page after no page": (("ListSessions", pb.ListSessionsRequest(page_token="a/b")), INVALID, "page_token", "a/b: must have 1 to 128"),
 }
 
 

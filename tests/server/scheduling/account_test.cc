@@ -32,29 +32,19 @@ TEST(Account, CallsAtOnce) {
   EXPECT_FALSE(bob.enter_call(all));
 }
 
-TEST(Account, SlotsOfSessionsAreGivenBack) {
-  Accounts accounts({.sessions = 1});
-  Account& account = accounts.of({});
-  Account::SessionSlot slot = account.admit_session().slot;
-  EXPECT_TRUE(slot);
-  const Account::SessionSlot copy = slot;
-  slot.reset();
-  const auto second = account.admit_session();
-  EXPECT_FALSE(second.slot);
-  ASSERT_TRUE(second.refusal);
-  EXPECT_STREQ(second.refusal->limit, "principal_sessions");
-}
-
-TEST(Account, ARestoredSessionTakesASlotBeyondTheQuota) {
+TEST(Account, PlacesOfSessionsAreGivenBackAndRestoredSessionsExceedTheQuota) {
   Accounts accounts({.sessions = 2});
   Account& account = accounts.of({});
   std::vector<Account::SessionSlot> slots;
-  for (int i = 0; i < 3; ++i) slots.push_back(account.admit_restored_session());
-  EXPECT_TRUE(account.admit_session().refusal);
-  slots.pop_back();
-  EXPECT_TRUE(account.admit_session().refusal) << "two are there still";
-  slots.pop_back();
-  EXPECT_FALSE(account.admit_session().refusal);
+  for (int i = 0; i < 3; ++i) slots.push_back(account.admit_session(true).value());
+  const auto refused = account.admit_session();
+  ASSERT_FALSE(refused);
+  EXPECT_STREQ(refused.error().limit, "principal_sessions");
+  const Account::SessionSlot copy = slots.back();
+  slots.resize(1);
+  EXPECT_FALSE(account.admit_session()) << "two are there still";
+  slots.clear();
+  EXPECT_TRUE(account.admit_session());
 }
 
 TEST(Account, MemoryIsThePrincipalsPartOfTheServers) {

@@ -105,7 +105,7 @@ TEST(ParsedBytes, BoundFieldsOfALaterVersion) {
         times(3000, varint(1000 << 3 | 3) + varint(1000 << 3 | 4)),
         delimited(1000, std::string(9000, 'x'))}) {
     const ParsedBytes found = parsed_bytes(bytes, type);
-    EXPECT_TRUE(found.unknown);
+    EXPECT_GT(found.unknown, 0);
     EXPECT_GE(found.memory, taken(bytes, type)) << bytes.size();
   }
 }

@@ -160,6 +160,31 @@ TEST(Quotas, AStreamThatHasComputedForItsTimeSendsWhereItStopped) {
   EXPECT_EQ(harness.step("t", reached + 1).computed_steps(), 1);
 }
 
+TEST(Quotas, ASummaryThatHasComputedForItsTimeSendsACheckpointAndGoesOn) {
+  test::Harness harness({.quota = {.call_seconds = 0.05}});
+  harness.create("s", test::wire_scene());
+  v1::SummarizeRequest request;
+  request.set_session_id("s");
+  request.set_to(forever);
+  request.set_every(1'000'000);
+  request.set_return_checkpoint(true);
+  std::int64_t before = 0;
+  for (int calls = 0; calls < 2; ++calls) {
+    grpc::ClientContext context;
+    const auto stream = harness.stub->Summarize(&context, request);
+    request.clear_checkpoint();
+    std::int64_t reached = 0;
+    for (v1::SummarizeResponse message; stream->Read(&message);) {
+      reached = message.step();
+      request.mutable_checkpoint()->append(message.checkpoint().data());
+    }
+    EXPECT_EQ(told(stream->Finish(), context).limit, "call_seconds");
+    EXPECT_GT(reached, before);
+    before = reached;
+    ASSERT_FALSE(request.checkpoint().empty());
+  }
+}
+
 TEST(Quotas, DrivesAreToldInTheirReplies) {
   test::Harness harness({.quota = {.call_seconds = 0.05}});
   harness.create("s", test::wire_scene());
