@@ -4,7 +4,6 @@
 #include "server/convert/convert.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/resolve.h"
-#include "stiefel/price.h"
 
 namespace stiefel::server {
 void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,

@@ -1,7 +1,6 @@
 #include "server/calls/service.h"
 #include "server/convert/convert.h"
 #include "server/convert/memory_price.h"
-#include "stiefel/price.h"
 
 namespace stiefel::server {
 void GetSession(ServerCall& call, const v1::GetSessionRequest& request,
