@@ -12,8 +12,7 @@ void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
   check_session_id(request.session_id());
   check_step("from_step", request.from_step());
   // The scene in its steps from the old one to the new one.
-  call.hold(memory_price(
-      {.workspace = 2 * from->scene_bytes(), .reply = array_bytes(from->scene().description())}));
+  call.hold(memory_price({.workspace = 2 * from->scene_bytes(), .reply = scene_reply(*from)}));
   Cursor cursor(*from, request.from_step());
   advance(call, *from, cursor, request.from_step());
   to_proto(cursor, from->scene(), response->mutable_run_status());

@@ -7,7 +7,7 @@ void GetSession(ServerCall& call, const v1::GetSessionRequest& request,
                 v1::GetSessionResponse* response) {
   const SessionRef session = call.session(request.session_id());
   if (request.view().scene() != v1::SCENE_VIEW_NONE)
-    call.hold(memory_price({.reply = array_bytes(session->scene().description())}));
+    call.hold(memory_price({.reply = scene_reply(*session)}));
   to_proto(*session, session->resolution(), call.host().registry, request.view(),
            response->mutable_session());
 }

@@ -32,8 +32,7 @@ void ListSessions(ServerCall& call, const v1::ListSessionsRequest& request,
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     v1::Session session;
     if (scenes)
-      call.memory().grow_to(
-          memory_price({.reply = page_bytes + array_bytes(sessions[i]->scene().description())}));
+      call.memory().grow_to(memory_price({.reply = page_bytes + scene_reply(*sessions[i])}));
     if (i < size) to_list(*sessions[i], registry, request.view(), &session);
     bytes += session.ByteSizeLong();
     if (i == size || (i > 0 && bytes > page_bytes)) {

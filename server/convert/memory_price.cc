@@ -93,6 +93,10 @@ std::uint64_t memory_price(const CallSizes& sizes) {
   return call_bytes + sizes.request + sizes.workspace + 3 * sizes.reply;
 }
 
+std::uint64_t scene_reply(const Session& session) {
+  return array_bytes(session.scene().description());
+}
+
 std::uint64_t held_by(const google::protobuf::Message& message) {
   const auto* arena = message.GetArena();
   return std::max<std::uint64_t>(message.ByteSizeLong(), arena ? arena->SpaceAllocated() : 0);

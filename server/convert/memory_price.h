@@ -29,6 +29,9 @@ inline constexpr std::uint64_t max_reply_bytes =
 /// a message, and serialized. Throws StatusError, REPLY_TOO_LARGE.
 std::uint64_t memory_price(const CallSizes& sizes);
 
+/// Returns the bytes of a scene in a reply: those of its arrays.
+std::uint64_t scene_reply(const Session& session);
+
 /// Returns the bytes of what is read from a message, as the message itself has them in memory.
 std::uint64_t held_by(const google::protobuf::Message& message);
 
