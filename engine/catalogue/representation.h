@@ -29,10 +29,6 @@ struct Expression {
 
 using Margins = std::vector<Margin>;
 
-/// Representation::work where `write` inverts J_D: outside its domain the search for the domain's
-/// edge takes most of it.
-inline constexpr double work_of_J_D_inverse = 42000;
-
 /// Returns the refusal with the argument that is outside the domain: a field of the scene, "to",
 /// "epsilon" or "parameter". `convert` puts its path in the request in its place.
 inline std::unexpected<OutsideDomain> outside(OutsideDomain refusal, std::string argument) {
@@ -47,7 +43,6 @@ struct Representation {
   WithinDomain<Phase> (*read)(const Scene&, Margins&);
   WithinDomain<Expression> (*write)(const Phase&, const ConversionTarget&, Margins&);
   bool has_epsilon = false, has_parameter = false;  ///< whether `write` takes ε and μ of the target
-  double work = 120;                                ///< the most instructions of `write` over N³
 };
 
 /// The representations of `other_targets` (conversion.h), which are not systems.

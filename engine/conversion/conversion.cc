@@ -117,11 +117,6 @@ Block block_of(const Simulation& now, std::size_t index) {
 
 }  // namespace
 
-double conversion_products(std::string_view to) {
-  const Representation* target = representation_of(to);
-  return target ? target->work : 0;
-}
-
 std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
                                                      const ConversionTarget& target) {
   const Representation* from = representation_of(scene.system());

@@ -35,8 +35,7 @@ WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&
   add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
   return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
 }
-constexpr Representation representation = {
-    .square = false, .read = read, .write = write, .work = work_of_J_D_inverse};
+constexpr Representation representation = {.square = false, .read = read, .write = write};
 
 }  // namespace
 

@@ -28,6 +28,6 @@ WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&
 }  // namespace
 
 constinit const Representation representations::interpolation = {
-    .square = true, .read = nullptr, .write = write, .work = 1000};
+    .square = true, .read = nullptr, .write = write};
 
 }  // namespace stiefel

@@ -37,8 +37,7 @@ WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&
   add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
   return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
 }
-constexpr Representation representation = {
-    .square = true, .read = read, .write = write, .work = work_of_J_D_inverse};
+constexpr Representation representation = {.square = true, .read = read, .write = write};
 
 constexpr auto start = [](const auto& g) {
   using Dense = decltype(g.block("Q"));

@@ -354,16 +354,6 @@ Eigen::Index Linearization::rows() const { return vectors_->rows(); }
 Eigen::Index Linearization::cols() const { return vectors_->cols(); }
 Eigen::Index Linearization::count() const { return vectors_->count(); }
 
-double linearization_work(const Scene& scene, double step_work, std::int64_t vectors) {
-  const auto m = static_cast<double>(vectors), N = static_cast<double>(scene.dimension());
-  constexpr double of_call = 2e4;
-  if (moves_by_columns(scene)) return (4 + 1.5 * m) * step_work + of_call + 40 * m * N;
-  // Four vectors, in dual numbers, took at most 50 times the step.
-  constexpr double of_lanes = 60;
-  const auto maps = static_cast<double>((vectors + lanes - 1) / lanes);
-  return maps * (of_lanes * step_work + of_call) + 40 * m * N;
-}
-
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates) {
   // Counted with malloc: copies of the vectors and of the values of a step, the bases of a tangent
   // space, and the matrices of a step in dual numbers over those of its simulation.

@@ -88,23 +88,6 @@ std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size
   return what.count > 0 ? std::max<std::int64_t>(what.count, TangentMap::lanes) : size;
 }
 
-double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors,
-                     std::int64_t size) {
-  const auto m = static_cast<double>(vectors), D = static_cast<double>(size);
-  constexpr double of_restart = 4e4, of_numbers = 100;
-  return linearization_work(scene, step_work, vectors) + of_restart * std::ceil(m / 4) +
-         of_numbers * D * m + 8 * D * m * m;
-}
-
-double confirmation_work(const Scene& scene, double step_work, std::int64_t size) {
-  const Scene map = confirming_scene(scene);
-  double work = step_work;
-  if (map.order() > 0)
-    work *= step_price(map, Confirmation::longest_step) * map.substeps() /
-            (step_weight(scene) * scene.substeps());
-  return Confirmation::most_attempts * (work + lyapunov_work(map, work, TangentMap::lanes, size));
-}
-
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size) {
   const StateExtent x = extent_of(scene);

@@ -165,8 +165,4 @@ double largest_velocity_rate(const Scene& scene) {
   return rate * speed * (size / inertia);
 }
 
-double velocity_rate_work(Eigen::Index N) {
-  return geodesic_steps * (N == 3 ? 170.0 : 310 + 55 * static_cast<double>(N));
-}
-
 }  // namespace stiefel

@@ -30,7 +30,5 @@ double mean_momentum_rate(const Scene& scene, double angular_speed);
 
 /// For a geodesic on V(1, N): returns the largest (‖q⃛‖/‖q̇‖)^{1/2} in sixteen rotations.
 double largest_velocity_rate(const Scene& scene);
-/// Returns the instructions that largest_velocity_rate takes in N dimensions.
-double velocity_rate_work(Eigen::Index N);
 
 }  // namespace stiefel

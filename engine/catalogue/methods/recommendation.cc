@@ -62,12 +62,6 @@ std::vector<Recommendation> recommended(std::string_view system) {
   return {entry->recommended.begin(), entry->recommended.end()};
 }
 
-double substeps_work(std::string_view system, Eigen::Index N) {
-  const bool follows = std::ranges::any_of(
-      recommended(system), [](const auto& one) { return one.largest_h_velocity_rate > 0; });
-  return follows ? velocity_rate_work(N) : 0;
-}
-
 void Recommender::take(const Scene& scene) {
   std::erase_if(left_, [&](const Recommendation& r) { return r.takes && !r.takes(scene); });
   if (left_.empty())

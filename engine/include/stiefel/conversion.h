@@ -41,10 +41,6 @@ struct Conversion {
 ///                      scene's step as h.
 inline constexpr const char* other_targets[] = {"velocity", "angular_velocity", "interpolation"};
 
-/// Returns the most instructions over N³ that a conversion of one state to a system, or to one of
-/// `other_targets`, takes; 0 for another name.
-double conversion_products(std::string_view to);
-
 struct ConversionTarget {
   std::string name;  ///< a system, or one of `other_targets`
   /// For systems with ε, otherwise refused; `convert` chooses it when absent.

@@ -83,10 +83,8 @@ class Linearization {
   std::unique_ptr<Vectors> vectors_;
 };
 
-/// Returns the work of a step of the scene with so many tangent vectors, in instructions, and the
-/// bytes of a Linearization, whose vectors are given or asked for in coordinates or as blocks:
-/// upper bounds.
-double linearization_work(const Scene& scene, double step_work, std::int64_t vectors);
+/// Returns an upper bound of the bytes of a Linearization with so many tangent vectors, given or
+/// asked for in coordinates or as blocks.
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates);
 
 }  // namespace stiefel

@@ -112,11 +112,7 @@ class LyapunovExponents {
 
 /// Returns the most vectors that a LyapunovExponents of a state of `size` numbers moves.
 std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size);
-/// Return upper bounds, for states of `size` numbers: the instructions of a step of the scene with
-/// so many vectors beside the step's own `step_work`; the instructions of second motions over
-/// the time of a step; the bytes of a LyapunovExponents.
-double lyapunov_work(const Scene& scene, double step_work, std::int64_t vectors, std::int64_t size);
-double confirmation_work(const Scene& scene, double step_work, std::int64_t size);
+/// Returns an upper bound of the bytes of a LyapunovExponents, for states of `size` numbers.
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size);
 

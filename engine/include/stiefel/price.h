@@ -10,9 +10,9 @@
 namespace stiefel {
 
 // What simulations cost, known before they run: work in instructions, as callgrind counts them, and
-// bytes. A list has the instructions of a step of each method as a polynomial in the size, fitted to
-// counted steps and within 25 % of them (engine/catalogue/methods/step_prices.inc). It is the same
-// on every CPU, so that every machine chooses the same method.
+// bytes. A list has the instructions of a step of each method as a polynomial in the size, fitted
+// to counted steps and within 25 % of them (engine/catalogue/methods/step_prices.inc). It is the
+// same on every CPU, so that every machine chooses the same method.
 
 /// Returns the rough number of nanoseconds that so many instructions take.
 constexpr double nanoseconds(double instructions) { return instructions / 5; }
@@ -43,10 +43,6 @@ bool is_weighed(const Scene& scene);
 /// vector registers cost the price of their packs on a machine with AVX2; every other member costs
 /// `alone`.
 double ensemble_step_price(const Scene& one, std::size_t members, double alone);
-
-/// Returns the work of finding the substeps of the recommended method for a motion in N dimensions
-/// of a system that may need to follow the motion for it; else 0.
-double substeps_work(std::string_view system, Eigen::Index N);
 
 /// Returns the bytes that `make_simulation(scene)` and its first steps allocate, predicted from a
 /// table of how many matrices of the scene's size each method keeps; for an ensemble the sum over
