@@ -16,6 +16,13 @@ The column *kept to rounding* is about invariants. It says nothing about the acc
 [accuracy.md](accuracy.md). [RB] and [ST] are in [references.md](references.md).
 """
 
+TANGENTS = """
+## Tangents
+
+The systems and methods whose steps have a derivative, for `Linearize`, covariances and `LyapunovSpectrum`; `exact` where
+N = 3: [tangents](tangents.md).
+"""
+
 RECOMMENDED = """
 ## Recommended methods
 
@@ -57,6 +64,14 @@ def systems(catalogue: pb.DescribeResponse) -> str:
     return "\n".join(lines)
 
 
+def with_tangents(catalogue: pb.DescribeResponse) -> str:
+    lines = [row("system", "methods"), row(*["---"] * 2)]
+    for system in catalogue.systems:
+        if names := [f"`{on.method}`" if on.method else "its own map" for on in system.methods if on.has_tangent]:
+            lines.append(row(f"`{system.name}`", ", ".join(names)))
+    return "\n".join(lines)
+
+
 def told(one: pb.Recommendation) -> str:
     """A recommended method with all that a scene would say of it."""
     order = f" {one.method.order}" if one.method.HasField("order") and not one.method.HasField("tolerance") else ""
@@ -87,7 +102,9 @@ def methods(catalogue: pb.DescribeResponse) -> str:
 
 
 def page(catalogue: pb.DescribeResponse) -> str:
-    return f"{HEAD}\n## Systems\n\n{systems(catalogue)}\n\n## Methods\n\n{methods(catalogue)}\n" + RECOMMENDED + f"\n{recommended(catalogue)}\n"
+    parts = [f"{HEAD}\n## Systems\n\n{systems(catalogue)}\n\n## Methods\n\n{methods(catalogue)}\n"]
+    parts += [TANGENTS + f"\n{with_tangents(catalogue)}\n", RECOMMENDED + f"\n{recommended(catalogue)}\n"]
+    return "".join(parts)
 
 
 if __name__ == "__main__":

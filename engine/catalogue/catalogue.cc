@@ -8,6 +8,7 @@
 #include "engine/catalogue/two_form.h"
 #include "engine/stepping/method_entry.h"
 #include "engine/stepping/methods_on.h"
+#include "engine/stepping/tangent_map.h"
 
 namespace stiefel {
 
@@ -31,6 +32,10 @@ SystemEntry complete(SystemEntry entry, const Simulations& simulations) {
   entry.simulations = simulations;
   entry.info.methods = simulations.methods(entry.info);
   if (entry.in_float) offer_in_float(entry.info);
+  if (entry.tangents)
+    for (MethodOnSystem& on : entry.info.methods)
+      on.has_tangent =
+          std::ranges::count(entry.tangents->methods, on.method, &MethodTangent::method) > 0;
   for (const TwoForm* form : entry.two_forms) entry.info.forms.push_back(form->info);
   return entry;
 }

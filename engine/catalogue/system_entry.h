@@ -15,6 +15,7 @@ namespace stiefel {
 class SceneDraft;
 struct MotionStart;
 struct Representation;
+struct Tangents;
 struct TwoForm;
 
 /// The meaning of `Simulation::rate` for a scene in three dimensions.
@@ -54,6 +55,8 @@ struct SystemEntry {
   bool dirac_bracket = false;
   /// The correspondence with (Q, M) and (Q, S).
   const Representation* representation = nullptr;
+  /// The derivatives of its steps (tangent_map.h).
+  const Tangents* tangents = nullptr;
   /// For references: the start of the Taylor series of the motion.
   const MotionStart* motion = nullptr;
   Rate rate = Rate::other;

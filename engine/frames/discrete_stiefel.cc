@@ -1,3 +1,4 @@
+#include "engine/frames/frame_tangents.h"
 #include "engine/frames/stiefel_forms.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "stiefel/invariant_names.h"
@@ -63,7 +64,10 @@ SystemEntry discrete_stiefel_entry() {
   info.source = "[ST] (55)";
   info.file = "engine/frames/body/discrete_stiefel.h";
   info.discrete = true;
-  return {.info = info, .check = check, .representation = &representation};
+  return {.info = info,
+          .check = check,
+          .representation = &representation,
+          .tangents = &discrete_stiefel_tangents};
 }
 
 }  // namespace stiefel

@@ -1,5 +1,6 @@
 #include "engine/catalogue/two_form.h"
 #include "engine/frames/body/stiefel_momenta.h"
+#include "engine/frames/frame_tangents.h"
 #include "engine/frames/stiefel_forms.h"
 #include "engine/laws/tangent_spaces.h"
 
@@ -109,6 +110,7 @@ SystemEntry stiefel_entry() {
           .in_float = true,
           .two_forms = {&form_of_pairs, &form_of_cotangent_pairs},
           .representation = &representation,
+          .tangents = &stiefel_tangents,
           .motion = &in_both<start>,
           .rate = Rate::frame_speed};
 }

@@ -5,18 +5,11 @@
 #include <limits>
 #include <type_traits>
 
-#include "engine/numbers/double_word.h"
-#include "engine/numbers/eigen_products.h"
-
 namespace stiefel {
 
 /// A number with its derivatives along `lanes` directions: value + Σ_k d[k] ε_k, ε_jε_k = 0.
 /// Arithmetic carries the derivatives along exactly (forward differentiation). Comparisons, and
 /// conversions to an arithmetic type, see the value alone.
-///
-/// A solver that iterates has a specialisation for dual numbers: the values are solved for as
-/// without derivatives, and the derivatives then follow from one linear equation with the operator
-/// of the solution (implicit function theorem). No iteration is differentiated.
 template <class Real_, int lanes_>
 class Dual {
  public:
@@ -100,10 +93,7 @@ class Dual {
     const Real e = std::exp(x.value);
     return x.chain(e, e);
   }
-  friend Dual exp2(const Dual& x) { return exp(x * std::log(Real(2))); }
   friend Dual log(const Dual& x) { return x.chain(std::log(x.value), 1 / x.value); }
-  friend Dual log2(const Dual& x) { return log(x) / std::log(Real(2)); }
-  friend Dual pow(const Dual& x, const Dual& y) { return exp(y * log(x)); }
   friend Dual sin(const Dual& x) { return x.chain(std::sin(x.value), std::cos(x.value)); }
   friend Dual cos(const Dual& x) { return x.chain(std::cos(x.value), -std::sin(x.value)); }
   friend Dual tan(const Dual& x) {
@@ -118,7 +108,6 @@ class Dual {
     return each(std::atan2(y.value, x.value),
                 [&](int k) { return (x.value * y.d[k] - y.value * x.d[k]) / square; });
   }
-  friend Dual sinh(const Dual& x) { return x.chain(std::sinh(x.value), std::cosh(x.value)); }
   friend Dual cosh(const Dual& x) { return x.chain(std::cosh(x.value), std::sinh(x.value)); }
   friend Dual tanh(const Dual& x) {
     const Real t = std::tanh(x.value);
@@ -128,19 +117,15 @@ class Dual {
     return x.chain(std::asinh(x.value), 1 / std::sqrt(1 + x.value * x.value));
   }
   friend Dual floor(const Dual& x) { return Dual(std::floor(x.value)); }
-  friend Dual ceil(const Dual& x) { return Dual(std::ceil(x.value)); }
   friend Dual ldexp(const Dual& x, int k) {
     const Real scale = std::ldexp(Real(1), k);
     return x.chain(std::ldexp(x.value, k), scale);
   }
-  friend Dual frexp(const Dual& x, int* k) { return Dual(std::frexp(x.value, k)); }
   friend bool isfinite(const Dual& x) {
     Real sum = x.value;
     for (int k = 0; k < lanes; ++k) sum += x.d[k];
     return std::isfinite(sum);
   }
-  friend bool isnan(const Dual& x) { return std::isnan(x.value); }
-  friend bool isinf(const Dual& x) { return std::isinf(x.value); }
 
  private:
   template <class Derivative>
@@ -156,18 +141,6 @@ class Dual {
   }
 };
 
-template <class Real, int lanes>
-inline constexpr bool multiplied_by_elements<Dual<Real, lanes>> = true;
-
-template <class Real, int lanes>
-struct DoubledOf<Dual<Real, lanes>> {
-  using type = DoubleWord<Dual<Real, lanes>>;
-};
-template <class Real, int lanes>
-struct ExtendedOf<Dual<Real, lanes>> {
-  using type = Dual<Extended<Real>, lanes>;
-};
-
 /// The values of a matrix of dual numbers, and its derivatives along one direction.
 template <class Real, int lanes, int rows, int cols>
 auto values_of(const Eigen::Matrix<Dual<Real, lanes>, rows, cols>& X) {
@@ -179,21 +152,6 @@ auto lane_of(const Eigen::Matrix<Dual<Real, lanes>, rows, cols>& X, int k) {
   return Eigen::Matrix<Real, rows, cols>(
       X.unaryExpr([k](const Dual<Real, lanes>& x) { return x.d[k]; }));
 }
-/// Set the values, or the derivatives along one direction. An expression, such as a product, is
-/// evaluated once.
-template <class Block, class Values>
-void set_values(Block& X, const Eigen::DenseBase<Values>& values) {
-  const auto& evaluated = values.eval();
-  for (Eigen::Index j = 0; j < X.cols(); ++j)
-    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j).value = evaluated(i, j);
-}
-template <class Block, class Values>
-void set_lane(Block& X, int k, const Eigen::DenseBase<Values>& values) {
-  const auto& evaluated = values.eval();
-  for (Eigen::Index j = 0; j < X.cols(); ++j)
-    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j).d[k] = evaluated(i, j);
-}
-
 }  // namespace stiefel
 
 template <class Real, int lanes>

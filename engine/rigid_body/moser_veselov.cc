@@ -1,5 +1,6 @@
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_body_invariants.h"
+#include "engine/rigid_body/tangents/rigid_tangents.h"
 
 namespace stiefel {
 
@@ -15,6 +16,7 @@ SystemEntry moser_veselov_entry() {
   info.velocity = {};
   info.invariants.push_back(discrete_hamiltonian_info);
   entry.continuous = "rigid_body";
+  entry.tangents = &moser_veselov_tangents;
   return entry;
 }
 

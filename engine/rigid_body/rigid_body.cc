@@ -1,5 +1,6 @@
 #include "engine/catalogue/methods/motion_rates.h"
 #include "engine/rigid_body/rigid_body_data.h"
+#include "engine/rigid_body/tangents/rigid_tangents.h"
 
 namespace stiefel {
 namespace {
@@ -42,6 +43,7 @@ SystemEntry rigid_body_entry() {
   info.file = "engine/rigid_body/body/rigid_body.h";
   entry.recommended = recommendations;
   entry.in_float = true;
+  entry.tangents = &rigid_body_tangents;
   return entry;
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/numbers/to_text.h"
+#include "engine/tangent/tangent_of.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/conversion.h"
 #include "stiefel/price.h"
@@ -47,7 +48,6 @@ bool move_aside(SceneDescription& moved, const Simulation& now, const Eigen::Mat
   for (const Field& field : fields) {
     RowMatrix& block = moved.initial[field.name].values;
     if (block.size() == 0) block = now.get(field.name);
-    if (row == direction.rows()) continue;  // P of the reduced body, whose Q alone moves
     if (block.cols() != direction.cols() || row + block.rows() > direction.rows()) return false;
     block += Confirmation::distance * direction.middleRows(row, block.rows());
     row += block.rows();
@@ -63,8 +63,7 @@ Scene confirming_scene(const Scene& scene) {
   if (best == nullptr) return scene;
   for (const MethodOnSystem& on : all.system(scene.system())->methods) {
     const MethodInfo* method = all.method(on.method);
-    const bool has_tangent = method->default_tolerance == 0;
-    if (has_tangent && (on.takes == nullptr || on.takes(scene.inertia())) &&
+    if (tangent_of(scene, on.method) && (on.takes == nullptr || on.takes(scene.inertia())) &&
         highest_order(*method) > highest_order(*best))
       best = method;
   }

@@ -5,12 +5,29 @@
 
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/tangent/systems.h"
+#include "engine/tangent/tangent_of.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
 
 using Dense = Eigen::MatrixXd;
+
+Dense by_columns(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
+  Dense out(V.rows(), V.cols());
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    stop_point();
+    out.col(k).reshaped(rows, cols) = V.col(k).reshaped<Eigen::RowMajor>(rows, cols);
+  }
+  return out;
+}
+Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
+  Dense out(V.rows(), V.cols());
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    stop_point();
+    out.col(k) = V.col(k).reshaped(rows, cols).reshaped<Eigen::RowMajor>();
+  }
+  return out;
+}
 
 Dense TangentChart::unit(Eigen::Index k) const {
   if (cols_ == 3) return hat(Eigen::Vector3d(Eigen::Vector3d::Unit(k)));
@@ -96,7 +113,7 @@ Dense TangentChart::basis(const Dense& x) const {
     Dense block = Dense::Zero(rows_, cols_);
     const Dense E = unit(k);
     if (frame > 0) {
-      block.topRows(cols_) = left() ? Dense(x.topRows(cols_) * E) : Dense(E * x.topRows(cols_));
+      block.topRows(cols_) = x.topRows(cols_) * E;
       out.col(k) = block.reshaped();
     }
     block.setZero();
@@ -115,8 +132,7 @@ Dense TangentChart::coordinates(const Dense& x, const Dense& V, bool of_every_in
   for (Eigen::Index k = 0; k < V.cols(); ++k) {
     const Dense block = V.col(k).reshaped(rows_, cols_);
     if (frame > 0) {
-      const Dense dQ = block.topRows(cols_);
-      const Dense eta = left() ? Dense(Q.solve(dQ)) : Dense(dQ * Q.inverse());
+      const Dense eta = Q.solve(block.topRows(cols_));
       write_skew(skew_part(eta), out.col(k).head(half));
     }
     write_skew(skew_part(block.bottomRows(cols_)), out.col(k).tail(half));
@@ -132,27 +148,20 @@ Dense TangentChart::tangent(const Dense& x, const Dense& G) const {
   if (rows_ == cols_) return out;
   const Dense Q = x.topRows(cols_), dQ = G.topRows(cols_);
   const Eigen::PartialPivLU<Dense> lu(Q);
-  out.topRows(cols_) =
-      left() ? Dense(Q * skew_part(lu.solve(dQ))) : Dense(skew_part(dQ * lu.inverse()) * Q);
+  out.topRows(cols_) = Q * skew_part(lu.solve(dQ));
   return out;
 }
 
 StateExtent extent_of(const Scene& scene) {
   const SceneDescription& description = scene.description();
   constexpr double of_body = 18;  // Q and M
-  StateExtent out{description.body ? of_body : 0, 0, false, false};
-  for (const auto& [name, block] : description.initial) {
-    out.size += static_cast<double>(block.values.size() + block.imaginary.size());
-    out.is_complex = out.is_complex || block.imaginary.size() > 0;
-  }
+  StateExtent out{description.body ? of_body : 0, 0, false};
+  for (const auto& [name, block] : description.initial)
+    out.size += static_cast<double>(block.values.size());
   const double N = static_cast<double>(scene.dimension()),
                n = static_cast<double>(scene.Q().rows());
-  const std::optional<Tangents> tangents = tangents_of(scene.system());
-  out.is_body =
-      tangents && tangents->space(scene).coordinates != TangentSpace::Coordinates::orthonormal;
-  // QQᵀ = I, but for the systems in GL(N), which have a parameter.
-  const bool has_frame = n > 0 && !out.is_complex && !description.parameter;
-  out.dimension = out.is_body ? N * (N - 1) : out.size - (has_frame ? n * (n + 1) / 2 : 0);
+  out.is_body = !tangents_of(scene.system())->space(scene).tangent;
+  out.dimension = out.is_body ? N * (N - 1) : out.size - n * (n + 1) / 2;
   return out;
 }
 

@@ -12,6 +12,11 @@ inline Eigen::MatrixXd skew_part(const Eigen::MatrixXd& A) { return (A - A.trans
 /// longest column.
 Eigen::MatrixXd orthonormal_range(Eigen::MatrixXd A);
 
+/// Return tangent vectors with their numbers column by column from numbers row by row, and the
+/// reverse.
+Eigen::MatrixXd by_columns(const Eigen::MatrixXd& V, Eigen::Index rows, Eigen::Index cols);
+Eigen::MatrixXd by_rows(const Eigen::MatrixXd& V, Eigen::Index rows, Eigen::Index cols);
+
 /// The coordinates of tangent vectors at the states of a scene (linearization.h). States and
 /// vectors are blocks stacked by rows; a vector is a column, its numbers column by column.
 class TangentChart {
@@ -32,8 +37,7 @@ class TangentChart {
   Dense tangent(const Dense& x, const Dense& G) const;
 
  private:
-  bool is_body() const { return space_.coordinates != TangentSpace::Coordinates::orthonormal; }
-  bool left() const { return space_.coordinates == TangentSpace::Coordinates::left_body; }
+  bool is_body() const { return !space_.tangent; }
   /// Returns tangent(x, E) of every unit matrix E.
   template <class Tangent>
   Dense tangents(const Dense& x, const Tangent& tangent) const;
@@ -46,11 +50,11 @@ class TangentChart {
   Eigen::Index rows_, cols_;
 };
 
-/// The numbers of a scene's states, and at most how many directions their tangent spaces have.
+/// The numbers of the states of a scene that has tangents, and at most how many directions their
+/// tangent spaces have.
 struct StateExtent {
   double size, dimension;
   bool is_body;  ///< its coordinates are (η, δM)
-  bool is_complex;
 };
 StateExtent extent_of(const Scene& scene);
 

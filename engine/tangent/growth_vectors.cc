@@ -5,7 +5,6 @@
 
 #include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/stepping/observed_simulation.h"
-#include "engine/tangent/coordinates.h"
 #include "stiefel/linearization.h"
 #include "stiefel/stop.h"
 
@@ -59,9 +58,7 @@ Dense GrowthVectors::tangent(const Dense& x, const Dense& G) const {
   out.bottomRows(cols_) = skew_part(G.bottomRows(cols_));
   if (rows_ == cols_) return out;
   const auto Q = x.topRows(cols_), dQ = G.topRows(cols_);
-  out.topRows(cols_) = space_.coordinates == TangentSpace::Coordinates::left_body
-                           ? Dense(Q * skew_part(Q.transpose() * dQ))
-                           : Dense(skew_part(dQ * Q.transpose()) * Q);
+  out.topRows(cols_) = Q * skew_part(Q.transpose() * dQ);
   return out;
 }
 
@@ -94,19 +91,6 @@ Dense GrowthVectors::orthonormalise(const Dense& x, Dense& V) const {
   }
   V = weights_.cwiseInverse().asDiagonal() * V;
   return R;
-}
-
-Dense GrowthVectors::by_rows(const Dense& V) const {
-  Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k)
-    out.col(k) = V.col(k).reshaped(rows_, cols_).reshaped<Eigen::RowMajor>();
-  return out;
-}
-Dense GrowthVectors::by_columns(const Dense& V) const {
-  Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k)
-    out.col(k).reshaped(rows_, cols_) = V.col(k).reshaped<Eigen::RowMajor>(rows_, cols_);
-  return out;
 }
 
 }  // namespace stiefel

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "engine/stepping/tangent_map.h"
+#include "engine/tangent/coordinates.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -34,12 +34,11 @@ class GrowthVectors {
   /// Takes the tangent parts of V at x, and V = V′R to V′, R upper triangular with r_ii ≥ 0.
   Dense orthonormalise(const Dense& x, Dense& V) const;
 
-  /// Turns numbers column by column into numbers row by row, and back.
-  Dense by_rows(const Dense& V) const;
-  Dense by_columns(const Dense& V) const;
+  Dense by_rows(const Dense& V) const { return stiefel::by_rows(V, rows_, cols_); }
+  Dense by_columns(const Dense& V) const { return stiefel::by_columns(V, rows_, cols_); }
 
  private:
-  bool is_body() const { return space_.coordinates != TangentSpace::Coordinates::orthonormal; }
+  bool is_body() const { return !space_.tangent; }
   Dense tangent(const Dense& x, const Dense& G) const;
 
   TangentSpace space_;

@@ -6,13 +6,11 @@
 #include <vector>
 
 #include "engine/linalg/lie/so_3.h"
-#include "engine/methods/variational.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/scene_draft.h"
 #include "engine/stepping/observed_simulation.h"
 #include "engine/tangent/coordinates.h"
-#include "engine/tangent/systems.h"
-#include "stiefel/catalogue.h"
+#include "engine/tangent/tangent_of.h"
 #include "stiefel/price.h"
 #include "stiefel/stop.h"
 
@@ -22,137 +20,68 @@ namespace {
 using Dense = Eigen::MatrixXd;
 
 constexpr double tangency = 1e-8;
-constexpr Eigen::Index lanes = TangentMap::lanes;
-
-/// Returns Λ, that of both sides for the double bracket.
-Eigen::VectorXd all_inertia(const Scene& scene) {
-  const auto& [u, v] = std::tie(scene.description().inertia_u, scene.description().inertia_v);
-  if (u.empty()) return scene.inertia();
-  Eigen::VectorXd both(static_cast<Eigen::Index>(u.size() + v.size()));
-  std::ranges::copy(u, both.begin());
-  std::ranges::copy(v, both.begin() + static_cast<Eigen::Index>(u.size()));
-  return both;
-}
-
-/// Whether the method of the scene holds for special Λ alone: it has no derivative by a λ.
-bool is_bound_to_inertia(const Scene& scene) {
-  const SystemInfo* info = catalogue().system(scene.system());
-  const Eigen::Index N = scene.inertia().size();
-  for (const MethodOnSystem& on : info->methods)
-    if (on.method == scene.method() && on.takes)
-      return N < 3 || !on.takes(Eigen::VectorXd::LinSpaced(N, 1, static_cast<double>(N)));
-  return false;
-}
-
-bool moves_by_columns(const Scene& scene) {
-  const std::optional<Tangents> tangents = tangents_of(scene.system());
-  return tangents && tangents->has_columns && tangents->has_columns(scene) &&
-         scene.members().empty();
-}
-
-/// Returns the tangent vectors as blocks, numbers column by column, from numbers row by row.
-Dense by_columns(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
-  Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k) {
-    stop_point();
-    out.col(k).reshaped(rows, cols) = V.col(k).reshaped<Eigen::RowMajor>(rows, cols);
-  }
-  return out;
-}
-Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
-  Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k) {
-    stop_point();
-    out.col(k) = V.col(k).reshaped(rows, cols).reshaped<Eigen::RowMajor>();
-  }
-  return out;
-}
 
 }  // namespace
 
-/// The vectors and the maps that move them: one map by columns, or `lanes` vectors a map.
+/// The vectors and the map that moves them.
 class Linearization::Vectors {
  public:
-  Vectors(const Scene& scene, const Tangents& tangents, const LinearizationDescription& what,
-          const Simulation& start)
+  Vectors(const Scene& scene, const LinearizationDescription& what, const Simulation& start)
       : as_blocks_(what.as_blocks), by_inertia_(what.by_inertia), first_(start.step()) {
     if (scene.axes()) R_ = scene.axes()->rotation;
     const Dense x = blocks(start);
     rows_ = x.rows();
     cols_ = x.cols();
-    const TangentSpace space = tangents.space(scene);
+    const TangentSpace space = tangents_of(scene.system())->space(scene);
     chart_.emplace(space, rows_, cols_);
     if (by_inertia_)
-      start_by_inertia_ = space.by_inertia
-                              ? space.by_inertia(x)
-                              : Dense(Dense::Zero(x.size(), all_inertia(scene).size()));
+      start_by_inertia_ = space.by_inertia ? space.by_inertia(x)
+                                           : Dense(Dense::Zero(x.size(), scene.inertia().size()));
     has_coordinates_ = rows_ * cols_ <= largest_in_coordinates;
   }
 
   bool has_coordinates() const { return has_coordinates_; }
 
-  /// Makes the maps for the vectors V, in principal axes, and the parameters.
-  bool begin(const Scene& scene, const Tangents& tangents, const LinearizationDescription& what,
-             const Dense& V, const Simulation& start) {
-    const Eigen::VectorXd lambda = all_inertia(scene);
+  /// Makes the map for the vectors V, in principal axes, and the parameters.
+  void begin(const Scene& scene, const LinearizationDescription& what, const Dense& V,
+             const Simulation& start) {
+    const Eigen::VectorXd& lambda = scene.inertia();
     const Eigen::Index inertia = what.by_inertia ? lambda.size() : 0;
     count_ = V.cols() + inertia + (what.by_step ? 1 : 0);
-    const Dense& point = observed(start);
-    if (tangents.has_columns && tangents.has_columns(scene)) {
-      begin_columns(scene, tangents, lambda, inertia, V, point);
-      return true;
-    }
-    for (Eigen::Index first = 0; first < count_; first += lanes) {
-      stop_point();
-      TangentParameters at{lambda.cast<Tangent>(), 0.0};
-      at.h = scene.description().step.value_or(0) / scene.substeps();
-      const Eigen::Index width = std::min(lanes, count_ - first);
-      Dense part = Dense::Zero(rows_ * cols_, width);
-      for (Eigen::Index k = 0; k < width; ++k) {
-        const Eigen::Index column = first + k;
-        const auto lane = static_cast<int>(k);
-        if (column < V.cols()) {
-          part.col(k) = V.col(column);
-        } else if (column < V.cols() + inertia) {
-          at.lambda(column - V.cols()).d[lane] = 1;
-          part.col(k) = start_by_inertia_.col(column - V.cols());
-        } else {
-          at.h.d[lane] = 1.0 / scene.substeps();
-        }
-      }
-      auto map = tangents.make(scene, at);
-      if (!map) return false;
-      map->start(point, part);
-      maps_.push_back(std::move(map));
-    }
-    return true;
+    TangentParameters at{lambda, scene.description().step.value_or(0) / scene.substeps(),
+                         Dense::Zero(lambda.size(), count_), Eigen::VectorXd::Zero(count_)};
+    at.by_lambda.middleCols(V.cols(), inertia).setIdentity();
+    at.by_h.tail(count_ - V.cols() - inertia).setConstant(1.0 / scene.substeps());
+    Dense all = Dense::Zero(rows_ * cols_, count_);
+    all.leftCols(V.cols()) = V;
+    if (inertia > 0) all.middleCols(V.cols(), inertia) = start_by_inertia_;
+    map_ = tangent_of(scene, scene.method())->make(scene, at);
+    map_->start(observed(start), all);
   }
 
   RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop) {
-    if (maps_.empty()) return motion.advance(steps, stop);
-    if (maps_.front()->direct()) {
+    if (map_->direct()) {
       const RunStatus status = motion.advance(steps, stop);
-      return status.reached() ? move_to(motion, stop) : status;
+      if (!status.reached()) return status;
+      return unless_stopped(stop, [&] { return map_->at(motion.step() - first_); })
+          .value_or(RunStatus{Outcome::cancelled, std::nullopt});
     }
     const auto& state = dynamic_cast<const ObservedSimulation&>(motion);
     for (; steps > 0; --steps) {
       point_ = state.point();
       if (const RunStatus status = motion.advance(1, stop); !status.reached()) return status;
-      if (const RunStatus status = move(stop); !status.reached()) return status;
+      const RunStatus status = unless_stopped(stop, [&] {
+                                 return map_->step(point_);
+                               }).value_or(RunStatus{Outcome::cancelled, std::nullopt});
+      if (!status.reached()) return status;
     }
     return {};
   }
 
   /// Returns the vectors as blocks in principal axes.
   Dense read(const Simulation& motion) const {
-    const Dense& point = observed(motion);
     Dense V(rows_ * cols_, count_);
-    for (std::size_t m = 0; m < maps_.size(); ++m) {
-      const Eigen::Index first = static_cast<Eigen::Index>(m) * of_map_;
-      Dense part(V.rows(), std::min(of_map_, count_ - first));
-      maps_[m]->read(point, part);
-      V.middleCols(first, part.cols()) = part;
-    }
+    map_->read(observed(motion), V);
     return V;
   }
 
@@ -188,21 +117,6 @@ class Linearization::Vectors {
   }
 
  private:
-  void begin_columns(const Scene& scene, const Tangents& tangents, const Eigen::VectorXd& lambda,
-                     Eigen::Index inertia, const Dense& V, const Dense& point) {
-    ColumnParameters at{lambda, scene.description().step.value_or(0) / scene.substeps(),
-                        Dense::Zero(lambda.size(), count_), Eigen::VectorXd::Zero(count_)};
-    at.by_lambda.middleCols(V.cols(), inertia).setIdentity();
-    at.by_h.tail(count_ - V.cols() - inertia).setConstant(1.0 / scene.substeps());
-    auto map = tangents.make_columns(scene, at);
-    Dense all = Dense::Zero(rows_ * cols_, count_);
-    all.leftCols(V.cols()) = V;
-    if (inertia > 0) all.middleCols(V.cols(), inertia) = start_by_inertia_;
-    map->start(point, all);
-    maps_.push_back(std::move(map));
-    of_map_ = count_;
-  }
-
   /// Returns the point, in principal axes. A scene without members has no other simulation.
   static const Dense& observed(const Simulation& motion) {
     return dynamic_cast<const ObservedSimulation&>(motion).point();
@@ -213,25 +127,6 @@ class Linearization::Vectors {
     return point.cols() == 1 && (point.rows() == 7 || point.rows() == 3) &&
            motion.fields().front().cols == 3;
   }
-  RunStatus move(const std::stop_token& stop) {
-    RunStatus status;
-    const auto moved = unless_stopped(stop, [&] {
-      for (auto& map : maps_)
-        if (status = map->step(point_); !status.reached()) break;
-      return true;
-    });
-    return moved ? status : RunStatus{Outcome::cancelled, std::nullopt};
-  }
-  RunStatus move_to(const Simulation& motion, const std::stop_token& stop) {
-    RunStatus status;
-    const auto moved = unless_stopped(stop, [&] {
-      for (auto& map : maps_)
-        if (status = map->at(motion.step() - first_); !status.reached()) break;
-      return true;
-    });
-    return moved ? status : RunStatus{Outcome::cancelled, std::nullopt};
-  }
-
   /// δQ Tᵀ over T δM Tᵀ.
   Dense turned(Dense V, const Eigen::Matrix3d& T) const {
     if (R_ == Eigen::Matrix3d::Identity()) return V;
@@ -253,10 +148,10 @@ class Linearization::Vectors {
   bool as_blocks_, by_inertia_, has_coordinates_ = false;
   std::int64_t first_;
   Eigen::Matrix3d R_ = Eigen::Matrix3d::Identity();
-  Eigen::Index rows_ = 0, cols_ = 0, count_ = 0, of_map_ = lanes;
+  Eigen::Index rows_ = 0, cols_ = 0, count_ = 0;
   std::optional<TangentChart> chart_;
   Dense start_by_inertia_;  ///< the derivatives of the first state by Λ
-  std::vector<std::unique_ptr<TangentMap>> maps_;
+  std::unique_ptr<TangentMap> map_;
   Dense point_;
 };
 
@@ -267,18 +162,9 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
   const auto refused = [&](std::string_view field, std::string value, std::string rule) {
     return std::unexpected(Violations{place.violation(field, std::move(value), std::move(rule))});
   };
-  if (!scene.members().empty())
-    return refused("", std::to_string(scene.members().size()) + " members",
-                   "the scene must have no `members`");
-  const std::optional<Tangents> tangents = tangents_of(scene.system());
-  if (!tangents)
-    return refused("", scene.system(), "has no tangent map; the systems of the catalogue have");
-  if (what.by_inertia && is_bound_to_inertia(scene))
-    return refused(
-        "inertia", "true",
-        "must be false: this closed form holds for Lambda of one or two values, so it has no "
-        "derivative by a single one; rk4 has");
-  auto vectors = std::make_unique<Vectors>(scene, *tangents, what, start);
+  if (Violations none = without_tangent(scene, place); !none.empty())
+    return std::unexpected(std::move(none));
+  auto vectors = std::make_unique<Vectors>(scene, what, start);
   const Eigen::Index rows = vectors->rows(), cols = vectors->cols();
   const bool needs_coordinates = !what.vectors || !what.as_blocks;
   if (needs_coordinates && !vectors->has_coordinates())
@@ -315,15 +201,7 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
     }
     if (!violations.empty()) return std::unexpected(std::move(violations));
   }
-  if (!vectors->begin(scene, *tangents, what, V, start)) {
-    const SystemInfo* info = catalogue().system(scene.system());
-    return refused(
-        "method", scene.method(),
-        "has no tangent map: it chooses its substeps by an estimate of the error, which is "
-        "no smooth function of the state; give the scene another method of " +
-            scene.system() +
-            (info ? ", such as " + std::string(info->methods.front().method) : ""));
-  }
+  vectors->begin(scene, what, V, start);
   return Linearization(std::move(vectors));
 }
 
@@ -355,26 +233,20 @@ Eigen::Index Linearization::cols() const { return vectors_->cols(); }
 Eigen::Index Linearization::count() const { return vectors_->count(); }
 
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates) {
-  // Counted with malloc: copies of the vectors and of the values of a step, the bases of a tangent
-  // space, and the matrices of a step in dual numbers over those of its simulation.
-  constexpr double copies = 6, of_values = 8, of_bases = 4, object = 1 << 14;
+  if (!tangents_of(scene.system())) return 0;
+  // Counted with malloc: copies of the vectors and of the values of a step, and the bases of a
+  // tangent space. Columns of frames are stored in rows of 64.
+  constexpr double copies = 6, of_values = 8, of_bases = 4, object = 1 << 14, row = 64;
   const StateExtent x = extent_of(scene);
-  const double of_parameters = static_cast<double>(all_inertia(scene).size() + 1);
-  const double m = std::min(static_cast<double>(vectors), x.dimension + of_parameters);
+  const auto N = static_cast<double>(scene.inertia().size());
+  const double m = std::min(static_cast<double>(vectors), x.dimension + N + 1);
   const double basis = !in_coordinates || x.size > Linearization::largest_in_coordinates ? 0
                        : x.is_body ? x.dimension
                                    : of_bases * x.size;
-  const double kept = sizeof(double) * x.size * (copies * m + of_values + basis) + object;
-  if (moves_by_columns(scene))
-    return static_cast<std::uint64_t>(kept) + (x.is_body ? simulation_bytes(scene) : 0);
-  const bool is_square = scene.Q().rows() == scene.Q().cols();
-  const double of_map =
-      x.is_complex                                                                          ? 5
-      : scene.method().empty() || (is_square && scene.method() == Variational::traits.name) ? 1.5
-                                                                                            : 2.9;
-  const double maps = std::ceil(m / static_cast<double>(lanes));
-  return static_cast<std::uint64_t>(kept +
-                                    of_map * maps * static_cast<double>(simulation_bytes(scene)));
+  const double kept = x.is_body ? x.size : x.size / N * row * std::ceil(N / row);
+  return static_cast<std::uint64_t>(
+             sizeof(double) * (kept * (copies * m + of_values) + x.size * basis) + object) +
+         simulation_bytes(scene);
 }
 
 Linearization::Linearization(std::unique_ptr<Vectors> vectors) : vectors_(std::move(vectors)) {}

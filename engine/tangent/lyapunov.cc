@@ -7,6 +7,7 @@
 #include "engine/tangent/confirmation.h"
 #include "engine/tangent/coordinates.h"
 #include "engine/tangent/lyapunov_run.h"
+#include "engine/tangent/tangent_of.h"
 #include "stiefel/price.h"
 
 namespace stiefel {
@@ -84,26 +85,23 @@ Eigen::VectorXd LyapunovExponents::log_gali() const {
 MotionKind LyapunovExponents::kind() const { return run_->judgement().kind; }
 std::string LyapunovExponents::reason() const { return run_->judgement().reason; }
 
-std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size) {
-  return what.count > 0 ? std::max<std::int64_t>(what.count, TangentMap::lanes) : size;
-}
-
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size) {
+  if (!tangents_of(scene.system())) return 0;
   const StateExtent x = extent_of(scene);
   const std::int64_t vectors =
-      std::min({lyapunov_vectors(what, size), size, static_cast<std::int64_t>(x.dimension)});
+      std::min({what.count > 0 ? std::max(what.count, LyapunovRun::least_vectors) : size, size,
+                static_cast<std::int64_t>(x.dimension)});
   const auto m = static_cast<std::uint64_t>(vectors), D = static_cast<std::uint64_t>(size);
   const std::uint64_t squares = x.is_body || size > Linearization::largest_in_coordinates ? 0 : 3;
-  // The second motion has at most as many vectors as one map of `Tangent` moves; its state is saved
-  // twice.
+  // The state of the second motion is saved twice.
   const Scene map = confirming_scene(scene);
-  const auto lanes = std::min<std::uint64_t>(m, TangentMap::lanes);
+  const auto beside = std::min<std::uint64_t>(m, LyapunovRun::least_vectors);
   return linearization_bytes(scene, vectors, false) +
-         linearization_bytes(map, static_cast<std::int64_t>(lanes), false) +
+         linearization_bytes(map, static_cast<std::int64_t>(beside), false) +
          2 * simulation_bytes(scene) + 3 * simulation_bytes(map) +
          sizeof(double) *
-             (6 * D * (m + lanes) + squares * D * D + 256 * (m + lanes + 16) + 8 * m * m);
+             (6 * D * (m + beside) + squares * D * D + 256 * (m + beside + 16) + 8 * m * m);
 }
 
 LyapunovExponents::LyapunovExponents(std::unique_ptr<LyapunovRun> run) : run_(std::move(run)) {}

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "engine/tangent/confirmation.h"
-#include "engine/tangent/systems.h"
+#include "engine/tangent/tangent_of.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -34,12 +34,8 @@ LyapunovHeader LyapunovHeader::of(const LyapunovDescription& what) {
 
 Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
                                 const std::optional<LyapunovHeader>& saved) {
-  if (!scene_.members().empty())
-    return {place.violation("", std::to_string(scene_.members().size()) + " members",
-                            "the scene must have no `members`")};
-  const auto tangents = tangents_of(scene_.system());
-  if (!tangents) return {place.violation("", scene_.system(), "has no tangent map")};
-  vectors_.emplace(scene_, tangents->space(scene_), start);
+  if (Violations none = without_tangent(scene_, place); !none.empty()) return none;
+  vectors_.emplace(scene_, tangents_of(scene_.system())->space(scene_), start);
   const std::int64_t dimension = vectors_->dimension(vectors_->state(start));
   if (dimension == 0 && what_.count == 0)
     return {place.violation("count", "0",
@@ -50,9 +46,8 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
   if (what_.count < 0 || what_.count > most)
     return {place.violation("count", std::to_string(what_.count),
                             "must be 0, for all, or at most " + std::to_string(most))};
-  // Four vectors cost no more than one.
-  count_ = static_cast<Eigen::Index>(std::min<std::int64_t>(
-      most, what_.count == 0 ? most : std::max<std::int64_t>(what_.count, TangentMap::lanes)));
+  count_ = static_cast<Eigen::Index>(
+      std::min<std::int64_t>(most, what_.count == 0 ? most : std::max(what_.count, least_vectors)));
   growth_ = Growth(count_);
   rate_ = saved ? saved->rate : start.rate();
   fastest_ = saved ? saved->fastest : rate_;

@@ -39,6 +39,9 @@ class LyapunovRun {
   using Dense = Eigen::MatrixXd;
 
  public:
+  /// The least number of vectors that move, where there are so many: GALI needs some.
+  static constexpr std::int64_t least_vectors = 4;
+
   /// A run that is not judged has no verdict.
   LyapunovRun(const Scene& scene, const LyapunovDescription& what, bool judged = true);
   ~LyapunovRun();

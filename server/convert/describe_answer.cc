@@ -63,6 +63,7 @@ void describe(const SystemInfo& system, v1::SystemInfo* out) {
     to->set_method(text(method.method));
     to->set_where(text(method.where));
     to->set_in_float(method.in_float);
+    to->set_has_tangent(method.has_tangent);
     for (const Preservation& preservation : method.preserves) {
       auto* preserves = to->add_preserves();
       preserves->set_invariant(text(preservation.invariant));

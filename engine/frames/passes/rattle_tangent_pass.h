@@ -14,9 +14,9 @@ struct alignas(64) TileRow {
   double x[columns];
 };
 
-/// The values of a step of RATTLE, in the letters of RattleValues (rattle_tangent.cc).
+/// The values of a step of RATTLE, in the letters of RattleTangent (rattle_tangent.cc).
 struct RattleColumns {
-  std::ptrdiff_t tiles;
+  std::ptrdiff_t columns;              ///< N
   const TileRow* inverse;              ///< Λ⁻¹
   TileRow *Q, *S, *half, *next, *end;  ///< Q, S, S_½, Q′, S′
   TileRow *G1, *V1;                    ///< Q′Λ⁻¹, S′Λ⁻¹
@@ -54,7 +54,7 @@ class RattleTangentPass {
   virtual void move_S(const RattleColumns& at, const RattleVector& x, const double* dZ) = 0;
 };
 
-/// Returns the passes for n ≤ 6 rows compiled for `isa`.
+/// Returns the passes for n rows compiled for `isa`.
 template <Isa isa>
 std::unique_ptr<RattleTangentPass> make_rattle_tangent_pass_on(std::ptrdiff_t n);
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "engine/frames/passes/rattle_tangent_pass.h"
 #include "engine/frames/passes/tile.h"
 #include "engine/numbers/pack.h"
@@ -10,11 +12,12 @@ namespace stiefel {
 template <int rows_, Isa isa>
 class RattleTangentPassOn final : public RattleTangentPass {
  public:
-  explicit RattleTangentPassOn(std::ptrdiff_t n) : n_(n) {}
+  explicit RattleTangentPassOn(std::ptrdiff_t n) : n_(n), local_{Block(n), Block(n)} {}
 
   void measure(const RattleColumns& at, double h, double* A, double* P_, double* E) override {
     Sum a(n(), A), p(n(), P_), e(n(), E);
-    for (std::ptrdiff_t t = 0; t < at.tiles; ++t) {
+    for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
+      const std::ptrdiff_t packs = filled(at, t);
       const Rows Q = of(at.Q, t), S = of(at.S, t);
       Rows G = local(0), D = local(1);
       const P* const w = weights(at, t);
@@ -34,7 +37,8 @@ class RattleTangentPassOn final : public RattleTangentPass {
 
   void advance(const RattleColumns& at, double h, const double* B, double* K, double* E) override {
     Sum sum_K(n(), K), sum_E(n(), E);
-    for (std::ptrdiff_t t = 0; t < at.tiles; ++t) {
+    for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
+      const std::ptrdiff_t packs = filled(at, t);
       const Rows Q = of(at.Q, t), S = of(at.S, t);
       Rows half = of(at.half, t), next = of(at.next, t), G1 = of(at.G1, t), V = local(0);
       const P* const w = weights(at, t);
@@ -53,7 +57,8 @@ class RattleTangentPassOn final : public RattleTangentPass {
   }
 
   void finish(const RattleColumns& at, const double* Z) override {
-    for (std::ptrdiff_t t = 0; t < at.tiles; ++t) {
+    for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
+      const std::ptrdiff_t packs = filled(at, t);
       const Rows half = of(at.half, t), next = of(at.next, t);
       Rows end = of(at.end, t), V1 = of(at.V1, t);
       const P* const w = weights(at, t);
@@ -68,7 +73,8 @@ class RattleTangentPassOn final : public RattleTangentPass {
   void begin(const RattleColumns& at, const RattleVector& x, double h, const double* B,
              double* R) override {
     Sum sum(n(), R);
-    for (std::ptrdiff_t t = 0; t < at.tiles; ++t) {
+    for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
+      const std::ptrdiff_t packs = filled(at, t);
       const Rows dQ = of(x.Q, t), dS = of(x.S, t);
       Rows next = of(at.next, t), work = of(x.work, t), W = local(0);
       const P* const w = weights(at, t);
@@ -96,13 +102,14 @@ class RattleTangentPassOn final : public RattleTangentPass {
 
  private:
   using P = Pack<double, isa>;
-  static constexpr std::ptrdiff_t packs = TileRow::columns / P::lanes, most_rows = 6;
+  static constexpr std::ptrdiff_t packs_of_tile = TileRow::columns / P::lanes;
   /// The rows of a tile.
   struct Rows {
     static constexpr int rows = rows_;
     P* first;
-    P* operator[](std::ptrdiff_t i) const { return first + packs * i; }
+    P* operator[](std::ptrdiff_t i) const { return first + packs_of_tile * i; }
   };
+  using Block = Tile<P, rows_, packs_of_tile>;
   using Sum = TileSum<P, rows_>;
   /// The largest block that fits into the registers.
   static constexpr bool many_registers = isa == Isa::avx512;
@@ -114,6 +121,14 @@ class RattleTangentPassOn final : public RattleTangentPass {
     return {reinterpret_cast<P*>(const_cast<TileRow*>(x + n() * tile))};
   }
   Rows local(int which) { return {local_[which][0]}; }
+  static std::ptrdiff_t tiles(const RattleColumns& at) {
+    return (at.columns + TileRow::columns - 1) / TileRow::columns;
+  }
+  /// Returns the packs of a tile that hold columns.
+  static std::ptrdiff_t filled(const RattleColumns& at, std::ptrdiff_t tile) {
+    const std::ptrdiff_t left = at.columns - tile * TileRow::columns;
+    return std::min(packs_of_tile, (left + P::lanes - 1) / P::lanes);
+  }
   static const P* weights(const RattleColumns& at, std::ptrdiff_t tile) {
     return reinterpret_cast<const P*>(at.inverse + tile);
   }
@@ -131,7 +146,7 @@ class RattleTangentPassOn final : public RattleTangentPass {
                  Rows& W) const {
     const Rows half = of(at.half, t);
     const P *const w = weights(at, t), *const dw = reinterpret_cast<const P*>(x.by_inverse + t);
-    for (std::ptrdiff_t k = 0; k < packs; ++k)
+    for (std::ptrdiff_t k = 0; k < filled(at, t); ++k)
       for (std::ptrdiff_t i = 0; i < n(); ++i) W[i][k] += half[i][k] * (h * dw[k] + x.by_h * w[k]);
   }
 
@@ -152,7 +167,8 @@ class RattleTangentPassOn final : public RattleTangentPass {
   void move_Q_in(const RattleColumns& at, const RattleVector& x, double h, const double* dB,
                  const double* Z, double* R) {
     Sum sum(n(), R);
-    for (std::ptrdiff_t t = 0; t < at.tiles; ++t) {
+    for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
+      const std::ptrdiff_t packs = filled(at, t);
       const Rows Q = of(at.Q, t), dS = of(x.S, t), carry = of(x.Q_carry, compensated ? t : 0);
       Rows dQ = of(x.Q, t), work = of(x.work, t), step = local(0), half = local(1),
            G1 = of(at.G1, t), V1 = of(at.V1, t), next = of(at.next, t);
@@ -187,7 +203,8 @@ class RattleTangentPassOn final : public RattleTangentPass {
 
   template <bool compensated>
   void move_S_in(const RattleColumns& at, const RattleVector& x, const double* dZ) {
-    for (std::ptrdiff_t t = 0; t < at.tiles; ++t) {
+    for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
+      const std::ptrdiff_t packs = filled(at, t);
       const Rows next = of(at.next, t), work = of(x.work, t),
                  carry = of(x.S_carry, compensated ? t : 0);
       Rows dS = of(x.S, t);
@@ -199,7 +216,7 @@ class RattleTangentPassOn final : public RattleTangentPass {
   }
 
   std::ptrdiff_t n_;
-  P local_[2][rows_ == any_rows ? most_rows : rows_][packs];
+  Block local_[2];
 };
 
 template <Isa isa>

@@ -86,6 +86,8 @@ struct MethodOnSystem {
   /// Whether the method accepts a scene with this Λ; null: it accepts every one.
   bool (*takes)(const Eigen::VectorXd& lambda) = nullptr;
   bool in_float = false;  ///< offered in single precision too
+  /// Whether its steps have a derivative (linearization.h); that of `exact` is for N = 3.
+  bool has_tangent = false;
 };
 
 /// How the frame of a body moves. On the left Q̇ = QΩ, where Q takes body to space and Ω is in body

@@ -28,16 +28,16 @@ struct LinearizationDescription {
 };
 
 /// The derivative of a scene's computed steps, not of the flow that they approximate, along a
-/// motion, applied to tangent vectors. The derivatives of implicit steps follow from their
-/// equations (implicit function theorem). The states and their bits are those of the simulation.
+/// motion, applied to tangent vectors, for the methods and systems that have it
+/// (MethodOnSystem::has_tangent). The derivatives of implicit steps follow from their equations
+/// (implicit function theorem). The states and their bits are those of the simulation.
 ///
 /// The coordinates of a tangent vector:
 ///
-///     (Q, M), left-invariant     η, then δM, with δQ = Qη; N = 3: as axial vectors (x, y, z), else
-///                                the elements i < j row by row; η is the skew part of Q⁻¹δQ
-///     (Q, M), right-invariant    the same with δQ = ηQ
-///     other states               those of an orthonormal basis of the tangent space in ⟨A, B⟩ =
-///                                tr(AᵀB); it differs from state to state and is returned
+///     (Q, M)          η, then δM, with δQ = Qη; N = 3: as axial vectors (x, y, z), else the
+///                     elements i < j row by row; η is the skew part of Q⁻¹δQ
+///     other states    those of an orthonormal basis of the tangent space in ⟨A, B⟩ = tr(AᵀB); it
+///                     differs from state to state and is returned
 ///
 /// With derivatives by Λ a state (Q, S) on V(n, N) has n(n + 1)/2 further coordinates, the last
 /// ones: the states of other Λ lie beside its tangent space.
@@ -48,8 +48,8 @@ class Linearization {
   /// The largest number of rows × columns of a state for which coordinates are offered.
   static constexpr std::int64_t largest_in_coordinates = 1024;
 
-  /// Refuses ensembles, methods without a derivative, and vectors that do not fit or are not
-  /// tangent. Throws Stopped (stop.h).
+  /// Refuses ensembles, methods and systems without a derivative, and vectors that do not fit or
+  /// are not tangent. Throws Stopped (stop.h).
   static std::expected<Linearization, Violations> make(const Scene& scene,
                                                        LinearizationDescription description,
                                                        const Simulation& start,
@@ -83,8 +83,8 @@ class Linearization {
   std::unique_ptr<Vectors> vectors_;
 };
 
-/// Returns an upper bound of the bytes of a Linearization with so many tangent vectors, given or
-/// asked for in coordinates or as blocks.
+/// Returns an upper bound of the bytes of a Linearization with so many vectors, which are given or
+/// asked for in coordinates or as blocks; 0 for a system without tangents.
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates);
 
 }  // namespace stiefel

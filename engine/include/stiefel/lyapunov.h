@@ -110,9 +110,8 @@ class LyapunovExponents {
   std::unique_ptr<LyapunovRun> run_;
 };
 
-/// Returns the most vectors that a LyapunovExponents of a state of `size` numbers moves.
-std::int64_t lyapunov_vectors(const LyapunovDescription& what, std::int64_t size);
-/// Returns an upper bound of the bytes of a LyapunovExponents, for states of `size` numbers.
+/// Returns an upper bound of the bytes of a LyapunovExponents for states of `size` numbers; 0 for a
+/// system without tangents.
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size);
 

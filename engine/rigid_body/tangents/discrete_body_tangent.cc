@@ -1,4 +1,4 @@
-#include "engine/rigid_body/tangents/column_tangents.h"
+#include "engine/rigid_body/tangents/rigid_tangents.h"
 
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/support/symmetric_stages.h"
@@ -90,7 +90,7 @@ struct Turned<SoN<double>> {
 template <class Space>
 struct Stages {
   using Map = MoserVeselov<Space>;
-  Stages(const Scene& scene, const ColumnParameters& at)
+  Stages(const Scene& scene, const TangentParameters& at)
       : gamma(symmetric_stages<double>(scene.order() > 0 ? scene.order() : 2)),
         lambda(at.lambda),
         by_lambda(at.by_lambda) {
@@ -108,20 +108,20 @@ struct Stages {
 /// Λ and its derivatives are those of the modified moments J, functions of the m at the start.
 struct ModifiedStage {
   using Map = PreprocessedMoserVeselov<double, true>;
-  using Wide = Dual<long double, TangentMap::lanes>;
+  static constexpr int lanes = 4;
+  using Wide = Dual<long double, lanes>;
 
-  ModifiedStage(const Scene& scene, const ColumnParameters& given)
+  ModifiedStage(const Scene& scene, const TangentParameters& given)
       : order(scene.order() > 0 ? scene.order() : PreprocessedVariational::traits.default_order),
         at(given),
         by_lambda(given.by_lambda) {
     maps.emplace_back(at.lambda, at.h, order, Arithmetic::plain);
   }
   void start(const Dense& M, const Dense& V) {
-    constexpr Index lanes = TangentMap::lanes;
     for (Index first = 0; first < V.cols(); first += lanes) {
       Vector3<Wide> m = vee(M).cast<Wide>(), l = at.lambda.cast<Wide>();
       Wide h = at.h;
-      const Index width = std::min(lanes, V.cols() - first);
+      const Index width = std::min<Index>(lanes, V.cols() - first);
       for (Index k = 0; k < width; ++k) {
         const auto lane = static_cast<int>(k);
         const Index v = first + k;
@@ -141,7 +141,7 @@ struct ModifiedStage {
   }
 
   int order;
-  ColumnParameters at;
+  TangentParameters at;
   std::vector<double> gamma = {1};
   std::vector<Map> maps;
   Eigen::VectorXd lambda;
@@ -155,7 +155,7 @@ struct ModifiedStage {
 template <class Space, class Stages>
 class DiscreteBodyTangent final : public TangentMap {
  public:
-  DiscreteBodyTangent(const Scene& scene, const ColumnParameters& at)
+  DiscreteBodyTangent(const Scene& scene, const TangentParameters& at)
       : substeps_(scene.substeps()),
         N_(scene.dimension()),
         parameters_(at),
@@ -196,9 +196,6 @@ class DiscreteBodyTangent final : public TangentMap {
       }
     return {};
   }
-
-  bool direct() const override { return false; }
-  RunStatus at(std::int64_t) override { return {Outcome::solver_stalled, std::nullopt}; }
   void read(const Dense& point, Dense& V) const override { columns_.read(point, V); }
 
  private:
@@ -262,7 +259,7 @@ class DiscreteBodyTangent final : public TangentMap {
 
   int substeps_;
   Index N_;
-  ColumnParameters parameters_;
+  TangentParameters parameters_;
   Stages stages_;
   Columns columns_;
   Rotation rotation_;
@@ -274,13 +271,13 @@ class DiscreteBodyTangent final : public TangentMap {
 };
 
 template <class Space, template <class> class Stages>
-std::unique_ptr<TangentMap> made(const Scene& scene, const ColumnParameters& at) {
+std::unique_ptr<TangentMap> made(const Scene& scene, const TangentParameters& at) {
   return std::make_unique<DiscreteBodyTangent<Space, Stages<Space>>>(scene, at);
 }
 
 }  // namespace
 
-std::unique_ptr<TangentMap> discrete_body_tangent(const Scene& scene, const ColumnParameters& at) {
+std::unique_ptr<TangentMap> discrete_body_tangent(const Scene& scene, const TangentParameters& at) {
   constexpr Index largest_by_elements = 10;
   if (scene.method() == PreprocessedVariational::traits.name)
     return std::make_unique<DiscreteBodyTangent<So3<double, true>, ModifiedStage>>(scene, at);

@@ -9,7 +9,7 @@
 #include "engine/numbers/stoppable_product.h"
 #include "engine/rigid_body/j_d/j_d_n.h"
 #include "engine/rigid_body/moser_veselov/principal_branch.h"
-#include "engine/rigid_body/tangents/column_tangents.h"
+#include "engine/rigid_body/tangents/rigid_tangents.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -115,7 +115,7 @@ void DifferentialOfU::solve(const Dense& K, Dense& dU) {
 /// S and T the symmetric parts of δU and X.
 class LargeBodyTangent final : public TangentMap {
  public:
-  LargeBodyTangent(const Scene& scene, const ColumnParameters& at)
+  LargeBodyTangent(const Scene& scene, const TangentParameters& at)
       : substeps_(scene.substeps()),
         N_(scene.dimension()),
         arithmetic_(scene.arithmetic()),
@@ -174,9 +174,6 @@ class LargeBodyTangent final : public TangentMap {
       }
     return {};
   }
-
-  bool direct() const override { return false; }
-  RunStatus at(std::int64_t) override { return {Outcome::solver_stalled, std::nullopt}; }
 
   void read(const Dense& point, Dense& V) const override {
     const Index rows = V.rows() / N_;
@@ -249,7 +246,7 @@ class LargeBodyTangent final : public TangentMap {
   Index N_;
   Arithmetic arithmetic_;
   bool has_frame_ = false;
-  ColumnParameters parameters_;
+  TangentParameters parameters_;
   std::vector<double> gamma_;
   std::vector<PrincipalBranch<JDInverseN<double>>> branches_;
   std::vector<JDInverseN<double>::Memory> memories_;  ///< of the stages
@@ -262,7 +259,7 @@ class LargeBodyTangent final : public TangentMap {
 
 }  // namespace
 
-std::unique_ptr<TangentMap> large_body_tangent(const Scene& scene, const ColumnParameters& at) {
+std::unique_ptr<TangentMap> large_body_tangent(const Scene& scene, const TangentParameters& at) {
   return std::make_unique<LargeBodyTangent>(scene, at);
 }
 

@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "engine/linalg/iteration/dual_iterations.h"
 #include "engine/linalg/iteration/newton_krylov.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/orthogonal.h"
@@ -76,37 +75,6 @@ TEST(HardBodies, NewtonKrylovSolvesWhatIsStiff) {
   ASSERT_TRUE(newton.solve(z, [&](const auto& x, auto& g) { g = b + A * x; }));
   const Eigen::MatrixXd exact = (Eigen::MatrixXd::Identity(n, n) - A).partialPivLu().solve(b);
   EXPECT_LT((z - exact).norm(), 1e-13 * exact.norm());
-}
-
-/// So do its derivatives, z′ = (I − A)⁻¹b′, with a look at the stop token between two sweeps.
-TEST(HardBodies, NewtonKrylovSolvesWhatIsStiffInDualNumbers) {
-  constexpr int n = 40, lanes = 2;
-  using Scalar = Dual<double, lanes>;
-  const Eigen::VectorXd w = Eigen::VectorXd::NullaryExpr(
-      n, [](int k) { return k % 3 == 0 ? 3.0 : -std::pow(10, k / 20.0); });
-  const RandomBody body(n, 1);
-  const Eigen::MatrixXd A = body.Q * w.asDiagonal() * body.Q.transpose();
-  Matrix<Scalar> b(n, 1), z = Matrix<Scalar>::Zero(n, 1);
-  for (int i = 0; i < n; ++i) {
-    b(i).value = body.M(i, 0);
-    for (int lane = 0; lane < lanes; ++lane) b(i).d[lane] = body.M(i, lane + 1);
-  }
-  const std::stop_token never;
-  const StopScope scope(never);
-  std::int64_t looks = 0, sweeps = 0;
-  NewtonKrylov<Scalar> newton;
-  ASSERT_TRUE(newton.solve(z, [&](const Matrix<Scalar>& x, Matrix<Scalar>& g) {
-    EXPECT_GT(scope.looks(), looks) << "before sweep " << sweeps;
-    looks = scope.looks();
-    ++sweeps;
-    g = b + A.cast<Scalar>() * x;
-  }));
-  const Eigen::PartialPivLU<Eigen::MatrixXd> exact(Eigen::MatrixXd::Identity(n, n) - A);
-  for (int k = 0; k <= lanes; ++k) {
-    const Eigen::VectorXd expected = exact.solve(body.M.col(k));
-    const Eigen::VectorXd found = k == 0 ? values_of(z).col(0) : lane_of(z, k - 1).col(0);
-    EXPECT_LT((found - expected).norm(), 1e-13 * expected.norm()) << k;
-  }
 }
 
 /// The equation of the midpoint rule is stiff where Λ is spread wide; the step still finds its

@@ -50,26 +50,12 @@ TEST(Toys, StandInTheCatalogueAfterTheLibrarysOwn) {
   EXPECT_EQ(methods, (std::vector<std::string_view>{"rk4", "adaptive", "heun"}));
 }
 
-/// Along the motion, which is two_by_two(s) at all times, d/ds of the start becomes d/ds of the
-/// end, to the order of the method.
-TEST(Toys, TangentsMoveWithTheMotion) {
-  const auto slope = [](double s) -> Eigen::MatrixXd {
-    const double sech = 1 / std::cosh(s), tanh = std::tanh(s);
-    return Eigen::Vector4d(sech * sech, -sech * tanh, -sech * tanh, -sech * sech);
-  };
-  const auto miss = [&](int steps) {
-    SceneDescription d = toy_scene("rk4");
-    d.step = 1.0 / steps;
-    const Scene scene = resolved(d);
-    const auto now = make_simulation(scene);
-    auto moved = Linearization::make(scene, {.vectors = slope(-1), .as_blocks = true}, *now);
-    if (!moved || !moved->advance(*now, steps, {}).reached())
-      throw std::runtime_error("no tangent");
-    return (moved->vectors(*now) - slope(1)).norm();
-  };
-  EXPECT_LT(miss(20), 1e-5);
-  EXPECT_LT(miss(40), miss(20) / 14);
-  EXPECT_LT(miss(80), miss(40) / 14);
+TEST(Toys, AreRefusedATangentByName) {
+  const Scene scene = resolved(toy_scene("rk4"));
+  const auto refused = Linearization::make(scene, {}, *make_simulation(scene));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().front().field, "system");
+  EXPECT_TRUE(refused.error().front().rule.contains("rigid_body")) << refused.error().front().rule;
 }
 
 TEST(Toys, AWrongSceneIsRefusedByName) {

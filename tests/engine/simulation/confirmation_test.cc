@@ -5,7 +5,7 @@
 
 #include "engine/tangent/confirmation.h"
 #include "engine/tangent/growth_vectors.h"
-#include "engine/tangent/systems.h"
+#include "engine/tangent/tangent_of.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/spectra.h"
@@ -82,7 +82,7 @@ TEST(Confirmation, ChaosOfTheMapIsNotThatOfTheFlow) {
 TEST(Confirmation, BodiesNextToAnUnstableRotationAreNotChaoticByAnyMethod) {
   for (const int N : {3, 4})
     for (const MethodOnSystem& on : catalogue().system("rigid_body")->methods) {
-      if (on.method == "adaptive" || (on.takes != nullptr && N > 3)) continue;
+      if (!on.has_tangent || (!on.where.empty() && N > 3)) continue;
       for (const double aside : {1e-3, 0.0}) {
         SceneDescription description =
             body(N == 3 ? std::vector<double>{2, 1, 0.1} : std::vector<double>{1, 2.2, 3.1, 4.5}, 7,
@@ -99,19 +99,14 @@ TEST(Confirmation, BodiesNextToAnUnstableRotationAreNotChaoticByAnyMethod) {
     }
 }
 
-/// Every system has a second motion, whatever the method of the first, but those whose vectors are
-/// not those of the blocks of a scene: of the parametric ones, M need not stay skew; of the one
-/// with M, they move its factors Q and P_0.
+/// Every system has a second motion, whatever the method of the first.
 TEST(Confirmation, ItIsMadeForEverySystem) {
   for (const SystemInfo& system : catalogue().systems)
     for (const MethodOnSystem& on : system.methods) {
-      if (on.method == "adaptive" || system.name.starts_with("parametric") ||
-          system.name == "stiefel_momentum")
-        continue;
-      const auto resolved =
-          Scene::resolve(any_scene(std::string(system.name), std::string(on.method), 5, 0.1));
-      if (!resolved) continue;  // the closed forms of a special Λ
-      const Scene& scene = *resolved;
+      if (!on.has_tangent) continue;
+      const Scene scene = Scene::resolve(any_scene(std::string(system.name), std::string(on.method),
+                                                   5, 0.1, on.where.empty() ? 4 : 3))
+                              .value();
       const auto start = make_simulation(scene);
       const GrowthVectors vectors(scene, tangents_of(system.name)->space(scene), *start);
       const Dense x = vectors.state(*start), V = vectors.random(x, 1, 1);

@@ -4,7 +4,6 @@
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "engine/stepping/stacked_observables.h"
-#include "engine/stepping/tangent_map_of.h"
 
 namespace stiefel {
 namespace {
@@ -53,18 +52,6 @@ std::unique_ptr<Simulation> make_brockett(const Scene& scene) {
 }
 
 }  // namespace
-
-Tangents brockett_tangents() {
-  return {[](const Scene&) {
-            return TangentSpace{TangentSpace::Coordinates::orthonormal,
-                                [](const Eigen::MatrixXd&, const Eigen::MatrixXd& G) {
-                                  return ((G + G.transpose()) / 2).eval();
-                                }};
-          },
-          [](const Scene& scene, const TangentParameters& at) {
-            return make_tangent(scene, Brockett<Tangent>(at.lambda), at.h);
-          }};
-}
 
 Simulations brockett_simulations() { return {make_brockett, methods_on<Brockett<double>>}; }
 

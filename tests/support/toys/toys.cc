@@ -4,7 +4,6 @@
 
 #include "engine/catalogue/system_entry.h"
 #include "engine/stepping/method_entry_of.h"
-#include "engine/stepping/tangent_map.h"
 #include "tests/support/toys/heun.h"
 #include "tests/support/toys/lie_midpoint.h"
 
@@ -16,7 +15,6 @@ MethodEntry lie_midpoint_method() { return method_entry_of<LieMidpoint>(); }
 
 SystemEntry brockett_entry();
 Simulations brockett_simulations();
-Tangents brockett_tangents();
 
 namespace testing {
 

@@ -107,7 +107,7 @@ class StateTransition(Ended, ByValue):
     those of the `parameters`. With `every` the results stand along a first axis of `step`, `time`, `matrix`, `vectors`
     and `basis`.
 
-    Coordinates of a body (Q, M): eta, then dM, with dQ = Q eta, for a right-invariant one dQ = eta Q; for N = 3 as axial
+    Coordinates of a body (Q, M): eta, then dM, with dQ = Q eta; for N = 3 as axial
     vectors (x, y, z), otherwise the elements i < j row by row. Of other states: those of the orthonormal `basis`, which with
     "inertia" among the `parameters` has n (n + 1) / 2 elements behind the tangent space of a (Q, S).
     """

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "engine/stepping/tangent_map.h"
+
+namespace stiefel {
+
+extern const Tangents stiefel_tangents, discrete_stiefel_tangents;
+
+/// Returns the tangent of the variational step on V(n, N), of any order.
+std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const TangentParameters& at);
+
+}  // namespace stiefel
