@@ -75,7 +75,7 @@ std::expected<Candidates, Violations> candidates(SceneDescription description, c
     for (const int order : orders)
       for (const char* arithmetic : {"plain", "compensated"}) {
         consider(on, order, arithmetic, "double");
-        if (on.in_float) consider(on, order, arithmetic, "float");
+        if (on.in_float && start->dimension() == 3) consider(on, order, arithmetic, "float");
       }
     if (orders.empty()) consider(on, std::nullopt, "compensated", "double");
   }

@@ -31,11 +31,12 @@ MethodInfo info_of(const MethodTraits& t) {
 SystemEntry complete(SystemEntry entry, const Simulations& simulations) {
   entry.simulations = simulations;
   entry.info.methods = simulations.methods(entry.info);
-  if (entry.in_float) offer_in_float(entry.info);
-  if (entry.tangents)
-    for (MethodOnSystem& on : entry.info.methods)
+  for (MethodOnSystem& on : entry.info.methods) {
+    on.in_float = entry.in_float && method_entry(on.method)->traits.in_float;
+    if (entry.tangents)
       on.has_tangent =
           std::ranges::count(entry.tangents->methods, on.method, &MethodTangent::method) > 0;
+  }
   for (const TwoForm* form : entry.two_forms) entry.info.forms.push_back(form->info);
   return entry;
 }

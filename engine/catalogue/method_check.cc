@@ -42,6 +42,19 @@ void check_tolerance(SceneDraft& draft, const MethodInfo& info) {
   tolerance = tolerance.value_or(info.default_tolerance);
 }
 
+/// Returns the rule for scenes in single precision.
+std::string float_is_for() {
+  std::string rule = "must be double: float is for N = 3 of";
+  for (const SystemInfo& system : catalogue().systems) {
+    std::vector<std::string_view> methods;
+    for (const MethodOnSystem& on : system.methods)
+      if (on.in_float) methods.push_back(on.method);
+    if (!methods.empty())
+      rule += " " + std::string(system.name) + " by " + listed(methods, std::identity{});
+  }
+  return rule;
+}
+
 void check_scalar(SceneDraft& draft, const SystemInfo& system) {
   auto& method = *draft.given().method;
   if (method.scalar.empty()) method.scalar = "double";
@@ -50,13 +63,9 @@ void check_scalar(SceneDraft& draft, const SystemInfo& system) {
     draft.refuse("method.scalar", '"' + method.scalar + '"', text);
   };
   if (method.scalar != "float") return rule("must be double or float");
-  std::vector<MethodOnSystem> offered;
-  std::ranges::copy_if(system.methods, std::back_inserter(offered), &MethodOnSystem::in_float);
-  if (offered.empty())
-    rule("must be double: " + std::string(system.name) + " is computed in nothing else");
-  else if (std::ranges::find(offered, method.name, &MethodOnSystem::method) == offered.end())
-    rule("of " + std::string(system.name) + " is only for " +
-         listed(offered, [](auto& m) { return m.method; }));
+  for (const MethodOnSystem& on : system.methods)
+    if (on.method == method.name && on.in_float) return;
+  rule(float_is_for());
 }
 
 /// Returns whether dM/dt, or dS/dt, of size ‖M‖‖Ω‖, or Ω² is next to denormal although a step turns
@@ -122,9 +131,12 @@ void check_method_accepts_scene(SceneDraft& draft, const SystemInfo& system) {
                    '"' + method->name + "\" with N = " + std::to_string(lambda.size()),
                    "is only for " + std::string(on.where) + "; " + takes_every_inertia(system) +
                        " takes every Lambda");
+  if (method->scalar == "float" && lambda.size() > 0 && lambda.size() != 3)
+    draft.refuse("method.scalar", "\"float\" with N = " + std::to_string(lambda.size()),
+                 float_is_for());
   const SystemEntry& entry = *system_entry(system.name);
   const MethodEntry* moves = method_entry(method->name);
-  if (draft.sound() && draft.given().step && moves != nullptr && moves->in_double.by_field &&
+  if (draft.sound() && draft.given().step && moves != nullptr && moves->matrices.by_field &&
       rate_underflows(draft.scene(), system))
     draft.refuse("method.name", '"' + method->name + '"',
                  "sums the rate of the momentum, which underflows in these units: choose other "

@@ -47,7 +47,7 @@ struct SystemEntry {
   /// Recommended methods for scenes that name none, in order; the last takes every scene. If empty,
   /// such scenes get the method that chooses its own steps, with its default tolerance.
   std::span<const Recommendation> recommended = {};
-  /// Whether the methods that can do so move the system in single precision too.
+  /// Whether bodies in three dimensions move in single precision too, by the methods that can.
   bool in_float = false;
   /// Two-forms on the system's states, the symplectic one first.
   std::vector<const TwoForm*> two_forms = {};

@@ -107,7 +107,6 @@ SystemEntry stiefel_entry() {
   return {.info = info,
           .check = check,
           .recommended = recommendations,
-          .in_float = true,
           .two_forms = {&form_of_pairs, &form_of_cotangent_pairs},
           .representation = &representation,
           .tangents = &stiefel_tangents,

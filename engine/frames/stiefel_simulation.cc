@@ -19,10 +19,8 @@ std::unique_ptr<Simulation> make_stiefel(const Scene& scene) {
     observables.field(
         {"M", static_cast<int>(N), static_cast<int>(N)},
         [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
-  const auto fields = shared(std::move(observables));
-  if (scene.in_float())
-    return make_simulation(scene, Stiefel<float>(rounded_to<float>(scene.inertia()), n), fields);
-  return make_simulation(scene, Stiefel<double>(scene.inertia(), n), fields);
+  return make_simulation(scene, Stiefel<double>(scene.inertia(), n),
+                         shared(std::move(observables)));
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ class PackedBodies {
   virtual Progress advance(std::span<double> states, std::int64_t steps) = 0;
 };
 
-/// The data of bodies that advance side by side in packs of Scalars, double or float. Two of the
-/// last three members are empty.
+/// The data of bodies that advance side by side in packs of Scalars, double, or float for N = 3.
+/// Two of the last three members are empty.
 template <class Scalar_>
 struct BodiesSideBySide {
   using Scalar = Scalar_;
@@ -69,7 +69,9 @@ template <Isa isa, int N, class Scalar>
 std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies);
 template <Isa isa, class Scalar>
 std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies) {
-  return bodies.N == 3 ? pack_bodies_on<isa, 3>(bodies) : pack_bodies_on<isa, 4>(bodies);
+  if constexpr (std::is_same_v<Scalar, double>)
+    if (bodies.N == 4) return pack_bodies_on<isa, 4>(bodies);
+  return pack_bodies_on<isa, 3>(bodies);
 }
 
 }  // namespace stiefel

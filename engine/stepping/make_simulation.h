@@ -11,10 +11,9 @@ template <HasMatrixStates S>
 std::unique_ptr<Simulation> make_matrix_simulation(const MethodEntry& method, const Scene& scene,
                                                    const S& system,
                                                    const SharedObservables& observables) {
-  using Scalar = typename S::Scalar;
-  const MatrixMethod<Scalar>& matrices = method.matrices<Scalar>();
+  const MatrixMethod& matrices = method.matrices;
   if (matrices.by_field) return matrices.by_field(scene, system, observables);
-  if constexpr (LieSystem<S> && !std::is_same_v<Scalar, float>)
+  if constexpr (LieSystem<S>)
     if (matrices.by_action) return matrices.by_action(scene, system, observables);
   return nullptr;
 }
@@ -23,12 +22,10 @@ std::unique_ptr<Simulation> make_matrix_simulation(const MethodEntry& method, co
 template <HasMatrixStates S>
 std::unique_ptr<Simulation> make_simulation(const Scene& scene, const S& system,
                                             const SharedObservables& observables) {
-  constexpr bool in_float = std::is_same_v<typename S::Scalar, float>;
   std::unique_ptr<Simulation> made;
   for_each_type(typename SpecialMethods<S>::type{}, [&]<class Method>(Method*) {
-    if constexpr (Method::traits.in_float || !in_float)
-      if (scene.method() == Method::traits.name)
-        made = make_simulation_by<Method>(scene, system, observables);
+    if (scene.method() == Method::traits.name)
+      made = make_simulation_by<Method>(scene, system, observables);
   });
   if (made) return made;
   const MethodEntry* method = method_entry(scene.method());

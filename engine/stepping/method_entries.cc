@@ -36,8 +36,4 @@ std::optional<MethodOnSystem> declared_by(const MethodEntry& method, const Syste
   return MethodOnSystem{method.traits.name, preservations(info, conservation)};
 }
 
-void offer_in_float(SystemInfo& info) {
-  for (MethodOnSystem& on : info.methods) on.in_float = method_entry(on.method)->traits.in_float;
-}
-
 }  // namespace stiefel

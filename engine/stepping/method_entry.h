@@ -12,13 +12,12 @@ namespace stiefel {
 
 /// Makes Simulations of systems whose states are matrices of any size. A null pointer means that
 /// the method does not move such systems.
-template <class Scalar>
 struct MatrixMethod {
   template <class System>
   using Make = std::unique_ptr<Simulation> (*)(const Scene&, const System&,
                                                const SharedObservables&);
-  Make<MatrixSystem<Scalar>> by_field = nullptr;      ///< uses the vector field alone
-  Make<MatrixLieSystem<Scalar>> by_action = nullptr;  ///< uses the action of a group
+  Make<MatrixSystem<double>> by_field = nullptr;      ///< uses the vector field alone
+  Make<MatrixLieSystem<double>> by_action = nullptr;  ///< uses the action of a group
 };
 
 /// A method in the catalogue. `applies_to` and `conservation` are null for a method that has maps
@@ -27,16 +26,7 @@ struct MethodEntry {
   MethodTraits traits;
   bool (*applies_to)(const SystemTraits&) = nullptr;
   Conservation (*conservation)(const SystemTraits&, std::string_view invariant) = nullptr;
-  MatrixMethod<double> in_double;
-  MatrixMethod<float> in_float;
-
-  template <class Scalar>
-  const MatrixMethod<Scalar>& matrices() const {
-    if constexpr (std::is_same_v<Scalar, float>)
-      return in_float;
-    else
-      return in_double;
-  }
+  MatrixMethod matrices = {};
 };
 
 /// Returns the methods of methods.inc, in its order.

@@ -6,11 +6,11 @@
 namespace stiefel {
 
 /// Returns what Method offers to systems whose states are matrices of any size.
-template <GeneralMethod Method, class Scalar>
-MatrixMethod<Scalar> matrix_method() {
-  using ByField = MatrixSystem<Scalar>;
-  using ByAction = MatrixLieSystem<Scalar>;
-  MatrixMethod<Scalar> made;
+template <GeneralMethod Method>
+MatrixMethod matrix_method() {
+  using ByField = MatrixSystem<double>;
+  using ByAction = MatrixLieSystem<double>;
+  MatrixMethod made;
   if constexpr (requires { typename Method::template Map<ByField>; })
     made.by_field = make_simulation_by<Method, ByField>;
   else if constexpr (requires { typename Method::template Map<ByAction>; })
@@ -26,8 +26,7 @@ MethodEntry method_entry_of() {
   if constexpr (GeneralMethod<Method>) {
     entry.applies_to = Method::applies_to;
     entry.conservation = Method::conservation;
-    entry.in_double = matrix_method<Method, double>();
-    if constexpr (Method::traits.in_float) entry.in_float = matrix_method<Method, float>();
+    entry.matrices = matrix_method<Method>();
   }
   return entry;
 }

@@ -52,7 +52,4 @@ std::vector<MethodOnSystem> methods_on(const SystemInfo& info) {
   return all;
 }
 
-/// Marks the methods that move the system in single precision too.
-void offer_in_float(SystemInfo& info);
-
 }  // namespace stiefel

@@ -68,7 +68,7 @@ def scenes(program: Path, count: int, seed: int) -> list[tuple[str, str]]:
         n = whole(draw, 1, N)
         members = whole(draw, 2, 64) if together else 0
         order = draw.choice(orders.split(","))
-        scalar = draw.choice(["double", "float"]) if in_float == "float" else "double"
+        scalar = draw.choice(["double", "float"]) if in_float == "float" and N == 3 else "double"
         arithmetic = draw.choice(["compensated", "plain"]) if kind in ("explicit", "implicit") else "compensated"
         substeps = draw.choice([1, 1, 2, 3]) if kind in ("explicit", "implicit") else 1
         h = log_uniform(draw, 0.01, 0.3)

@@ -127,10 +127,13 @@ void count(std::string_view system, std::string_view method, std::optional<int> 
     if (!by.empty()) d.method = MethodDescription{by, order, 1, arithmetic, {}, scalar};
     count(std::move(d), size);
   };
-  for (const Size size : sizes(of, by, order.value_or(0))) at(size, h_Omega);
+  const bool in_float = scalar == std::string("float");
+  for (const Size size : sizes(of, by, order.value_or(0)))
+    if (size.N == 3 || !in_float) at(size, h_Omega);
   if (!by.empty() && catalogue().method(by)->default_tolerance > 0) return;
   for (const Size size : sizes_for_rates(of, by, order.value_or(0)))
-    for (const double rate : other_rates) at(size, rate);
+    for (const double rate : other_rates)
+      if (size.N == 3 || !in_float) at(size, rate);
 }
 
 /// Counts every method of a system, or `only` one, in every order, arithmetic and scalar. Closed

@@ -31,7 +31,12 @@ def ways():
             method = {"name": pair.method, "arithmetic": arithmetic, "scalar": scalar}
             kinds.append((pair, method | ({"order": pair.order} if pair.order and pair.method != "adaptive" else {})))
     rounds = -(-LEAST_SCENES // len(kinds))
-    return [(pair, method, seed) for seed in range(rounds) for pair, method in kinds]
+    return [(pair, method, seed) for seed in range(rounds) for pair, method in kinds
+            if not method or method["scalar"] == "double" or dimension(pair, seed) == 3]
+
+
+def dimension(pair, seed):
+    return 3 if pair.where == "N = 3" else 3 + seed % 4
 
 
 def inertia_of(random, where, N):
@@ -46,7 +51,7 @@ def scene_of(pair, method, seed):
     random = np.random.default_rng([seed, *pair.system.encode(), *pair.method.encode()])
     h = [1 / 16, -1 / 8, 1 / 32][seed % 3]
     scene = {"system": pair.system, "step": h} | ({"method": method} if method else {})
-    N = 3 if pair.where == "N = 3" else 3 + seed % 4
+    N = dimension(pair, seed)
     skew = np.triu(random.uniform(-1, 1, (N, N)), 1)
     Q = scenes.cayley(2 * (skew - skew.T))
     skew = np.triu(random.uniform(-1, 1, (N, N)), 1)

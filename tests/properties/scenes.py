@@ -133,7 +133,8 @@ def scenes(draw, pair, sizes=(3, 4, 5), rows=None):
             scene["method"]["scalar"] = draw(st.sampled_from(["double", "float"]))
     if pair.system == "double_bracket":
         return scene | double_bracket(draw)
-    N = 3 if pair.where == "N = 3" else draw(st.sampled_from(sizes))
+    single = scene.get("method", {}).get("scalar") == "float"
+    N = 3 if pair.where == "N = 3" or single else draw(st.sampled_from(sizes))
     inertia = inertia_of(draw, pair.where, N)
     Q, U = draw(rotations(N)), at_most_one(draw(skew(N)))
     scene["inertia"] = inertia

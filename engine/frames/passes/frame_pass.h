@@ -38,7 +38,7 @@ class FramePass {
                        const Scalar* Y1_h, const FrameSums<Scalar>& moments) = 0;
 };
 
-/// Returns the pass for n rows compiled for `isa`. Scalars other than double and float need
+/// Returns the pass for n rows compiled for `isa`. Scalars other than double need
 /// frame_pass_on.h, and have no code specialised for few rows.
 template <class Scalar, Isa isa>
 std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, LowerBlock lower,
@@ -60,16 +60,13 @@ std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, LowerB
 }
 
 extern template class FramePass<double>;
-extern template class FramePass<float>;
 
-// Compiled once: frame_pass.cc.in for each instruction set, and frame_pass_float.cc.
+// Compiled once for each instruction set, in frame_pass.cc.in.
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::baseline>(
     Arithmetic, LowerBlock, std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx2>(
     Arithmetic, LowerBlock, std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx512>(
-    Arithmetic, LowerBlock, std::ptrdiff_t);
-extern template std::unique_ptr<FramePass<float>> make_frame_pass_on<float, Isa::baseline>(
     Arithmetic, LowerBlock, std::ptrdiff_t);
 
 }  // namespace stiefel

@@ -195,7 +195,7 @@ std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, Low
   const auto of_rows = [&]<int rows>() -> std::unique_ptr<FramePass<Scalar>> {
     return std::make_unique<FramePassOn<Scalar, rows, isa>>(arithmetic, lower, n);
   };
-  if constexpr (std::is_same_v<Scalar, double> || std::is_same_v<Scalar, float>) {
+  if constexpr (std::is_same_v<Scalar, double>) {
     if (n == 1) return of_rows.template operator()<1>();
     if (lower == LowerBlock::S) {
       if (n == 2) return of_rows.template operator()<2>();

@@ -229,7 +229,6 @@ void RattleStiefel<Scalar>::add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar
 }
 
 // Compiled once, in rattle_stiefel.cc.
-extern template class RattleStiefel<float>;
 extern template class RattleStiefel<double>;
 
 }  // namespace stiefel

@@ -85,7 +85,7 @@ struct MethodOnSystem {
   std::string_view where = {};          ///< `takes` in words, "N = 3"; empty: in every scene
   /// Whether the method accepts a scene with this Λ; null: it accepts every one.
   bool (*takes)(const Eigen::VectorXd& lambda) = nullptr;
-  bool in_float = false;  ///< offered in single precision too
+  bool in_float = false;  ///< for N = 3 offered in single precision too
   /// Whether its steps have a derivative (linearization.h); that of `exact` is for N = 3.
   bool has_tangent = false;
 };

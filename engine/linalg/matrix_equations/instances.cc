@@ -7,10 +7,8 @@
 namespace stiefel {
 
 template class Lyapunov<double>;
-template class Lyapunov<float>;
 
 template class SymmetricLyapunov<double>;
-template class SymmetricLyapunov<float>;
 
 template class ConstraintRiccati<double>;
 

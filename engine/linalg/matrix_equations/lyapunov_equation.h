@@ -107,7 +107,6 @@ void Lyapunov<Scalar>::solve(const Matrix<Scalar>& G, Matrix<Scalar>& Y) {
 }
 
 // Compiled once, in instances.cc.
-extern template class Lyapunov<float>;
 extern template class Lyapunov<double>;
 extern template class Lyapunov<long double>;
 

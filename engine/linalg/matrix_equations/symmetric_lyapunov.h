@@ -77,7 +77,6 @@ void SymmetricLyapunov<Scalar>::solve(const Matrix<Scalar>& E, Matrix<Scalar>& X
 
 // Compiled once, in symmetric_lyapunov.cc.
 extern template class SymmetricLyapunov<double>;
-extern template class SymmetricLyapunov<float>;
 extern template class SymmetricLyapunov<long double>;
 extern template class SymmetricLyapunov<Quad>;
 

@@ -32,7 +32,7 @@ struct MethodTraits {
   bool reversible;               ///< a step by −h undoes a step by h
   bool iterates = false;         ///< a step solves an equation by iteration: its work varies
   double default_tolerance = 0;  ///< 0 for methods that take steps of a fixed size
-  bool in_float = false;         ///< moves the systems that are offered in single precision
+  bool in_float = false;         ///< moves bodies in three dimensions in single precision
   bool momentum_alone = false;   ///< where the scene has no Q, moves M alone in coordinates
   bool in_so4 = false;           ///< moves bodies of four dimensions in the coordinates of So4
   Packing packing = Packing::none;

@@ -24,14 +24,10 @@ const std::vector<BodyByMethod>& bodies_by_methods() {
   return all;
 }
 
-template <class Scalar>
 std::unique_ptr<Simulation> body_in_matrices(const MethodEntry& method, const Scene& scene) {
-  return make_matrix_simulation(method, scene,
-                                RigidBody<SoN<Scalar>>(rounded_to<Scalar>(scene.inertia())),
+  return make_matrix_simulation(method, scene, RigidBody<SoN<double>>(scene.inertia()),
                                 rigid_body_observables(scene));
 }
-template std::unique_ptr<Simulation> body_in_matrices<float>(const MethodEntry&, const Scene&);
-template std::unique_ptr<Simulation> body_in_matrices<double>(const MethodEntry&, const Scene&);
 
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene) {
   const auto& all = bodies_by_methods();

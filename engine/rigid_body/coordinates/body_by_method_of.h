@@ -8,20 +8,15 @@
 
 namespace stiefel {
 
-template <class Method, class Scalar>
-std::unique_ptr<Simulation> body_in(const Scene& scene) {
-  if (scene.dimension() == 3) return body_in_coordinates<Method, So3, Scalar>(scene);
-  if constexpr (Method::traits.in_so4)
-    if (scene.dimension() == 4) return body_in_coordinates<Method, So4, Scalar>(scene);
-  return body_in_space<Method, SoN<Scalar>>(scene);
-}
-
 /// Returns the simulation of a rigid body by Method.
 template <class Method>
 std::unique_ptr<Simulation> make_body(const Scene& scene) {
   if constexpr (Method::traits.in_float)
-    if (scene.in_float()) return body_in<Method, float>(scene);
-  return body_in<Method, double>(scene);
+    if (scene.in_float()) return body_in_coordinates<Method, So3, float>(scene);
+  if (scene.dimension() == 3) return body_in_coordinates<Method, So3, double>(scene);
+  if constexpr (Method::traits.in_so4)
+    if (scene.dimension() == 4) return body_in_coordinates<Method, So4, double>(scene);
+  return body_in_space<Method, SoN<double>>(scene);
 }
 
 /// Returns what Method declares for rigid bodies: those of every dimension, or of three alone.

@@ -8,13 +8,7 @@
 namespace stiefel {
 
 /// Returns the simulation of a rigid body, with matrices as states, by a general method.
-template <class Scalar>
 std::unique_ptr<Simulation> body_in_matrices(const MethodEntry& method, const Scene& scene);
-// Compiled once, in bodies_by_methods.cc.
-extern template std::unique_ptr<Simulation> body_in_matrices<float>(const MethodEntry&,
-                                                                    const Scene&);
-extern template std::unique_ptr<Simulation> body_in_matrices<double>(const MethodEntry&,
-                                                                     const Scene&);
 
 /// Returns the simulation by Method of the rigid body of a scene, with states in Space; null if the
 /// method does not apply there.
@@ -29,7 +23,7 @@ std::unique_ptr<Simulation> body_in_space(const Scene& scene) {
                                       Body(rounded_to<Scalar>(scene.inertia()), scene.has_frame()),
                                       rigid_body_observables(scene));
   else
-    return body_in_matrices<Scalar>(*method_entry(Method::traits.name), scene);
+    return body_in_matrices(*method_entry(Method::traits.name), scene);
 }
 
 /// Returns the simulation by Method with states in Space<Scalar, frame>, which hold Q, or zeros

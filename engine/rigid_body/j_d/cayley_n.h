@@ -198,6 +198,5 @@ void CayleyN<Scalar>::linearise(const Matrix<Scalar>& K) {
 
 // Compiled once, in cayley_n.cc.
 extern template class CayleyN<double>;
-extern template class CayleyN<float>;
 
 }  // namespace stiefel

@@ -195,6 +195,5 @@ void DeviationN<Scalar>::refine() {
 
 // Compiled once, in j_d_n.cc.
 extern template class DeviationN<double>;
-extern template class DeviationN<float>;
 
 }  // namespace stiefel

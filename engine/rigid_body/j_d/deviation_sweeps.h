@@ -181,6 +181,5 @@ void DeviationSweeps<Scalar>::set(const Matrix<Scalar>& X, const Matrix<Scalar>&
 
 // Compiled once, in j_d_n.cc.
 extern template class DeviationSweeps<double>;
-extern template class DeviationSweeps<float>;
 
 }  // namespace stiefel

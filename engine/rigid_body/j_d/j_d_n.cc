@@ -7,14 +7,9 @@
 namespace stiefel {
 
 template class CayleyN<double>;
-template class CayleyN<float>;
 template class DeviationSweeps<double>;
 template class DeviationN<double>;
-template class DeviationSweeps<float>;
-template class DeviationN<float>;
 template class RotationN<double>;
-template class RotationN<float>;
 template class JDInverseN<double>;
-template class JDInverseN<float>;
 
 }  // namespace stiefel

@@ -135,6 +135,5 @@ void JDInverseN<Scalar>::transport(State& x, Memory& memory) {
 
 // Compiled once, in j_d_n.cc.
 extern template class JDInverseN<double>;
-extern template class JDInverseN<float>;
 
 }  // namespace stiefel

@@ -248,6 +248,5 @@ void RotationN<Scalar>::pack() {
 
 // Compiled once, in j_d_n.cc.
 extern template class RotationN<double>;
-extern template class RotationN<float>;
 
 }  // namespace stiefel

@@ -94,6 +94,7 @@ TEST(Ensemble, BodiesThatGoTogetherHaveTheBitsThatTheyHaveAlone) {
   for (const Way& way : ways)
     for (const char* arithmetic : {"plain", "compensated"})
       for (const char* scalar : {"double", "float"}) {
+        if (way.N != 3 && scalar == std::string("float")) continue;
         SCOPED_TRACE(way.method + " " + std::to_string(way.order.value_or(0)) +
                      " N = " + std::to_string(way.N) + " " + arithmetic + " " + scalar);
         expect_the_bits_that_they_have_alone(way, arithmetic, scalar);
@@ -126,6 +127,7 @@ TEST(Ensemble, HardStepsAreTakenAlone) {
   for (const int N : {3, 4})
     for (const char* arithmetic : {"plain", "compensated"})
       for (const char* scalar : {"double", "float"}) {
+        if (N != 3 && scalar == std::string("float")) continue;
         auto scenes = bodies(16, "variational", 2, arithmetic, 1.0, true, N);
         for (auto& scene : scenes) scene.method->scalar = scalar;
         const auto ensemble = make_simulation(resolved(ensemble_of(scenes)));
@@ -211,7 +213,7 @@ TEST(Ensemble, EveryInstructionSetGivesTheSameBits) {
   for (const int N : {3, 4})
     for (const char* arithmetic : {"plain", "compensated"}) {
       expect_the_same_bits<double>(N, arithmetic, "double");
-      expect_the_same_bits<float>(N, arithmetic, "float");
+      if (N == 3) expect_the_same_bits<float>(N, arithmetic, "float");
     }
 }
 

@@ -152,7 +152,8 @@ TEST(Times, NextToAStateHaveTheStateThere) {
       for (const char* scalar : {"double", "float"}) {
         if (method.method.empty() || (scalar[0] == 'f' && !method.in_float)) continue;
         SCOPED_TRACE(std::string(system.name) + " " + std::string(method.method) + " " + scalar);
-        const int N = method.takes && !method.takes(Eigen::VectorXd::Ones(4)) ? 3 : 4;
+        const bool takes_4 = !method.takes || method.takes(Eigen::VectorXd::Ones(4));
+        const int N = scalar[0] == 'f' || !takes_4 ? 3 : 4;
         SceneDescription d =
             any_scene(std::string(system.name), std::string(method.method), 3, 0.05, N);
         d.method->scalar = scalar;

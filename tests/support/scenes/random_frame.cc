@@ -41,7 +41,6 @@ Matrix<Scalar> RandomFrame<Scalar>::state() const {
   return x;
 }
 
-template struct RandomFrame<float>;
 template struct RandomFrame<double>;
 template struct RandomFrame<long double>;
 template struct RandomFrame<Quad>;

@@ -18,7 +18,6 @@ struct RandomFrame {
 };
 
 // Compiled once, in random_frame.cc.
-extern template struct RandomFrame<float>;
 extern template struct RandomFrame<double>;
 extern template struct RandomFrame<long double>;
 extern template struct RandomFrame<Quad>;

@@ -181,7 +181,7 @@ SceneDescription random_description(unsigned seed, std::int64_t& steps) {
   const auto& orders = catalogue().method(on.method)->orders;
   if (!orders.empty()) d.method->order = any_of(orders);
   if (uniform(0, 1) < 0.5) d.method->arithmetic = "plain";
-  if (on.in_float && uniform(0, 1) < 0.15) d.method->scalar = "float";
+  if (on.in_float && N == 3 && uniform(0, 1) < 0.15) d.method->scalar = "float";
   const bool own_steps = catalogue().method(on.method)->default_tolerance > 0;
   if (own_steps) d.method->tolerance = std::pow(10, uniform(-12, -4));
   steps = static_cast<std::int64_t>(std::pow(10, uniform(0.5, 2.5)));
