@@ -13,6 +13,7 @@
 namespace stiefel {
 
 class SceneDraft;
+struct BodyView;
 struct MotionStart;
 struct Representation;
 struct Tangents;
@@ -57,6 +58,8 @@ struct SystemEntry {
   const Representation* representation = nullptr;
   /// The derivatives of its steps (tangent_map.h).
   const Tangents* tangents = nullptr;
+  /// For a system that is the rigid body, or the discrete one, in other variables: those.
+  BodyView (*view)(const Scene&) = nullptr;
   /// For references: the start of the Taylor series of the motion.
   const MotionStart* motion = nullptr;
   Rate rate = Rate::other;

@@ -12,9 +12,8 @@ namespace stiefel {
 ///
 /// Order 4, time-symmetric, symplectic. The method keeps every quadratic invariant (Cooper 1987):
 /// QQᵀ and PQᵀ in the variables (Q, P). It applies to systems whose `quadratic(invariant)` names
-/// the invariants that are quadratic or functions of quadratic ones: the forms of the rigid body in
-/// (Q, P) or (Q, B). In (Q, M) the method would lose QMQᵀ, so for these systems it works on (Q, P),
-/// through Ψ.
+/// the invariants that are quadratic or functions of quadratic ones: the symmetric representation
+/// (Q, P) of the rigid body. In (Q, M) the method would lose QMQᵀ.
 struct Gauss4 {
   static constexpr MethodTraits traits = {
       .name = "gauss4",
@@ -33,18 +32,6 @@ struct Gauss4 {
   static constexpr Conservation conservation(const SystemTraits& system,
                                              std::string_view invariant) {
     return system.quadratic(invariant) ? Conservation::exact : Conservation::bounded;
-  }
-
-  /// The map for a body given by (Q, M), which is the map of `Symmetric` under Ψ.
-  template <class S>
-  struct InQAndP;
-  template <class S>
-  static constexpr bool has_map_for = requires {
-    typename InQAndP<S>::Symmetric;
-  };
-  template <class S>
-  static constexpr Conservation conservation(std::string_view invariant) {
-    return conservation(system_traits<typename InQAndP<S>::Symmetric>, invariant);
   }
 
   template <System S>
@@ -89,26 +76,10 @@ struct Gauss4 {
   };
 
   template <class S>
-  struct Made {
-    using type = Stages<S>;
-    static type make(const S& system, typename S::Scalar h, Arithmetic arithmetic) {
-      return {system, h, arithmetic};
-    }
-  };
-  template <class S>
-  requires has_map_for<S>
-  struct Made<S> {
-    using type = typename InQAndP<S>::Map;
-    static type make(const S& body, typename S::Scalar h, Arithmetic arithmetic) {
-      return InQAndP<S>::make(body, h, arithmetic);
-    }
-  };
-  template <class S>
-  class Map : public Made<S>::type {
-   public:
-    using Moved = typename Made<S>::type;
+  struct Map : Stages<S> {
+    using Moved = Stages<S>;
     Map(const S& system, typename S::Scalar h, const MethodOptions& options)
-        : Made<S>::type(Made<S>::make(system, h, options.arithmetic)) {}
+        : Stages<S>(system, h, options.arithmetic) {}
   };
 };
 

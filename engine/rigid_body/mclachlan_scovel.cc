@@ -4,6 +4,7 @@
 #include "engine/catalogue/series_start.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/symmetric_data.h"
+#include "engine/rigid_body/view.h"
 
 namespace stiefel {
 namespace {
@@ -42,6 +43,23 @@ constexpr auto start = [](const auto& g) {
   return g.body(Q, M_of_B(Q, g.block("B")));
 };
 
+BodyView view(const Scene& scene) {
+  const Eigen::Index N = scene.dimension();
+  const auto with_frame = [N](const Eigen::MatrixXd& x, Eigen::MatrixXd bottom) {
+    Eigen::MatrixXd y = x;
+    y.bottomRows(N) = bottom;
+    return y;
+  };
+  return {.body =
+              [=](const auto& x) {
+                return with_frame(x, M_of_B<double>(x.topRows(N), x.bottomRows(N)));
+              },
+          .blocks =
+              [=](const auto& x) {
+                return with_frame(x, B_of_M<double>(x.topRows(N), x.bottomRows(N)));
+              }};
+}
+
 }  // namespace
 
 SystemEntry mclachlan_scovel_entry() {
@@ -50,13 +68,17 @@ SystemEntry mclachlan_scovel_entry() {
   info.summary = "rigid body in the variables of McLachlan and Scovel";
   info.equations = "Q' = Q J^-1(Q^T B), B' = B J^-1(Q^T B), M = Q^T B";
   info.source = "[RB] (5.5)";
-  info.file = "engine/rigid_body/symmetric/mclachlan_scovel.h";
+  info.file = "engine/rigid_body/mclachlan_scovel.cc";
   return {.info = info,
           .check = check,
-          .recommended = for_products,
+          .recommended = for_views,
           .representation = &representation,
+          .view = view,
           .motion = &in_both<start>,
-          .rate = Rate::angular_speed};
+          .rate = Rate::angular_speed,
+          .packed = true};
 }
+
+Simulations mclachlan_scovel_simulations() { return rigid_body_simulations(); }
 
 }  // namespace stiefel

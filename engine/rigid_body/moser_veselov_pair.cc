@@ -1,9 +1,13 @@
+#include <cmath>
+
 #include "engine/catalogue/representation.h"
 #include "engine/catalogue/series_start.h"
 #include "engine/catalogue/two_form.h"
 #include "engine/laws/tangent_spaces.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
+#include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_forms.h"
+#include "engine/rigid_body/view.h"
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {
@@ -53,6 +57,29 @@ constexpr TwoForm form = {
     {"Q_prev", "Q"},
     [](const Scene& s) { return space_of(ConsecutiveRotations<double>{s.inertia()}); }};
 
+/// M_k of the frames, and Q_{k−1} by J_D⁻¹, which the step before has solved: it is not a number
+/// only where the scene's own pair has no M.
+BodyView view(const Scene& scene) {
+  using Dense = Eigen::MatrixXd;
+  const auto over = [](const Dense& top, const Dense& bottom) {
+    Dense x(2 * top.rows(), top.cols());
+    x << top, bottom;
+    return x;
+  };
+  const Eigen::Index N = scene.dimension();
+  return {.body =
+              [=, lambda = scene.inertia(), h = scene.step()](const Dense& x) {
+                const Dense Q = x.bottomRows(N);
+                return over(Q, Sigma_L<double>(lambda, x.topRows(N), Q, h));
+              },
+          .blocks =
+              [=, lambda = scene.inertia(), h = scene.step()](const Dense& x) {
+                const Dense Q = x.topRows(N);
+                const auto Q_prev = Sigma_L_inverse(lambda, Q, x.bottomRows(N), h);
+                return over(Q_prev.value_or(Dense::Constant(N, N, std::nan(""))), Q);
+              }};
+}
+
 }  // namespace
 
 SystemEntry moser_veselov_pair_entry() {
@@ -69,7 +96,7 @@ SystemEntry moser_veselov_pair_entry() {
       "h M_k = Lambda V - V^T Lambda, V = Q_{k-1}^T Q_k, U Lambda - Lambda U^T = h M_k, "
       "Q_{k+1} = Q_k U";
   info.source = "[RB] (4.4)";
-  info.file = "engine/rigid_body/moser_veselov/moser_veselov_pair.h";
+  info.file = "engine/rigid_body/moser_veselov_pair.cc";
   info.discrete = true;
   info.velocity = {};
   info.momentum = {};
@@ -78,8 +105,12 @@ SystemEntry moser_veselov_pair_entry() {
           .check = check,
           .two_forms = {&form},
           .representation = &representation,
+          .view = view,
           .motion = &in_both<start>,
-          .rate = Rate::angular_speed};
+          .rate = Rate::angular_speed,
+          .packed = true};
 }
+
+Simulations moser_veselov_pair_simulations() { return moser_veselov_simulations(); }
 
 }  // namespace stiefel

@@ -2,7 +2,6 @@
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "engine/rigid_body/symmetric_data.h"
-#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -22,13 +21,13 @@ SystemEntry reduced_rigid_body_entry() {
   info.summary = "symmetric representation with its constant P Q^T taken out";
   info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
   info.source = "[RB] (8.2)";
-  info.file = "engine/rigid_body/symmetric/reduced_rigid_body.h";
-  // The system holds PQᵀ as a constant, so that its drift is 0 by construction.
-  std::erase_if(info.invariants, [](const auto& i) { return i.name == family::PQt; });
-  entry.recommended = for_products;
+  info.file = "engine/rigid_body/reduced_rigid_body.cc";
+  as_view_of_pair(entry);
   entry.two_forms = {};
   entry.motion = &in_both<start>;
   return entry;
 }
+
+Simulations reduced_rigid_body_simulations() { return rigid_body_simulations(); }
 
 }  // namespace stiefel

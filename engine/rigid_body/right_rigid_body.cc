@@ -2,6 +2,7 @@
 #include "engine/catalogue/series_start.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_forms.h"
+#include "engine/rigid_body/view.h"
 
 namespace stiefel {
 namespace {
@@ -22,7 +23,15 @@ constexpr auto start = [](const auto& g) {
   return of_left;
 };
 
-constexpr std::array recommendations = {closed_form_of_body, with_error_control(1e-12, 0.15)};
+BodyView view(const Scene&) {
+  const auto other_side = [](const Eigen::MatrixXd& x) {
+    const Eigen::Index N = x.cols();
+    Eigen::MatrixXd y(2 * N, N);
+    y << x.topRows(N).transpose(), -x.bottomRows(N);
+    return y;
+  };
+  return {.body = other_side, .blocks = other_side};
+}
 
 }  // namespace
 
@@ -32,13 +41,17 @@ SystemEntry right_rigid_body_entry() {
   info.summary = "free rigid body in N dimensions, right-invariant";
   info.equations = "Q' = Omega Q, M' = [Omega, M], M = Lambda Omega + Omega Lambda";
   info.source = "[RB] (RightRBn), Prop. 2.1";
-  info.file = "engine/rigid_body/body/right_rigid_body.h";
+  info.file = "engine/rigid_body/right_rigid_body.cc";
   return {.info = info,
           .check = [](SceneDraft& draft) { check_rigid_body(draft, true); },
-          .recommended = recommendations,
+          .recommended = for_views,
           .representation = &representation,
+          .view = view,
           .motion = &in_both<start>,
-          .rate = Rate::angular_speed};
+          .rate = Rate::angular_speed,
+          .packed = true};
 }
+
+Simulations right_rigid_body_simulations() { return rigid_body_simulations(); }
 
 }  // namespace stiefel

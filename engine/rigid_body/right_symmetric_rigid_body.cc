@@ -10,9 +10,11 @@ SystemEntry right_symmetric_rigid_body_entry() {
   info.summary = "symmetric representation of the rigid body, right-invariant";
   info.equations = "Q' = Omega Q, P' = Omega P, M = (P Q^T - Q P^T) / epsilon";
   info.source = "[RB] Prop. 3.4";
-  info.file = "engine/rigid_body/symmetric/right_symmetric_rigid_body.h";
-  entry.recommended = for_products;
+  info.file = "engine/rigid_body/right_symmetric_rigid_body.cc";
+  as_view_of_pair(entry);
   return entry;
 }
+
+Simulations right_symmetric_rigid_body_simulations() { return rigid_body_simulations(); }
 
 }  // namespace stiefel

@@ -12,6 +12,10 @@ namespace stiefel {
 /// moments, attitude quaternion, angular velocity.
 SystemEntry rigid_body_family();
 
+/// What moves rigid_body and moser_veselov, and their views.
+Simulations rigid_body_simulations();
+Simulations moser_veselov_simulations();
+
 /// Checks Λ for n = N, and (Q, M), or M alone unless the frame is required.
 void check_rigid_body(SceneDraft& draft, bool frame_required);
 
@@ -27,5 +31,6 @@ inline constexpr Recommendation closed_form_of_body = {
     .arithmetic = "compensated"};
 /// For bodies whose M is a product of the blocks; the error of M grows with the square of the time.
 inline constexpr std::array for_products = {closed_form_of_body, with_error_control(5e-14)};
+inline constexpr std::array for_views = {closed_form_of_body, with_error_control(1e-12, 0.15)};
 
 }  // namespace stiefel

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/catalogue/system_entry.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/lie/so_n.h"
 #include "engine/rigid_body/rigid_body_invariants.h"
+#include "engine/rigid_body/view.h"
 
 namespace stiefel {
 namespace {
@@ -184,8 +186,9 @@ Eigen::Vector3d RigidBodyObservables3::to_caller(const Eigen::Vector3d& v) const
 }
 
 SharedObservables rigid_body_observables(const Scene& scene) {
-  return scene.dimension() == 3 ? shared(RigidBodyObservables3(scene))
-                                : shared(RigidBodyObservables(scene));
+  SharedObservables body = scene.dimension() == 3 ? shared(RigidBodyObservables3(scene))
+                                                  : shared(RigidBodyObservables(scene));
+  return system_entry(scene.system())->view ? viewed(scene, std::move(body)) : body;
 }
 
 }  // namespace stiefel

@@ -6,11 +6,13 @@
 #include "engine/catalogue/series_start.h"
 #include "engine/catalogue/two_form.h"
 #include "engine/laws/tangent_spaces.h"
+#include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_forms.h"
 #include "engine/rigid_body/symmetric/left_right.h"
 #include "engine/rigid_body/symmetric/psi.h"
 #include "engine/rigid_body/symmetric/scaling.h"
 #include "engine/rigid_body/symmetric/symmetric_invariants.h"
+#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {
@@ -97,7 +99,7 @@ SystemEntry symmetric_family(Side side) {
       left ? "costate, Q^T P - P^T Q = epsilon M" : "costate, P Q^T - Q P^T = epsilon M"};
   return {.info = rigid_form_info(P, true, side),
           .check = left ? check_left : check_right,
-          .two_forms = {&form},
+          .two_forms = left ? std::vector{&form} : std::vector<const TwoForm*>{},
           .representation = left ? &left_pair : &right_pair,
           .motion = left ? &in_both<start> : &in_both<start_on_the_right>,
           .rate = Rate::angular_speed};
@@ -141,28 +143,53 @@ void check_symmetric(SceneDraft& draft, bool right, std::optional<double> of_pap
   }
 }
 
-StackedObservables symmetric_observables(const Scene& scene, Side side) {
+BodyView view_of_pair(const Scene& scene) {
+  using Pair = std::pair<Dense, Dense>;
+  const Eigen::Index N = scene.dimension();
+  const bool right = system_entry(scene.system())->info.side == Side::right;
+  const auto left = [=](const Dense& top, const Dense& bottom) {
+    return right ? Pair(top.transpose(), bottom.transpose()) : Pair(top, bottom);
+  };
+  const auto over = [=](const Dense& top, const Dense& bottom) {
+    Dense x(2 * N, N);
+    x << top, bottom;
+    return x;
+  };
+  const auto [Q_0, P_0] = left(scene.Q(), scene.block("P"));
+  return {.body =
+              [=, epsilon = scene.epsilon()](const Dense& x) {
+                const auto [Q, P] = left(x.topRows(N), x.bottomRows(N));
+                return over(Q, Psi(Q, P, epsilon));
+              },
+          .blocks =
+              [=, A = constant_A(Q_0, P_0)](const Dense& x) {
+                const Dense Q = x.topRows(N);
+                const auto [top, bottom] = left(Q, A * Q);
+                return over(top, bottom);
+              }};
+}
+
+void as_view_of_pair(SystemEntry& entry) {
+  // The view holds PQᵀ as a constant, so that its drift is 0 by construction.
+  std::erase_if(entry.info.invariants, [](const auto& i) { return i.name == family::PQt; });
+  entry.recommended = for_views;
+  entry.view = view_of_pair;
+  entry.packed = true;
+}
+
+StackedObservables symmetric_observables(const Scene& scene) {
   const int N = scene.dimension();
   const double epsilon = scene.epsilon();
-  RigidForm form{
-      .Q = [N](const auto& x) { return x.topRows(N).eval(); },
-      .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
-      .side = side,
-      .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
-      .scaled = true,
-      // The size of the matrices whose difference is M, since ‖Q‖_op = 1.
-      .terms = [=](const auto& x) { return x.bottomRows(N).stableNorm() / std::abs(epsilon); }};
-  if (side == Side::right) {
-    form.M = [=](const auto& x) {
-      return Psi_right<double>(x.topRows(N), x.bottomRows(N), epsilon);
-    };
-    form.A = [N](const auto& x) -> Eigen::MatrixXd {
-      return x.bottomRows(N).transpose() * x.topRows(N);
-    };
-  }
   StackedObservables observables(stacked(scene, "Q", "P"));
   observables.block("Q", 0, N).block("P", N, N);
-  report_rigid_form(observables, scene, std::move(form));
+  report_rigid_form(
+      observables, scene,
+      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+       .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
+       .scaled = true,
+       // The size of the matrices whose difference is M, since ‖Q‖_op = 1.
+       .terms = [=](const auto& x) { return x.bottomRows(N).stableNorm() / std::abs(epsilon); }});
   return observables;
 }
 

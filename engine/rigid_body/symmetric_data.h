@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/rigid_body/rigid_forms.h"
+#include "engine/rigid_body/view.h"
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {
@@ -18,8 +19,15 @@ bool check_either(SceneDraft& draft, const std::string& one, const std::string& 
 /// the power of two with ½ < ε‖M‖_op ≤ 1 (scaling.h).
 void check_symmetric(SceneDraft& draft, bool right, std::optional<double> of_paper = {});
 
-/// Returns the observables of (Q, P), stacked to 2N × N: the blocks, M = (QᵀP − PᵀQ)/ε and the
-/// constant PQᵀ, for Side::right M = (PQᵀ − QPᵀ)/ε and PᵀQ, and the invariants of M.
-StackedObservables symmetric_observables(const Scene& scene, Side side = Side::left);
+/// Returns the view of (Q, P), left- or right-invariant as its system: M = Ψ(Q, P) on the left, P =
+/// AQ with the constant A = PQᵀ of the scene, [RB] (8.2).
+BodyView view_of_pair(const Scene& scene);
+
+/// Makes the entry of a system of (Q, P) that of this view.
+void as_view_of_pair(SystemEntry& entry);
+
+/// Returns the observables of (Q, P), stacked to 2N × N: the blocks, M = (QᵀP − PᵀQ)/ε, the
+/// constant PQᵀ, and the invariants of M.
+StackedObservables symmetric_observables(const Scene& scene);
 
 }  // namespace stiefel

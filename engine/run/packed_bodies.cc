@@ -10,6 +10,7 @@
 #include "engine/methods/support/symmetric_stages.h"
 #include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
+#include "engine/rigid_body/view.h"
 #include "engine/stepping/method_entry.h"
 
 namespace stiefel {
@@ -45,7 +46,7 @@ template <class Scalar>
 DiscreteInertia3<Scalar> modified_inertia(const Scene& scene, Scalar h) {
   const ModifiedJDInverse3<Scalar, false> inverse(rounded_to<Scalar>(scene.inertia()), h,
                                                   scene.order());
-  return inverse.J(rounded_to<Scalar>(vee(scene.M())));
+  return inverse.J(rounded_to<Scalar>(vee(body_momentum(scene))));
 }
 
 /// Appends the stages of a body to those of the other bodies.
@@ -99,9 +100,10 @@ bool can_be_packed(const Scene& scene) {
     return false;
   const auto stays_normal = [&](double x) { return is_far_from_ends(x, scene.in_float()); };
   const double h = step_of_map(scene);
+  const Eigen::MatrixXd M = body_momentum(scene);
   for (int j = 0; j < N; ++j)
     for (int i = 0; i < j; ++i) {
-      const double I = scene.inertia()(i) + scene.inertia()(j), m = scene.M()(i, j);
+      const double I = scene.inertia()(i) + scene.inertia()(j), m = M(i, j);
       if (!stays_normal(I) || !stays_normal(h * m / I) || !stays_normal(m)) return false;
     }
   return stays_normal(h);

@@ -44,7 +44,7 @@ def in_GL(system, mu, h):
 
 
 def bodies(M):
-    for method in ("variational", "rk4", "munthe_kaas4", "gauss4", "implicit_midpoint", "adaptive"):
+    for method in ("variational", "rk4", "munthe_kaas4", "implicit_midpoint", "adaptive"):
         yield f"rigid_body {method}", scene("rigid_body", {"Q": Q, "M": M}, method)
     for method in ("variational", "exact", "splitting", "preprocessed_variational", "adaptive"):
         yield f"rigid_body 3 {method}", scene("rigid_body", {"Q": rotation(3), "M": M[:3, :3]}, method,

@@ -20,10 +20,6 @@ void measure_body(const std::string& name, const SceneDescription& scene, std::i
 Limit stiff(double part, int N = 3) {
   return [part, N](const SceneDescription& way) -> std::optional<std::string> {
     const std::string name = way.method ? way.method->name : "";
-    if (name == "gauss4" && part < 1e-2)
-      return "gauss4 works on (Q, P), where the equation is stiff like max(λ_i + λ_j)/min(λ_i + "
-             "λ_j): "
-             "LEFT_DOMAIN or SOLVER_STALLED, and the message names a method that goes on";
     if (name == "implicit_midpoint" && N > 3 && part < 1e-9)
       return "the equation of implicit_midpoint is too stiff for Newton's method by differences: "
              "LEFT_DOMAIN, and the message names a method that goes on";

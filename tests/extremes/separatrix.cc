@@ -34,15 +34,6 @@ std::string name(double delta, const Side& side) {
   return text.str();
 }
 
-Limit held_to_u(double delta) {
-  return [delta](const SceneDescription& way) -> std::optional<std::string> {
-    if (delta > 1e-15 || !way.method || way.method->name != "gauss4") return std::nullopt;
-    return "gauss4 works on (Q, P), which holds M to u‖M‖: a δ below that is lost in it; the "
-           "methods "
-           "on (Q, M) keep it";
-  };
-}
-
 /// Runs from the unstable axis through the first flip to the other side, where m₂ = −tanh 2. Later
 /// motion depends on rounding: the error of Δ₂, about u, decides when m leaves the axis again.
 TEST(Separatrix, FirstFlip) {
@@ -51,8 +42,7 @@ TEST(Separatrix, FirstFlip) {
       if (!long_form() && !(delta == 1e-1 || (delta == 1e-16 && side.ratio == 1))) continue;
       const double flipped = (std::log(4 / delta) + 2) / growth;
       measure({"separatrix", name(delta, side) + ": first flip",
-               near_separatrix(delta, side.ratio, step), static_cast<std::int64_t>(flipped / step),
-               held_to_u(delta)});
+               near_separatrix(delta, side.ratio, step), static_cast<std::int64_t>(flipped / step)});
     }
 }
 

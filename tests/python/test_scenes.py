@@ -74,13 +74,13 @@ def test_a_text_is_the_name_of_a_method(client, tmp_path):
     (tmp_path / "scene.json").write_text(json.dumps(text))
     assert stiefel.to_message(text) == stiefel.to_message(tmp_path / "scene.json") == stiefel.to_message(named)
     assert stiefel.body_scene(moments=[1, 2, 3], angular_velocity=[0, 0, 1], method="rk4")["method"] == "rk4"
-    with client.create(text) as session, session.fork(at=3, method="gauss4") as fork:
-        assert (session.scene["method"]["name"], fork.scene["method"]["name"]) == ("rk4", "gauss4")
+    with client.create(text) as session, session.fork(at=3, method="munthe_kaas4") as fork:
+        assert (session.scene["method"]["name"], fork.scene["method"]["name"]) == ("rk4", "munthe_kaas4")
     with pytest.raises(stiefel.InvalidArgument, match='^scene.method.name: "varational": must be .*; did you mean variational[?]$'):
         client.create({**SCENE, "method": "varational"})
     asked = {"to": 1, "summarize": {"energy": "last"}}
-    both = stiefel.sweep(SCENE, {"method": ["rk4", {"name": "gauss4"}]}, **asked)
-    assert both.equals(stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "gauss4"}]}, **asked))
+    both = stiefel.sweep(SCENE, {"method": ["rk4", {"name": "munthe_kaas4"}]}, **asked)
+    assert both.equals(stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "munthe_kaas4"}]}, **asked))
 
 
 def test_every_unknown_field_is_named():

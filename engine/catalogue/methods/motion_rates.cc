@@ -10,6 +10,7 @@
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/rigid_body/exact/sorted_top.h"
+#include "engine/rigid_body/view.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
@@ -87,7 +88,7 @@ class Geodesic {
 /// moments. Moments and momentum are divided by their largest element, so that no square overflows.
 SortedTop<double> sorted_top(const Scene& scene) {
   const auto [I, differences] = PrincipalMoments3<double>(scene.inertia());
-  const Eigen::Vector3d m = vee(scene.M());
+  const Eigen::Vector3d m = vee(body_momentum(scene));
   const Eigen::Vector3d& lambda = scene.inertia();
   std::array<int, 3> axis{0, 1, 2};
   std::ranges::sort(axis, {}, [&, moments = I](int a) { return moments(a); });
@@ -110,7 +111,7 @@ struct JacobiAxes {
 }  // namespace
 
 double separatrix_parameter(const Scene& scene) {
-  if (scene.M().isZero(0)) return 1;
+  if (body_momentum(scene).isZero(0)) return 1;
   const auto top = sorted_top(scene);
   const auto [i, k] = JacobiAxes(top);
   const double mc = top.Delta(1) * top.difference(k, i) / (top.Delta(k) * top.difference(1, i));
@@ -118,7 +119,7 @@ double separatrix_parameter(const Scene& scene) {
 }
 
 double largest_turning_rate(const Scene& scene) {
-  if (scene.M().isZero(0)) return 0;
+  if (body_momentum(scene).isZero(0)) return 0;
   const auto top = sorted_top(scene);
   const auto [i, k] = JacobiAxes(top);
   const auto& [I, m, Delta] = std::tie(top.I, top.m, top.Delta);
@@ -133,7 +134,7 @@ double largest_turning_rate(const Scene& scene) {
   const double now = m.cwiseQuotient(I).squaredNorm();
   const double omega = std::max({now, square(B_i, 0, B_k), square(top.G * top.G - B_j, B_j, 0)});
   const double lambda = std::abs(Delta(k) * top.difference(i, 1)) / (I(0) * I(1) * I(2));
-  const double unit = vee(scene.M()).cwiseAbs().maxCoeff() /
+  const double unit = vee(body_momentum(scene)).cwiseAbs().maxCoeff() /
                       PrincipalMoments3<double>(scene.inertia()).moments.maxCoeff();
   return unit * std::sqrt(std::max(omega, lambda));
 }

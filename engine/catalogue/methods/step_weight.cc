@@ -33,10 +33,17 @@ constexpr StepPrice prices[] = {
 /// Estimates the step of a method that is not in the list.
 constexpr StepPrice estimate = {"", "", "", false, {}, {}, {5000, 0, 120, 15, 15}};
 
+/// Returns the system whose step a scene's is: a view has that of the body.
+std::string_view moved_system(const Scene& scene) {
+  const SystemEntry& system = *system_entry(scene.system());
+  if (system.view == nullptr) return system.info.name;
+  return system.info.discrete ? "moser_veselov" : "rigid_body";
+}
+
 /// Finds the price of a scene's step, or with the prefix "packed_" that of a pack.
 const StepPrice& find(const Scene& scene, const std::string& prefix = "",
                       const std::string& suffix = "") {
-  const std::string name = " " + prefix + scene.system() + suffix + " ";
+  const std::string name = " " + prefix + std::string(moved_system(scene)) + suffix + " ";
   const bool plain = scene.arithmetic() == Arithmetic::plain;
   const auto* found = std::ranges::find_if(prices, [&](const StepPrice& one) {
     return one.method == scene.method() && (" " + std::string(one.systems) + " ").contains(name) &&

@@ -32,29 +32,22 @@ class BodyRotation {
   Matrix<Scalar> R_;
 };
 
-/// The free rigid body in variables that its rotation multiplies, in closed form. A state is a
-/// stack of N × N blocks B:
-///
-///     left-invariant     B(t) = B(0)R(t)
-///     right-invariant    B(t) = R(t)ᵀB(0), or R(t)ᵀB(0)R(t) for the momentum M_r
+/// The free rigid body in variables that its rotation multiplies, in closed form: a state is a
+/// stack of N × N blocks, x(t) = x(0)R(t).
 template <class Scalar>
 class TurnedBody {
  public:
-  enum class By { right_factor, left_factor, left_factor_and_M };
+  TurnedBody(BodyRotation<Scalar> rotation, Matrix<Scalar> start)
+      : rotation_(std::move(rotation)), start_(std::move(start)), x_(start_) {}
 
-  TurnedBody(BodyRotation<Scalar> rotation, Matrix<Scalar> start, By by)
-      : rotation_(std::move(rotation)),
-        start_(std::move(start)),
-        x_(start_),
-        M_(start_.bottomRows(start_.cols())),
-        by_(by) {}
-
-  const Matrix<Scalar>& at(Scalar t);
+  const Matrix<Scalar>& at(Scalar t) {
+    x_.noalias() = start_ * rotation_.at(t);
+    return x_;
+  }
 
  private:
   BodyRotation<Scalar> rotation_;
-  Matrix<Scalar> start_, x_, M_;
-  By by_;
+  Matrix<Scalar> start_, x_;
 };
 
 template <class Scalar>
@@ -78,23 +71,6 @@ typename BodyRotation<Scalar>::Motion BodyRotation<Scalar>::motion(const Vector<
   Matrix<Scalar> start(2 * N, N);
   start << Matrix<Scalar>::Identity(N, N), M;
   return TwoValuedBody<Scalar>(lambda, start);
-}
-
-template <class Scalar>
-const Matrix<Scalar>& TurnedBody<Scalar>::at(Scalar t) {
-  const Matrix<Scalar>& R = rotation_.at(t);
-  const Eigen::Index N = R.rows();
-  if (by_ == By::right_factor) {
-    x_.noalias() = start_ * R;
-    return x_;
-  }
-  for (Eigen::Index row = 0; row < x_.rows(); row += N)
-    x_.middleRows(row, N).noalias() = R.transpose() * start_.middleRows(row, N);
-  if (by_ == By::left_factor_and_M) {
-    M_.noalias() = x_.bottomRows(N) * R;
-    x_.bottomRows(N) = (M_ - M_.transpose()) / 2;
-  }
-  return x_;
 }
 
 // Compiled once, in closed_forms.cc.

@@ -2,7 +2,6 @@
 
 #include "engine/linalg/lie/cayley_midpoint.h"
 #include "engine/methods/exact.h"
-#include "engine/methods/gauss4.h"
 #include "engine/methods/implicit_midpoint.h"
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/splitting.h"
@@ -14,7 +13,6 @@
 #include "engine/rigid_body/exact/two_valued_body.h"
 #include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
-#include "engine/rigid_body/symmetric/through_psi.h"
 
 namespace stiefel {
 
@@ -71,15 +69,6 @@ struct Exact::MotionOf<RigidBody<SoN<Scalar>>> {
 template <class Space>
 struct ImplicitMidpoint::CayleyOf<RigidBody<Space>> {
   using type = CayleyMidpoint<Space>;
-};
-
-template <class Space>
-struct Gauss4::InQAndP<RigidBody<Space>> {
-  using Symmetric = SymmetricRigidBody<typename Space::Scalar>;
-  using Map = ThroughPsi<Space, Stages<MatrixSystem<typename Space::Scalar>>>;
-  static Map make(const RigidBody<Space>& body, typename Space::Scalar h, Arithmetic arithmetic) {
-    return {body.lambda(), h, arithmetic};
-  }
 };
 
 }  // namespace stiefel

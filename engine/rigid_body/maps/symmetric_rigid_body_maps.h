@@ -1,16 +1,16 @@
 #pragma once
 
+#include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
-#include "engine/rigid_body/maps/turned_bodies.h"
+#include "engine/rigid_body/exact/turned_body.h"
 #include "engine/rigid_body/moser_veselov/symmetric_moser_veselov.h"
-#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/psi.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
-#include "engine/rigid_body/symmetric/transposed.h"
 
 namespace stiefel {
 
-// The maps of a method that is made for the symmetric representations: (SDRBn), which is the
-// Moser–Veselov map under Ψ, and its transpose for the right-invariant one.
+// The maps of methods that are made for the symmetric representation: (SDRBn), which is the
+// Moser–Veselov map under Ψ, and the closed form.
 
 template <class Scalar>
 struct Variational::MapOf<SymmetricRigidBody<Scalar>> {
@@ -22,22 +22,22 @@ struct Variational::MapOf<SymmetricRigidBody<Scalar>> {
 };
 
 template <class Scalar>
-struct SpecialMethods<SymmetricRigidBody<Scalar>> {
-  using type = TypeList<Variational, Exact>;
-};
+struct Exact::MotionOf<SymmetricRigidBody<Scalar>> {
+  using Wide = Extended<Scalar>;
+  static constexpr std::string_view where = "N = 3, or Lambda of at most two values";
+  static bool takes(const Eigen::VectorXd& lambda) { return BodyRotation<Wide>::has(lambda); }
 
-template <class Scalar>
-struct Variational::MapOf<RightSymmetricRigidBody<Scalar>> {
-  static constexpr bool keeps(std::string_view) { return true; }
-  static Transposed<SymmetricMoserVeselov<Scalar>> make(const RightSymmetricRigidBody<Scalar>& body,
-                                                        Scalar h, Arithmetic arithmetic) {
-    return {SymmetricMoserVeselov<Scalar>(body.lambda(), h, body.epsilon(), arithmetic),
-            arithmetic};
+  static TurnedBody<Wide> make(const SymmetricRigidBody<Scalar>& body,
+                               const Matrix<Scalar>& start) {
+    const Matrix<Wide> x = start.template cast<Wide>();
+    const Matrix<Wide> Q = x.topRows(x.cols()), P = x.bottomRows(x.cols());
+    const Wide epsilon = body.epsilon();
+    return {{body.lambda().template cast<Wide>(), Psi(Q, P, epsilon)}, x};
   }
 };
 
 template <class Scalar>
-struct SpecialMethods<RightSymmetricRigidBody<Scalar>> {
+struct SpecialMethods<SymmetricRigidBody<Scalar>> {
   using type = TypeList<Variational, Exact>;
 };
 

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include "engine/methods/gauss4.h"
 #include "engine/methods/implicit_midpoint.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/scenes/body_state.h"
@@ -29,8 +28,6 @@ void expect_untouched(int N, int order, double small, double h) {
 }
 
 TEST(ImplicitMethods, LeaveTheStateWhenTheyFail) {
-  expect_untouched<Gauss4, So3<double, true>>(3, 4, 1e-11, 3);
-  expect_untouched<Gauss4, SoN<double>>(5, 4, 1e-11, 3);
   expect_untouched<ImplicitMidpoint, SoN<double>>(5, 2, 1e-11, 3);
 }
 

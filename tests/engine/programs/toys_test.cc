@@ -95,10 +95,10 @@ TEST(Toys, HeunIsOfOrderTwo) {
   EXPECT_NEAR(error_of_substeps(4) / error_of_substeps(8), 4, 0.2);
 }
 
-/// A right-invariant body in N dimensions.
+/// A body in N dimensions, in the symmetric representation.
 SceneDescription turning(int N, const char* method, double step) {
   SceneDescription d;
-  d.system = "right_rigid_body";
+  d.system = "symmetric_rigid_body";
   d.method = MethodDescription{method, {}, {}, "", {}};
   RowMatrix M = RowMatrix::Zero(N, N);
   for (int i = 0; i < N; ++i) {

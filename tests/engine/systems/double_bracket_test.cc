@@ -8,7 +8,6 @@
 #include "engine/double_bracket/double_bracket_invariants.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/rigid_body/body/body_invariants.h"
-#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
@@ -132,7 +131,11 @@ TEST(DoubleBracket, LimitsAreTheRigidBodies) {
     const MatrixXd start = stacked(stacked(body.Q, none), stacked(P, none));
     const Vector<long double> lambda = body.lambda.cast<long double>();
     const MatrixXd left = flow(SymmetricRigidBody<long double>(lambda), real, 1);
-    const MatrixXd right = flow(RightSymmetricRigidBody<long double>(lambda), real, 1);
+    const auto transposed = [](const MatrixXd& x) {
+      return stacked(x.topRows(3).transpose(), x.bottomRows(3).transpose());
+    };
+    const MatrixXd right =
+        transposed(flow(SymmetricRigidBody<long double>(lambda), transposed(real), 1));
     const auto distance = [&](double s, bool to_left) {
       const VectorXd large = VectorXd::Constant(3, s);
       const Pair end = blocks(to_left ? flow(system<long double>(large, body.lambda), start, 1)

@@ -22,7 +22,7 @@ namespace {
 /// Returns whether a method rotates M as a whole, so that it represents elements of M to u‖M‖;
 /// other methods represent each element to a relative u.
 bool rounds_M_as_a_whole(const std::string& method) {
-  for (const char* name : {"munthe_kaas4", "implicit_midpoint", "gauss4"})
+  for (const char* name : {"munthe_kaas4", "implicit_midpoint"})
     if (method == name) return true;
   return false;
 }

@@ -102,7 +102,7 @@ def to_far(scene, method="Step", **fields):
 #: Calls of the largest N that is allowed; each of them once computed on for seconds before it looked at its token.
 CALLS = {
     "Step, variational, Lambda from 1 to 1000": to_far(body(512, wide=True, name="variational"), fields=["M"]),
-    "Step, gauss4 of long steps": to_far(body(512, step=5, name="gauss4"), fields=["M"]),
+    "Step, implicit_midpoint of long steps": to_far(body(512, step=5, name="implicit_midpoint"), fields=["M"]),
     "Step, adaptive": to_far(body(512, step=1000, name="adaptive", tolerance=1e-12), fields=["M"]),
     "Drive, ensemble": to_far(bodies(65536), "Drive", fields=["angular_velocity"]),
     "Diagnose, brackets": Call("Diagnose", pb.DiagnoseRequest(session_id="s", dirac_brackets=brackets(512, 2)),
@@ -110,7 +110,7 @@ CALLS = {
     "Diagnose, manakov": Call("Diagnose", pb.DiagnoseRequest(session_id="s", invariants=["manakov"]), body(256, name="rk4")),
     "Diagnose, symplectic test": Call("Diagnose", pb.DiagnoseRequest(
         session_id="s", symplectic_test=pb.SymplecticTest(pairs=1000)), body(32, name="variational")),
-    "Diagnose, a step that takes minutes": to_far(body(8, step=1e10, name="gauss4"), "Diagnose"),
+    "Diagnose, a step that takes minutes": to_far(body(8, step=1e10, name="implicit_midpoint"), "Diagnose"),
     "Diagnose, double_bracket": Call("Diagnose", pb.DiagnoseRequest(session_id="s"), blocks(256, 256, name="rk4")),
     "CreateSession, double_bracket": Call("CreateSession", pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256))),
     "ForkSession, ensemble": Call("ForkSession", pb.ForkSessionRequest(
@@ -293,8 +293,8 @@ def connected(process):
 
 
 @pytest.mark.parametrize("method, scene", [
-    ("Step", body(8, step=1e10, name="gauss4")), ("Drive", body(8, step=1e10, name="gauss4")),
-    ("Step", body(5, step=1e10, name="implicit_midpoint")), ("Step", body(8, step=1e4, name="adaptive", tolerance=1e-12))])
+    ("Step", body(5, step=1e10, name="implicit_midpoint")), ("Drive", body(5, step=1e10, name="implicit_midpoint")),
+    ("Step", body(8, step=1e4, name="adaptive", tolerance=1e-12))])
 def test_steps_that_take_minutes_leave_the_server_to_the_others(serve, method, scene):
     server = Cancelled(serve)
     long, short = to_far(scene, method, fields=["M"]), pb.CreateSessionRequest(session_id="short", scene=body(3, name="rk4"))

@@ -9,19 +9,16 @@
 #include <random>
 #include <sstream>
 
+#include "engine/catalogue/system_entry.h"
 #include "engine/double_bracket/double_bracket.h"
 #include "engine/frames/body/ellipsoid.h"
 #include "engine/frames/body/stiefel.h"
 #include "engine/frames/body/stiefel_costate.h"
 #include "engine/parametric/parametric_psi.h"
 #include "engine/parametric/parametric_rigid_body.h"
-#include "engine/rigid_body/body/right_rigid_body.h"
-#include "engine/rigid_body/symmetric/left_right.h"
-#include "engine/rigid_body/symmetric/mclachlan_scovel.h"
-#include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
-#include "engine/rigid_body/symmetric/reduced_rigid_body.h"
-#include "engine/rigid_body/symmetric/right_symmetric_rigid_body.h"
+#include "engine/rigid_body/symmetric/psi.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
+#include "engine/rigid_body/view.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/error_estimate.h"
 #include "stiefel/simulation.h"
@@ -56,15 +53,6 @@ Dense velocity(System system, const Dense& x) {
   return rate.topRows(x.rows() / 2);
 }
 
-Truth reduced(const Scene& scene, const Vector<Wide>& lambda, double t, Wide tolerance) {
-  const Dense Q = scene.Q().cast<Wide>(), P = scene.block("P").cast<Wide>();
-  const Dense A = P * Q.transpose();
-  const Wide epsilon = scene.epsilon();
-  const Dense end =
-      integrate(ReducedRigidBody<Wide>(lambda, A, epsilon), Q, static_cast<Wide>(t), tolerance);
-  return {end, end.transpose() * (A - A.transpose()) * end / epsilon};
-}
-
 Truth double_bracket(const Scene& scene, double t, Wide tolerance) {
   const auto vector = [](const std::vector<double>& v) {
     return Vector<Wide>(Eigen::Map<const Eigen::VectorXd>(v.data(), std::ssize(v)).cast<Wide>());
@@ -86,26 +74,18 @@ Truth truth(const Scene& scene, double t, Wide tolerance) {
   const auto geodesic = [&](auto flow, const Dense& x) {
     return Truth{x.topRows(x.rows() / 2), velocity(flow, x) * lambda.asDiagonal()};
   };
-  if (system == "rigid_body") {
-    const Motion motion = exact_motion(scene.inertia(), scene.Q(), scene.M(), t, tolerance);
-    return {motion.Q.cast<Wide>(), motion.M.cast<Wide>()};
+  if (system == "rigid_body" || system_entry(system)->view) {
+    const bool right = catalogue().system(system)->side == Side::right;
+    const Eigen::MatrixXd Q = right ? scene.Q().transpose() : scene.Q();
+    const Motion body = exact_motion(scene.inertia(), Q, body_momentum(scene), t, tolerance);
+    const Dense attitude = body.Q.cast<Wide>(), momentum = body.M.cast<Wide>();
+    if (right) return {attitude.transpose(), -momentum};
+    return {attitude, momentum};
   }
-  if (system == "right_rigid_body")
-    return halves(moved(RightRigidBody<Wide>(lambda), scene, "Q", "M", t, tolerance));
   if (system == "symmetric_rigid_body") {
     const auto [Q, P] =
         halves(moved(SymmetricRigidBody<Wide>(lambda, epsilon), scene, "Q", "P", t, tolerance));
     return {Q, Psi<Wide>(Q, P, epsilon)};
-  }
-  if (system == "right_symmetric_rigid_body") {
-    const auto [Q, P] = halves(
-        moved(RightSymmetricRigidBody<Wide>(lambda, epsilon), scene, "Q", "P", t, tolerance));
-    return {Q, Psi_right<Wide>(Q, P, epsilon)};
-  }
-  if (system == "reduced_rigid_body") return reduced(scene, lambda, t, tolerance);
-  if (system == "mclachlan_scovel") {
-    const auto [Q, B] = halves(moved(McLachlanScovel<Wide>(lambda), scene, "Q", "B", t, tolerance));
-    return {Q, M_of_B<Wide>(Q, B)};
   }
   if (system == "parametric_rigid_body") {
     const Wide mu = scene.parameter();
