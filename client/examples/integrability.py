@@ -67,13 +67,9 @@ def scene_of(group: str, n: int, pattern: str, rng: np.random.Generator) -> dict
     V = V - (V @ Q.T + Q @ V.T) / 2 @ Q
     V /= np.sqrt(np.sum(V * inertia * V))  # energy 1/2
     system, method, blocks = "stiefel", {"name": "variational", "order": 2}, {"Q": Q, "Qdot": V}
-    if n == 1:
-        system, blocks = "ellipsoid", {"q": Q, "qdot": V}
-    elif n == N:
+    if n == N:
         X = Q.T @ V
         system, blocks = "rigid_body", {"Q": Q, "Qdot": Q @ (X - X.T) / 2}
-        if group.startswith("reduced"):
-            system, method = "reduced_rigid_body", {"name": "gauss4"}
     return {"system": system, "inertia": inertia.tolist(), "step": STEP, "method": method,
             "initial": {name: block.tolist() for name, block in blocks.items()}}
 

@@ -87,8 +87,9 @@ def test_a_covariance_of_angle_and_rate(client, method):
 
 
 def test_rates_are_of_a_body_in_three_dimensions(client):
-    scene = {"system": "symmetric_rigid_body", "step": 0.1, "inertia": [1, 2, 3], "initial": {"Q": np.eye(3), "M": [[0, 1, 2], [-1, 0, 3], [-2, -3, 0]]}}
-    with client.create(scene) as session, pytest.raises(stiefel.InvalidArgument, match="rates: True: must be False, because symmetric_rigid_body"):
+    scene = {"system": "stiefel", "method": {"name": "variational"}, "step": 0.1, "inertia": [1, 2, 3],
+             "initial": {"Q": np.eye(2, 3), "Qdot": [[0, 0, 1], [0, 0, 0.5]]}}
+    with client.create(scene) as session, pytest.raises(stiefel.InvalidArgument, match="rates: True: must be False, because stiefel"):
         session.covariance(np.eye(6), to=3, rates=True)
 
 
