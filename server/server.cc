@@ -254,7 +254,9 @@ const std::vector<std::string>& Server::addresses() const { return parts_->addre
 std::string Server::metrics_url() const { return parts_->exporter ? parts_->exporter->url() : ""; }
 
 std::shared_ptr<grpc::Channel> Server::in_process_channel() {
-  return parts_->grpc->InProcessChannel(grpc::ChannelArguments());
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);
+  return parts_->grpc->InProcessChannel(arguments);
 }
 
 void Server::shutdown() {

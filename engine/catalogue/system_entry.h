@@ -60,6 +60,8 @@ struct SystemEntry {
   const Tangents* tangents = nullptr;
   /// For a system that is the rigid body, or the discrete one, in other variables: those.
   BodyView (*view)(const Scene&) = nullptr;
+  /// The system by which the prices of its steps are listed; empty: its own name.
+  std::string_view priced_as = {};
   /// For references: the start of the Taylor series of the motion.
   const MotionStart* motion = nullptr;
   Rate rate = Rate::other;

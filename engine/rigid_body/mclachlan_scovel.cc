@@ -74,6 +74,7 @@ SystemEntry mclachlan_scovel_entry() {
           .recommended = for_views,
           .representation = &representation,
           .view = view,
+          .priced_as = "rigid_body",
           .motion = &in_both<start>,
           .rate = Rate::angular_speed,
           .packed = true};

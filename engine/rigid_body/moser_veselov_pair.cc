@@ -106,6 +106,7 @@ SystemEntry moser_veselov_pair_entry() {
           .two_forms = {&form},
           .representation = &representation,
           .view = view,
+          .priced_as = "moser_veselov",
           .motion = &in_both<start>,
           .rate = Rate::angular_speed,
           .packed = true};

@@ -47,6 +47,7 @@ SystemEntry right_rigid_body_entry() {
           .recommended = for_views,
           .representation = &representation,
           .view = view,
+          .priced_as = "rigid_body",
           .motion = &in_both<start>,
           .rate = Rate::angular_speed,
           .packed = true};

@@ -174,6 +174,7 @@ void as_view_of_pair(SystemEntry& entry) {
   std::erase_if(entry.info.invariants, [](const auto& i) { return i.name == family::PQt; });
   entry.recommended = for_views;
   entry.view = view_of_pair;
+  entry.priced_as = "rigid_body";
   entry.packed = true;
 }
 

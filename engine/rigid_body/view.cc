@@ -10,11 +10,6 @@ namespace {
 
 using Dense = Eigen::MatrixXd;
 
-Dense blocks_of(const Scene& scene) {
-  const std::vector<BlockInfo>& blocks = system_entry(scene.system())->info.blocks;
-  return stacked(scene, blocks[0].name.data(), blocks[1].name.data());
-}
-
 bool has_epsilon(const SystemInfo& system) {
   return std::ranges::find(system.fields, "epsilon", &FieldInfo::name) != system.fields.end();
 }
@@ -25,7 +20,7 @@ class ViewedBody final : public Observables {
   ViewedBody(const Scene& scene, SharedObservables body, BodyView view)
       : body_(std::move(body)),
         view_(std::move(view)),
-        given_(blocks_of(scene)),
+        given_(blocks_of_view(scene)),
         start_(body_->from_blocks(view_.body(given_))),
         right_(system_entry(scene.system())->info.side == Side::right),
         form_(given_) {
@@ -80,12 +75,6 @@ class ViewedBody final : public Observables {
 
 SharedObservables viewed(const Scene& scene, SharedObservables body) {
   return shared(ViewedBody(scene, std::move(body), system_entry(scene.system())->view(scene)));
-}
-
-Dense body_momentum(const Scene& scene) {
-  const auto view = system_entry(scene.system())->view;
-  if (!view) return scene.M();
-  return view(scene).body(blocks_of(scene)).bottomRows(scene.dimension());
 }
 
 }  // namespace stiefel

@@ -10,7 +10,7 @@
 #include "engine/methods/support/symmetric_stages.h"
 #include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/rigid_body/moser_veselov/preprocessed_moser_veselov.h"
-#include "engine/rigid_body/view.h"
+#include "engine/catalogue/body_view.h"
 #include "engine/stepping/method_entry.h"
 
 namespace stiefel {

@@ -41,11 +41,15 @@ void write_stderr(std::string_view line) {
 
 /// Ends the process with status 0 after a time, on a thread that nobody waits for.
 void exit_after(std::chrono::milliseconds time, std::string_view line = {}) {
-  std::thread([=] {
-    std::this_thread::sleep_for(time);
-    write_stderr(line);
-    _exit(0);
-  }).detach();
+  try {
+    std::thread([=] {
+      std::this_thread::sleep_for(time);
+      write_stderr(line);
+      _exit(0);
+    }).detach();
+  } catch (const std::system_error&) {
+    write_stderr("stiefel-server: the system gives no thread that bounds the time of the end\n");
+  }
 }
 
 /// Handles SIGABRT during the start: gRPC aborts where the system gives no thread or no memory.
@@ -128,11 +132,11 @@ void serve(const Options& options, bool exit_with_parent,
   std::optional<Server> server(options);
   if (started.exchange(true)) pause();  // the process is ending
   signal(SIGABRT, SIG_DFL);
+  if (exit_with_parent) watch_parent();
   for (const std::string& address : server->addresses())
     std::cout << "listening on " << address << std::endl;
   if (const std::string url = server->metrics_url(); !url.empty())
     std::cout << "metrics at " << url << std::endl;
-  if (exit_with_parent) watch_parent();
   ended.wait();
   server->shutdown();
   server.reset();

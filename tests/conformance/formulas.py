@@ -139,7 +139,6 @@ INVARIANTS = {
     "coefficients of mu^j in tr((M + mu Lambda^2)^k), k = 2..N":
         lambda x: traces([x.M, x.Lam @ x.Lam], len(x.lam)),
     "P Q^T": lambda x: elements(x.P @ x.Q.T),
-    "P^T Q": lambda x: elements(x.P.T @ x.Q),
     "P Q^-1": lambda x: elements(x.P @ np.linalg.inv(x.Q)),
     "tr exp(asinh(h M / 2)) - tr(Lambda U), U Lambda - Lambda U^T = h M": discrete_hamiltonian,
     "1/2 tr(S Lambda^-1 S^T), S = Q' Lambda": lambda x: {(): np.sum((x.Qdot * x.lam)**2 / x.lam) / 2},

@@ -121,9 +121,9 @@ def test_a_wrong_arrow_is_found(tmp_path: Path, file: str, line: str):
     assert arrows_against_the_order(tmp_path) == [f"{file}: {line}"]
 
 
-# Where names may stand: in the declaration of the system or method itself, in an entry's recommendations and the continuous
-# system of a discrete one, and in the tables of counts. `exact` is also the name of a conservation.
-OWN = re.compile(r'info\.name = |static constexpr const char\* name = |\.name = |\.method = "|entry\.continuous = "|return "exact";')
+# Where names may stand: in the declaration of the system or method itself, in an entry's recommendations, the continuous
+# system of a discrete one and that by which the steps of a view are priced, and in the tables of counts. `exact` is also the name of a conservation.
+OWN = re.compile(r'info\.name = |static constexpr const char\* name = |\.name = |\.method = "|entry\.continuous = "|\.priced_as = "|return "exact";')
 DATA = {"step_prices.inc", "workspaces.inc"}
 
 

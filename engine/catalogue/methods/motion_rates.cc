@@ -6,11 +6,11 @@
 #include <numbers>
 #include <tuple>
 
+#include "engine/catalogue/body_view.h"
 #include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/rigid_body/exact/sorted_top.h"
-#include "engine/rigid_body/view.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {

@@ -36,8 +36,7 @@ constexpr StepPrice estimate = {"", "", "", false, {}, {}, {5000, 0, 120, 15, 15
 /// Returns the system whose step a scene's is: a view has that of the body.
 std::string_view moved_system(const Scene& scene) {
   const SystemEntry& system = *system_entry(scene.system());
-  if (system.view == nullptr) return system.info.name;
-  return system.info.discrete ? "moser_veselov" : "rigid_body";
+  return system.priced_as.empty() ? system.info.name : system.priced_as;
 }
 
 /// Finds the price of a scene's step, or with the prefix "packed_" that of a pack.

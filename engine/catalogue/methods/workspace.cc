@@ -36,6 +36,9 @@ const Workspace& workspace_of(const Scene& scene) {
   return found == std::end(workspaces) ? unknown : *found;
 }
 
+/// Number of N x N matrices that a view keeps beside its body: the scene's blocks, and the start.
+constexpr double of_view = 8;
+
 double numbers(const Workspace& kept, double n, double N) {
   if (n < N) return kept.wide * n * N + kept.rows * n * n + kept.kilobytes * 128;
   if (N <= 3) return kept.body * N * N;
@@ -50,7 +53,7 @@ double numbers(const Scene& scene) {
   const bool complex = !initial.empty() && initial.begin()->second.imaginary.size() > 0;
   // A complex n x N state moves under U(n) x U(N).
   if (complex) return 2 * kept.square * (n * n + N * N + n * N) + kept.kilobytes * 128;
-  return numbers(kept, n, N);
+  return numbers(kept, n, N) + (system.view ? of_view * N * N : 0);
 }
 
 std::size_t bytes(const std::vector<double>& list) { return list.size() * sizeof(double); }

@@ -160,7 +160,7 @@ TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
   }
   EXPECT_GT(extrapolated[0], 30);
   EXPECT_GT(near[0], 0.9 * extrapolated[0]);
-  EXPECT_GT(extrapolated[1], 15);
+  EXPECT_GT(extrapolated[1], 5);  // one of the bodies has N = 3
   EXPECT_GE(near[1], 0.99 * extrapolated[1]);
 }
 

@@ -18,7 +18,7 @@
 #include "engine/parametric/parametric_rigid_body.h"
 #include "engine/rigid_body/symmetric/psi.h"
 #include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
-#include "engine/rigid_body/view.h"
+#include "engine/catalogue/body_view.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/error_estimate.h"
 #include "stiefel/simulation.h"
