@@ -69,7 +69,13 @@ class DiscreteStiefelTangent final : public TangentMap {
         parameters_(at),
         solve_(n_) {}
 
-  void start(const Dense&, const Dense& V) override { vectors_ = V; }
+  void start(const Dense&, const Dense& V) override {
+    vectors_.resize(V.rows(), V.cols());
+    for (Index v = 0; v < V.cols(); ++v) {
+      stop_point();
+      vectors_.col(v) = V.col(v);
+    }
+  }
 
   RunStatus step(const Dense& point) override {
     auto state = map_.start(point);

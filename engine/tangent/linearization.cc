@@ -34,9 +34,7 @@ class Linearization::Vectors {
     cols_ = x.cols();
     const TangentSpace space = tangents_of(scene.system())->space(scene);
     chart_.emplace(space, rows_, cols_);
-    if (by_inertia_)
-      start_by_inertia_ = space.by_inertia ? space.by_inertia(x)
-                                           : Dense(Dense::Zero(x.size(), scene.inertia().size()));
+    if (by_inertia_ && space.by_inertia) start_by_inertia_ = space.by_inertia(x);
     has_coordinates_ = rows_ * cols_ <= largest_in_coordinates;
   }
 
@@ -52,9 +50,16 @@ class Linearization::Vectors {
                          Dense::Zero(lambda.size(), count_), Eigen::VectorXd::Zero(count_)};
     at.by_lambda.middleCols(V.cols(), inertia).setIdentity();
     at.by_h.tail(count_ - V.cols() - inertia).setConstant(1.0 / scene.substeps());
-    Dense all = Dense::Zero(rows_ * cols_, count_);
-    all.leftCols(V.cols()) = V;
-    if (inertia > 0) all.middleCols(V.cols(), inertia) = start_by_inertia_;
+    Dense all(rows_ * cols_, count_);
+    for (Eigen::Index v = 0; v < count_; ++v) {
+      stop_point();
+      if (v < V.cols())
+        all.col(v) = V.col(v);
+      else if (v - V.cols() < start_by_inertia_.cols())
+        all.col(v) = start_by_inertia_.col(v - V.cols());
+      else
+        all.col(v).setZero();
+    }
     map_ = tangent_of(scene, scene.method())->make(scene, at);
     map_->start(observed(start), all);
   }
@@ -150,7 +155,7 @@ class Linearization::Vectors {
   Eigen::Matrix3d R_ = Eigen::Matrix3d::Identity();
   Eigen::Index rows_ = 0, cols_ = 0, count_ = 0;
   std::optional<TangentChart> chart_;
-  Dense start_by_inertia_;  ///< the derivatives of the first state by Λ
+  Dense start_by_inertia_;  ///< the derivatives of the first state by Λ; empty: 0
   std::unique_ptr<TangentMap> map_;
   Dense point_;
 };
