@@ -30,7 +30,6 @@ void move_vectors(ServerCall& call, const Request& request, grpc::ServerWriter<R
   call.hold(memory_price({held_by(request), tangent_workspace(*session, request)}));
   const double slice = slice_fraction(session->step_cost());
   Answer answer(std::move(session), request);
-  answer.make();
   send_results<Response>(call, writer, answer, longest_silence, slice, [&](double steps) {
     answer.advance(std::max<std::int64_t>(static_cast<std::int64_t>(steps), 1), call.stop());
   });

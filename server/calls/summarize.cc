@@ -13,17 +13,10 @@ void Summarize(ServerCall& call, const v1::SummarizeRequest& request,
   SessionRef session = call.session(request.session_id());
   check_range(request);
   const double slice = slice_fraction(session->step_cost());
-  SummarizeAnswer answer(std::move(session), request);
-  answer.read(call.account().memory());
-  answer.make();
-  answer.start();
+  call.hold(0);
+  SummarizeAnswer answer(std::move(session), request, call.memory());
   send_results<v1::SummarizeResponse>(call, writer, answer, longest_silence, slice,
-                                      [&](double steps) {
-                                        answer.advance(steps, call.stop());
-                                        if (answer.interrupted())
-                                          throw Stopped();  // a reading may be incomplete
-                                        answer.collect();
-                                      });
+                                      [&](double steps) { answer.advance(steps, call.stop()); });
   call.log().did(0, answer.computed_steps());
 }
 

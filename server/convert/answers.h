@@ -1,12 +1,6 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <stop_token>
-#include <utility>
-
 #include "server/convert/errors.h"
-#include "server/convert/resolve.h"
 #include "server/scheduling/memory_budget.h"
 #include "stiefel/conversion.h"
 #include "stiefel/tradeoff.h"
@@ -22,25 +16,9 @@ StatusError refused(const ConversionRefusal& refusal);
 /// once the request is checked.
 void convert(const v1::ConvertRequest& request, MemoryLease& memory, v1::ConvertResponse* response);
 
-/// Answers a MeasureTradeoff in parts: the reference, the points, the front.
-class TradeoffAnswer {
- public:
-  /// `memory`: of the request; that of the work is taken once the request is checked.
-  TradeoffAnswer(const v1::MeasureTradeoffRequest& request, MemoryLease memory)
-      : request_(request), memory_(std::move(memory)) {}
-
-  /// Writes the next part over `response`. The part is not valid if a stop was requested.
-  void next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response);
-  bool done() const { return done_; }
-
- private:
-  void start(const std::stop_token& stop, v1::TradeoffSetup* setup);
-  void finish(v1::TradeoffFront* front);
-
-  const v1::MeasureTradeoffRequest& request_;
-  MemoryLease memory_;
-  std::optional<Tradeoff> tradeoff_;
-  bool done_ = false;
-};
+/// Converts the request, setup and points of a MeasureTradeoff. Throws INVALID_ARGUMENT.
+TradeoffRequest read(const v1::MeasureTradeoffRequest& request);
+void to_proto(const TradeoffSetup& setup, v1::TradeoffSetup* out);
+void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out);
 
 }  // namespace stiefel::server

@@ -31,12 +31,11 @@ StatusError refused(const ConversionRefusal& refusal) {
 void convert(const v1::ConvertRequest& request, MemoryLease& memory,
              v1::ConvertResponse* response) {
   const v1::Scene& given = request.scene();
-  const auto resolved = read_scene(request.has_scene(), given, "scene", [&] {
-    memory.grow_to(memory.bytes() + choice_workspace(given));
-  });
-  memory.grow_to(memory.bytes() + conversion_workspace(given));
-  const Scene& scene = resolved.scene;
-  const Resolution& resolution = resolved.resolution;
+  const auto [scene, resolution, place] =
+      read_scene(request.has_scene(), given, "scene", [&](const SceneDescription& read) {
+        memory.grow_to(memory.bytes() + choice_workspace(read));
+      });
+  memory.grow_to(memory.bytes() + conversion_workspace(scene));
   ConversionTarget target{request.to()};
   if (request.has_epsilon()) target.epsilon = request.epsilon();
   if (request.has_parameter()) target.parameter = request.parameter();

@@ -14,11 +14,11 @@ namespace stiefel::server {
 namespace {
 
 /// Returns the value of the element at `path`, which must be finite.
-double number(const std::string& path, const std::expected<double, Violations>& value) {
-  if (!value) throw errors::invalid(value.error());
-  if (!std::isfinite(*value))
-    throw errors::invalid(path, to_text(*value), "overflows: its arguments are too large");
-  return *value;
+double number(const std::string& path, std::expected<double, Violations> computed) {
+  const double value = value_of(std::move(computed));
+  if (!std::isfinite(value))
+    throw errors::invalid(path, to_text(value), "overflows: its arguments are too large");
+  return value;
 }
 
 std::string family_of(const std::string& invariant) {
@@ -131,11 +131,10 @@ void answer(const DiagnoseTask& task, const Session& session, const Cursor& curs
         number(path, dirac_bracket(scene, now, first, second, Place::inside(path))));
   }
   if (task.symplectic) {
-    const auto defect =
+    const auto defect = value_of(
         symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
-                          task.symplectic->seed(), Place::inside("symplectic_test"), stop);
-    if (!defect) throw errors::invalid(defect.error());
-    if (*defect) response->set_symplectic_defect(**defect);
+                          task.symplectic->seed(), Place::inside("symplectic_test"), stop));
+    if (defect) response->set_symplectic_defect(*defect);
   }
   if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED) {
     // In instructions: about ten seconds, and the ten milliseconds that are cheap for any run.

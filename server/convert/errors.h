@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <exception>
+#include <expected>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -103,3 +104,14 @@ void to_proto(const grpc::Status& status, v1::Status* out);
 grpc::Status from_current_exception();
 
 }  // namespace stiefel::server::errors
+
+namespace stiefel::server {
+
+/// Returns the value, or throws INVALID_ARGUMENT with the violations.
+template <class T>
+T value_of(std::expected<T, Violations> checked) {
+  if (!checked) throw errors::invalid(checked.error());
+  return *std::move(checked);
+}
+
+}  // namespace stiefel::server

@@ -17,13 +17,6 @@ namespace {
 /// Returns the place of violations in what a fork does not change: the session that it comes from.
 Place inherited() { return Place::made_of("from_session_id"); }
 
-/// Returns what was found, or throws what was refused.
-template <class T>
-T found(std::expected<T, Violations> result) {
-  if (!result) throw errors::invalid(result.error());
-  return *std::move(result);
-}
-
 /// Returns the scene converted to another system.
 Scene in_system(const std::string& system, const Scene& scene) {
   if (catalogue().system(system) == nullptr)
@@ -50,7 +43,7 @@ Scene changed(const v1::ForkSessionRequest& request, SceneDescription descriptio
     description.step = request.step();
     place.with("step", "step");
   }
-  return found(Scene::resolve(std::move(description), Scene::drift_tolerance, place));
+  return value_of(Scene::resolve(std::move(description), Scene::drift_tolerance, place));
 }
 
 /// Whether a description would be a scene with the method that is to be chosen for it.
@@ -67,15 +60,15 @@ bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !sce
 }  // namespace
 
 ResolvedScene read_scene(bool present, const v1::Scene& scene, const char* field,
-                         const std::function<void()>& before_choice) {
+                         const std::function<void(const SceneDescription&)>& before_choice) {
   if (!present) throw errors::invalid(field, "absent", "must be given");
   const auto place = Place::inside(field);
   SceneDescription description = from_proto(scene, place);
   // Digests take the place of a second copy of the arrays.
   const FieldDigests given = field_digests(description);
-  if (wants_choice(scene) && lacks_only_a_method(description, place)) before_choice();
+  if (wants_choice(scene) && lacks_only_a_method(description, place)) before_choice(description);
   auto [made, choice] =
-      found(resolve_choosing(std::move(description), Scene::frame_tolerance, place));
+      value_of(resolve_choosing(std::move(description), Scene::frame_tolerance, place));
   Resolution resolution{difference(given, field_digests(made.description())), std::nullopt};
   if (choice)
     resolution.choice = ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason),
@@ -85,7 +78,7 @@ ResolvedScene read_scene(bool present, const v1::Scene& scene, const char* field
 
 ResolvedScene forked(const Session& from, const Cursor& cursor,
                      const v1::ForkSessionRequest& request) {
-  Scene scene = found(scene_at(from.scene(), cursor.simulation(), Place::made_of("from_step")));
+  Scene scene = value_of(scene_at(from.scene(), cursor.simulation(), Place::made_of("from_step")));
   if (request.has_system() && request.system() != from.scene().system())
     scene = in_system(request.system(), scene);
   if (request.has_method() || request.has_step()) scene = changed(request, scene.description());
@@ -103,7 +96,7 @@ std::expected<Scene, std::string> scene_of(const std::string& bytes) {
   v1::Scene message;
   if (!message.ParseFromString(bytes)) return std::unexpected("its row holds no scene");
   try {
-    return found(Scene::resolve(from_proto(message)));
+    return value_of(Scene::resolve(from_proto(message)));
   } catch (const StatusError& error) {
     return std::unexpected(error.status.error_message());
   }

@@ -20,11 +20,11 @@ struct ResolvedScene {
 };
 
 /// Returns the resolved scene of a request; a tolerance is replaced by the method chosen for it.
-/// Calls `before_choice`, which may throw, before a method is chosen for a scene that is valid.
+/// Calls `before_choice`, which may throw, before a method is chosen for a valid description.
 /// Throws INVALID_ARGUMENT with paths below `field`.
 ResolvedScene read_scene(
     bool present, const v1::Scene& scene, const char* field = "scene",
-    const std::function<void()>& before_choice = [] {});
+    const std::function<void(const SceneDescription&)>& before_choice = [](const auto&) {});
 
 /// Returns the resolved scene that starts at the cursor's state, with the changes of the request.
 /// Its difference is relative to the scene of `from`. Throws INVALID_ARGUMENT.

@@ -20,70 +20,39 @@ SummaryDescription from_proto(const v1::SummarizeRequest& request);
 /// Answers a Summarize: computes the summary piece by piece and writes its messages.
 class SummarizeAnswer {
  public:
-  /// The request must outlive this object.
-  SummarizeAnswer(SessionRef session, const v1::SummarizeRequest& request)
-      : session_(std::move(session)),
-        request_(request),
-        has_checkpoint_(!request.checkpoint().empty()) {}
-
-  /// `read`, `make` and `start` are called in this order. They throw errors of the request, and
-  /// Stopped (stiefel/stop.h) on a stop request of the surrounding StopScope. `read` reads what is
-  /// to be computed; the call's memory comes from `memory`.
-  void read(MemoryBudget& memory);
-  bool was_read() const { return what_.has_value(); }
-  /// Makes the summary and, if the request has no checkpoint, its first state. Does not use the
-  /// request.
-  void make();
-  bool made() const { return summary_.has_value(); }
-  /// Goes to the state of the request's checkpoint, if it has one.
-  void start();
-  bool started() const { return messages_.has_value(); }
-
-  // The functions below need a start that succeeded, unless they say otherwise.
+  /// Reads the request, which must outlive this object, takes memory for the summary, and goes to
+  /// its first state or that of its checkpoint. Throws errors of the request, and Stopped
+  /// (stiefel/stop.h), as `advance` does.
+  SummarizeAnswer(SessionRef session, const v1::SummarizeRequest& request, MemoryLease& memory);
 
   /// Advances by a slice of so many steps, see Summary::advance, and not beyond the step of the
-  /// next checkpoint.
+  /// next checkpoint. Collects for the messages what was found on the way: events, states, a
+  /// checkpoint that is due and, at the end, the statistics.
   void advance(double slice, const std::stop_token& stop);
-  /// Collects for the messages what was found on the way: events, states, a checkpoint that is due
-  /// and, at the end, the statistics.
-  void collect();
   /// Makes a last checkpoint, if the request asks for any and all members are at one step. Returns
-  /// whether there is anything to send. May be called before the start.
+  /// whether there is anything to send.
   bool save();
+  std::int64_t computed_steps() const { return summary_.computed_steps(); }
 
-  /// Whether a stop interrupted a reading, which may then be incomplete.
-  bool interrupted() const { return summary_->interrupted(); }
-  /// Whether nothing is left to compute. False before the start.
-  bool done() const { return done_; }
-  /// 0 before the start.
-  std::int64_t computed_steps() const { return summary_ ? summary_->computed_steps() : 0; }
-  const Session& session() const { return *session_; }
-
-  /// Whether there are results to send. False before the start.
-  bool has_results() const { return messages_ && !messages_->empty(); }
+  /// Whether there are results to send.
+  bool has_results() const { return !messages_.empty(); }
   /// Writes the next message over `message`: results, or only the progress if there are none.
   /// Returns whether it is the last message.
   bool next(v1::SummarizeResponse& message);
 
  private:
-  /// Goes to the description's first state.
   void go_to_first_state();
-  /// Restores the request's checkpoint. Goes to the first state if the server does not have its
-  /// key.
   void restore();
   /// Returns the step at which the next checkpoint is due.
   std::int64_t next_mark() const;
-  void add_checkpoint(std::int64_t step);
+  void add_checkpoint();
 
   const SessionRef session_;
   const v1::SummarizeRequest& request_;
-  MemoryLease memory_;
-  std::optional<SummaryDescription> what_;
-  std::optional<Summary> summary_;
-  std::optional<SummaryMessages> messages_;
-  bool has_checkpoint_;
+  const std::string digest_;  ///< of everything in the request that determines its summary
+  Summary summary_;
+  SummaryMessages messages_;
   std::int64_t last_mark_ = 0;
-  bool done_ = false;
   bool finite_ = true;  ///< what was sent
 };
 

@@ -1,15 +1,10 @@
 #include "server/convert/answers.h"
 
-#include <utility>
-
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "server/convert/memory_price.h"
-#include "server/convert/resolve.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
-namespace {
 
 TradeoffRequest read(const v1::MeasureTradeoffRequest& request) {
   if (!request.has_scene()) throw errors::invalid("scene", "absent", "must be given");
@@ -21,7 +16,7 @@ TradeoffRequest read(const v1::MeasureTradeoffRequest& request) {
   return out;
 }
 
-void write(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
+void to_proto(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->set_machine(setup.machine);
   out->set_numerics_id(numerics_id());
   out->set_reference(setup.reference);
@@ -35,7 +30,7 @@ void write(const TradeoffSetup& setup, v1::TradeoffSetup* out) {
   out->mutable_warnings()->Add(setup.warnings.begin(), setup.warnings.end());
 }
 
-void write(const TradeoffPoint& point, v1::TradeoffPoint* out) {
+void to_proto(const TradeoffPoint& point, v1::TradeoffPoint* out) {
   to_proto(point.method, out->mutable_method());
   if (point.error) {
     if (point.error->attitude) out->set_attitude_error(*point.error->attitude);
@@ -51,33 +46,6 @@ void write(const TradeoffPoint& point, v1::TradeoffPoint* out) {
   out->set_extrapolated(point.extrapolated);
   out->set_below_reference(point.below_reference);
   to_proto(point.status, out->mutable_run_status());
-}
-
-}  // namespace
-
-void TradeoffAnswer::start(const std::stop_token& stop, v1::TradeoffSetup* setup) {
-  auto prepared = Tradeoff::prepare(read(request_));
-  if (!prepared) throw errors::invalid(prepared.error());
-  memory_.grow_to(memory_.bytes() + tradeoff_workspace(request_.scene()));
-  tradeoff_.emplace(*std::move(prepared));
-  const auto solved = tradeoff_->solve_reference(stop);
-  if (!solved) throw errors::invalid(solved.error());
-  write(*solved, setup);
-}
-
-void TradeoffAnswer::finish(v1::TradeoffFront* front) {
-  for (const std::size_t i : tradeoff_->front()) front->add_points(static_cast<std::uint32_t>(i));
-  done_ = true;
-}
-
-void TradeoffAnswer::next(const std::stop_token& stop, v1::MeasureTradeoffResponse& response) {
-  response.Clear();
-  if (!tradeoff_)
-    start(stop, response.mutable_setup());
-  else if (const auto point = tradeoff_->next(stop))
-    write(*point, response.mutable_point());
-  else
-    finish(response.mutable_front());
 }
 
 }  // namespace stiefel::server

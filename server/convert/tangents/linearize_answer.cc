@@ -57,20 +57,15 @@ LinearizationDescription read(const v1::LinearizeRequest& request) {
     throw refuse(std::to_string(axes) + " axes", "must have the shape (m, d) or (m, rows, cols)");
   if (given.data_type() != v1::DATA_TYPE_FLOAT64)
     throw refuse(v1::DataType_Name(given.data_type()), "must be DATA_TYPE_FLOAT64");
-  const std::uint64_t numbers = given.data().size() / sizeof(double);
-  std::uint64_t each = 1;
-  for (int axis = 1; axis < axes; ++axis) {
-    each *= given.shape(axis);
-    if (given.shape(axis) > numbers || each > numbers)
-      throw refuse(std::to_string(given.data().size()) + " bytes", "must fill the shape");
-  }
-  const std::uint64_t count = given.shape(0);
-  if (count < 1 || each < 1 || count > numbers ||
-      count * each * sizeof(double) != given.data().size())
-    throw refuse(std::to_string(given.data().size()) + " bytes",
-                 "must fill the shape, with at least one vector");
-  Eigen::MatrixXd V(static_cast<Eigen::Index>(each), static_cast<Eigen::Index>(count));
-  std::memcpy(V.data(), given.data().data(), given.data().size());
+  const std::uint64_t bytes = given.data().size(), too_many = bytes / sizeof(double) + 1;
+  std::uint64_t numbers = 1;  // of the shape; `too_many` for more than there are
+  for (const std::uint64_t extent : given.shape())
+    numbers = std::min(numbers * std::min(extent, too_many), too_many);
+  if (numbers == 0 || numbers * sizeof(double) != bytes)
+    throw refuse(std::to_string(bytes) + " bytes", "must fill the shape, with at least one vector");
+  const auto count = static_cast<Eigen::Index>(given.shape(0));
+  Eigen::MatrixXd V(static_cast<Eigen::Index>(numbers) / count, count);
+  std::memcpy(V.data(), given.data().data(), bytes);
   out.vectors = std::move(V);
   out.as_blocks = axes == 3;
   return out;
@@ -97,16 +92,13 @@ LinearizeAnswer::~LinearizeAnswer() {
   if (simulation_) session_->release(std::move(simulation_));
 }
 
-void LinearizeAnswer::make() { simulation_ = session_->acquire(request_.from()); }
-
 void LinearizeAnswer::begin() {
-  auto made = Linearization::make(session_->scene(), read(request_), *simulation_);
-  if (!made) throw errors::invalid(made.error());
+  auto made = value_of(Linearization::make(session_->scene(), read(request_), *simulation_));
   if (request_.bases() && !has_coordinates(*session_))
     throw errors::invalid("bases", "true",
                           "must be false: coordinates are offered for states of up to " +
                               std::to_string(Linearization::largest_in_coordinates) + " numbers");
-  linearization_.emplace(*std::move(made));
+  linearization_.emplace(std::move(made));
   if (request_.bases())
     *fields_.Add() = field_of("start_basis", linearization_->start_basis(*simulation_),
                               linearization_->rows(), linearization_->cols());
@@ -122,29 +114,19 @@ std::int64_t LinearizeAnswer::next_result() const {
 }
 
 void LinearizeAnswer::advance(std::int64_t steps, const std::stop_token& stop) {
-  if (!linearization_) {
-    if (simulation_->step() == request_.from()) return begin();
-    const std::int64_t left = request_.from() - simulation_->step();
-    const std::int64_t before = simulation_->step();
-    status_ = simulation_->advance(session_->direct() ? left : std::min(steps, left), stop);
-    computed_ += session_->direct() ? 1 : simulation_->step() - before;
-  } else {
-    const std::int64_t left = next_result() - simulation_->step(), before = simulation_->step();
-    status_ = linearization_->advance(*simulation_,
-                                      session_->direct() ? left : std::min(steps, left), stop);
-    computed_ += session_->direct() ? 1 : simulation_->step() - before;
-    at_result_ =
-        !status_.reached() || simulation_->step() == request_.to() ||
-        (request_.every() > 0 && (simulation_->step() - request_.from()) % request_.every() == 0);
-    if (status_.outcome == Outcome::cancelled) throw Stopped();
-    if (at_result_) add_result();
-  }
+  const std::int64_t before = simulation_->step();
+  if (!linearization_ && before == request_.from()) return begin();
+  const std::int64_t to = linearization_ ? next_result() : request_.from();
+  const std::int64_t by = session_->direct() ? to - before : std::min(steps, to - before);
+  status_ = linearization_ ? linearization_->advance(*simulation_, by, stop)
+                           : simulation_->advance(by, stop);
+  computed_ += session_->direct() ? 1 : simulation_->step() - before;
   if (status_.outcome == Outcome::cancelled) throw Stopped();
-  if (!status_.reached()) at_result_ = true;
+  at_result_ = !status_.reached() || (linearization_ && simulation_->step() == to);
+  if (at_result_ && linearization_) add_result();
 }
 
 void LinearizeAnswer::add_result() {
-  if (!linearization_) return;
   const Eigen::MatrixXd V = linearization_->vectors(*simulation_);
   finite_ = finite_ && V.allFinite();
   const bool blocks = request_.vectors().shape_size() == 3;

@@ -22,14 +22,13 @@ std::uint64_t tangent_workspace(const Session& session, const v1::LinearizeReque
 /// Answers a Linearize: moves the vectors and writes its messages.
 class LinearizeAnswer {
  public:
-  /// The request must outlive this object.
+  /// The request must outlive this object. Throws Stopped (stiefel/stop.h), as `advance` does.
   LinearizeAnswer(SessionRef session, const v1::LinearizeRequest& request)
-      : session_(std::move(session)), request_(request) {}
+      : session_(std::move(session)),
+        request_(request),
+        simulation_(session_->acquire(request.from())) {}
   ~LinearizeAnswer();
 
-  /// Acquires the simulation. Throws Stopped (stiefel/stop.h), as do the functions below.
-  void make();
-  bool made() const { return simulation_ != nullptr; }
   /// Advances by at most `steps` steps to the next result. Ends early on a stop request.
   void advance(std::int64_t steps, const std::stop_token& stop);
   /// Whether a result is there to be sent.

@@ -40,35 +40,33 @@ LyapunovAnswer::~LyapunovAnswer() {
   if (simulation_) session_->release(std::move(simulation_));
 }
 
-void LyapunovAnswer::read() {
-  what_ = {.from = request_.from(),
-           .to = request_.to(),
-           .count = request_.count(),
-           .interval = request_.interval(),
-           .seed = request_.seed()};
-  start_ = what_.from;
-  const std::string& bytes = request_.checkpoint();
-  if (bytes.empty()) return;
-  const auto content = verify_checkpoint(*session_, growth_format, bytes);
-  if (!content) throw errors::checkpoint_refused(content.error(), bytes.size(), "LyapunovSpectrum");
-  saved_ = *content;
-  start_ = LyapunovExponents::saved_step(saved_);
-  if (start_ < what_.from || start_ > what_.to)
-    throw errors::invalid("checkpoint", "step " + std::to_string(start_),
-                          "must be of a step between `from` and `to`");
-}
-
-void LyapunovAnswer::make() {
-  read();
+LyapunovAnswer::LyapunovAnswer(SessionRef session, const v1::LyapunovSpectrumRequest& request)
+    : session_(std::move(session)),
+      request_(request),
+      what_{.from = request.from(),
+            .to = request.to(),
+            .count = request.count(),
+            .interval = request.interval(),
+            .seed = request.seed()},
+      start_(what_.from) {
+  if (const std::string& bytes = request.checkpoint(); !bytes.empty()) {
+    const auto content = verify_checkpoint(*session_, growth_format, bytes);
+    if (!content)
+      throw errors::checkpoint_refused(content.error(), bytes.size(), "LyapunovSpectrum");
+    saved_ = *content;
+    start_ = LyapunovExponents::saved_step(saved_);
+    if (start_ < what_.from || start_ > what_.to)
+      throw errors::invalid("checkpoint", "step " + std::to_string(start_),
+                            "must be of a step between `from` and `to`");
+  }
   simulation_ = session_->acquire(start_);
 }
 
 void LyapunovAnswer::begin() {
-  auto made = saved_.empty()
-                  ? LyapunovExponents::make(session_->scene(), what_, *simulation_)
-                  : LyapunovExponents::resume(session_->scene(), what_, saved_, *simulation_);
-  if (!made) throw errors::invalid(made.error());
-  spectrum_.emplace(*std::move(made));
+  const Scene& scene = session_->scene();
+  spectrum_.emplace(value_of(saved_.empty()
+                                 ? LyapunovExponents::make(scene, what_, *simulation_)
+                                 : LyapunovExponents::resume(scene, what_, saved_, *simulation_)));
   const std::int64_t every = request_.every();
   mark_ = every > 0 ? what_.from + ((start_ - what_.from) / every + 1) * every : what_.to;
   covered_ = spectrum_->covered_steps();

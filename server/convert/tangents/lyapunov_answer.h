@@ -18,15 +18,11 @@ std::uint64_t tangent_workspace(const Session& session, const v1::LyapunovSpectr
 /// Answers a LyapunovSpectrum: moves the vectors and writes its messages.
 class LyapunovAnswer {
  public:
-  /// The request must outlive this object.
-  LyapunovAnswer(SessionRef session, const v1::LyapunovSpectrumRequest& request)
-      : session_(std::move(session)), request_(request) {}
+  /// Checks the checkpoint and acquires the simulation. The request must outlive this object.
+  /// Throws Stopped (stiefel/stop.h), as `advance` does.
+  LyapunovAnswer(SessionRef session, const v1::LyapunovSpectrumRequest& request);
   ~LyapunovAnswer();
 
-  /// Checks the checkpoint and acquires the simulation. Throws Stopped (stiefel/stop.h), as do the
-  /// functions below.
-  void make();
-  bool made() const { return simulation_ != nullptr; }
   /// Advances by about `steps` steps. Ends early on a stop request.
   void advance(std::int64_t steps, const std::stop_token& stop);
   /// Makes a last checkpoint. Returns whether there is anything to send.
@@ -41,7 +37,6 @@ class LyapunovAnswer {
   }
 
  private:
-  void read();
   void begin();
   /// Whether a checkpoint is due: at most 64 are sent on the way.
   bool checkpoint_is_due() const;
@@ -49,7 +44,7 @@ class LyapunovAnswer {
 
   const SessionRef session_;
   const v1::LyapunovSpectrumRequest& request_;
-  LyapunovDescription what_;
+  const LyapunovDescription what_;
   std::string saved_;  ///< the content of the request's checkpoint
   std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
   std::int64_t checkpoint_step_ = 0, covered_ = 0;  ///< at the last checkpoint
