@@ -40,7 +40,6 @@ std::expected<Scene, Violations> with_recommended_method(SceneDescription descri
         "is a discrete system and takes no method, so there is no trade-off to measure")});
   description.method.reset();
   description.tolerance.reset();
-  description.verification.clear();
   return resolve_recommending(std::move(description), Scene::frame_tolerance, place);
 }
 

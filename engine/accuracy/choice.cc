@@ -160,8 +160,8 @@ std::expected<Choice, Violations> Search::choose() {
   if (!best_ && nearest_)
     if (auto whole = measure(nearest_->candidate, nearest_->method, infinity)) nearest_ = whole;
   if (best_)
-    return Choice{best_->method, tolerance_,     *description_.horizon,    best_->error,
-                  true,          reason(*best_), Choice::most_work - left_};
+    return Choice{best_->method, tolerance_,     *description_.horizon,
+                  best_->error,  reason(*best_), Choice::most_work - left_};
   Violation violation = place_.violation("tolerance", to_text(tolerance_), why_not());
   violation.reason = "TOLERANCE_NOT_MET";
   violation.metadata = {{"tolerance", to_text(tolerance_)},
@@ -255,7 +255,6 @@ std::expected<ChosenScene, Violations> resolve_choosing(SceneDescription descrip
     choice = *std::move(chosen);
     description.method = choice->method;
     description.tolerance.reset();
-    description.verification.clear();
   }
   auto scene = resolve_recommending(std::move(description), largest_repair, place);
   if (!scene) return std::unexpected(std::move(scene.error()));

@@ -70,10 +70,6 @@ void SceneResolver::check_tolerance_and_horizon(const SystemInfo& system) {
   if (tolerance && !(*tolerance >= Scene::least_tolerance && *tolerance <= 1))
     draft_.refuse("tolerance", to_text(*tolerance),
                   "must be " + to_text(Scene::least_tolerance) + " to 1");
-  if (const std::string& verification = draft_.given().verification;
-      !verification.empty() && verification != "required")
-    draft_.refuse("verification", '"' + verification + '"',
-                  "must be \"required\" or absent: every choice is verified");
   if (tolerance && !horizon)
     draft_.refuse("horizon", "absent",
                   "must be given with `tolerance`: the time up to which it holds");

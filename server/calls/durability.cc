@@ -44,8 +44,7 @@ std::vector<std::string> split(const std::string& text) {
 std::optional<ChosenMethod> choice_of(const std::string& bytes) {
   v1::Choice choice;
   if (bytes.empty() || !choice.ParseFromString(bytes)) return std::nullopt;
-  return ChosenMethod{choice.tolerance(), choice.horizon(), choice.reason(), choice.error(),
-                      choice.verified()};
+  return ChosenMethod{choice.tolerance(), choice.horizon(), choice.reason(), choice.error()};
 }
 
 }  // namespace

@@ -71,8 +71,8 @@ ResolvedScene read_scene(bool present, const v1::Scene& scene, const char* field
       value_of(resolve_choosing(std::move(description), Scene::frame_tolerance, place));
   Resolution resolution{difference(given, field_digests(made.description())), std::nullopt};
   if (choice)
-    resolution.choice = ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason),
-                                     choice->error, choice->verified};
+    resolution.choice =
+        ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason), choice->error};
   return {std::move(made), std::move(resolution), place};
 }
 

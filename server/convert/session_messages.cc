@@ -59,7 +59,6 @@ void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out) {
   out->set_horizon(choice.horizon);
   out->set_reason(choice.reason);
   out->set_error(choice.error);
-  out->set_verified(choice.verified);
 }
 
 void to_proto(const RegisteredSession& session, const Resolution& resolution,

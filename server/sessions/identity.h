@@ -49,7 +49,6 @@ struct ChosenMethod {
   double horizon;
   std::string reason;
   double error;
-  bool verified;
 };
 
 /// How a scene was resolved from what its caller gave.

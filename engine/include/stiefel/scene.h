@@ -62,10 +62,6 @@ struct SceneDescription {
   /// (tradeoff.h) chooses the method.
   std::optional<double> tolerance = {};
   std::optional<double> horizon = {};  ///< the time of interest, > 0 whatever the step's sign
-  /// With a tolerance: "required" (default when empty) or "optional". A choice is verified by a
-  /// comparison with a reference up to the horizon (tradeoff.h). Where that takes too much work,
-  /// "required" refuses the choice, and "optional" gets the cheapest estimate, marked unverified.
-  std::string verification = {};
   std::optional<int> members = {};  ///< number of members, for an ensemble
 };
 

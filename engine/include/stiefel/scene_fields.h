@@ -67,7 +67,6 @@ inline constexpr auto fields_of<SceneDescription> = std::tuple(
     SceneField{"step", &SceneDescription::step},
     SceneField{"tolerance", &SceneDescription::tolerance},
     SceneField{"horizon", &SceneDescription::horizon},
-    SceneField{"verification", &SceneDescription::verification},
     SceneField{"members", &SceneDescription::members, share::Ensemble{}});
 
 template <class T>
@@ -92,8 +91,8 @@ inline auto members_of(const BodyDescription& d) {
   return std::tie(a, b, c, e);
 }
 inline auto members_of(const SceneDescription& d) {
-  const auto& [a, b, c, e, f, g, h, i, j, k, l, m, n, o] = d;
-  return std::tie(a, b, c, e, f, g, h, i, j, k, l, m, n, o);
+  const auto& [a, b, c, e, f, g, h, i, j, k, l, m, n] = d;
+  return std::tie(a, b, c, e, f, g, h, i, j, k, l, m, n);
 }
 
 /// Checks that the list has as many fields as the struct, of the same types in the same order, and

@@ -28,8 +28,7 @@ struct Choice {
   MethodDescription method;
   double tolerance;  ///< the tolerance and the horizon for which the method was chosen
   double horizon;
-  double error = 0;      ///< the largest error measured up to the horizon
-  bool verified = true;  ///< always
+  double error = 0;  ///< the largest error measured up to the horizon
   /// The chosen method and why: its error, up to which time, against which reference, at which
   /// work.
   std::string reason;

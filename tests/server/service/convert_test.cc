@@ -65,7 +65,6 @@ v1::Scene filled() {
   scene.set_step(next++);
   scene.set_tolerance(next++);
   scene.set_horizon(next++);
-  scene.set_verification("optional");
   scene.set_members(7);
   return scene;
 }

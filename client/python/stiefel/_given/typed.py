@@ -86,6 +86,5 @@ class Scene(TypedDict, total=False):
     horizon: Any
     members: int
     initial_tensors: Mapping[str, Any]
-    verification: str
     normalize: bool
     epoch: Any

@@ -44,10 +44,7 @@ class Choice(Shown):
     tolerance: float
     horizon: float
     reason: str  #: one sentence with error, work, what was measured and which reference it was compared with
-    error: float  #: largest error of attitude and momentum up to the horizon; an estimate unless `verified`
-    #: Whether every step up to the horizon was compared, of `exact` some of very many. False only with "verification":
-    #: "optional" in the scene.
-    verified: bool
+    error: float  #: largest error of attitude and momentum up to the horizon, at every step; of `exact` at some of very many
 
     def __repr__(self) -> str:
         method = ", ".join(f"{name} {value}" if name != "name" else str(value) for name, value in self.method.items())

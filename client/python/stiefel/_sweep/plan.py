@@ -134,7 +134,7 @@ def make_plan(base: pb.Scene, axes: Axes, template: Task, ask: Callable[[Plan], 
         chosen = max(its, key=lambda answer: answer.rank)
         if chosen.method and (group.scene.HasField("tolerance") or not group.scene.HasField("method")):
             scene = _copy(group.scene)
-            for name in ("tolerance", "horizon", "verification"):  # the method stands for them
+            for name in ("tolerance", "horizon"):  # the method stands for them
                 scene.ClearField(name)
             scene.method.CopyFrom(to_method(chosen.method))
             scene.method.substeps = max(answer.method.get("substeps", 0) for answer in its)
