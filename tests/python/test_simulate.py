@@ -71,7 +71,7 @@ import json, multiprocessing, os, stiefel, sys, threading
 
 def one(_=None):
     run = stiefel.simulate("tumbling_spacecraft", to=2)
-    return run["quaternion"].ravel().tolist(), stiefel.simulation._own.hold(stiefel.simulation._WHOLE_MACHINE).server.process.pid
+    return run["quaternion"].ravel().tolist(), stiefel.simulation._own.hold(stiefel.simulation.Share(0)).server.process.pid
 
 if __name__ == "__main__":
     found = {"here": [one(), one()]}

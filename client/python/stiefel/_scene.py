@@ -1,6 +1,7 @@
 """Scenes, which may be given as a dict, the name of an example, the path of a scene file, or a message."""
 from __future__ import annotations
 
+import copy
 import json
 import os
 from pathlib import Path
@@ -23,9 +24,6 @@ from stiefel._given.typed import Scene
 from stiefel._given.velocities import MOMENTA, VELOCITIES
 from stiefel._wire.arrays import blocks_of, matrix, put_block
 from stiefel.errors import InvalidArgument
-
-__all__ = ["SceneLike", "to_dict", "to_message"]
-__dir__ = lambda: sorted(__all__)  # noqa: E731
 
 SceneLike = Union[Scene, str, "os.PathLike[str]", pb.Scene]
 
@@ -72,8 +70,7 @@ def with_changes(scene: pb.Scene, body: Optional[Mapping[str, Any]], initial: Op
                  normalize: bool = False) -> pb.Scene:
     """Returns a copy of a resolved scene with other fields of `body` and other blocks of `initial`, in the forms that a scene
     takes."""
-    changed = pb.Scene()
-    changed.CopyFrom(scene)
+    changed = copy.deepcopy(scene)
     ensemble = Ensemble.of(scene.members if scene.HasField("members") else None)
     if body is not None:
         _change_body(changed.body, body, ensemble, normalize)
@@ -115,8 +112,7 @@ def _change_blocks(scene: pb.Scene, given: Mapping[str, Any], ensemble: Ensemble
 
 def member_of(scene: pb.Scene, member: int) -> pb.Scene:
     """Returns the scene of one member of an ensemble."""
-    alone, members = pb.Scene(), scene.members
-    alone.CopyFrom(scene)
+    alone, members = copy.deepcopy(scene), scene.members
     alone.ClearField("members")
     ensemble = Ensemble()
     for name, block in blocks_of(scene).items():

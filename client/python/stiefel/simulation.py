@@ -9,18 +9,16 @@ from stiefel._sweep.own_server import OwnServer, Share
 from stiefel._client import Client
 from stiefel.results import Trajectory
 from stiefel._scene import SceneLike
-from stiefel._session import Session
 
 __all__ = ["simulate"]
 __dir__ = lambda: sorted(__all__)  # noqa: E731
 
 _own = OwnServer()
-_WHOLE_MACHINE = Share(0)
 
 
 def own_client() -> Client:
     """Returns the client of this process's server, which the first call starts."""
-    return _own.hold(_WHOLE_MACHINE).client
+    return _own.hold(Share(threads=0)).client
 
 
 def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, times: Any = None,
@@ -41,8 +39,4 @@ def simulate(scene: SceneLike, *, to: Optional[int] = None, time: Any = None, ti
                                   progress=progress, timeout=timeout, estimate_error=estimate_error)
 
 
-def _elsewhere(scene: Any) -> Session:
-    return own_client().create(scene)
-
-
-Origin.elsewhere = staticmethod(_elsewhere)
+Origin.elsewhere = staticmethod(lambda scene: own_client().create(scene))

@@ -4,7 +4,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from cases import MOMENTS, SCENE, SPINS, WITHOUT_METHOD, sweep
+from cases import MOMENTS, SCENE, SPINS, WITHOUT_METHOD, small_chunks, sweep  # noqa: F401
 
 import stiefel
 
@@ -54,9 +54,8 @@ def test_an_executor_that_is_shut_down_a_server_that_is_not_there_and_xarray_tha
 
 
 @pytest.mark.parametrize("scene, done", [(SCENE, r"; \d+ of 15 chunks are done"), (WITHOUT_METHOD, "")])
-def test_a_point_that_is_no_body_is_found_with_its_place(monkeypatch, scene, done):
+def test_a_point_that_is_no_body_is_found_with_its_place(small_chunks, scene, done):
     """When its chunk is computed, or where the scene names no method when the method is chosen."""
-    monkeypatch.setattr("stiefel._sweep.plan.LARGEST", 4)
     moments = MOMENTS.copy()
     moments[58] = [1, -2, 3]
     with pytest.raises(stiefel.InvalidArgument, match=rf"scene.body.moments: .*\(member 2\).*chunk of points 56 to 59\){done}") as caught:
@@ -66,8 +65,7 @@ def test_a_point_that_is_no_body_is_found_with_its_place(monkeypatch, scene, don
         assert (outcome[56:] == 0).all() and (outcome[:40] == 1).all()
 
 
-def test_impossible_moments_of_points_or_of_the_scene_give_one_warning(monkeypatch):
-    monkeypatch.setattr("stiefel._sweep.plan.LARGEST", 4)
+def test_impossible_moments_of_points_or_of_the_scene_give_one_warning(small_chunks):
     moments = MOMENTS.copy()
     moments[[21, 22]] = [[1, 1, 6], [1, 2, 8]]
     rule = "no rigid body has these moments; are all three in one unit?"

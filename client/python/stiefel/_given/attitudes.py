@@ -14,7 +14,7 @@ from stiefel._given.shown import shown
 
 ORDERS = ("wxyz", "xyzw")
 EXACT = 1e-6  #: the largest distance from a rotation that the server takes
-ROUNDED = 0.01  #: the largest that `normalize` makes one
+ROUNDED = 0.01  #: the largest that `normalize` takes away: the server's for forks
 
 
 def of_any(path: str, given: NDArray[Any], scalar_last: bool = False, normalize: bool = False) -> NDArray[Any]:

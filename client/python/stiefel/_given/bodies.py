@@ -94,15 +94,11 @@ def fields_of(given: Mapping[str, Any], path: str, normalize: bool, before: Mapp
     if vector is not None and given.get("frame") == "space" and "attitude" in fields:
         vector = _rotations.rotated(_rotations.inverse(fields["attitude"]), vector)
     if "angular_momentum" in given:
-        vector = np.linalg.solve(_tensor(path, fields), vector[..., np.newaxis])[..., 0]
+        if "moments" not in fields and "inertia_tensor" not in fields:
+            raise refused(path + "moments", "exactly one of moments and inertia_tensor must be given")
+        tensor = fields["moments"][..., np.newaxis] * np.eye(3) if "moments" in fields else fields["inertia_tensor"][..., _PLACES]
+        vector = np.linalg.solve(tensor, vector[..., np.newaxis])[..., 0]
     return fields if vector is None else {**fields, "angular_velocity": vector}
-
-
-def _tensor(path: str, fields: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
-    """Returns the inertia matrix, (3, 3) or (members, 3, 3)."""
-    if "moments" not in fields and "inertia_tensor" not in fields:
-        raise refused(path + "moments", "exactly one of moments and inertia_tensor must be given")
-    return fields["moments"][..., np.newaxis] * np.eye(3) if "moments" in fields else fields["inertia_tensor"][..., _PLACES]
 
 
 def _step(velocities: NDArray[Any]) -> float:

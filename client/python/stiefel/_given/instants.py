@@ -102,7 +102,12 @@ def seconds_of(path: str, given: Any, epoch: Optional[str]) -> NDArray[Any]:
     """Returns times in seconds after the epoch. They are numbers of seconds, timedeltas, quantities of time, or, where the
     scene has an epoch, instants. Raises InvalidArgument that names the first that cannot be converted."""
     if epoch is None:
-        return _without_epoch(path, given)
+        try:
+            return numbers(path, given, SECONDS)
+        except InvalidArgument as error:
+            if _has_instant(given):
+                error._say(f"{error.message}; an instant needs an `epoch` in the scene")
+            raise
     if is_time(given):
         return np.round(np.asarray((given - as_time(epoch)).sec, float), _DIGITS)
     if isinstance(given, (datetime.date, str, np.datetime64)):
@@ -132,12 +137,3 @@ def utc_of(epoch: Optional[str], seconds: NDArray[Any]) -> Optional[NDArray[np.d
 
 def _has_instant(given: Any) -> bool:
     return any(isinstance(one, (datetime.date, str, np.datetime64)) or is_time(one) for one in np.ravel(np.asarray(given, object)))
-
-
-def _without_epoch(path: str, given: Any) -> NDArray[Any]:
-    try:
-        return numbers(path, given, SECONDS)
-    except InvalidArgument as error:
-        if _has_instant(given):
-            error._say(f"{error.message}; an instant needs an `epoch` in the scene")
-        raise

@@ -165,7 +165,12 @@ class Walk:
             if not isinstance(value, Mapping):
                 raise refused(place, f"{shown(value)}: must be a mapping from names to matrices")
             for name, block in value.items():
-                self._put_block(f"{place}.{name}", block, message, field.name, name)
+                block = as_block(f"{place}.{name}", block, self.ensemble)
+                self.ensemble.see(block)
+                if isinstance(block, Mapping):
+                    self.fill(block, getattr(message, field.name)[name], f"{place}.{name}")
+                else:
+                    put_block(message, name, block)
         elif field.kind in ("whole", "long") and not isinstance(value, str):
             setattr(message, field.name, whole(place, value, bits=32 if field.kind == "whole" else 63))
         elif field.kind == "choice":
@@ -178,14 +183,6 @@ class Walk:
                 json_format.ParseDict({field.name: plain}, message)
             except (json_format.ParseError, ValueError, TypeError, AttributeError):
                 raise refused(place, f"{shown(value)}: must be {_RULES.get(field.kind, field.kind)}") from None
-
-    def _put_block(self, place: str, given: Any, scene: pb.Scene, field: str, name: str) -> None:
-        block = as_block(place, given, self.ensemble)
-        self.ensemble.see(block)
-        if isinstance(block, Mapping):
-            self.fill(block, getattr(scene, field)[name], place)
-        else:
-            put_block(scene, name, block)
 
     def _list(self, place: str, given: Any, field: Field, strict: bool = False) -> NDArray[Any]:
         if not field.count:  # such as the coefficients of a field, in whatever shape

@@ -2,27 +2,26 @@
 velocities, skew momenta."""
 from __future__ import annotations
 
+import copy
 from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.attitudes import of_norm_1
+from stiefel._given.attitudes import ROUNDED, of_norm_1
 from stiefel._given.numbers import refused
 from stiefel._wire.arrays import blocks_of, put_block
 from stiefel.errors import InvalidArgument, Violation
 
-MOST = 0.01  #: the largest distance, relative to the size, between what is given and what fits: the server's for forks
 _FRAMES = ("Q", "Q_prev", "q")
 _RULES = ("must have norm 1", "must have orthonormal rows", "must be tangent", "must be skew-symmetric")
 
 
 def normalized(given: pb.Scene) -> pb.Scene:
-    """Returns a copy of the scene whose initial state fits. Raises InvalidArgument for what is further than MOST from
-    that."""
-    scene = pb.Scene()
-    scene.CopyFrom(given)
+    """Returns a copy of the scene whose initial state fits. Raises InvalidArgument for what is further than ROUNDED
+    from that, relative to its size."""
+    scene = copy.deepcopy(given)
     if scene.body.attitude and len(scene.body.attitude) % 4 == 0:
         q = np.reshape(scene.body.attitude, (-1, 4))
         scene.body.attitude[:] = of_norm_1("scene.body.attitude", q).ravel().tolist()
@@ -86,5 +85,5 @@ def _tangent(path: str, frame: NDArray[Any], velocity: NDArray[Any]) -> NDArray[
 
 
 def _check(path: str, change: NDArray[Any]) -> None:
-    if not change.max(initial=0.0) <= MOST:
-        raise refused(path, f"changes by {change.max():.3g}: normalize changes a state by at most {MOST}")
+    if not change.max(initial=0.0) <= ROUNDED:
+        raise refused(path, f"changes by {change.max():.3g}: normalize changes a state by at most {ROUNDED}")

@@ -1,6 +1,7 @@
 """Velocities in an initial state, instead of the momentum that a system has: Omega of a body in N dimensions, Q' of a frame."""
 from __future__ import annotations
 
+import copy
 from typing import Any, Callable
 
 import numpy as np
@@ -57,8 +58,7 @@ def with_momenta(scene: pb.Scene, systems: Callable[[], Any]) -> pb.Scene:
     else:
         S = velocity * Lambda
         momentum = _T(Q) @ S - _T(S) @ Q if info.momentum == "M" else S
-    changed = pb.Scene()
-    changed.CopyFrom(scene)
+    changed = copy.deepcopy(scene)
     changed.initial.pop(given, None)
     changed.initial_tensors.pop(given, None)
     put_block(changed, info.momentum, momentum if scene.HasField("members") else momentum[0])

@@ -31,13 +31,9 @@ def invocation(program: str, environment: Mapping[str, str]) -> tuple[list[str],
 
 
 def server() -> NoReturn:
-    _run("stiefel-server")
-
-
-def _run(name: str) -> NoReturn:
-    """Replaces this process by the program, so that signals and the exit status are the program's."""
-    path = bundled(name)
+    """Replaces this process by the server, so that signals and the exit status are the server's."""
+    path = bundled("stiefel-server")
     if path is None:
-        sys.exit(f"{name}: this installation of the package holds no programs; the wheel for Linux on x86_64 does")
+        sys.exit("stiefel-server: this installation of the package holds no programs; the wheel for Linux on x86_64 does")
     command, environment = invocation(str(path), os.environ)
     os.execve(command[0], [*command, *sys.argv[1:]], environment)

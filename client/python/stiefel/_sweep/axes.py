@@ -1,6 +1,7 @@
 """Axes of a sweep: values for fields of a scene, as a grid or side by side."""
 from __future__ import annotations
 
+import copy
 import itertools
 import json
 import re
@@ -139,8 +140,7 @@ def _methods(values: Any, place: str) -> NDArray[Any]:
 def base_of(scene: Any, axes: Axes) -> pb.Scene:
     """Returns the scene without the fields that an axis sets as a whole. Raises InvalidArgument if the scene is itself
     an ensemble, or if an axis sets an entry that the scene's field does not have."""
-    base = pb.Scene()
-    base.CopyFrom(to_message(scene))
+    base = copy.deepcopy(to_message(scene))
     if base.HasField("members"):
         raise refused("scene.members", f"{base.members}: must be absent, the sweep makes its own ensembles")
     for axis in axes.axes:
@@ -156,12 +156,3 @@ def base_of(scene: Any, axes: Axes) -> pb.Scene:
             elif axis.entry >= there:
                 raise refused(f"axes[{axis.path!r}]", f"the scene's {axis.field} has {there} numbers: must have this one")
     return base
-
-
-def set_common(scene: pb.Scene, field: str, value: Any) -> None:
-    """Sets a number, a name or a method that all members share."""
-    if field == "method":
-        scene.method.CopyFrom(to_method(json.loads(value)))
-        return
-    owner, name = owner_of(scene, field)
-    setattr(owner, name, value.item())

@@ -30,14 +30,10 @@ def check(error: Exception, attempts: int, name: str) -> None:
     said = f"{type(error).__name__}: {error}"
     if isinstance(error, BrokenExecutor):
         raise SweepFailed(f"the executor takes no more tasks: {said}") from error
-    if not is_lost_worker(error):
+    lost = isinstance(error, (LostServer, ConnectionError)) or not _DEAD.isdisjoint(kind.__name__ for kind in type(error).__mro__)
+    if not lost:  # then no other worker may compute the same task
         if isinstance(error, InvalidArgument):
             error._say(f"{error.message} (in {name})")
         raise error
     if attempts >= ATTEMPTS:
         raise SweepFailed(f"{name} failed {attempts} times, at last with {said}") from error
-
-
-def is_lost_worker(error: BaseException) -> bool:
-    """Returns whether the error is the worker's, so that another worker may compute the same task."""
-    return isinstance(error, (LostServer, ConnectionError)) or not _DEAD.isdisjoint(kind.__name__ for kind in type(error).__mro__)

@@ -2,6 +2,7 @@
 the workers."""
 from __future__ import annotations
 
+import copy
 import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.shapes import owner_of
-from stiefel._sweep.axes import COMMON, Axes, set_common
+from stiefel._sweep.axes import COMMON, Axes
 from stiefel._wire.arrays import decode, put_block, to_array
 from stiefel._scene import to_dict, to_method
 
@@ -133,7 +134,7 @@ def make_plan(base: pb.Scene, axes: Axes, template: Task, ask: Callable[[Plan], 
     for k, (group, its) in enumerate(zip(given, by_group)):
         chosen = max(its, key=lambda answer: answer.rank)
         if chosen.method and (group.scene.HasField("tolerance") or not group.scene.HasField("method")):
-            scene = _copy(group.scene)
+            scene = copy.deepcopy(group.scene)
             for name in ("tolerance", "horizon"):  # the method stands for them
                 scene.ClearField(name)
             scene.method.CopyFrom(to_method(chosen.method))
@@ -157,17 +158,16 @@ def _groups(base: pb.Scene, axes: Axes) -> tuple[tuple[Group, ...], NDArray[np.i
     bounds = np.flatnonzero(np.diff(ids[order], prepend=-1)).tolist() + [len(points)]
     groups = []
     for begin, end in zip(bounds, bounds[1:]):
-        scene = _copy(base)
+        scene = copy.deepcopy(base)
         for axis, at in common:
-            set_common(scene, axis.field, axis.values[at[order[begin]]])
+            value = axis.values[at[order[begin]]]
+            if axis.field == "method":
+                scene.method.CopyFrom(to_method(json.loads(value)))
+            else:
+                owner, name = owner_of(scene, axis.field)
+                setattr(owner, name, value.item())
         groups.append(Group(scene, begin, end))
     return tuple(groups), order
-
-
-def _copy(scene: pb.Scene) -> pb.Scene:
-    result = pb.Scene()
-    result.CopyFrom(scene)
-    return result
 
 
 def _digest(values: NDArray[Any]) -> str:
@@ -186,7 +186,7 @@ def members_of_a_chunk(asked: Asked, step_work: float, kept: int) -> int:
 
 def ensemble(base: pb.Scene, axes: Axes, points: NDArray[np.int64]) -> pb.Scene:
     """Returns the scene of the ensemble of these points. `base` has the fields that they share."""
-    scene = _copy(base)
+    scene = copy.deepcopy(base)
     scene.members = members = len(points)
     for block in {*base.initial, *base.initial_tensors}:
         one = to_array(base.initial[block]) if block in base.initial else decode(base.initial_tensors[block])

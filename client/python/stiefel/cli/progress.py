@@ -8,15 +8,12 @@ from typing import Any, Optional
 from stiefel.cli.interrupt import Interrupted
 from stiefel.errors import StiefelError
 
-Client = Any  # a `stiefel.Client`
-Session = Any  # a `stiefel.Session`
-
 
 class Progress:
     """A context manager around a run up to step `to`. On a terminal it shows a bar of tqdm after one second. It adds to an
     Interrupted which step was reached, as far as the server knows."""
 
-    def __init__(self, client: Client, session: Session, to: int):
+    def __init__(self, client: Any, session: Any, to: int):
         self._client, self._session, self._to = client, session, to
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._show, daemon=True)
