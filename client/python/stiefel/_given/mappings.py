@@ -201,12 +201,12 @@ def _chosen(place: str, value: Any, field: Field) -> int:
     return field.choices[value]
 
 
-def several(place: str, given: Any) -> list[Any]:
-    """Returns the elements of `given`, in which a text or a mapping is one element."""
+def several(place: str, given: Any, what: str = "one") -> list[Any]:
+    """Returns the elements of `given`, in which a text or a mapping is one element. `what`: what errors call an element."""
     if isinstance(given, (str, Mapping)):
         return [given]
     if not isinstance(given, Iterable):
-        raise refused(place, f"{shown(given)}: must be one or several")
+        raise refused(place, f"{shown(given)}: must be {what} or several")
     return list(given)
 
 
@@ -299,11 +299,7 @@ def names(argument: str, given: Optional[Names]) -> list[str]:
     """Returns a list of names; a single text is one name. Raises InvalidArgument for elements that are not texts."""
     if given is None:
         return []
-    if isinstance(given, str):
-        return [given]
-    if not isinstance(given, Iterable):
-        raise refused(argument, f"{shown(given)}: must be a name or several")
-    result = list(given)
+    result = list(given) if isinstance(given, Mapping) else several(argument, given, "a name")
     wrong = next((name for name in result if not isinstance(name, str)), None)
     if wrong is not None:
         raise refused(argument, f"{wrong!r}: must be a name")

@@ -40,19 +40,16 @@ def of_section(error: InvalidArgument, asked: int) -> InvalidArgument:
     return error
 
 
-def linear(path: str, values: Array, coefficients: Any) -> Array:
-    """Returns sum(coefficients * values) for each of several values of a field."""
-    given = numbers(path, coefficients)
-    if given.size != values[0:1].size and len(values):
-        raise refused(path, f"the shape {given.shape}: must be {values.shape[1:]}, that of the field")
-    return np.asarray(values.reshape(len(values), -1) @ given.ravel()) if len(values) else np.empty(0)
-
-
 def column(path: str, section: Any, of: Coordinate) -> Array:
     """Returns one coordinate of every crossing."""
     if isinstance(of, Mapping):
-        return np.asarray(sum((linear(f"{path}.{name}", section[name], given) for name, given in of.items()),
-                              np.zeros(len(section))))
+        total: Array = np.zeros(len(section))
+        for name, coefficients in of.items():
+            given, values = numbers(f"{path}.{name}", coefficients), section[name]
+            if len(section) and given.size != values[0].size:
+                raise refused(f"{path}.{name}", f"the shape {given.shape}: must be {values.shape[1:]}, that of the field")
+            total = total + values.reshape(len(section), given.size) @ given.ravel()
+        return total
     if not callable(of):
         raise refused(path, f"{shown(of)}: must be a mapping from fields to coefficients, or a function of the section")
     values = np.asarray(of(section), float)
