@@ -50,7 +50,9 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     "1992-11-09T17:49:47 UTC"; None if it has none."""
     if isinstance(scene, pb.Scene):
         return scene, None
-    given = scene if isinstance(scene, Mapping) else _read_scene(scene)
+    given = scene if isinstance(scene, Mapping) else read(scene)
+    if isinstance(scene, str) and scene in examples and "system" not in given:
+        raise refused("scene", f"{scene!r}: is no scene but the arguments of Client.geodesics: {', '.join(given)}")
     walk = Walk(Ensemble.of(given.get("members")))
     message = walk.read(given, pb.Scene(), "scene")
     epoch, normalize = walk.beside.pop("epoch", None), walk.beside.pop("normalize", False)
@@ -130,12 +132,6 @@ def member_of(scene: pb.Scene, member: int) -> pb.Scene:
 def to_method(method: Union[Mapping[str, Any], str]) -> pb.Method:
     """Returns the message of a scene's `method`, a mapping or the name alone."""
     return Walk().read(method, pb.Method(), "method")
-
-
-def _read_scene(file: "str | os.PathLike[str]") -> Mapping[str, Any]:
-    if isinstance(file, str) and file in examples and "system" not in (example := examples[file]):
-        raise refused("scene", f"{file!r}: is no scene but the arguments of Client.geodesics: {', '.join(example)}")
-    return read(file)
 
 
 def read(file: "str | os.PathLike[str]") -> Mapping[str, Any]:

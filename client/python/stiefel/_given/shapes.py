@@ -36,11 +36,6 @@ def described(field: Any) -> pb.Numbers:
     return found
 
 
-def unit_of(path: str) -> str:
-    """Returns the unit of a field of a scene; "" for none."""
-    return str(described(FIELDS[path]).unit) if path in FIELDS else ""
-
-
 def count_of(path: str) -> Optional[int]:
     """Returns how many numbers of a list are one motion's; None where its blocks decide it."""
     count = described(FIELDS[path]).count if path in FIELDS else ""

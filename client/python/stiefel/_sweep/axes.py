@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stiefel import v1 as pb
 from stiefel._given.numbers import numbers, refused
-from stiefel._given.shapes import FIELDS, LISTS, NUMBERS, TENSOR, count_of, of_symmetric, owner_of, unit_of
+from stiefel._given.shapes import FIELDS, LISTS, NUMBERS, TENSOR, count_of, described, of_symmetric, owner_of
 from stiefel._given.shown import shown
 from stiefel.errors import InvalidArgument
 from stiefel._scene import to_dict, to_message, to_method
@@ -115,7 +115,8 @@ def _values(field: str, values: Any, place: str) -> NDArray[Any]:
         if array.dtype.kind != "U":
             raise refused(place, f"{shown(values)}: must be names")
         return array
-    array = numbers(place, values, unit_of(field), field.startswith("initial."))
+    is_block = field.startswith("initial.")
+    array = numbers(place, values, "" if is_block else described(FIELDS[field]).unit, is_block)
     if kind != FieldDescriptor.CPPTYPE_UINT32:
         return np.ascontiguousarray(array, "<c16" if array.dtype.kind == "c" else "<f8")
     if not ((array >= 0) & (array == np.floor(array)) & (array < 2.0**32)).all():
