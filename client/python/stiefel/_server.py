@@ -11,6 +11,7 @@ import subprocess
 import tempfile
 import time
 import weakref
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, Mapping, Optional, Sequence
 
@@ -168,10 +169,8 @@ def _socket_folder() -> Path:
     """Returns the folder with the sockets of this user's servers, which nobody else can enter. It stays, so that a
     process that is killed leaves nothing behind."""
     folder = Path(tempfile.gettempdir(), f"stiefel-{os.getuid()}")
-    try:
+    with suppress(FileExistsError):
         folder.mkdir(0o700)
-    except FileExistsError:
-        pass
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
         raise Unavailable(f"{folder}: must be a folder that belongs to this user and that nobody else can enter; remove it, "
