@@ -27,6 +27,16 @@ struct Point {
   std::vector<double> course = {};  ///< largest error up to each compared step of the run
 };
 
+/// The points of a candidate, one after the other: which is next, and what it costs at least.
+struct Refinement {
+  Candidate candidate;
+  MethodDescription next;
+  double least_cost;
+  int r = 0;        ///< Candidate::refined
+  int useless = 0;  ///< points in a row that were not useful
+  std::optional<Point> before = {};
+};
+
 /// Whether errors are useful after those of a run with a longer step, as far as both runs went.
 /// Errors as large as the quantity itself do not yet fall with the step.
 bool is_useful(const std::vector<double>& before, const std::vector<double>& now) {
@@ -48,9 +58,13 @@ class Search {
   /// Returns nullopt where what is left of the work does not suffice.
   std::optional<Point> measure(const Candidate& candidate, const MethodDescription& method,
                                double most_error);
-  /// Measures the points of a candidate until one is within the tolerance, or costs as much as
-  /// `best_`.
-  void measure(const Candidate& candidate);
+  /// Measures the points of all candidates, the next one with the least cost first, until all that
+  /// are left cost as much as `best_`.
+  void measure_all();
+  /// Measures the next point of a candidate. Returns whether another one follows.
+  bool measure(Refinement& at);
+  /// Sets the next point to `r`. Returns false if the candidate has none.
+  bool set(Refinement& at, int r) const;
   /// Describes error, horizon, work and reference of a point.
   std::string reason(const Point& point) const;
   std::string why_not() const;
@@ -86,12 +100,6 @@ Search::Search(const SceneDescription& description, const Place& place, Measured
   left_ -= samples().work;
   // Where not all steps are compared, only of a closed form the error between them is known.
   if (!every_step()) std::erase_if(candidates_, std::not_fn(&Candidate::is_closed_form));
-  // Closed forms first, then the high orders: what they cost bounds what the others may.
-  const auto rank = [](const Candidate& c) { return c.is_closed_form() ? 100 : c.order; };
-  std::ranges::stable_sort(candidates_, [&](const Candidate& a, const Candidate& b) {
-    if (rank(a) != rank(b)) return rank(a) > rank(b);
-    return a.weight < b.weight;
-  });
 }
 
 std::optional<Point> Search::measure(const Candidate& candidate, const MethodDescription& method,
@@ -125,38 +133,52 @@ std::optional<Point> Search::measure(const Candidate& candidate, const MethodDes
   return point;
 }
 
-void Search::measure(const Candidate& candidate) {
+bool Search::set(Refinement& at, int r) const {
+  const auto method = at.candidate.refined(r);
+  if (!method) return false;
+  at.r = r;
+  at.next = *method;
+  at.least_cost = at.candidate.weight * method->substeps.value_or(1) * static_cast<double>(steps_);
+  return true;
+}
+
+bool Search::measure(Refinement& at) {
+  auto point = measure(at.candidate, at.next, tolerance_);
+  if (!point) return false;
+  if (point->error <= tolerance_) {
+    if (!best_ || point->cost < best_->cost) best_ = point;
+    return false;
+  }
+  const auto time_and_error = [](const Point& one) {
+    return std::pair(one.course.size(), one.course.empty() ? 0 : -one.course.back());
+  };
+  if (!nearest_ || time_and_error(*point) > time_and_error(*nearest_)) nearest_ = point;
+  // A tighter tolerance may not change the steps yet.
+  if (!at.before || point->cost != at.before->cost) {
+    const bool useful = !at.before || is_useful(at.before->course, point->course);
+    at.useless = useful ? 0 : at.useless + 1;
+    at.before = std::move(point);
+  }
   // Between the loosest tolerance, which may make one step at once, and those a hundred times
   // larger than the one asked for, a method's own tolerance rarely suffices.
-  const int skipped = candidate.own_steps ? static_cast<int>(-std::log10(tolerance_)) - 6 : 0;
-  std::optional<Point> before;
-  for (int r = 0, useless = 0; useless < patience; r = r == 0 ? std::max(1, skipped + 1) : r + 1) {
+  const int skipped = at.candidate.own_steps ? static_cast<int>(-std::log10(tolerance_)) - 6 : 0;
+  return at.useless < patience && set(at, at.r == 0 ? std::max(1, skipped + 1) : at.r + 1);
+}
+
+void Search::measure_all() {
+  std::vector<Refinement> going;
+  for (const Candidate& candidate : candidates_)
+    if (Refinement at{candidate, {}, 0}; set(at, 0)) going.push_back(std::move(at));
+  while (!going.empty()) {
     stop_point();
-    const auto method = candidate.refined(r);
-    if (!method) return;
-    const double least_cost =
-        candidate.weight * method->substeps.value_or(1) * static_cast<double>(steps_);
-    if (best_ && least_cost >= best_->cost) return;
-    auto point = measure(candidate, *method, tolerance_);
-    if (!point) return;
-    if (point->error <= tolerance_) {
-      if (!best_ || point->cost < best_->cost) best_ = point;
-      return;
-    }
-    const auto time_and_error = [](const Point& one) {
-      return std::pair(one.course.size(), one.course.empty() ? 0 : -one.course.back());
-    };
-    if (!nearest_ || time_and_error(*point) > time_and_error(*nearest_)) nearest_ = point;
-    // A tighter tolerance may not change the steps yet.
-    if (before && point->cost == before->cost) continue;
-    useless = before && !is_useful(before->course, point->course) ? useless + 1 : 0;
-    before = std::move(point);
+    const auto cheapest = std::ranges::min_element(going, {}, &Refinement::least_cost);
+    if (best_ && cheapest->least_cost >= best_->cost) return;
+    if (!measure(*cheapest)) going.erase(cheapest);
   }
 }
 
 std::expected<Choice, Violations> Search::choose() {
-  if (reaches_horizon())
-    for (const Candidate& candidate : candidates_) measure(candidate);
+  if (reaches_horizon()) measure_all();
   if (!best_ && nearest_)
     if (auto whole = measure(nearest_->candidate, nearest_->method, infinity)) nearest_ = whole;
   if (best_)
@@ -217,13 +239,15 @@ std::string Search::why_not() const {
 }
 
 std::string Search::reason(const Point& point) const {
+  const std::string rank = all_ == 1                ? "the only candidate"
+                           : too_dear_ < point.cost ? "the cheapest run that was made, of "
+                                                    : "the cheapest of ";
   std::string text = to_text(point.method) + ": error " + short_text(point.error) +
                      " up to t = " + to_text(*description_.horizon) + " at " +
-                     short_text(point.cost) + " instructions: " +
-                     (all_ == 1 ? "the only candidate"
-                                : "the cheapest of " + std::to_string(all_) + " candidates") +
-                     " within " + to_text(tolerance_) + "; compared with " + samples().reference +
-                     " (error " + short_text(samples().answers.back().error) + ")";
+                     short_text(point.cost) + " instructions: " + rank +
+                     (all_ == 1 ? "" : std::to_string(all_) + " candidates") + " within " +
+                     to_text(tolerance_) + "; compared with " + samples().reference + " (error " +
+                     short_text(samples().answers.back().error) + ")";
   if (!is_weighed(motions_.front().with(point.method).value()))
     text += "; the work of its steps is estimated, not counted";
   if (!every_step())

@@ -57,8 +57,8 @@ constexpr TwoForm form = {
     {"Q_prev", "Q"},
     [](const Scene& s) { return space_of(ConsecutiveRotations<double>{s.inertia()}); }};
 
-/// M_k of the frames, and Q_{k−1} by J_D⁻¹, which the step before has solved: it is not a number
-/// only where the scene's own pair has no M.
+/// M_k = Σ_L(Q_{k−1}, Q_k), and Q_{k−1} = Σ_L⁻¹(Q_k, M_k), which is not a number where rounding has
+/// moved M_k beyond the edge of the domain.
 BodyView view(const Scene& scene) {
   using Dense = Eigen::MatrixXd;
   const auto over = [](const Dense& top, const Dense& bottom) {

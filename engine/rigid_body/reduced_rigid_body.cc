@@ -23,7 +23,6 @@ SystemEntry reduced_rigid_body_entry() {
   info.source = "[RB] (8.2)";
   info.file = "engine/rigid_body/reduced_rigid_body.cc";
   as_view_of_pair(entry);
-  entry.two_forms = {};
   entry.motion = &in_both<start>;
   return entry;
 }

@@ -99,7 +99,7 @@ SystemEntry symmetric_family(Side side) {
       left ? "costate, Q^T P - P^T Q = epsilon M" : "costate, P Q^T - Q P^T = epsilon M"};
   return {.info = rigid_form_info(P, true, side),
           .check = left ? check_left : check_right,
-          .two_forms = left ? std::vector{&form} : std::vector<const TwoForm*>{},
+          .two_forms = {&form},
           .representation = left ? &left_pair : &right_pair,
           .motion = left ? &in_both<start> : &in_both<start_on_the_right>,
           .rate = Rate::angular_speed};
@@ -172,6 +172,7 @@ BodyView view_of_pair(const Scene& scene) {
 void as_view_of_pair(SystemEntry& entry) {
   // The view holds PQᵀ as a constant, so that its drift is 0 by construction.
   std::erase_if(entry.info.invariants, [](const auto& i) { return i.name == family::PQt; });
+  entry.two_forms = {};  // a form needs states with every P, the view has those with one PQᵀ
   entry.recommended = for_views;
   entry.view = view_of_pair;
   entry.priced_as = "rigid_body";

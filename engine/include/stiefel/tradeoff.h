@@ -49,10 +49,11 @@ struct Choice {
 /// Takes at most Choice::most_work. Does not start a run that is predicted to take more than is
 /// left of it, ends a run that takes more than predicted, and ends a run whose error is too large.
 /// Refuses where the reference at every step exceeds three quarters of this work or
-/// Choice::most_sample_bytes: a body with N = 4 beyond 7000 long or 50 000 short steps. Between
-/// steps the error of a closed form is rounding: where not every step can be compared (N = 3, some
-/// 150 000 steps), `exact` is verified at up to 550 steps and is the only candidate. Refuses at
-/// once where not even the first state of the reference can be computed, from about N = 50 on.
+/// Choice::most_sample_bytes: a body with N = 4 beyond some 10 000 steps of h‖Ω‖ = 0.5 or 55 000 of
+/// 0.05. Between steps the error of a closed form is rounding: where not every step can be compared
+/// (N = 3, some 150 000 steps), `exact` is verified at up to 550 steps and is the only candidate.
+/// Refuses at once where not even the first state of the reference can be computed, from about N =
+/// 50 on.
 ///
 /// An ensemble of at most TradeoffRequest::most_members members gets one method, and the tolerance
 /// holds for each member: the error of a point is that of the hardest member, which has the largest

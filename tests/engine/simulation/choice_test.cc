@@ -18,6 +18,7 @@
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/scenes/rigid_forms.h"
 #include "tests/support/surveys/choice_survey.h"
 
 namespace stiefel {
@@ -300,6 +301,22 @@ TEST(Choice, OfALongHorizonStaysWithinTheTolerance) {
   const RandomBody body(3, 6);
   const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 20000);
   EXPECT_LE((now->get("Q") - exact.Q).cwiseAbs().maxCoeff(), 1e-5) << choice->reason;
+}
+
+/// Where the reference leaves little of the work for runs, a dear run must not take it from a cheap
+/// one.
+TEST(Choice, IsAsCheapWhereLittleWorkIsLeft) {
+  for (const std::int64_t steps : {40000, 45000, 50000, 55000}) {
+    SceneDescription d = testing::description(RandomBody(4, 2), 0.05, "rk4");
+    d.method.reset();
+    d.inertia = {1, 1.5, 2, 2.5};
+    d.initial.at("M").values /= testing::operator_norm(d.initial.at("M").values);
+    d.tolerance = 1e-6;
+    d.horizon = 0.05 * static_cast<double>(steps);
+    const auto [scene, choice] = resolve_choosing(d).value();
+    EXPECT_EQ(scene.method(), "rk4") << choice->reason;
+    EXPECT_EQ(scene.substeps(), 1) << choice->reason;
+  }
 }
 
 TEST(Choice, OfEverySystemThatTakesAMethod) {

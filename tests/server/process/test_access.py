@@ -322,7 +322,7 @@ class Steps(threading.Thread):
 
 
 def guesses(ids):
-    """(method, request) of ids that are another's or nobody's, half of each."""
+    """Yields (method, request) pairs: half of them with ids of the other principal, half with ids that do not exist."""
     for k in range(GUESSES):
         id = ids[k % len(ids)] if k % 2 else str(uuid.uuid4())
         yield [("GetSession", pb.GetSessionRequest(session_id=id)), ("Step", pb.StepRequest(session_id=id, to=3)),
@@ -356,7 +356,7 @@ def guess_all(bob, ids):
 
 
 def test_neither_sees_delays_or_ends_the_others(guarded):
-    """Two principals with the same ids, one of whom creates, deletes, lists and guesses."""
+    """Two principals use the same ids; one of them creates, deletes, lists and guesses ids of the other."""
     _, alice, bob = guarded("--log-level", "off", "--max-sessions", "100000")
     ids = [str(uuid.uuid4()) for _ in range(50)]
     for k, id in enumerate(ids):
@@ -369,7 +369,7 @@ def test_neither_sees_delays_or_ends_the_others(guarded):
     try:
         seen = guess_all(bob, ids)
         for method in ("GetSession", "Step", "Diagnose", "ForkSession"):
-            assert seen[method, True] == seen[method, False], "what is another's is as if it were nobody's"
+            assert seen[method, True] == seen[method, False], "an id of another principal gets the reply of an id that does not exist"
             (code, _, _), = seen[method, True]
             assert code == grpc.StatusCode.NOT_FOUND
         assert bob.ids() == set()

@@ -95,7 +95,7 @@ def test_calls_go_on_while_the_log_is_not_read(serve):
     assert all(line["level"] == "warning" for line in dropped)
 
 
-def test_grpcs_own_lines_wait_for_nobody(serve):
+def test_the_server_answers_while_nobody_reads_the_log_lines_of_grpc(serve):
     """Six hundred such lines would fill the pipe twice; the server answers and ends in time."""
     process = serve()
     with process.channel() as channel:
