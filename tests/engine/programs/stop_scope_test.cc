@@ -122,8 +122,8 @@ void stops_everywhere(Work&& work, std::int64_t least_looks) {
 
 TEST(StopScope, ReachesTheChoiceOfAMethod) {
   SceneDescription scene = body(24, "");
-  scene.tolerance = 1e-3;
-  scene.horizon = 2;
+  scene.tolerance = 1e-6;
+  scene.horizon = 8;
   stops_everywhere([&] { ASSERT_TRUE(choose_method(scene)); }, 500);
 }
 
