@@ -20,6 +20,7 @@ from stiefel._results.save import WRITERS, complete, write_json
 import stiefel.cli.given as read
 import stiefel.cli.shown as shown
 from stiefel.cli.given import BadInput
+from stiefel.cli.interrupt import Interrupted
 from stiefel.cli.options import told_as_errors
 from stiefel.cli.progress import Progress
 from stiefel._client import Client
@@ -97,7 +98,10 @@ def _client(given: Given) -> Iterator[Client]:
     with ExitStack() as ends:
         address = given.server or ends.enter_context(Server.start()).address
         tls = None if address.startswith("unix:") else given.tls
-        yield ends.enter_context(Client(address, timeout=None, tls=tls, token=given.token))
+        client = Client(address, timeout=None, tls=tls, token=given.token)
+        # After an interrupt gRPC may wait forever for a call that it was beginning; the process ends without it.
+        ends.push(lambda kind, *_: None if kind is Interrupted else client.close())
+        yield client
 
 
 @contextmanager
