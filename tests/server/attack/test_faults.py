@@ -92,7 +92,7 @@ def test_a_call_whose_first_connections_break_is_answered(process, answers, how,
 
 def test_a_server_that_goes_down_and_comes_back(answers):
     first = Process("--log-level", "error")
-    with FaultSocket(first.address, plain) as between, stiefel.Client(between.address) as client:
+    with FaultSocket(first.address, plain) as between, stiefel.Client(between.address, timeout=10) as client:
         assert CALLS["Step"](client, "before").tolist() == answers["Step"].tolist()
         first.stop()
         with pytest.raises(stiefel.Unavailable):
