@@ -2,7 +2,6 @@
 import numpy as np
 import pytest
 
-import scenes
 import stiefel
 
 
@@ -30,44 +29,11 @@ def test_its_scene_arrives(client, n, N):
         assert energy.initial == pytest.approx(found.energy, rel=1e-13)
 
 
-def test_the_discrete_geodesic_is_a_trajectory_of_the_variational_step(client):
-    Q_0, Q_T = ends(2, 5, 3)
-    found = client.geodesics([(Q_0, Q_T)], inertia=np.linspace(1, 3, 5), steps=32)[0]
-    assert found.scene["method"]["order"] == 2 and found.trajectory.shape == (33, 2, 5)
-    with client.create(found.scene) as session:
-        np.testing.assert_allclose(session.step(32)["Q"], Q_T, atol=1e-9)
-
-
-def test_a_search_proves_nothing(client):
-    assert client.geodesics([ends(2, 4, 3)], inertia=[1, 2, 3, 4])[0].shortest == "none_shorter_found"
-
-
-def test_frames_of_single_precision_are_taken_and_repaired_as_in_a_scene(client):
-    """Accepted up to max |Q Q^T - I| = 1e-6; the scene starts from the frame that replaces Q_0."""
-    Q_0, Q_T = (Q.astype(np.float32) for Q in ends(2, 4, 3))
-    found = client.geodesics([(Q_0, Q_T)], inertia=[1, 2, 3, 4])[0]
-    start = np.array(found.scene["initial"]["Q"])
-    np.testing.assert_allclose(start @ start.T, np.eye(2), rtol=0, atol=1e-15)
-    np.testing.assert_allclose(start, Q_0, atol=1e-6)
-    with pytest.raises(stiefel.InvalidArgument, match="orthonormal rows to 1e-06"):
-        client.geodesics([(Q_0 * (1 + 1e-6), Q_T)], inertia=[1, 2, 3, 4])[0]
-
-
 def test_unequal_determinants_have_a_reason_of_their_own(client):
     with pytest.raises(stiefel.InvalidArgument) as refused:
         client.geodesics([(np.eye(3), np.diag([1, 1, -1]))], inertia=[1, 2, 3])[0]
     assert refused.value.reason == "UNEQUAL_DETERMINANTS"
     assert refused.value.metadata == {"Q_0": "1", "Q_T": "-1"}
-
-
-def test_many_pairs_come_in_their_order(client):
-    pairs = [ends(2, 4, seed) for seed in range(3)]
-    inertia = np.linspace(1, 2, 4)
-    many = client.geodesics(pairs, inertia=inertia, samples=4)
-    for (Q_0, Q_T), found in zip(pairs, many, strict=True):
-        alone = client.geodesics([(Q_0, Q_T)], inertia=inertia, samples=4)[0]
-        assert (found.energy, found.residual, found.shortest) == (alone.energy, alone.residual, alone.shortest)
-        np.testing.assert_array_equal(found.trajectory, alone.trajectory)
 
 
 def test_the_euclidean_metric_is_that_of_the_identity(client):
@@ -146,18 +112,3 @@ def test_what_has_no_meaning_names_the_field(client, change, fault):
     problem = {"inertia": [1, 2, 3], "Q_0": [[1, 0, 0]], "Q_T": [[0, 1, 0]], **change}
     with pytest.raises(stiefel.InvalidArgument, match=fault):
         client.geodesics([(problem.pop("Q_0"), problem.pop("Q_T"))], **problem)
-
-
-def test_frames_of_any_size_are_joined(client):
-    found = client.geodesics([ends(6, 300, 2)], inertia=np.ones(300))[0]
-    assert found.residual <= 1e-13
-    found = client.geodesics([ends(3, 300, 2)], inertia=np.geomspace(1, 10, 300))[0]
-    assert found.residual <= 1e-11
-
-
-def test_a_cancelled_search_ends_and_holds_up_nobody(client):
-    Q_0, Q_T = ends(8, 16, 5)
-    with pytest.raises(stiefel.DeadlineExceeded):
-        client.geodesics([(Q_0, Q_T)], inertia=np.geomspace(1, 100, 16), restarts=1000, timeout=0.3)[0]
-    with client.create(scenes.rigid_body()) as session:
-        assert session.step(1000, timeout=60).step == 1000

@@ -5,56 +5,6 @@ import pytest
 import scenes
 import stiefel
 
-RIGID = ["right_rigid_body", "symmetric_rigid_body", "right_symmetric_rigid_body", "reduced_rigid_body",
-         "mclachlan_scovel", "moser_veselov", "moser_veselov_pair", "symmetric_moser_veselov",
-         "parametric_moser_veselov", "stiefel", "stiefel_costate", "stiefel_momentum", "discrete_stiefel"]
-
-
-def array(scene, name):
-    return np.array(scene["initial"][name])
-
-
-@pytest.mark.parametrize("n", [3, 5])
-@pytest.mark.parametrize("system", RIGID)
-def test_there_and_back(client, system, n):
-    scene = scenes.free(n)
-    there = client.convert(scene, system)
-    assert there.scene["system"] == system
-    home = client.convert(there.scene, "rigid_body").scene
-    np.testing.assert_allclose(array(home, "Q"), scene["initial"]["Q"], atol=1e-13)
-    np.testing.assert_allclose(array(home, "M"), scene["initial"]["M"], atol=2e-12)
-
-
-@pytest.mark.parametrize("system", ["stiefel_costate", "stiefel_momentum"])
-def test_frames_there_and_back(client, system):
-    scene = scenes.frame(2, 5)
-    home = client.convert(client.convert(scene, system).scene, "stiefel").scene
-    np.testing.assert_allclose(array(home, "Q"), scene["initial"]["Q"], atol=1e-13)
-    np.testing.assert_allclose(array(home, "S"), scene["initial"]["S"], atol=1e-13)
-
-
-def test_a_vector_is_a_point_on_the_ellipsoid(client):
-    scene = scenes.frame(1, 4)
-    home = client.convert(client.convert(scene, "ellipsoid").scene, "stiefel").scene
-    np.testing.assert_allclose(array(home, "S"), scene["initial"]["S"], atol=1e-13)
-
-
-@pytest.mark.parametrize("system", ["right_rigid_body", "symmetric_rigid_body", "mclachlan_scovel", "stiefel",
-                                    "stiefel_costate", "reduced_rigid_body"])
-def test_it_is_the_same_motion(client, system):
-    """After a unit of time both scenes are in the same state, computed by a method whose error does not matter."""
-    scene = scenes.free(4, method="adaptive", step=1.0)
-    scene["method"]["tolerance"] = 1e-13
-    other = client.convert(scene, system).scene
-    assert other["method"]["name"] == "adaptive"
-    with client.create(scene) as one, client.create(other) as two:
-        other["initial"] = {name: two.step(1)[name] for name in other["initial"]}
-        there = client.convert(one._resolved(), "rigid_body").scene
-        there["initial"] = {name: one.step(1)[name] for name in ("Q", "M")}
-    home = client.convert(other, "rigid_body").scene
-    for name in ("Q", "M"):
-        np.testing.assert_allclose(array(home, name), there["initial"][name], atol=1e-11)
-
 
 def test_velocity_and_generator(client):
     scene = scenes.frame(2, 5)
@@ -86,24 +36,6 @@ def test_epsilon_makes_room_for_any_momentum(client):
     norm = np.linalg.norm(big["initial"]["M"], 2)
     assert float(refused.value.metadata["value"]) == pytest.approx(norm, rel=1e-12)
     assert refused.value.metadata["bound"] == "2"
-
-
-@pytest.mark.parametrize("N", [3, 4, 5, 8])
-@pytest.mark.parametrize("system", ["moser_veselov_pair", "discrete_stiefel"])
-def test_a_step_without_a_rotation_has_no_pair(client, system, N):
-    scene = {**scenes.free(N), "step": 1e3}
-    with pytest.raises(stiefel.InvalidArgument) as refused:
-        client.convert(scene, system)
-    assert refused.value.reason == "OUTSIDE_DOMAIN"
-    assert float(refused.value.metadata["value"]) > float(refused.value.metadata["bound"]) > 0
-
-
-def test_the_margin_is_the_distance_to_the_edge(client):
-    scene = scenes.free(4)
-    scene["initial"]["M"] = 1.9 * scene["initial"]["M"] / np.linalg.norm(scene["initial"]["M"], 2)
-    converted = client.convert(scene, "symmetric_rigid_body", epsilon=1)
-    assert converted.margins["S_M"] == pytest.approx(0.1, rel=1e-9)
-    assert client.convert(converted.scene, "rigid_body").margins["S"] == pytest.approx(0.1, rel=1e-9)
 
 
 @pytest.mark.parametrize("scene, to, fault", [

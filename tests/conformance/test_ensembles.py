@@ -4,7 +4,6 @@ import pytest
 
 import scenes
 import stiefel
-from stiefel import v1 as pb
 
 
 def ensemble(parts, **changes):
@@ -34,28 +33,11 @@ def parts(request):
     return PARTS[request.param]
 
 
-def test_each_member_has_the_bits_that_it_has_alone(client, parts):
-    with client.create(ensemble(parts)) as together:
-        reached = together.step(30)
-        assert reached.outcome == stiefel.Outcome.REACHED
-        for name, values in reached.fields.items():
-            for member, part in enumerate(parts):
-                with client.create(part) as alone:
-                    np.testing.assert_array_equal(values[member], alone.step(30)[name])
-
-
 def test_a_stream_has_an_axis_of_members(client, parts):
     with client.create(ensemble(parts)) as together:
         run = together.trajectory(to=7, every=2)
         assert run["Q"].shape == (5, len(parts), *np.shape(parts[0]["initial"]["Q"]))
         np.testing.assert_array_equal(run["Q"][-1], together.step(7)["Q"])
-
-
-def test_the_resolved_scene_is_the_same_scene(client, parts):
-    with client.create(ensemble(parts)) as together:
-        assert together.scene["members"] == len(parts)
-        with client.create(together.scene) as again:
-            np.testing.assert_array_equal(again.step(3)["Q"], together.step(3)["Q"])
 
 
 def test_a_fork_starts_where_all_are(client, parts):
@@ -116,39 +98,9 @@ def test_the_same_numbers_in_other_members_are_another_scene(client):
             client.create({**four, "members": 2}, id="four-or-two")
 
 
-def test_a_method_is_chosen_for_all(client):
-    """The error of each member against the closed form is within the tolerance."""
-    parts = spinning(3)
-    scene = ensemble(parts, tolerance=1e-9, horizon=3.0)
-    del scene["method"]
-    with client.create(scene) as together:
-        assert together.choice.tolerance == 1e-9 and "3 members" in together.choice.reason
-        last = round(3.0 / scene["step"])
-        reached = together.step(last)["Q"]
-        for member, part in enumerate(parts):
-            with client.create({**part, "method": {"name": "exact"}}) as exact:
-                assert np.abs(reached[member] - exact.step(last)["Q"]).max() < 1e-9
-        with pytest.raises(stiefel.InvalidArgument, match="scene.tolerance: 1e-15 .member"):
-            client.create({**scene, "tolerance": 1e-15, "horizon": 1e4})
-
-
 def test_an_ensemble_is_not_converted(client, parts):
     with pytest.raises(stiefel.InvalidArgument, match=rf"scene.members: {len(parts)}: must be absent: convert the scene of each"):
         client.convert(ensemble(parts), "velocity")
-
-
-def test_a_tradeoff_has_the_error_of_the_worst_member(client):
-    parts = spinning(3)
-    points = client.tradeoff(ensemble(parts), horizon=0.5, budget=5e8, repeats=1).points
-    point = next(point for point in points if (point.method, point.scalar) == ("rk4", "double") and not point.extrapolated)
-    method = {"name": "rk4", "substeps": point.substeps, "arithmetic": point.arithmetic}
-    last = round(0.5 / parts[0]["step"])
-    errors = []
-    for part in parts:
-        with client.create({**part, "method": method}) as run, \
-                client.create({**part, "method": {"name": "exact"}}) as exact:
-            errors.append(np.abs(run.step(last)["Q"] - exact.step(last)["Q"]).max())
-    np.testing.assert_allclose(point.attitude_error, max(errors), rtol=1e-3, atol=1e-15)
 
 
 @pytest.mark.parametrize("change, fault", [

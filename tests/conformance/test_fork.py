@@ -6,15 +6,6 @@ import scenes
 import stiefel
 
 
-def test_it_starts_at_the_old_state(client):
-    with client.create(scenes.free(5)) as old, old.fork(at=100) as new:
-        there, start = old.step(100), new.step(0)
-        for name in ("Q", "M"):
-            np.testing.assert_allclose(start[name], there[name], atol=1e-15)
-        assert new.scene["method"] == old.scene["method"]
-        np.testing.assert_allclose(new.step(50)["M"], old.step(150)["M"], atol=1e-12)
-
-
 def test_a_body_stays_a_body(client):
     with client.create(scenes.body()) as old, old.fork(at=70) as new:
         assert "body" in new.scene

@@ -1,9 +1,7 @@
 """`method.scalar`: "double", or "float" where the catalogue offers it."""
 import numpy as np
-import pytest
 
 import scenes
-import stiefel
 
 BODY = scenes.free(3, 1, "variational")
 
@@ -24,19 +22,6 @@ def test_a_float_stays_near_the_double(client):
         samples = single.trajectory(to=50)
         assert {values.dtype for values in samples.fields.values()} == {np.dtype("float32")}
         np.testing.assert_array_equal(samples["Q"][-1], one["Q"])
-
-
-def test_the_catalogue_says_where(client):
-    offered = {system.name: {on.method for on in system.methods if on.in_float}
-               for system in client.describe().systems}
-    assert {name: methods for name, methods in offered.items() if methods} == {
-        "rigid_body": {"variational", "preprocessed_variational", "rk4"}}
-
-
-def test_elsewhere_it_is_refused_with_a_rule(client):
-    for scene in (scenes.free(3, 1, "exact"), scenes.free(5, 1, "variational"), scenes.frame(2, 5, 1)):
-        with pytest.raises(stiefel.InvalidArgument, match=r"method\.scalar: \"float\".*must be double: float is for N = 3 of rigid_body"):
-            client.create(in_float(scene))
 
 
 def test_a_fork_changes_the_scalar(client):

@@ -1,14 +1,9 @@
-"""Diagnose: two-forms, the Dirac bracket, and how far a step is from symplectic."""
+"""Diagnose: two-forms, the Dirac bracket, how far a step is from symplectic, and drift in any units."""
 import numpy as np
 import pytest
 
 import scenes
 import stiefel
-
-
-def skew(n, seed):
-    A = np.random.default_rng(seed).standard_normal((n, n))
-    return A - A.T
 
 
 def test_the_canonical_dirac_bracket_is_skew_and_a_derivation(client):
@@ -75,3 +70,20 @@ def test_a_function_of_another_shape_names_its_place(client):
     with client.create(scene) as session:
         with pytest.raises(stiefel.InvalidArgument, match=r"dirac_brackets\[0\].second\[1\].B: 3 x 2"):
             session.diagnose(0, dirac_brackets=[([(zero, zero)] * 2, [(zero, zero), (zero, zero[:, :2])])])
+
+
+@pytest.mark.parametrize("size", [1e-150, 1e-100, 1e100, 1e150])
+def test_drift_is_a_number_where_the_invariant_is_none(client, size):
+    """Invariants are powers of M up to the fifth. Those beyond the range of doubles are left out, and the others drift
+    as in other units."""
+    scene = scenes.free(5, method="rk4")
+    scene["initial"]["M"] = size * scene["initial"]["M"]
+    scene["step"] /= size
+    with client.create(scene) as session:
+        drifts = {invariant.name: invariant.drift for invariant in session.diagnose(to=100).invariants}
+    plain = scenes.free(5, method="rk4")
+    with client.create(plain) as session:
+        expected = {invariant.name: invariant.drift for invariant in session.diagnose(to=100).invariants}
+    assert "energy" in drifts and len(drifts) > len(expected) / 2
+    for name, drift in drifts.items():
+        assert drift == pytest.approx(expected[name], abs=1e-13), name
