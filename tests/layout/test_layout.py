@@ -2,10 +2,9 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).parents[2]
 
@@ -66,9 +65,9 @@ WIRE = re.compile(r"(grpc|google/protobuf|src/proto/grpc)")
 WITHOUT_WIRE = ["engine", "server/scheduling", "server/sessions"]
 
 
-def sources(root: Path) -> Iterator[Path]:
+def sources() -> Iterator[Path]:
     for top in ("engine", "server", "client/cpp"):
-        yield from (path.relative_to(root) for path in sorted((root / top).rglob("*")) if path.suffix in (".h", ".cc", ".in", ".inc"))
+        yield from (path.relative_to(ROOT) for path in sorted((ROOT / top).rglob("*")) if path.suffix in (".h", ".cc", ".in", ".inc"))
 
 
 def folder_of(path: str, folders: list[str]) -> str:
@@ -89,36 +88,16 @@ def may_include(file: str, included: str) -> bool:
     return bool(inside) or any(re.fullmatch(allowed, included) for allowed in OTHERS[folder])
 
 
-def arrows_against_the_order(root: Path = ROOT) -> list[str]:
+def test_no_arrow_against_the_order():
+    files = list(map(str, sources()))
+    assert len(files) > 200 and all(folder_of(file, [*ENGINE_FOLDERS, *OTHERS]) for file in files)
     wrong = []
-    for file in map(str, sources(root)):
-        for line in re.findall(r'^[ \t]*#\s*include .*', (root / file).read_text(), re.M):
+    for file in files:
+        for line in re.findall(r'^[ \t]*#\s*include .*', (ROOT / file).read_text(), re.M):
             name = re.split(r'[<>"]', line)[1]
             if not may_include(file, name) if '"' in line else WIRE.match(name) and folder_of(file, WITHOUT_WIRE):
                 wrong.append(f"{file}: {line}")
-    return wrong
-
-
-def test_no_arrow_against_the_order():
-    assert len(list(sources(ROOT))) > 200
-    assert [str(file) for file in sources(ROOT) if not folder_of(str(file), [*ENGINE_FOLDERS, *OTHERS])] == []
-    assert arrows_against_the_order() == []
-
-
-def test_only_the_conversion_sees_messages_and_the_engine():
-    both = [folder for folder in OTHERS if may_include(f"{folder}/a.cc", "stiefel/v1/scene.pb.h") and may_include(f"{folder}/a.cc", "stiefel/scene.h")]
-    assert both == [CONVERSION]
-
-
-@pytest.mark.parametrize("file, line", [
-    ("engine/linalg/a.h", '#include "engine/methods/rk4.h"'),
-    ("engine/run/a.h", "#include <google/protobuf/message.h>"),
-    ("client/cpp/a.cc", '#include "server/calls/service.h"'),
-])
-def test_a_wrong_arrow_is_found(tmp_path: Path, file: str, line: str):
-    (tmp_path / file).parent.mkdir(parents=True)
-    (tmp_path / file).write_text(f"#pragma once\n\n{line}\n")
-    assert arrows_against_the_order(tmp_path) == [f"{file}: {line}"]
+    assert wrong == []
 
 
 # Where names may stand: in the declaration of the system or method itself, in an entry's recommendations, the continuous
@@ -134,5 +113,18 @@ def test_no_name_is_asked_for():
     assert len(names) > 20
     names.remove("stiefel")  # also the name of the programs
     quoted = re.compile("|".join(f'"{name}"' for name in names))
-    assert [f"{file}: {line}" for file in sources(ROOT) if file.name not in DATA and file.parts[0] != "client"
+    assert [f"{file}: {line}" for file in sources() if file.name not in DATA and file.parts[0] != "client"
             for line in (ROOT / file).read_text().splitlines() if quoted.search(line) and not OWN.search(line)] == []
+
+
+def test_make_run_configures_no_tests():
+    """They need packages that `make run` does not install."""
+    def configures(*targets):
+        done = subprocess.run(["make", "--dry-run", "--always-make", *targets], cwd=ROOT, capture_output=True, text=True, check=True)
+        return [line for line in done.stdout.splitlines() if "cmake --preset" in line]
+
+    run, = configures("run")
+    assert "--preset release -DSTIEFEL_TESTS=OFF " in run
+    first, then = configures("test")
+    assert first == run and "--preset release -DSTIEFEL_TESTS=ON " in then
+    assert all("STIEFEL_TESTS" not in line for line in configures("sanitize"))

@@ -1,5 +1,4 @@
-"""The package's modules: which are public, that no imports form a circle, and what completion shows."""
-import ast
+"""The package's modules: which are public, what is imported when, and what completion shows."""
 import importlib
 import inspect
 import re
@@ -15,39 +14,6 @@ FOLDER = Path(stiefel.__file__).parent
 PUBLIC = {"aio", "errors", "manifold", "results", "simulation", "solids"}
 
 
-def sources(folder):
-    """The syntax trees of a package's modules by their names, without the generated ones."""
-    return {".".join(("stiefel", *path.relative_to(folder).with_suffix("").parts)).removesuffix(".__init__"): ast.parse(path.read_text())
-            for path in folder.rglob("*.py") if not path.name.endswith(("_pb2.py", "_pb2_grpc.py"))}
-
-
-def arrows(trees):
-    """The modules that each module imports, wherever in it."""
-    found = {}
-    for name, tree in trees.items():
-        imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-        named = {f"{node.module}.{one.name}" for node in imports for one in node.names} | {node.module for node in imports}
-        named |= {one.name for node in ast.walk(tree) if isinstance(node, ast.Import) for one in node.names}
-        found[name] = (named & set(trees)) - {name, "stiefel"}
-    return found
-
-
-def circle(arrows):
-    """Some modules that import each other, none if there are none."""
-    left = dict(arrows)
-    while free := [name for name, to in left.items() if not to & set(left)]:
-        for name in free:
-            del left[name]
-    return sorted(left)
-
-
-def test_no_imports_form_a_circle():
-    trees = sources(FOLDER)
-    assert len(trees) > 40 and circle(arrows(trees)) == []
-    for name, tree in trees.items():
-        assert not any(isinstance(node, ast.Name) and node.id == "TYPE_CHECKING" for node in ast.walk(tree)), name
-
-
 def test_the_public_modules():
     there = {path.stem for path in FOLDER.glob("*.py") if not path.stem.startswith("_")} - {"version"}
     folders = {path.name for path in FOLDER.iterdir() if path.is_dir() and path.name != "__pycache__"}
@@ -55,11 +21,6 @@ def test_the_public_modules():
     assert all(hasattr(stiefel, name) for name in dir(stiefel))
     public = {name for name, value in vars(stiefel).items() if not name.startswith("_") and not inspect.ismodule(value)}
     assert public - {"Any", "annotations"} == set(dir(stiefel)) - {"__version__", "solids"}
-
-
-def test_no_public_names_differ_by_capitals_alone():
-    names = {*dir(stiefel), *PUBLIC}
-    assert len({name.lower() for name in names}) == len(names)
 
 
 def test_nothing_is_imported_before_it_is_used():

@@ -121,21 +121,6 @@ def test_results_of_an_ensemble_have_an_axis_of_members(client):
     assert summary.last_step[5] == 0 and set(events.member) <= set(range(12)) - {5} and len(set(events.member)) > 3
 
 
-@pytest.mark.parametrize("checkpoint_every", [0, 100])
-def test_a_broken_call_goes_on(session, monkeypatch, without_pauses, checkpoint_every):
-    asked = {"M": [*STATISTICS, {"quantiles": [0.5]}]}
-    whole = session.summarize(1000, quantities=asked)
-    breaks = Breaks(session._connection.stub.Summarize, [2, 4, 1])
-    monkeypatch.setattr(session._connection.stub, "Summarize", breaks)
-    again = session.summarize(1000, quantities=asked, checkpoint_every=checkpoint_every)
-    if checkpoint_every:
-        assert len(breaks.requests) == 4
-        assert breaks.requests[1].checkpoint and breaks.requests[1].checkpoint != breaks.requests[2].checkpoint
-        assert 1000 <= again.computed_steps <= 1000 + 3 * 100
-    for statistic, values in whole["M"].items():
-        assert again["M"][statistic].tobytes() == values.tobytes()
-
-
 def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses):
     many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]
     whole = session.events(20_000, events=many, fields=["Q", "M", "Omega"])

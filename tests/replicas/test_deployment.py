@@ -66,7 +66,7 @@ def test_the_proxies_know_the_servers_of_compose() -> None:
                  cluster["load_assignment"]["endpoints"][0]["lb_endpoints"]]
     assert [address["address"] for address in addresses] == servers
     assert {address["port_value"] for address in addresses} == {50551}
-    alone = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]["stiefel"]
+    alone = both["stiefel"]
     for name in servers:
         for key in ("read_only", "cap_drop", "security_opt", "mem_limit", "pids_limit", "stop_grace_period"):
             assert compose["services"][name][key] == alone[key], key
@@ -203,59 +203,19 @@ def test_kubernetes_takes_the_manifests(peers: Path) -> None:
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-class Json:
-    """Calls by curl over TLS, as JSON."""
-
-    def __init__(self, folder: Path, port: int):
-        self.folder, self.port = folder, port
-
-    def __call__(self, method: str, session: str = "", **request: Any) -> Any:
-        done = subprocess.run(
-            ["curl", "-sS", "--cacert", self.folder / "cert.pem", "-H", "content-type: application/json",
-             *(["-H", f"stiefel-session: {session}"] if session else []), "-d", json.dumps(request),
-             "-w", "\n%header{grpc-message}\n%{http_code}",
-             f"https://localhost:{self.port}/stiefel.v1.SimulationService/{method}"], capture_output=True, text=True, check=True)
-        body, self.message, self.status = done.stdout.rsplit("\n", 2)
-        return json.loads(body) if self.status == "200" else None
-
-
-@long
-def test_envoy_speaks_json(make_cluster: Any, tmp_path: Path) -> None:
-    """Every unary RPC, by curl."""
-    cluster = make_cluster("envoy")
-    call = Json(tmp_path, cluster.tls)
-    assert call("Describe")["numerics_id"] and call.status == "200"
-    created = call("CreateSession", "s", session_id="s", scene=BODY)
-    assert created["created"] and created["session"]["system"] == "rigid_body"
-    assert call("GetSession", "s", session_id="s")["session"]["session_id"] == "s"
-    listed = [session["session_id"] for _ in range(9) for session in call("ListSessions").get("sessions", [])]
-    assert "s" in listed, "at one of the servers, which have no store in common"
-    reply = call("Step", "s", session_id="s", to=10)
-    assert reply["sample"]["step"] == "10" and reply["run_status"]["outcome"] == "OUTCOME_REACHED"
-    assert call("Diagnose", "s", session_id="s", to=10)["invariants"]
-    forked = call("ForkSession", "s", session_id="f", from_session_id="s", from_step=10)
-    assert forked["created"]
-    assert call("DeleteSession", "s", session_id="s") == {}
-    call("Step", "s", session_id="s", to=10)
-    assert call.status == "404" and "was deleted" in call.message
-    call("Step", "s", session_id="s", to="ten")
-    assert call.status == "400"
-
-
 @long
 def test_envoy_tells_the_errors_of_a_stream_over_http_1(make_cluster: Any, tmp_path: Path) -> None:
     """In the trailers, whether it has begun or not."""
     cluster = make_cluster("envoy")
-    call = Json(tmp_path, cluster.tls)
-    call("CreateSession", "s", session_id="s", scene=BODY)
 
-    def trailers(session: str, **request: Any) -> str:
+    def trailers(session: str, rpc: str = "Stream", **request: Any) -> str:
         done = subprocess.run(
             ["curl", "-sS", "--http1.1", "--cacert", tmp_path / "cert.pem", "-D", "-", "-o", tmp_path / "body",
              "-H", "content-type: application/json", "-H", f"stiefel-session: {session}", "-H", "grpc-timeout: 500m",
              "-d", json.dumps({"session_id": session, **request}),
-             f"https://localhost:{cluster.tls}/stiefel.v1.SimulationService/Stream"], capture_output=True, text=True, check=True)
+             f"https://localhost:{cluster.tls}/stiefel.v1.SimulationService/{rpc}"], capture_output=True, text=True, check=True)
         return done.stdout.split("\n\n" if "\r" not in done.stdout else "\r\n\r\n", 1)[1]
+    trailers("s", "CreateSession", scene=BODY)
     assert "grpc-status: 5" in trailers("nobody", to=1) and "grpc-message: session_id: nobody" in trailers("nobody", to=1)
     begun = trailers("s", to=10**9, every=10**6)
     assert "grpc-status: 4" in begun and b"steps" in (tmp_path / "body").read_bytes()

@@ -29,17 +29,6 @@ def _server_of_the_wheel(programs, monkeypatch):
     monkeypatch.setenv("STIEFEL_SERVER", str(programs / "stiefel-server"))
 
 
-def test_the_server_maps_no_file_of_the_system(programs, monkeypatch):
-    """Not even those that the environment names for other programs."""
-    monkeypatch.setenv("LD_LIBRARY_PATH", "/usr/lib/x86_64-linux-gnu")
-    monkeypatch.setenv("LD_PRELOAD", "libutil.so.1")
-    with stiefel.Server.start() as server, stiefel.Client(server.address) as client:
-        assert client.describe().version == stiefel.__version__
-        lines = Path(f"/proc/{server.process.pid}/maps").read_text(encoding="utf-8").splitlines()
-    mapped = {Path("/" + line.partition("/")[2]) for line in lines if "/" in line}
-    assert mapped == set(programs.iterdir())
-
-
 def test_the_process_is_named_and_ends_as_without_a_loader():
     with stiefel.Server.start() as server:
         assert Path(f"/proc/{server.process.pid}/comm").read_text(encoding="ascii") == "stiefel-server\n"

@@ -3,21 +3,9 @@ import numpy as np
 import pytest
 
 import stiefel
-from fake import Breaks
 
-INERTIA = np.array([1.0, 2, 5, 10])
 BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.1,
         "body": {"moments": [1, 2, 3], "angular_velocity": [0.3, 1, 0.2]}}
-
-
-def geodesic(seed):
-    random = np.random.default_rng(seed)
-    Q = np.linalg.qr(random.normal(size=(len(INERTIA), 2)))[0].T
-    V = random.normal(size=(2, len(INERTIA)))
-    V -= (V @ Q.T + Q @ V.T) / 2 @ Q
-    V /= np.sqrt(np.sum(V**2 * INERTIA))
-    return {"system": "stiefel", "inertia": INERTIA, "step": 0.1, "method": {"name": "variational", "order": 4},
-            "initial": {"Q": Q, "S": V * INERTIA}}
 
 
 def test_numbers_on_the_way_and_a_regular_body(client):
@@ -30,43 +18,6 @@ def test_numbers_on_the_way_and_a_regular_body(client):
         np.testing.assert_allclose(found.times, found.steps * 0.1)
         half = session.lyapunov(to=int(found.steps[1]), count=2)
         assert (half.exponents == found.history[1]).all() and (half.log_gali == found.log_gali_history[1]).all()
-
-
-class BreaksAtCheckpoints(Breaks):
-    """LyapunovSpectrum, whose first streams break when a checkpoint has come."""
-
-    def __init__(self, call, streams):
-        super().__init__(call, [])
-        self.left, self.steps, self.checkpoints = streams, [], []
-
-    def __iter__(self):
-        stream = self.call(self.requests[-1])
-        for message in stream:
-            checkpoint = message.checkpoint
-            yield message
-            if self.left and checkpoint.data:
-                self.left -= 1
-                self.steps.append(checkpoint.step)
-                self.checkpoints.append(checkpoint.data)
-                stream.cancel()
-                raise self
-
-
-def test_a_broken_run_goes_on_from_its_checkpoints(client, monkeypatch, without_pauses):
-    """It breaks at every checkpoint, before the last step and in the second motion."""
-    to, options = 60_000, {"every": 10_000}
-    with client.create(geodesic(1)) as session:
-        whole = session.lyapunov(to=to, **options)
-        breaks = BreaksAtCheckpoints(session._connection.stub.LyapunovSpectrum, 64)
-        monkeypatch.setattr(session._connection.stub, "LyapunovSpectrum", breaks)
-        again = session.lyapunov(to=to, **options)
-    assert breaks.steps == sorted(breaks.steps) and 0 < breaks.steps[0] < to // 2
-    before = sum(step < to - whole.interval for step in breaks.steps)
-    assert before >= 10 and len(breaks.steps) - before >= 10 and len(breaks.requests) == len(breaks.steps) + 1
-    assert [request.checkpoint for request in breaks.requests] == [b"", *breaks.checkpoints], "it goes on where it broke"
-    assert again == whole and again.checkpoint == whole.checkpoint
-    assert again.history.tobytes() == whole.history.tobytes()
-    assert again.computed_steps >= whole.computed_steps
 
 
 def test_what_cannot_be_is_refused(client):

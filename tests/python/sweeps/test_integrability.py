@@ -140,29 +140,6 @@ def test_controls_are_judged_rightly(group, verdict):
     assert set(found) <= {verdict, "undecided"} and found.count("undecided") <= len(found) / 4
 
 
-@pytest.mark.long
-def test_neighbours_of_the_chaotic_control_part_at_the_rate_of_its_exponent(client):
-    """Two simulated motions, of which one is brought back to a distance of 1e-7 every 40 steps: no tangent is computed."""
-    steps, near = 60_000, 1e-7
-    task = next(task for task in integrability.tasks(100, steps, 0) if task["group"] == "chaotic control")
-    scene, aside, growth = task["scene"], np.random.default_rng(5).normal(size=(2, 3, 5)), []
-
-    def state(session, step):
-        found = session.step(to=step, fields=["Q", "S"])
-        return np.stack([found["Q"], found["S"]])
-
-    with client.create(scene) as session:
-        for step in range(0, steps, 40):
-            here = state(session, step)
-            Q, S = here + near * aside / np.linalg.norm(aside)
-            with client.create({**scene, "initial": {"Q": Q, "S": S}}) as other:
-                before, aside = np.linalg.norm(state(other, 0) - here), state(other, 40) - state(session, step + 40)
-            growth.append(np.log(np.linalg.norm(aside) / before))
-    row = integrability.measured(task)
-    assert row["exponent"] > 3 * row["error"]
-    assert abs(np.sum(growth) / (steps * integrability.STEP) - row["exponent"]) < row["error"]
-
-
 def test_the_bytes_do_not_depend_on_who_computes():
     work = integrability.tasks(100, 4000, 1)[::7]
     here = integrability.study(work)

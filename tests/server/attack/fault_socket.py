@@ -1,10 +1,8 @@
 """A socket between client and server that does to the bytes what networks do: `FaultSocket(address, fault)`."""
 import contextlib
-import random
 import socket
 import struct
 import threading
-import time
 
 CHUNK = 65536
 
@@ -12,38 +10,6 @@ CHUNK = 65536
 def plain(source, target, _):
     while data := source.recv(CHUNK):
         target.sendall(data)
-
-
-def latency(source, target, _):
-    """Every chunk comes 20 to 60 ms late."""
-    delay = random.Random(1)
-    while data := source.recv(CHUNK):
-        time.sleep(delay.uniform(0.02, 0.06))
-        target.sendall(data)
-
-
-def bandwidth(source, target, _):
-    """400 kB a second."""
-    while data := source.recv(4096):
-        target.sendall(data)
-        time.sleep(len(data) / 4e5)
-
-
-def slicer(source, target, _):
-    """Chunks of 1 to 50 bytes, each a packet of its own."""
-    size = random.Random(2)
-    target.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    while data := source.recv(CHUNK):
-        while data:
-            cut = size.randrange(1, 51) if len(data) < 20_000 else 4000
-            target.sendall(data[:cut])
-            data = data[cut:]
-
-
-def slow_close(source, target, _):
-    """Bytes pass as they are; the end of the connection comes 300 ms late."""
-    plain(source, target, _)
-    time.sleep(0.3)
 
 
 class Ends:

@@ -163,6 +163,13 @@ LIMIT = 256 * MIB
 DESCRIBE, CREATE = b"/stiefel.v1.SimulationService/Describe", b"/stiefel.v1.SimulationService/CreateSession"
 
 WRONG = {
+    "HTTP/1.1": b"GET / HTTP/1.1\r\nHost: x\r\n\r\n",
+    "zeros": b"\0" * 10_000,
+    "noise": random.Random(1).randbytes(10_000),
+    "half a preface": PREFACE[:10],
+    "fifty prefaces": PREFACE * 50,
+    "frames of no type": PREFACE + b"\xff" * 1000,
+    "a ping of 7 bytes": PREFACE + b"\0\0\x08\x06\0\0\0\0\0" + b"x" * 7,
     "a window of 0 and then a call": (START + frame(SETTINGS, 0, 0, b"\0\4\0\0\0\0") +
                                       frame(HEADERS, END_HEADERS, 1, call_headers()) + EMPTY_MESSAGE),
     "no path": call(header(b":method", b"POST")),

@@ -1,7 +1,6 @@
 """Whoever cancels a call, whatever it computes, gets the server back at once; and long calls leave it to the others."""
 import json
 import threading
-import time
 from typing import NamedTuple, Optional
 
 import grpc

@@ -1,47 +1,20 @@
-"""Checkpoints that clients hold: any server of the build takes them over, and damaged or forged bytes harm none."""
+"""Checkpoints that clients hold: forged bytes harm no server."""
 import hashlib
 import struct
 
 import grpc
-import numpy as np
 import pytest
 from conftest import BODY
 
 import stiefel
 
 RUN = {**BODY, "method": {"name": "variational"}}
-FAR = 100_000
 DIGEST = 32
-
-
-@pytest.fixture
-def clients(serve):
-    """Clients of two servers."""
-    with stiefel.Client(serve().address) as one, stiefel.Client(serve().address) as other:
-        yield one, other
 
 
 def sealed(checkpoint):
     """With the digest that belongs to the other bytes."""
     return checkpoint[:-DIGEST] + hashlib.sha256(checkpoint[:-DIGEST]).digest()
-
-
-def test_another_server_goes_on(clients):
-    with clients[0].create(RUN) as session:
-        there = session.step(FAR, checkpoint=True)
-    state = clients[1].create(RUN, id="taken-over", checkpoint=there.checkpoint).step(FAR)
-    assert state.computed_steps == 0 and all(np.array_equal(state[name], there[name]) for name in there.fields)
-
-
-def test_damaged_ones_are_refused(clients):
-    client = clients[0]
-    checkpoint = client.create(RUN).step(FAR, checkpoint=True).checkpoint
-    flipped = bytearray(checkpoint)
-    flipped[-DIGEST - 1] ^= 1  # of the last number
-    nan = sealed(checkpoint[:-DIGEST - 8] + struct.pack("<d", float("nan")) + bytes(DIGEST))
-    for wrong in (bytes(flipped), checkpoint[:-1], checkpoint + b"x", checkpoint[:60], checkpoint[:20], b"x", nan):
-        with pytest.raises(stiefel.InvalidArgument, match="checkpoint: .* bytes: is damaged: must be the bytes that Step"):
-            client.create(RUN, checkpoint=wrong)
 
 
 def step(client, session, checkpoint=b""):

@@ -74,17 +74,6 @@ def test_without_a_descriptor_connections_wait(serve):
     held.close()
 
 
-def test_bytes_that_are_no_http(serve):
-    process = serve()
-    for garbage in (b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", b"\0" * 10_000, os.urandom(10_000), PREFACE[:10],
-                    PREFACE + b"\xff" * 1000, PREFACE + b"\0\0\x08\x06\0\0\0\0\0" + b"x" * 7, PREFACE * 50):
-        for _ in range(20):
-            connection = process.connect()
-            connection.sendall(garbage)
-            connection.close()
-        assert describe(process).version and process.child.poll() is None, garbage[:40]
-
-
 def frames(data):
     """The types of the frames that are there whole."""
     while len(data) >= 9 + int.from_bytes(data[:3], "big"):

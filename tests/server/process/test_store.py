@@ -284,15 +284,3 @@ def test_nothing_acknowledged_is_lost_when_it_is_killed(tmp_path):
             starting.kill()
             starting.wait()
     assert len(found) > CYCLES and deleted > CYCLES
-
-
-def test_killed_while_it_makes_its_store(tmp_path):
-    """The next server finds a whole store or none."""
-    for k in range(12):
-        store = str(tmp_path / f"store{k}")
-        starting = subprocess.Popen([SERVER, "--listen", "127.0.0.1:0", "--store", store],
-                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        time.sleep(0.004 * k)
-        starting.kill()
-        starting.wait()
-        assert Process("--store", store).stop() == 0
