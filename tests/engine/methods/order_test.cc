@@ -53,7 +53,7 @@ void expect_order(int N, int order) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const RandomBody body(N, seed);  // a full random momentum: Ω(t) does not commute with Ω(0)
     const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 1);
-    const double below = std::pow(0.1, 3 + order / 2);
+    const double below = std::pow(0.1, 3 + order / 2.0);
     int steps = 4;
     double coarse = error<Method, Space>(body, exact, steps, order);
     while (coarse > below) coarse = error<Method, Space>(body, exact, steps *= 2, order);
