@@ -13,7 +13,6 @@ from stiefel._given.shown import shown
 from stiefel._results.html import Shown
 
 N = TypeVar("N", bound="Named")
-T = TypeVar("T")
 Array = NDArray[Any]  # float64, complex128, or float32 in a scene whose scalar is "float"
 
 
@@ -42,32 +41,6 @@ class ByValue(Shown):
             return NotImplemented
         return all(same(getattr(self, field.name), getattr(other, field.name))
                    for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
-
-
-class _Late:
-    """A field that may be given as a function, which is called when somebody asks for the field."""
-
-    def __init__(self, name: str):
-        self._name = name
-
-    def __set__(self, instance: Any, value: Any) -> None:
-        instance.__dict__[self._name] = value
-
-    def __get__(self, instance: Any, owner: Optional[type] = None) -> Any:
-        if instance is None:
-            raise AttributeError(self._name)  # as of every field without a default
-        value = instance.__dict__[self._name]
-        if callable(value):
-            value = instance.__dict__[self._name] = value()
-        return value
-
-
-def late(name: str) -> Callable[[type[T]], type[T]]:
-    """A decorator of dataclasses: the field may be given as a function, which is called when somebody asks for it."""
-    def made(kind: type[T]) -> type[T]:
-        setattr(kind, name, _Late(name))
-        return kind
-    return made
 
 
 class Outcome(str, enum.Enum):
@@ -195,4 +168,3 @@ class Fields(Named, Mapping[str, Array]):
     def __len__(self) -> int:
         """Returns the number of fields."""
         return len(self.fields)
-

@@ -2,15 +2,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Optional, Sequence, overload
+from functools import cached_property
+from typing import Any, Callable, Optional, Sequence, overload
 
-from stiefel._results.base import Array, ByValue, Ended, RunStatus, late
+from stiefel._results.base import Array, ByValue, Ended, RunStatus
 from stiefel._results.server_catalogue import Choice
 
 __all__ = ["ConjugatePoint", "ConjugatePoints", "Conversion", "Geodesic"]
 
 
-@late("scene")
 @dataclass(frozen=True, eq=False, repr=False)
 class Conversion(ByValue):
     """A motion in the variables of another system, as a scene or as blocks."""
@@ -21,21 +21,12 @@ class Conversion(ByValue):
 
     choice: Optional[Choice] = None  #: the method that was chosen if the scene had a tolerance
 
-    def __repr__(self) -> str:
-        shapes = ", ".join(f"{name} {values.shape}" for name, values in self.blocks.items())
-        what = shapes if self.scene is None else f"a scene of {self.scene['system']}"
-        margins = "".join(f", margin of {domain} {margin:.3g}" for domain, margin in self.margins.items())
-        return f"<stiefel.Conversion to {what}{margins}>"
 
-
-@late("scene")
 @dataclass(frozen=True, eq=False, repr=False)
 class Geodesic(Ended, ByValue):
     """The geodesic that joins two frames. If `outcome` is not REACHED, none was found."""
 
-    #: the scene of the motion from Q_0 at time 0 to Q_T at the given time; None where it was not asked for, and in a metric
-    #: that no Lambda has
-    scene: Optional[dict[str, Any]]
+    _scene: Optional[Callable[[], dict[str, Any]]] = field(repr=False, compare=False)
     velocity: Optional[Array]  #: Qdot at Q_0; None for the discrete problem
     energy: float
     residual: float  #: max |Q(time) - Q_T|
@@ -46,10 +37,11 @@ class Geodesic(Ended, ByValue):
     trajectory: Optional[Array]  #: the frames, (samples + 1, n, N); None without samples
     run_status: RunStatus
 
-    def __repr__(self) -> str:
-        frames = "" if self.trajectory is None else f", trajectory {self.trajectory.shape}"
-        return (f"<stiefel.Geodesic {self.outcome}: energy {self.energy!r}, residual {self.residual:.1e}, shortest: "
-                f"{self.shortest}, {self.distinct} seen{frames}>")
+    @cached_property
+    def scene(self) -> Optional[dict[str, Any]]:
+        """The scene of the motion from Q_0 at time 0 to Q_T at the given time, made when somebody asks for it; None where the
+        call did not ask for it, and in a metric that no Lambda has."""
+        return self._scene and self._scene()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -60,9 +52,6 @@ class ConjugatePoint(ByValue):
     multiplicity: int
     kernel: Array  #: (multiplicity, n, N): changes of Qdot(0) that do not change Q(time), orthonormal in the metric
     gap: Optional[float]  #: sin(theta) of the next field, tan(theta) = |J| / (t |DJ/dt|); None if there is none
-
-    def __repr__(self) -> str:
-        return f"<stiefel.ConjugatePoint at {self.time!r}, multiplicity {self.multiplicity}>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -84,9 +73,6 @@ class ConjugatePoints(Ended, ByValue, Sequence[ConjugatePoint]):
     def __len__(self) -> int:
         """Returns the number of points."""
         return len(self.points)
-
-    def __repr__(self) -> str:
-        return f"<stiefel.ConjugatePoints {self.outcome}: {len(self)} up to {self.until!r}>"
 
     def _as_table(self) -> Any:
         return (f"{self.outcome}: conjugate points up to {self.until:g}", ("time", "multiplicity", "gap"),

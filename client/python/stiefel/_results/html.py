@@ -16,6 +16,12 @@ _LONGEST = 120  #: characters of a cell
 class Shown:
     """Base of results that a notebook shows as a table."""
 
+    def __repr__(self) -> str:
+        """Returns the outcome and the fields of the dataclass that are not None, arrays by their shapes."""
+        known = [f"{name} {brief(value)}" for name, value in Shown._as_table(self)[2] if value is not None and name != "run_status"]
+        outcome = getattr(self, "outcome", None)
+        return f"<stiefel.{type(self).__name__} {f'{outcome}, ' if outcome else ''}{', '.join(known)}>"
+
     def _repr_html_(self) -> str:
         caption, head, rows = self._as_table()
         return table(caption, head, rows)
@@ -27,7 +33,7 @@ class Shown:
 
 
 def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    lines = [_row(row) for row in rows[:ROWS]]
+    lines = [f"<tr>{''.join(f'<td>{html.escape(brief(cell))}</td>' for cell in row)}</tr>" for row in rows[:ROWS]]
     if len(rows) > ROWS:
         lines.append(f"<tr><td colspan='{len(rows[0])}'>and {len(rows) - ROWS} more</td></tr>")
     first = f"<thead><tr>{''.join(f'<th>{html.escape(name)}</th>' for name in head)}</tr></thead>" if head else ""
@@ -47,18 +53,12 @@ def _in_line(value: Any) -> str:
     return value if isinstance(value, str) else brief(value)
 
 
-def _row(cells: Sequence[Any]) -> str:
-    return f"<tr>{''.join(f'<td>{html.escape(brief(cell))}</td>' for cell in cells)}</tr>"
-
-
 def brief(value: Any) -> str:
     """Returns a short text of a value: of a number six digits, of a large array its shape."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"{value.dtype} {value.shape}"
     if isinstance(value, (float, np.floating)):
         return f"{value:.6g}"
-    if isinstance(value, str):
-        return value if len(value) <= _LONGEST else value[:_LONGEST - 1] + "…"
-    as_text = isinstance(value, datetime.datetime) or type(value).__module__.startswith("stiefel")
+    as_text = isinstance(value, (str, datetime.datetime)) or type(value).__module__.startswith("stiefel")
     text = str(value) if as_text else reprlib.repr(value)
     return text if len(text) <= _LONGEST else text[:_LONGEST - 1] + "…"

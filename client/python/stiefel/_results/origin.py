@@ -44,9 +44,5 @@ class Origin:
         found = None if self._create is None else self._create(self._message)
         return Origin.elsewhere(scene) if found is None else found
 
-    def __reduce__(self) -> Any:
-        return _restored, (self._message.SerializeToString(), self.build, None, self.to, self.times, self.epoch, self.side)
-
-
-def _restored(scene: bytes, *rest: Any) -> Origin:
-    return Origin(pb.Scene.FromString(scene), *rest)
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_create": None}

@@ -131,11 +131,6 @@ class StateTransition(Ended, ByValue):
         last = self.matrix if self.matrix.ndim == 2 else self.matrix[-1]
         return np.asarray(numbers("slope", slope) @ last)
 
-    def __repr__(self) -> str:
-        array = self.matrix if self.matrix is not None else self.vectors
-        shape = array.shape if array is not None else ()
-        return f"<stiefel.StateTransition {self.outcome} of the shape {shape}>"
-
 
 class Verdict(str, enum.Enum):
     """What the growth of tangent vectors says of a motion."""
@@ -222,9 +217,6 @@ class Summary(Ended, ByValue, Mapping[str, "dict[str, Array]"]):
             return self.quantities[name]
         except KeyError:
             raise KeyError(f"no quantity {name!r}; the quantities are {', '.join(self.quantities) or 'none'}") from None
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.quantities
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.quantities)

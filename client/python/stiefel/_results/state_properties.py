@@ -94,18 +94,14 @@ class Diagnosis(Ended):
         return text + f"\n  estimated error: {self.estimated_error}" * (self.estimated_error is not None) + ">"
 
     def _as_table(self) -> Any:
-        return (f"{self.outcome} at step {self.step}, time {self.time:g}; estimated error: {self.estimated_error or 'not asked for'}",
-                ("invariant", "value", "drift", "kept"),
-                [(i.name + i.of_member, i.value, i.drift, i.conservation.value) for i in self.invariants])
+        rows = [(i.name + i.of_member, f"{i.value:.12g}", f"{i.drift:.1e}", i.conservation.value) for i in self.invariants]
+        if self.orthogonality is not None:
+            of_all = any(i.member is not None for i in self.invariants)
+            rows.append(("orthogonality" + ", the largest of all members" * of_all, "", f"{self.orthogonality:.1e}", ""))
+        return (f"{self.outcome} at step {self.step}, time {self.time!r}; estimated error: {self.estimated_error or 'not asked for'}",
+                ("invariant", "value", "drift", "kept"), rows)
 
     def table(self) -> str:
         """Returns a table with one line for each invariant, and the estimated error if it was asked for. A drift says
         nothing about that error. In an ensemble a line names the member whose drift of that invariant is the largest."""
-        rows = [(i.name + i.of_member, f"{i.value:< 19.12g}", f"drift {i.drift:.1e}", str(i.conservation)) for i in self.invariants]
-        lines = [text_table(f"{self.outcome} at step {self.step}, time {self.time!r}", (), rows)]
-        if self.orthogonality is not None:
-            of_all = any(i.member is not None for i in self.invariants)
-            lines.append(f"  orthogonality {self.orthogonality:.1e}" + "  the largest of all members" * of_all)
-        if self.estimated_error is not None:
-            lines.append(f"  estimated error: {self.estimated_error}")
-        return "\n".join(lines)
+        return text_table(*self._as_table())

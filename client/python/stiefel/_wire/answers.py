@@ -48,7 +48,7 @@ def choice(message: Any) -> Optional[Choice]:
 
 def conversion(message: pb.ConvertResponse) -> Conversion:
     blocks = decode_fields(message.blocks)
-    scene: Any = partial(_scene, message.scene) if message.HasField("scene") else None
+    scene = to_dict(message.scene) if message.HasField("scene") else None
     require(bool(blocks) == (scene is None), "a conversion has a scene or blocks")
     return Conversion(scene, named(blocks), {margin.domain: margin.margin for margin in message.margins}, choice(message))
 
@@ -79,7 +79,7 @@ def geodesic(message: pb.ConnectResponse, request: pb.ConnectRequest, span: Opti
             scene = partial(_scene, message.scene, span, message.pair)
     if span is not None:
         velocity, trajectory = (array if array is None else span.lifted(message.pair, array) for array in (velocity, trajectory))
-    return read(Geodesic, message, scene=scene, velocity=velocity, shortest=shortest, trajectory=trajectory, run_status=status)
+    return read(Geodesic, message, _scene=scene, velocity=velocity, shortest=shortest, trajectory=trajectory, run_status=status)
 
 
 def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:

@@ -29,8 +29,8 @@ _LEFT_OUT = ("checkpoint", "computed_steps", "work")  # what a result has beside
 def plain(value: Any) -> Any:
     """Returns a result for JSON: the fields of its class by name, how the run ended first."""
     if dataclasses.is_dataclass(value):
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)
-                  if field.compare or field.name not in _LEFT_OUT}
+        fields = {name: getattr(value, name) for field in dataclasses.fields(value) for name in [field.name.lstrip("_")]
+                  if field.compare or name not in _LEFT_OUT}
         status = fields.pop("run_status", None)
         return {**plain(status or {}), **plain(fields)}
     if isinstance(value, Message):
