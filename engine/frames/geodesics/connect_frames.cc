@@ -169,24 +169,13 @@ std::expected<Answer, ConnectRefusal> checked(const TwoPointProblem& given, std:
   }
 }
 
+/// Returns what the logarithm of β finds. For Λ = I it goes beyond the injectivity radius only
+/// where it is `thorough`.
 std::optional<Found> logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0,
                                const MatrixXd& Q_T, const FrameProducts& products,
-                               bool thorough = false, const MatrixXd* euclidean = nullptr) {
-  const bool bent = is_bent(problem);
-  return round_logarithm(Q_0, Q_T, products,
-                         {bent ? *problem.beta : 1, thorough,
-                          bent && thorough ? problem.restarts : 0, problem.seed, euclidean});
-}
-
-/// Searches a geodesic of β by way of one for Λ = I, and shorter ones if asked for.
-std::optional<Found> bent_logarithm(const Posed& p, const TwoPointProblem& problem) {
-  Found euclidean;
-  TwoPointProblem direct = problem;
-  direct.restarts = 0;
-  if (search_bytes(direct) <= static_cast<double>(TwoPointProblem::most_bytes))
-    euclidean = by_multipliers(p, direct);
-  return logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true,
-                   euclidean.V.size() > 0 ? &euclidean.V : nullptr);
+                               bool thorough = false) {
+  if (!is_bent(problem)) return round_logarithm(Q_0, Q_T, products, {1, thorough});
+  return round_logarithm(Q_0, Q_T, products, {*problem.beta, true, problem.restarts, problem.seed});
 }
 
 /// Searches where no closed form is the answer. `round` is what the logarithm of Λ = λI found.
@@ -236,10 +225,7 @@ Found found(const Posed& p, const TwoPointProblem& problem, std::optional<Found>
   if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T)) return *std::move(closed);
   const bool shoots = is_round(p.lambda) && !is_body(p.Q_0);
   if (shoots && !round) round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T));
-  if (is_bent(problem)) {
-    if (!round || problem.restarts > 0) round = bent_logarithm(p, problem);
-    return round ? *std::move(round) : Found();
-  }
+  if (is_bent(problem)) return round ? *std::move(round) : Found();
   if (round && round->shortest == Shortest::yes) return *std::move(round);
   Found best = searched(p, problem, shoots, std::move(round));
   judge(p, best);
@@ -287,7 +273,7 @@ std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem,
   if (1 < Q_0.rows() && Q_0.rows() < Q_0.cols() && is_round(problem.inertia) && Q_0 != Q_T &&
       is_orthonormal(Q_0, products.of_Q_0) && is_orthonormal(Q_T, products.of_Q_T)) {
     round = logarithm(problem, Q_0, Q_T, products);
-    if (round && (round->shortest == Shortest::yes || (is_bent(problem) && problem.restarts == 0)))
+    if (round && (round->shortest == Shortest::yes || is_bent(problem)))
       return answered(problem, *std::move(round), Q_0, Q_T);
   }
   const Posed p = posed(problem, products);

@@ -120,16 +120,6 @@ MatrixXd FrameSpan::lifted(const MatrixXd& X) const {
   return K_.size() > 0 ? combined(A, Q_0_, B, K_) : combined(A - B * C_, Q_0_, B, Q_T_);
 }
 
-MatrixXd FrameSpan::coordinates(const MatrixXd& V) const {
-  MatrixXd X(n_ + p_, n_);
-  X.topRows(n_) = Q_0_ * V.transpose();
-  if (K_.size() > 0)
-    X.bottomRows(p_) = to_K_ * (K_ * V.transpose());
-  else
-    X.bottomRows(p_) = to_K_ * (Q_T_ * V.transpose() - C_ * X.topRows(n_));
-  return X;
-}
-
 FrameSpan::Squares FrameSpan::factor(const MatrixXd& products, MatrixXd& whole) {
   const Eigen::LLT<MatrixXd> llt(products);
   if (llt.info() != Eigen::Success) return {0, 0};

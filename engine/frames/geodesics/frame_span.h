@@ -22,8 +22,6 @@ class FrameSpan {
   const Eigen::MatrixXd& target() const { return target_; }
   /// Returns the block of X.
   Eigen::MatrixXd lifted(const Eigen::MatrixXd& X) const;
-  /// Returns the X of the part of a block V that lies in the span.
-  Eigen::MatrixXd coordinates(const Eigen::MatrixXd& V) const;
 
  private:
   struct Squares {

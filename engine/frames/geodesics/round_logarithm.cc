@@ -11,6 +11,7 @@
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/frames/geodesics/frame_span.h"
 #include "engine/frames/geodesics/path.h"
+#include "engine/frames/geodesics/starts.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/skew_flow.h"
@@ -122,7 +123,6 @@ class RoundShooting {
   }
 
   void set_target(const MatrixXd& T) { T_ = padded(T); }
-  void set_beta(double beta) { beta_ = beta; }
 
   /// Returns the direction of the chord with its length; 0 where it has none.
   VectorXd chord() {
@@ -160,14 +160,15 @@ class RoundShooting {
   /// differences. Returns as `converge` does.
   bool minimise(VectorXd& x) {
     constexpr int most = 60;
-    constexpr double change = 0x1p-26, near = 1e-4;
+    constexpr Index most_degrees = 600;
+    constexpr double change = 0x1p-26;
     const Index d = x.size();
-    shoot(x);
+    if (const bool there = shoot(x) <= nearly; there || d > most_degrees) return there;
     MatrixXd J(T_.size(), d), normal;
     VectorXd miss = (Y_[4] - T_).reshaped();
     double damping = 1e-3;
     for (int k = 0; k < most; ++k) {
-      if (miss.norm() <= near) return converge(x);
+      if (miss.cwiseAbs().maxCoeff() <= rounding) return true;
       for (Index i = 0; i < d; ++i) {
         VectorXd moved = x;
         moved(i) += change;
@@ -178,7 +179,7 @@ class RoundShooting {
       normal.noalias() = J.transpose() * J;
       if (!(slope.norm() > 1e-9 * miss.norm())) return false;  // a minimum that is no solution
       for (bool better = false; !better; damping *= better ? 0.1 : 4) {
-        if (damping > 1e8) return false;
+        if (damping > 1e8) return miss.cwiseAbs().maxCoeff() <= nearly;
         MatrixXd damped = normal;
         damped.diagonal().array() += damping;
         const VectorXd next = x - damped.llt().solve(slope);
@@ -212,7 +213,7 @@ class RoundShooting {
 
   /// Return the velocity at t = 0, and the frame at t = 1, of the last shot.
   MatrixXd V() const { return V_.topRows(n_ + p_); }
-  MatrixXd end() const { return Y_[4].topRows(n_ + p_); }
+  MatrixXd frame(std::size_t quarters) const { return Y_[quarters].topRows(n_ + p_); }
   double length() const {
     return std::sqrt(beta_ * V_.topRows(n_).squaredNorm() + V_.middleRows(n_, p_).squaredNorm());
   }
@@ -277,39 +278,52 @@ class RoundShooting {
   SmallProduct multiply_ = small_product();
 };
 
-/// Follows the solution from x for the target T of `shooting`: through frames near the chord, in
-/// more and more steps; through other β, from 1; and from the chord by `minimise`.
-/// `euclidean`: the solution for β = 1 if it is known, else empty.
-bool follow(RoundShooting& shooting, const MatrixXd& T, double beta, const VectorXd& euclidean,
-            VectorXd& x) {
-  const Index n = T.cols();
-  const MatrixXd I = MatrixXd::Identity(T.rows(), n);
-  for (const int steps : {4, 8, 16}) {
-    bool found = true;
-    for (int k = 1; k <= steps && found; ++k) {
-      const double s = static_cast<double>(k) / steps;
-      shooting.set_target(k == steps ? T : polar((I + s * (T - I)).transpose()).transpose());
-      x = k == 1 ? shooting.chord() : VectorXd(x * k / (k - 1));
-      found = shooting.converge(x);
-    }
-    shooting.set_target(T);
-    if (found) return true;
-  }
-  if (beta != 1) {
-    x = euclidean.size() > 0 ? euclidean : shooting.chord();
-    constexpr int steps = 8;
-    bool found = true;
-    for (int k = 0; k <= steps && found; ++k) {
-      shooting.set_beta(std::pow(beta, static_cast<double>(k) / steps));
-      VectorXd next = x;
-      found = shooting.converge(next) || (next = x, k > 0 && shooting.minimise(next));
-      x = next;
-    }
-    shooting.set_beta(beta);
-    if (found) return true;
-  }
+/// Joins two frames, n × (n + p), by a geodesic with a velocity x. Returns its frame at k/4; empty
+/// where none was found.
+MatrixXd join(RoundShooting& shooting, const MatrixXd& from, const MatrixXd& to, std::size_t k,
+              VectorXd& x) {
+  MatrixXd axes(from.cols(), from.cols());
+  axes << from, complement(from);
+  shooting.set_target(axes * to.transpose());
   x = shooting.chord();
-  return shooting.minimise(x);
+  if (!shooting.converge(x) && !shooting.minimise(x = shooting.chord())) return {};
+  shooting.shoot(x);
+  return shooting.frame(k).transpose() * axes;
+}
+
+/// Finds a geodesic with the velocity x from the identity to a frame, whose first part of 1/parts
+/// ends near `first`, and which is no longer than so many times the geodesic to `first`.
+bool prolong(RoundShooting& shooting, const MatrixXd& first, int parts, const MatrixXd& T,
+             VectorXd& x) {
+  if (join(shooting, MatrixXd::Identity(T.rows(), T.cols()), first, 4, x).size() == 0) return false;
+  const double longest = (1 + 1e-9) * parts * shooting.length();
+  x *= parts;
+  shooting.set_target(T.transpose());
+  return shooting.minimise(x) && std::isfinite(shooting.shoot(x)) && shooting.length() <= longest;
+}
+
+/// Shortens a broken geodesic until it has no kinks (Noakes 1998): every second frame of the path
+/// moves to the middle of a geodesic between its neighbours, then the others do. Where this moves
+/// them little, tries to prolong the first piece. A path that comes near to a geodesic which is no
+/// minimum of the length leaves it slowly.
+bool straighten(RoundShooting& shooting, Path path, VectorXd& x) {
+  constexpr int most = 400;
+  const int steps = static_cast<int>(path.size()) - 1;
+  double much = 0.01;
+  for (int sweep = 0; sweep < most; ++sweep) {
+    double moved = 0;
+    for (const std::size_t first : {1, 2})
+      for (std::size_t k = first; k + 1 < path.size(); k += 2) {
+        MatrixXd middle = join(shooting, path[k - 1], path[k + 1], 2, x);
+        if (middle.size() == 0) return false;
+        moved = std::max(moved, (middle - path[k]).norm());
+        path[k] = std::move(middle);
+      }
+    if (!(moved < much)) continue;
+    if (prolong(shooting, path[1], steps, path.back(), x)) return true;
+    much = moved / 4;
+  }
+  return false;
 }
 
 /// Returns a proved lower bound of the injectivity radius in the norm of β, where one is known:
@@ -324,7 +338,6 @@ double least_radius(double beta) {
 
 std::optional<Found> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T,
                                      const FrameProducts& products, const RoundSearch& search) {
-  constexpr Index most_degrees = 600;  // of a Jacobian by differences
   constexpr double same = 1e-6;
   const FrameSpan span(Q_0, Q_T, products);
   RoundShooting shooting(span.target(), search.beta);
@@ -343,14 +356,20 @@ std::optional<Found> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T,
   };
   const VectorXd chord = shooting.chord();
   VectorXd x = chord;
-  const bool few = chord.size() <= most_degrees;
-  const bool has_chord = chord.norm() > 0;
-  if (has_chord && shooting.converge(x))
-    keep(x, 0);
-  else if (search.thorough && few) {
-    const VectorXd euclidean =
-        search.euclidean ? shooting.packed(span.coordinates(*search.euclidean)) : VectorXd();
-    if (follow(shooting, span.target(), search.beta, euclidean, x)) keep(x, 0);
+  const bool there = chord.norm() > 0 && shooting.converge(x);
+  if (there) keep(x, 0);
+  if (search.thorough && !(there && *best.length <= least_radius(search.beta))) {
+    const MatrixXd T = span.target().transpose(), I = MatrixXd::Identity(T.rows(), T.cols());
+    const MatrixXd near = join(shooting, T, I, 3, x);
+    const bool back = near.size() > 0 && prolong(shooting, near, 4, T, x);
+    if (back) keep(x, 0);
+    for (int steps = 4; steps <= 16 && !(there && back); steps *= 2) {
+      const VectorXd times = VectorXd::LinSpaced(steps + 1, 0, 1);
+      if (!straighten(shooting, starts(I, T, times, 0, search.seed, false)[0], x)) continue;
+      keep(x, 0);
+      break;
+    }
+    shooting.set_target(span.target());
   }
   std::mt19937_64 generator(search.seed);
   std::normal_distribution<double> normal;
@@ -358,13 +377,13 @@ std::optional<Found> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T,
     for (double& number : x) number = normal(generator);
     x = chord + (std::numbers::pi / x.norm()) * x;
     VectorXd other = x;
-    if (shooting.converge(x) || (few && (x = other, shooting.minimise(x)))) keep(x, k);
+    if (shooting.converge(x) || shooting.minimise(x = other)) keep(x, k);
   }
   if (found.empty()) return {};
   stop_point(2 * connect_work::frame(Q_0.rows(), Q_0.cols()));
   shooting.shoot(chosen);
   best.V = span.lifted(shooting.V());
-  best.residual = (shooting.end() - span.target()).colwise().norm().maxCoeff();
+  best.residual = (shooting.frame(4) - span.target()).colwise().norm().maxCoeff();
   best.shortest = *best.length <= least_radius(search.beta) ? Shortest::yes : Shortest::unknown;
   best.distinct = static_cast<int>(found.size());
   return best;

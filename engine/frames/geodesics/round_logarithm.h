@@ -21,8 +21,6 @@ struct RoundSearch {
   bool thorough = false;
   int restarts = 0;
   std::uint64_t seed = 0;
-  /// V of a geodesic for β = 1, n × N, if one is known.
-  const Eigen::MatrixXd* euclidean = nullptr;
 };
 
 /// Finds a geodesic from Q_0 to Q_T, n < N, by shooting in the span of both frames: with K
@@ -37,12 +35,12 @@ struct RoundSearch {
 /// takes 6 to 16 of them for lengths up to 0.8 π, and its work is proportional to
 /// Nn² + (n + p)³.
 ///
-/// Where the iterations do not converge, which only happens beyond the injectivity radius or next
-/// to it, and `thorough` is set, follow the solutions for nearer frames, for other β, and the
-/// method of Levenberg and Marquardt. `restarts` further searches start from random velocities of
-/// `seed`; the shortest geodesic counts, which is called the shortest of all where a proved bound
-/// of the injectivity radius says so, else unknown. The residual is the largest 2-norm of a row of
-/// Q(1) − Q_T. Returns nothing where none was found.
+/// Where the length is not within a proved bound of the injectivity radius and `thorough` is set,
+/// it also searches from Q_T to Q_0, and where one of the two does not converge, shortens a broken
+/// geodesic: so the shortest length that it finds does not depend on the order of the frames.
+/// `restarts` further searches start from random velocities of `seed`. The shortest geodesic
+/// counts, which is called the shortest of all where that bound says so, else unknown. The residual
+/// is the largest 2-norm of a row of Q(1) − Q_T. Returns nothing where none was found.
 std::optional<Found> round_logarithm(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
                                      const FrameProducts& products, const RoundSearch& search);
 
