@@ -21,7 +21,7 @@ from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import route
 from stiefel._wire.replies import described, require
 from stiefel._wire.streams import progress_bar
-from stiefel._wire.security import Tls, TlsLike, has_tls, open_channel, token_from_environment
+from stiefel._wire.security import Tls, TlsLike, secured
 from stiefel.errors import CorruptReply, InvalidArgument, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, Tradeoff
 from stiefel._scene import SceneLike, to_matrix, to_message, with_epoch
@@ -62,7 +62,9 @@ class Client:
     beyond this machine, and for what cannot be an address. `channel`: a gRPC channel to use instead; address, tls and token must then be absent.
     """
 
-    _open_channel = staticmethod(open_channel)
+    @staticmethod
+    def _open_channel(open: Callable[[Any, Any], Any]) -> Any:
+        return open(grpc, _OPTIONS)
 
     def __init__(self, address: Optional[str] = None, *, timeout: Optional[float] = 60.0, tls: TlsLike = None,
                  token: Optional[str] = None, channel: Optional[grpc.Channel] = None, any_build: bool = False):
@@ -70,16 +72,15 @@ class Client:
             raise InvalidArgument("channel: address, tls and token are those of the channel")
         self._tls, self._token, self._own_channel = tls, token, channel is None
         self.address = address or os.environ.get("STIEFEL_ADDRESS", "127.0.0.1:50551")
-        seconds, knows_tls = checked(timeout), None
-        if channel is None:
-            check(text("address", self.address))
-            secret = token_from_environment() if token is None else token
-            opened: Callable[[], Any] = functools.partial(self._open_channel, self.address, tls, secret, _OPTIONS)
-            knows_tls = has_tls(tls, self.address)
-        else:
+        seconds = checked(timeout)
+        if channel is not None:
             self.address = "a channel of the caller's"
-            opened = lambda: channel  # noqa: E731
-        self._connection = Connection(opened, self.address, seconds, any_build, knows_tls, reopens=self._own_channel)
+            self._connection = Connection(lambda: channel, self.address, seconds, any_build, reopens=False)
+            return
+        check(text("address", self.address))
+        ways = secured(self.address, tls, token)
+        self._connection = Connection(lambda: self._open_channel(ways.open), self.address, seconds, any_build, ways.tls,
+                                      tuple(ways.bearer))
 
     @property
     def _channel(self) -> grpc.Channel:

@@ -180,7 +180,7 @@ def to_dict(scene: SceneLike) -> dict[str, Any]:
     message, epoch = with_epoch(scene)
     description = {field.name: _plain(value) for field, value in message.ListFields() if not field.name.startswith("initial")}
     if (blocks := blocks_of(message)):
-        description["initial"] = {name: _lists(block) for name, block in blocks.items()}
+        description["initial"] = {name: _lists(block.reshape(-1, block.shape[-1])) for name, block in blocks.items()}
     return description if epoch is None else {**description, "epoch": epoch}
 
 

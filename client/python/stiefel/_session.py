@@ -24,11 +24,10 @@ from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection
 from stiefel._wire.driving import Drive
-from stiefel._wire.growing import grown
 from stiefel._wire.held import Held
-from stiefel._wire.linearizing import covariance, linearized, put_vectors
 from stiefel._wire.recreating import route
 from stiefel._wire.replies import described, run_status
+from stiefel._wire.tangents import covariance, grown, linearized, put_vectors
 from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, StiefelError, Unavailable, warn_of_scene)
 from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,

@@ -28,7 +28,7 @@ import grpc.aio
 from stiefel import _client as blocking, _session as blocking_session, simulation
 from stiefel._given.typed import Fields, Scene
 from stiefel._sweep.dispatch import STOP
-from stiefel._wire.security import Options, Tls, TlsLike, opener
+from stiefel._wire.security import Tls, TlsLike
 from stiefel._wire.waiting import Channel, Lock, run
 from stiefel.errors import InvalidArgument, StiefelError
 from stiefel.results import Choice, Price, Trajectory
@@ -123,9 +123,8 @@ class _Client(blocking.Client):
     """The blocking client over a channel of grpc.aio, for use inside `run`."""
 
     @staticmethod
-    def _open_channel(address: str, tls: TlsLike, token: Optional[str], options: Options) -> Any:
-        open = opener(address, tls, token)
-        return Channel(lambda: open(grpc.aio, options))
+    def _open_channel(open: Callable[[Any, Any], Any]) -> Any:
+        return Channel(lambda: open(grpc.aio, blocking._OPTIONS))
 
 
 class Client:

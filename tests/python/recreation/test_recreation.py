@@ -122,7 +122,7 @@ def test_only_the_handle_that_created_it_creates_it_again(place, client):
 
 
 def test_a_deleted_session_stays_deleted(place, client):
-    """By another client, by this handle, and during a recreation."""
+    """By another client, by this handle, and before a recreation."""
     session, own, late = client.create(BODY), client.create(BODY, id="mine"), client.create(BODY)
     drive = session.drive()
     drive.step(1)
@@ -136,16 +136,9 @@ def test_a_deleted_session_stays_deleted(place, client):
             call()
         assert caught.value.reason == "SESSION_DELETED"
     place.replace()
-    handle = late._recreation
-    send = handle._send
-
-    def deleted(method, *more):
-        reply = send(method, *more)
-        if method == "CreateSession":
-            handle.end()  # as `delete` begins
-        return reply
-    handle._send = deleted
-    with pytest.raises(stiefel.NotFound):
+    late._recreation.is_lost(stiefel.NotFound("", (), "SESSION_NOT_FOUND", {"session_id": late.id}))
+    client.delete(late.id)  # before the handle creates it again
+    with pytest.raises(stiefel.NotFound, match="was deleted"):
         late.step(1)
     assert list(client.list()) == []
 

@@ -54,10 +54,7 @@ def set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
 
 
 def matrix(array: Array) -> pb.Matrix:
-    """Returns an array as a Matrix, whose rows are all axes of the array but the last. Raises CorruptReply if it has no
-    axis."""
-    if array.ndim == 0:
-        raise CorruptReply("a block of a scene has no axis")
+    """Returns an array as a Matrix, whose rows are all axes of the array but the last."""
     rows = array.reshape(math.prod(array.shape[:-1]), array.shape[-1])
     imaginary = np.imag(rows).ravel().tolist() if np.iscomplexobj(rows) else None
     return pb.Matrix(rows=rows.shape[0], cols=rows.shape[1], values=np.real(rows).ravel().tolist(), imaginary=imaginary)
@@ -85,15 +82,3 @@ def put_block(scene: pb.Scene, name: str, block: Array) -> None:
         set_tensor(scene.initial_tensors[name], block)
     else:
         scene.initial[name].CopyFrom(matrix(block))
-
-
-def with_blocks_as_matrices(scene: pb.Scene) -> pb.Scene:
-    """Returns the scene with all blocks in `initial` and none in `initial_tensors`."""
-    if not scene.initial_tensors:
-        return scene
-    result = pb.Scene()
-    result.CopyFrom(scene)
-    for name, tensor in scene.initial_tensors.items():
-        result.initial[name].CopyFrom(matrix(decode(tensor)))
-    result.ClearField("initial_tensors")
-    return result

@@ -12,7 +12,7 @@ import threading
 import time
 import weakref
 from contextlib import suppress
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Generator, Optional
 
 import grpc
 
@@ -33,17 +33,81 @@ _forking = threading.RLock()  #: held while the process forks, and while a chann
 _OF_CLOSED = re.compile("(?i)closed channel|channel closed|channel is closed")
 
 
-class Connection:
+class Calls:
+    """Makes calls over a connection: those of no session, or those of one, which `Recreation` makes."""
+
+    connection: Connection
+
+    def metadata(self, timeout: Optional[float]) -> Metadata:
+        """Prepares a call and returns its metadata."""
+        return ()
+
+    def check_build(self, call: Any) -> None:
+        """Raises BuildChanged if the server that answered a call computes other bits than the one where the caller began."""
+
+    def error(self, failure: Exception) -> StiefelError:
+        """Returns this package's exception for one of gRPC's."""
+        return self.connection.plain(failure)
+
+    def is_lost(self, error: StiefelError) -> bool:
+        """Returns whether the next call succeeds because it creates the session again."""
+        return False
+
+    def takes(self, request: Any) -> str:
+        """Returns how long a call takes, if that is known: the end of a sentence."""
+        return ""
+
+    def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = (),
+             waits: bool = True) -> Any:
+        """Makes a unary call by name. `waits`: whether a server that went is waited for."""
+        return Attempts(self, request, timeout, waits).run(
+            lambda left: self.send(method, request, left, (*metadata, *self.metadata(left))))
+
+    def call_all(self, method: str, request: Any, timeout: Optional[float] = None,
+                 seen: Callable[[Any], None] = lambda reply: None) -> list[Any]:
+        """Makes a call with a stream of replies and returns all of them. `seen` gets each when it arrives."""
+        def attempt(left: Optional[float]) -> list[Any]:
+            replies = []
+            for reply in self.messages(method, request, left):
+                replies.append(reply)
+                seen(reply)
+            return replies
+        replies = Attempts(self, request, timeout).run(attempt)
+        require(len(replies) > 0, f"{method} has no reply")
+        return replies
+
+    def send(self, method: str, request: Any, timeout: Optional[float], metadata: Metadata) -> Any:
+        """Makes a unary call once. Raises what gRPC raises, and BuildChanged."""
+        reply, call = getattr(self.connection.stub, method).with_call(
+            request, timeout=timeout, metadata=(*metadata, *self.connection.bearer))
+        self.check_build(call)
+        return self.connection.answered(reply)
+
+    def messages(self, method: str, request: Any, timeout: Optional[float]) -> Generator[Any, None, None]:
+        """Makes a call with a stream of replies once, and cancels it when the iteration is left. Raises as `send` does."""
+        stream = getattr(self.connection.stub, method)(
+            request, timeout=timeout, metadata=(*self.metadata(timeout), *self.connection.bearer))
+        try:
+            for count, message in enumerate(stream):
+                if not count:
+                    self.check_build(stream)
+                yield self.connection.answered(message)
+        finally:
+            stream.cancel()
+
+
+class Connection(Calls):
     """The connection of a channel. It is closed at the latest when the process exits. Thread-safe."""
 
     waits = True  #: whether a server that was reached and went is waited for, until the deadline or for `timeout`
 
     def __init__(self, open: Callable[[], grpc.Channel], address: str = "", timeout: Optional[float] = None,
-                 any_build: bool = False, tls: Optional[bool] = None, reopens: bool = True):
+                 any_build: bool = False, tls: Optional[bool] = None, bearer: Metadata = (), reopens: bool = True):
         """`open` returns the channel. `timeout`: seconds of calls that do not get their own. `any_build`: whether sessions
-        may go on at a server of another build. `tls`: whether the channel has TLS, if that is known. `reopens`: whether
-        `open` returns a new channel each time, so that a fork may close it."""
-        self.address, self.timeout, self.any_build = address, timeout, any_build
+        may go on at a server of another build. `tls`: whether the channel has TLS, if that is known. `bearer`: the metadata with
+        the token. `reopens`: whether `open` returns a new channel each time, so that a fork may close it."""
+        self.connection = self
+        self.address, self.timeout, self.any_build, self.bearer = address, timeout, any_build, bearer
         self._tls, self._open_channel = tls, open
         self._opened: Optional[tuple[grpc.Channel, SimulationServiceStub]] = None
         self._closing = threading.Event()
@@ -79,31 +143,9 @@ class Connection:
     def closed(self) -> bool:
         return self._closing.is_set()
 
-    def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = (),
-             waits: bool = True) -> Any:
-        """Makes a unary call by name. `waits`: whether a server that went is waited for."""
-        return Attempts(self, timeout, waits=waits).run(
-            lambda left: self.answered(getattr(self.stub, method)(request, timeout=left, metadata=metadata)))
-
     def systems(self) -> Any:
         """Returns the systems of the server's catalogue."""
         return self.call("Describe", pb.DescribeRequest()).systems
-
-    def call_all(self, method: str, request: Any, timeout: Optional[float] = None,
-                 seen: Callable[[Any], None] = lambda reply: None) -> list[Any]:
-        """Makes a call with a stream of replies and returns all of them. `seen` gets each when it arrives."""
-        def attempt(left: Optional[float]) -> list[Any]:
-            replies, stream = [], getattr(self.stub, method)(request, timeout=left)
-            try:
-                for reply in stream:
-                    replies.append(self.answered(reply))
-                    seen(reply)
-            finally:
-                stream.cancel()
-            return replies
-        replies = Attempts(self, timeout).run(attempt)
-        require(len(replies) > 0, f"{method} has no reply")
-        return replies
 
     def answered(self, reply: Any) -> Any:
         """Returns the reply of a call, which shows that there is a server."""
@@ -112,7 +154,7 @@ class Connection:
         self.reached = True
         return reply
 
-    def error(self, failure: Exception) -> StiefelError:
+    def plain(self, failure: Exception) -> StiefelError:
         """Returns this package's exception for one of gRPC's."""
         if self.closed:  # gRPC reports a closed channel with ValueError or CANCELLED
             return self._closed_error()

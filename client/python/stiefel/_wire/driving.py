@@ -38,31 +38,29 @@ class Drive:
         to, wanted = step_index("to", to), names("fields", fields) or self._fields
         request = pb.DriveRequest(session_id=self._id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or self._handle.wants_checkpoint(to))
-        reply = Attempts(self._handle.connection, None, self._handle, endless=True).run(lambda left: self._ask(request))
+        reply = Attempts(self._handle, request, None, endless=True).run(lambda left: self._ask(request))
         state = self._read(reply, request, wanted, checkpoint)
         self._fields = wanted
         return state
 
     def _ask(self, request: pb.DriveRequest) -> pb.StepResponse:
-        begins, metadata = self._replies is None, self._handle.metadata(None)
+        begins, metadata = self._replies is None, (*self._handle.metadata(None), *self._handle.connection.bearer)
         if begins:
             method, self._requests = self._handle.connection.stub.Drive, queue.SimpleQueue()
             self._replies = method(iter(self._requests.get, None), metadata=metadata)
         self._requests.put(request)
         try:
-            reply = next(self._replies)
-        except grpc.RpcError as failure:
-            self.close()
-            raise self._handle.failed(failure) from None
+            reply = self._handle.connection.answered(next(self._replies))
+            if begins:
+                self._handle.check_build(self._replies)
         except StopIteration:
             self.close()
             raise Unavailable("the server ended the drive") from None
-        if begins:
-            self._handle.check_build(self._replies)
-        self._handle.connection.answered(reply)
+        except grpc.RpcError:
+            self.close()
+            raise
         if reply.HasField("error"):
-            error = from_status(reply.error)
-            self._handle.keep_of(error)
+            error = self._handle.kept(from_status(reply.error))
             if isinstance(error, (NotFound, Unavailable)):
                 self.close()  # the next stream goes to the server where the session is then
             raise error

@@ -4,15 +4,13 @@ from __future__ import annotations
 import threading
 from typing import Any, Optional, Sequence, Union, cast
 
-import grpc
-
 from stiefel import v1 as pb
 from stiefel._given.numbers import step_index
 from stiefel._given.typed import Scene
 from stiefel._given.when import step_of, time_of
 from stiefel._results.origin import side_of
 from stiefel._wire import answers
-from stiefel._wire.arrays import decode_fields, named, with_blocks_as_matrices
+from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import Recreation
 from stiefel._wire.replies import Layout, described, ends_at, price, require
@@ -50,7 +48,7 @@ class Held:
 
         This makes a call only the first time, for sessions from `Client.list`.
         """
-        scene = to_dict(with_blocks_as_matrices(self._resolved()))
+        scene = to_dict(self._resolved())
         return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
 
     @property
@@ -68,8 +66,9 @@ class Held:
     def _side(self) -> Optional[str]:
         """Returns how the frame of the system moves, as `Origin.side`; None if one call does not tell it."""
         try:
-            return side_of(self._message.system, lambda: self._connection.stub.Describe(pb.DescribeRequest(), timeout=5.0).systems)
-        except (grpc.RpcError, ValueError, StiefelError):
+            return side_of(self._message.system, lambda: self._connection.call(
+                "Describe", pb.DescribeRequest(), 5.0, waits=False).systems)
+        except StiefelError:
             return None
 
     def _resolved(self) -> pb.Scene:
@@ -133,5 +132,5 @@ class Held:
         if not checkpoint:
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
-        Layout(fields, axes=(2, 3), blocks=self._field_count()).check(arrays)
+        Layout(fields, self._field_count()).check(arrays)
         return answers.state(reply, named(arrays))._of(self._side)

@@ -7,17 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._results.base import RunStatus
+from stiefel._results.base import Outcome, RunStatus
 from stiefel._results.origin import Origin
 from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.recreating import Recreation
-from stiefel._wire.replies import Layout, Steps
-from stiefel._wire.streams import Reading
+from stiefel._wire.replies import Layout, ends_at, require
+from stiefel._wire.streams import Reading, progress_bar
+from stiefel.errors import StiefelError
 from stiefel.results import Batch, Trajectory
 
 
 class Samples(Reading[Batch]):
-    """Iterates over batches of samples."""
+    """Iterates over batches of samples: from, from + every, ... and `to`, or the last good step where the run stops."""
 
     method, endless = "Stream", False
 
@@ -25,55 +26,63 @@ class Samples(Reading[Batch]):
         """`step`: the scene's time between two states. `blocks`: as of Layout."""
         super().__init__(handle, request, timeout)
         self._step = step
-        self._last: Optional[int] = None
-        self._layout = Layout(request.fields, axes=(3, 4), blocks=blocks)  # samples, in an ensemble members, rows, cols
+        self._every = request.every or 1
+        self._next: int = getattr(request, "from")  #: the step of the next sample
+        self._last: Optional[int] = None  #: that of the last one
+        self._layout = Layout(request.fields, blocks)
 
     def _begin(self) -> int:
-        if self._last is not None:
-            setattr(self._request, "from", min(self._last + self._request.every, self._request.to))
-        self._grid = Steps(self._request)
-        return self.computed_steps
+        self._next = min(self._next, self._request.to)
+        setattr(self._request, "from", self._next)
+        return super()._begin()
 
     def _take(self, message: pb.StreamResponse) -> Optional[Batch]:
-        """The times of the samples are k · step, which are the engine's bits."""
-        if not message.steps:
+        """Only the first and the last step are read, because reading repeated numbers one by one would cost more than all the
+        fields together. The times of the samples are k · step, which are the engine's bits."""
+        count = len(message.steps)
+        if not count:
             return None
-        steps, fields = self._grid.take(message), decode_fields(message.fields)
-        self._layout.check(fields, len(steps))
+        steps, last = self._next + self._every * np.arange(count), message.steps[-1]
+        require((count == 1 or message.steps[0] == self._next) and 0 <= last <= min(steps[-1], self._request.to)
+                and len(message.times) == count, "its samples are not those that come next")
+        steps[-1] = last
+        self._next = last + self._every
+        fields = decode_fields(message.fields)
+        self._layout.check(fields, count)
         if self._last is not None and steps[0] <= self._last:  # the last sample once more
             return None
-        self._last = int(steps[-1])
+        self._last = last
         return Batch(steps, steps * self._step, named(fields))
 
-    def _keep(self, message: pb.StreamResponse, ends: bool) -> bool:
+    def _keep(self, message: pb.StreamResponse) -> None:
         self._handle.keep(message.checkpoint.step, self.checkpoint)
-        return False
 
     def _check_end(self, message: pb.StreamResponse) -> None:
-        assert self.run_status is not None
-        self._grid.end(self.run_status, self._last)
+        ends_at(message.run_status, self._last or 0, self._request.to)
 
 
-class Collector:
-    """Joins batches in arrays that are allocated once, for at most `count` samples."""
+def gathered(reading: Reading[Any], count: int, origin: Origin, progress: bool) -> Trajectory:
+    """Returns the samples of a reading, at most `count`, in arrays that are allocated once. An exception has in `partial` those
+    that had arrived."""
+    done, step, time = 0, np.empty(count, np.int64), np.empty(count)
+    fields: dict[str, NDArray[Any]] = {}
 
-    def __init__(self, count: int, origin: Origin):
-        self._count, self._origin = count, origin
-        self._done = 0
-        self._step, self._time = np.empty(count, np.int64), np.empty(count)
-        self._fields: dict[str, NDArray[Any]] = {}
+    def arrived(run_status: RunStatus) -> Trajectory:
+        return Trajectory(step[:done], time[:done], {name: values[:done] for name, values in fields.items()}, run_status,
+                          reading.computed_steps, origin)
 
-    def add(self, batch: Batch) -> None:
-        if not self._fields:
-            self._fields = {name: np.empty((self._count, *part.shape[1:]), part.dtype) for name, part in batch.fields.items()}
-        now = slice(self._done, self._done + batch.samples)
-        self._step[now], self._time[now] = batch.step, batch.time
-        for name, part in batch.fields.items():
-            self._fields[name][now] = part
-        self._done = now.stop
-
-    def trajectory(self, run_status: RunStatus, computed_steps: int) -> Trajectory:
-        """Returns all samples that were added."""
-        done = slice(self._done)
-        return Trajectory(self._step[done], self._time[done], {name: values[done] for name, values in self._fields.items()},
-                          run_status, computed_steps, self._origin)
+    try:
+        with progress_bar(count, progress, " samples") as bar:
+            for batch in reading:
+                if not fields:
+                    fields = {name: np.empty((count, *part.shape[1:]), part.dtype) for name, part in batch.fields.items()}
+                now = slice(done, done + batch.samples)
+                step[now], time[now] = batch.step, batch.time
+                for name, part in batch.fields.items():
+                    fields[name][now] = part
+                done = now.stop
+                bar.update(batch.samples)
+    except StiefelError as error:
+        error.partial = arrived(RunStatus(Outcome.CANCELLED, message=error.message))
+        raise
+    return arrived(reading.run_status or RunStatus(Outcome.CANCELLED))

@@ -4,13 +4,12 @@ from __future__ import annotations
 import ipaddress
 import os
 from dataclasses import dataclass
-from typing import Any, Callable, Optional, Sequence, Union
+from functools import partial
+from typing import Any, Callable, NamedTuple, Optional, Sequence, Union
 
 import grpc
 
 from stiefel.errors import InvalidArgument
-
-Options = Sequence[tuple[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -43,39 +42,39 @@ def is_local(address: str) -> bool:
         return False
 
 
-def has_tls(tls: TlsLike, address: str) -> bool:
-    """Returns whether a channel to `address` has TLS. Raises InvalidArgument for TLS on a Unix socket."""
-    return _tls(tls, address) is not None
+class Secured(NamedTuple):
+    """How the channels of an address are opened, and what their calls carry."""
+
+    open: Callable[[Any, Sequence[tuple[str, Any]]], Any]  #: opens a channel of `grpc` or `grpc.aio` with options
+    tls: bool  #: whether they have TLS
+    #: The metadata of every call, with the token. An interceptor, gRPC's own means, would make a call several times as expensive.
+    bearer: Sequence[tuple[str, str]]
 
 
-def open_channel(address: str, tls: TlsLike, token: Optional[str], options: Options) -> grpc.Channel:
-    """Opens a channel to `address`. Raises what `opener` raises."""
-    return opener(address, tls, token)(grpc, options)
-
-
-def opener(address: str, tls: TlsLike, token: Optional[str]) -> Callable[[Any, Options], Any]:
-    """Returns a function that opens a channel of `grpc` or `grpc.aio` to `address`. Raises InvalidArgument for a token that
-    would travel in plaintext beyond this machine, for TLS on a Unix socket, and for files that cannot be read."""
-    security, more = _tls(tls, address), []
-    token = _checked(token)
+def secured(address: str, tls: TlsLike, token: Optional[str]) -> Secured:
+    """`token`: by default the environment variable STIEFEL_TOKEN. Raises InvalidArgument for a token that would travel in
+    plaintext beyond this machine, for TLS on a Unix socket, and for files that cannot be read."""
+    security, more, credentials = _tls(tls, address), [], None
+    token = os.environ.get("STIEFEL_TOKEN") or None if token is None else token
+    if token is not None and not (token.isascii() and token.isprintable() and token.strip() == token != ""):
+        raise InvalidArgument("token: it must be printable ASCII, without spaces around it")  # and never shown
     if security is not None:
-        credentials = _credentials(security)
+        credentials = partial(grpc.ssl_channel_credentials, *_files(security))
         if security.name is not None:
             more = [("grpc.ssl_target_name_override", security.name)]
-    elif token is None:
-        return lambda kind, options: kind.insecure_channel(address, options=options)
-    elif not is_local(address):
+    elif token is not None and not is_local(address):
         raise InvalidArgument(f"a token is sent over TLS, to this machine or over a Unix socket only, and {address} is "
                               "none of these: give tls")
-    else:  # These credentials check the connection, too: a name that resolves to another machine gets no token.
-        credentials = grpc.local_channel_credentials(grpc.LocalConnectionType.UDS if address.startswith("unix:") else
-                                                     grpc.LocalConnectionType.LOCAL_TCP)
-    return lambda kind, options: _with_token(kind.secure_channel(address, credentials, options=[*options, *more]), token)
+    elif token is not None:  # These credentials check the connection, too: a name that resolves to another machine gets no token.
+        credentials = partial(grpc.local_channel_credentials, grpc.LocalConnectionType.UDS if address.startswith("unix:") else
+                              grpc.LocalConnectionType.LOCAL_TCP)
 
+    def open(kind: Any, options: Sequence[tuple[str, Any]]) -> Any:
+        if credentials is None:
+            return kind.insecure_channel(address, options=options)
+        return kind.secure_channel(address, credentials(), options=[*options, *more])
 
-def token_from_environment() -> Optional[str]:
-    """Returns the environment variable STIEFEL_TOKEN; None if it is not set or empty."""
-    return os.environ.get("STIEFEL_TOKEN") or None
+    return Secured(open, security is not None, () if token is None else (("authorization", f"Bearer {token}"),))
 
 
 def _tls(given: TlsLike, address: str) -> Optional[Tls]:
@@ -92,13 +91,14 @@ def _tls(given: TlsLike, address: str) -> Optional[Tls]:
     return given if isinstance(given, Tls) else Tls(ca=os.fspath(given))
 
 
-def _credentials(tls: Tls) -> grpc.ChannelCredentials:
+def _files(tls: Tls) -> tuple[Optional[bytes], Optional[bytes], Optional[bytes]]:
+    """Returns the authorities, the key and the certificate."""
     if (tls.certificate is None) != (tls.key is None):
         raise InvalidArgument("tls: certificate and key: one needs the other")
     authorities = _read("ca", tls.ca)
     if authorities is not None and b"CERTIFICATE-----" not in authorities:
         raise InvalidArgument(f"tls: ca: {tls.ca}: must hold certificates in PEM")
-    return grpc.ssl_channel_credentials(authorities, _read("key", tls.key), _read("certificate", tls.certificate))
+    return authorities, _read("key", tls.key), _read("certificate", tls.certificate)
 
 
 def _read(what: str, path: Optional[str]) -> Optional[bytes]:
@@ -109,39 +109,3 @@ def _read(what: str, path: Optional[str]) -> Optional[bytes]:
             return file.read()
     except OSError as error:
         raise InvalidArgument(f"tls: {what}: {path}: {error.strerror}") from error
-
-
-def _checked(token: Optional[str]) -> Optional[str]:
-    if token is not None and not (token.isascii() and token.isprintable() and token.strip() == token != ""):
-        raise InvalidArgument("token: it must be printable ASCII, without spaces around it")  # and never shown
-    return token
-
-
-def _with_token(channel: grpc.Channel, token: Optional[str]) -> Any:
-    return channel if token is None else _Authorized(channel, token)
-
-
-class _Authorized:
-    """A channel whose calls carry the token. An interceptor, gRPC's own means, would make a call several times as
-    expensive."""
-
-    def __init__(self, channel: grpc.Channel, token: str):
-        self._channel = channel
-        self._metadata = ("authorization", f"Bearer {token}")
-
-    def __getattr__(self, name: str) -> Any:
-        attribute = getattr(self._channel, name)
-        if name not in ("unary_unary", "unary_stream", "stream_stream"):
-            return attribute
-        return lambda *method, **more: _AuthorizedCall(attribute(*method, **more), self._metadata)
-
-
-class _AuthorizedCall:
-    def __init__(self, call: Any, metadata: tuple[str, str]):
-        self._call, self._metadata = call, metadata
-
-    def __call__(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
-        return self._call(request, timeout=timeout, metadata=(*(metadata or ()), self._metadata), **more)
-
-    def with_call(self, request: Any, timeout: Optional[float] = None, metadata: Any = (), **more: Any) -> Any:
-        return self._call.with_call(request, timeout, (*(metadata or ()), self._metadata), **more)

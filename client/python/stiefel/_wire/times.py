@@ -12,11 +12,9 @@ from stiefel._given.instants import seconds_of
 from stiefel._given.numbers import refused, step_index
 from stiefel._given.when import every_of, in_steps, time_of
 from stiefel._wire import answers
-from stiefel._wire.sampling import Collector
-from stiefel._wire.streams import progress_bar
-from stiefel._wire.summarizing import in_given_order, states_at
+from stiefel._wire.sampling import gathered
 from stiefel.errors import FailedPrecondition, StiefelError
-from stiefel.results import EstimatedError, EstimatedErrors, Outcome, RunStatus, State, Trajectory
+from stiefel.results import EstimatedError, EstimatedErrors, Outcome, State, Trajectory
 
 
 def trajectory(session: Any, to: Optional[int], start: int, every: Optional[int], fields: Sequence[str], progress: bool,
@@ -35,35 +33,48 @@ def trajectory(session: Any, to: Optional[int], start: int, every: Optional[int]
         return up_to(session, time, start, every, fields, progress, timeout)
     to, start, _ = session._range(to, start, 1, time)
     every = every_of(every, to - start)
-    collector = Collector(max(-(-(to - start) // every), 0) + 1, session._origin(to=to))
-    samples = session._samples(to, start, every, fields, timeout)
-    try:
-        with progress_bar(to - start, progress, " steps") as bar:
-            for batch in samples:
-                collector.add(batch)
-                bar.update(int(batch.step[-1]) - start - bar.n)
-    except StiefelError as error:
-        error.partial = collector.trajectory(RunStatus(Outcome.CANCELLED, message=error.message),
-                                             samples.computed_steps)
-        raise
-    return collector.trajectory(samples.run_status or RunStatus(Outcome.CANCELLED), samples.computed_steps)
+    return gathered(session._samples(to, start, every, fields, timeout), max(-(-(to - start) // every), 0) + 1,
+                    session._origin(to=to), progress)
 
 
 def at_times(session: Any, times: Any, fields: Sequence[str], progress: bool, timeout: Optional[float]) -> Trajectory:
-    """Returns the states at times in the order given, as `Session.trajectory` describes them."""
+    """Returns the states at times in the order given, as `Session.trajectory` describes them. An exception has in `partial` those
+    of one side of time 0 that had arrived, and names times by their index in the list."""
     given = np.atleast_1d(seconds_of("times", times, session.epoch))
     if given.ndim != 1 or not given.size:
         raise refused("times", f"the shape {given.shape}: must be (times), one or more")
     behind = in_steps("times", given, session._resolved().step) < 0
-    if not behind.any():
-        return on_one_side(session, given, np.arange(given.size), fields, progress, timeout)[0]
-    places = [np.flatnonzero(~behind), np.flatnonzero(behind)]
     parts: list[tuple[Trajectory, NDArray[Any]]] = []
-    with backwards(session, given, timeout) as back:
-        for side, place in zip((session, back), places):
-            if place.size:
-                parts.append(on_one_side(side, given[place], place, fields, progress, timeout))
-    return replace(in_given_order(parts), origin=session._origin(times=given))
+    with backwards(session, given, timeout) if behind.any() else nullcontext(session) as back:
+        for side, sign, places in ((session, 1, np.flatnonzero(~behind)), (back, -1, np.flatnonzero(behind))):
+            if not places.size:
+                continue
+            step = side._resolved().step
+            order = places[np.argsort(given[places] * np.copysign(1, step), kind="stable")]
+            steps = in_steps("times", given[order], step)
+            first, last = int(np.floor(steps[0])), int(np.ceil(steps[-1]))
+            request = side._summarize_request(last, first, max(1, last), times=given[order], fields=fields)
+            try:
+                run = gathered(side._summarizing(request, timeout), order.size, session._origin(times=given), progress)
+            except StiefelError as error:
+                error._as_given("times", order.tolist())
+                if error.partial is not None:
+                    error.partial = in_given_order([(error.partial, order)])
+                raise
+            parts.append((replace(run, step=sign * run.step), order))
+    return in_given_order(parts)
+
+
+def in_given_order(parts: Sequence[tuple[Trajectory, NDArray[Any]]]) -> Trajectory:
+    """Joins runs, each of which comes with the places of its states in the caller's list."""
+    runs = [run for run, _ in parts]
+    order = np.argsort(np.concatenate([places[:run.samples] for run, places in parts]), kind="stable")
+    status = next((run.run_status for run in runs if run.run_status.outcome is not Outcome.REACHED), runs[0].run_status)
+    return replace(
+        runs[0], step=np.concatenate([run.step for run in runs])[order],
+        time=np.concatenate([run.time for run in runs])[order], run_status=status,
+        fields={name: np.concatenate([run.fields[name] for run in runs])[order] for name in runs[0].fields},
+        computed_steps=sum(run.computed_steps for run in runs))
 
 
 def up_to(session: Any, time: Any, start: int, every: Optional[int], fields: Sequence[str], progress: bool,
@@ -78,18 +89,6 @@ def up_to(session: Any, time: Any, start: int, every: Optional[int], fields: Seq
     last = int(np.floor(steps))
     grid = np.arange(start, last + 1, every_of(every, last - start)) * step
     return at_times(session, np.append(grid, seconds), fields, progress, timeout)
-
-
-def on_one_side(session: Any, given: NDArray[Any], places: NDArray[Any], fields: Sequence[str], progress: bool,
-                timeout: Optional[float]) -> tuple[Trajectory, NDArray[Any]]:
-    """Returns the states at times on the side of 0 to which the scene's step leads, and the places of those that were
-    reached. `places`: where the caller has the times in its list."""
-    step = session._resolved().step
-    steps, order = in_steps("times", given, step), np.argsort(given * np.copysign(1, step), kind="stable")
-    first, last = int(np.floor(steps[order[0]])), int(np.ceil(steps[order[-1]]))
-    request = session._summarize_request(last, first, max(1, last), times=given[order], fields=fields)
-    run = states_at(session._summarizing(request, timeout), places[order], session._origin(times=given), progress)
-    return run, np.sort(places[order][:run.samples])
 
 
 def backwards(session: Any, times: NDArray[Any], timeout: Optional[float]) -> Any:
