@@ -9,10 +9,9 @@ import grpc
 import numpy as np
 
 from stiefel import v1 as pb
-from stiefel._given.normalized import normalized, orthonormal, with_hint
+from stiefel._given.initial import normalized, orthonormal, with_hint, with_momenta
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, text, timeout as checked, whole
 from stiefel._given.shown import shown
-from stiefel._given.velocities import with_momenta
 from stiefel._manifold.beta import SMALL, span_of
 from stiefel._wire import answers
 from stiefel._wire.address import check

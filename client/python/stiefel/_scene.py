@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._given.bodies import fields_of
 from stiefel._given.examples import examples, near
+from stiefel._given.initial import MOMENTA, VELOCITIES, normalized
 from stiefel._given.instants import epoch_text
 from stiefel._given.mappings import Ensemble, Walk, as_block, block_of
-from stiefel._given.normalized import normalized
 from stiefel._given.numbers import refused
 from stiefel._given.shapes import FIELDS, LISTS, count_of, described, owner_of
 from stiefel._given.shown import shown
 from stiefel._given.typed import Scene
-from stiefel._given.velocities import MOMENTA, VELOCITIES
 from stiefel._wire.arrays import blocks_of, matrix, put_block
 from stiefel.errors import InvalidArgument
 

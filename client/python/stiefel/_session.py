@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._given.instants import instant
 from stiefel._given.mappings import Names, names
-from stiefel._given.normalized import normalized, with_hint
+from stiefel._given.initial import normalized, with_given_names, with_hint, with_momenta
 from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, text, whole
 from stiefel._given.shown import shown
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
@@ -19,7 +19,6 @@ from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantitie
 from stiefel._given.sections import Coordinate, column, columns, of_section, to_section
 from stiefel._given.when import every_of
 from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
-from stiefel._given.velocities import with_given_names, with_momenta
 from stiefel._results.origin import Origin
 from stiefel._wire import answers
 from stiefel._wire.connection import Connection

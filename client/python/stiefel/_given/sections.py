@@ -6,6 +6,7 @@ from typing import Any, Callable, Mapping, Sequence, Union
 
 import numpy as np
 
+from stiefel._given.initial import retold
 from stiefel._given.numbers import number, numbers, refused
 from stiefel._given.shown import shown
 from stiefel._results.base import Array
@@ -34,10 +35,7 @@ def of_section(error: InvalidArgument, asked: int) -> InvalidArgument:
         place = "coordinates" if index and int(index[1]) >= asked else re.sub(
             r"^events\[0\]\.(direction|level)$", r"\1", one.field)
         told.setdefault(one.description, Violation(re.sub(r"^events\[0\].*", "section", place), one.description))
-    if told:
-        error._say("; ".join(f"{one.field}: {one.description}" for one in told.values()))
-        error.violations = tuple(told.values())
-    return error
+    return retold(error, told.values())
 
 
 def column(path: str, section: Any, of: Coordinate) -> Array:
