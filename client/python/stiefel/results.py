@@ -2,7 +2,6 @@
 received."""
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Iterator, Optional, TypeVar, cast, overload
@@ -17,8 +16,8 @@ from stiefel._given.instants import seconds_of, utc_of
 from stiefel._given.numbers import refused
 from stiefel._given.shown import shown
 from stiefel._given.typed import Scene
-from stiefel._results import (attitude, body, error_against_cost, estimate, geodesics, reduced, save, server_catalogue,
-                              state_properties, tables)
+from stiefel._results import (body, error_against_cost, estimate, geodesics, reduced, save, server_catalogue, state_properties,
+                              tables)
 from stiefel._results.base import Array, Ended, Fields, Named, Outcome, Price, RunStatus
 from stiefel._results.error_against_cost import *  # noqa: F403
 from stiefel._results.estimate import *  # noqa: F403
@@ -63,9 +62,9 @@ class State(Ended, Fields):
     checkpoint: bytes = field(default=b"", compare=False)  #: on request, a checkpoint that `Client.create` accepts
     work: float = field(default=0.0, compare=False)  #: measured instructions
 
-    def as_rotation(self) -> Any:
-        """Returns the attitude as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
-        return attitude.rotation(self.fields, self._side)
+    def as_rotation(self: Any) -> Any:
+        """Returns the attitudes as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
+        return body.rotation(self.fields, self._side)
 
     def __repr__(self) -> str:
         return f"<stiefel.State {self.outcome} at step {self.step}, time {self.time!r}: {self._shapes()}>"
@@ -244,9 +243,7 @@ class Trajectory(Drawn, Ended, Batch):
         return replace(self, fields=fields, run_status=replace(status, member=None), estimated_error=None, origin=Origin(
             member_of(origin._message, member), origin.build, origin._create, origin.to, origin.times, origin.epoch, origin.side))
 
-    def as_rotation(self) -> Any:
-        """Returns the attitudes as a `scipy.spatial.transform.Rotation` of body axes to space. Needs `quaternion` or Q."""
-        return attitude.rotation(self.fields, self._side)
+    as_rotation = State.as_rotation
 
     def euler_angles(self, sequence: str, *, degrees: bool = False, unwrap: bool = True) -> Array:
         """Returns Euler angles (samples, 3) of the attitude, body to space, in radians. Needs `quaternion` or Q, and SciPy.
@@ -263,35 +260,13 @@ class Trajectory(Drawn, Ended, Batch):
         """Returns the rates (samples, 3) of the `euler_angles`, in radians a unit of time. They come from the angular velocity,
         not from differences: needs `angular_velocity`, or M in three dimensions. Where the first and the third axis are
         parallel, theirs are not finite."""
-        angles, omega = self.euler_angles(sequence), self._velocities()
-        rates = attitude.rates_of_angles(sequence, angles, omega)
-        return np.degrees(rates) if degrees else rates
-
-    def _velocities(self) -> Array:
-        """Returns the angular velocities in body axes."""
         if not body.is_body(self):
             raise ValueError(f"the rates need the field angular_velocity, or M in three dimensions; the fields are {', '.join(self.fields)}")
-        return body.velocities(self.scene, self, None)
+        rates = body.rates_of_angles(sequence, self.euler_angles(sequence), body.velocities(self.scene, self, None))
+        return np.degrees(rates) if degrees else rates
 
-    def to_aem(self, file: "str | os.PathLike[str]", **options: Any) -> Export:
-        """Writes an Attitude Ephemeris Message of CCSDS. Options: `epoch`, the instant of time 0 if the scene has
-        none; `object_name`, `object_id`, `center`, `frame`, `body_frame`, `originator`, `created`. The result says how times are rounded."""
-        return ccsds.to_aem(self, file, **options)
-
-    def to_ck(self, file: "str | os.PathLike[str]", *, instrument: int, **options: Any) -> Export:
-        """Writes a C-kernel of SPICE and the kernel of its clock, with spiceypy. `instrument`: the code of the body's frame,
-        such as -999000. Options: `epoch`, `frame`, `segment`."""
-        return spice.to_ck(self, file, instrument=instrument, **options)
-
-    def to_xarray(self) -> Any:
-        """Returns an `xarray.Dataset` with the coordinates `time` and `step` and a variable for each field, which has its
-        unit; the dataset's attribute `stiefel` says what a file of `save` says."""
-        return tables.to_xarray(self)
-
-    def to_dataframe(self) -> Any:
-        """Returns a `pandas.DataFrame` with the index `time`, the column `step`, and a column for each number: q_w, omega_x,
-        Q[0,0], ..., and `utc` where that is known; `attrs` has units and what a file of `save` says."""
-        return tables.to_dataframe(self)
+    to_aem, to_ck = ccsds.to_aem, spice.to_ck
+    to_xarray, to_dataframe, save = tables.to_xarray, tables.to_dataframe, save.save
 
     def error_at(self, times: Any = None, *, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, as `Session.error_at` does; by default at the samples. It makes a session of
@@ -299,16 +274,6 @@ class Trajectory(Drawn, Ended, Batch):
         with self._known_origin().session(self.scene) as session:
             found: EstimatedErrors = session.error_at(self.time if times is None else times, timeout=timeout)
         return found
-
-    def save(self, file: "str | os.PathLike[str]") -> None:
-        """Writes the samples in the format that the extension of the name chooses; `stiefel.load` reads them.
-
-        .npz: `step`, `time` and the fields by name, for `numpy.load`. .csv: one line per sample. .json: the samples by step.
-        Each has the resolved scene, the build, the outcome and the estimated error, and `stiefel rerun FILE` computes its
-        samples again. Other formats are those of `to_xarray` and `to_dataframe`. Raises ValueError for another extension.
-        The file appears under its name only when it is complete.
-        """
-        save.save(self, file)
 
     def __repr__(self) -> str:
         return f"<stiefel.Trajectory {self.outcome} {self._extent()}: {self._shapes()}>"

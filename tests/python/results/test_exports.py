@@ -9,7 +9,7 @@ import stiefel
 from stiefel._exports.nodes import nodes_of
 from stiefel._exports.spice import seconds_past_j2000
 from stiefel._given.instants import instant
-from stiefel._results.attitude import quaternions
+from stiefel._results.body import quaternions
 
 EPOCH = "2026-03-01T23:59:58.25 UTC"
 BODY = {"system": "rigid_body", "step": 0.1, "epoch": EPOCH,

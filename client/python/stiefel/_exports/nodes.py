@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.instants import Instant, instant
-from stiefel._results.attitude import quaternions
+from stiefel._results.body import quaternions
 from stiefel._results.html import Shown
 
 Trajectory = Any  # a `stiefel.Trajectory`

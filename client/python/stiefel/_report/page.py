@@ -18,6 +18,7 @@ from stiefel._results import body, sphere
 from stiefel._results.base import Array
 from stiefel._results.motion import Motion
 from stiefel._results.save import complete
+from stiefel._wire import answers
 from stiefel.errors import StiefelError
 
 Session = Any  # a `stiefel.Session`
@@ -121,18 +122,14 @@ def _tradeoff(session: Session, asked: Optional[bool], horizon: float) -> Option
         return None
     try:
         request = pb.MeasureTradeoffRequest(scene=scene, budget=None if asked else CHEAP, horizon=horizon or None)
-        parts = session._connection.call_all("MeasureTradeoff", request)
+        found = answers.tradeoff(session._connection.call_all("MeasureTradeoff", request))
     except StiefelError:
         if asked:
             raise
         return None
-    setup = next(part.setup for part in parts if part.HasField("setup"))
-    front = {index for part in parts for index in part.front.points}
-    points = [part.point for part in parts if part.HasField("point")]
-    return {"horizon": setup.horizon, "reference_error": setup.reference_error, "points": [
-        {"method": point.method.name, "order": point.method.order, "work": point.work, "front": index in front, "error":
-         max(point.attitude_error, point.momentum_error) if point.run_status.outcome == pb.OUTCOME_REACHED else None}
-        for index, point in enumerate(points)]} if points else None
+    return {"horizon": found.horizon, "reference_error": found.reference_error, "points": [
+        {"method": point.method, "order": point.order, "work": point.work, "front": point in found.front,
+         "error": point.error if point.success else None} for point in found.points]} if found.points else None
 
 
 def _finite(value: Any) -> Any:

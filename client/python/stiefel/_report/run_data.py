@@ -2,7 +2,7 @@
 drawn."""
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -64,8 +64,13 @@ def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy
         diagnosis = last if step == last.step else session.diagnose(to=step, estimate_error=step in estimated)
         out.time.append(diagnosis.time)
         out.speed = max(out.speed, diagnosis.domain.h_omega)
-        for family in _families(diagnosis):
-            families.setdefault(family.name, replace(family, drift=[])).drift += family.drift
+        drifts: dict[tuple[str, str], list[float]] = {}
+        for one in diagnosis.invariants:
+            drifts.setdefault((one.name.partition("[")[0], str(one.conservation)), []).append(one.drift)
+        if diagnosis.orthogonality is not None:
+            drifts["orthogonality", ""] = [diagnosis.orthogonality]
+        for (name, kept), of in drifts.items():
+            families.setdefault(name, Family(name, kept, diagnosis.shortened.get(name, len(of)), [])).drift.append(max(of))
         if diagnosis.estimated_error is not None and diagnosis.estimated_error.reference:
             out.error_time.append(diagnosis.time)
             for name, values in out.errors.items():
@@ -75,18 +80,6 @@ def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy
     scene = session.scene
     out.speed *= scene.get("method", {}).get("substeps", 1) / abs(scene["step"])
     return out
-
-
-def _families(diagnosis: Any) -> list[Family]:
-    """Returns every family with its drift at one time."""
-    members: dict[str, list[Any]] = {}
-    for invariant in diagnosis.invariants:
-        members.setdefault(invariant.name.split("[")[0], []).append(invariant)
-    families = [Family(name, str(of[0].conservation), diagnosis.shortened.get(name, len(of)),
-                       [max(invariant.drift for invariant in of)]) for name, of in members.items()]
-    if diagnosis.orthogonality is not None:
-        families.append(Family("orthogonality", "", 1, [diagnosis.orthogonality]))
-    return families
 
 
 def described(session: Session) -> pb.DescribeResponse:

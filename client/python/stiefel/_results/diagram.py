@@ -26,8 +26,5 @@ def line(k: int) -> dict[str, Any]:
 
 def pareto_front(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
     """Returns the points that no other one beats in both cost and error, the cheapest first."""
-    front: list[tuple[float, float]] = []
-    for cost, error in sorted(points):
-        if not front or error < front[-1][1]:
-            front.append((cost, error))
-    return front
+    by_cost = sorted(points)
+    return [one for k, one in enumerate(by_cost) if all(one[1] < other[1] for other in by_cost[:k])]

@@ -16,7 +16,13 @@ Trajectory = Any  # a `stiefel.Trajectory`
 
 
 def save(run: Trajectory, file: "str | os.PathLike[str]") -> None:
-    """Writes the format of the file's extension. Raises ValueError if that is none of `WRITERS`."""
+    """Writes the samples in the format that the extension of the name chooses; `stiefel.load` reads them.
+
+    .npz: `step`, `time` and the fields by name, for `numpy.load`. .csv: one line per sample. .json: the samples by step.
+    Each has the resolved scene, the build, the outcome and the estimated error, and `stiefel rerun FILE` computes its
+    samples again. Other formats are those of `to_xarray` and `to_dataframe`. Raises ValueError for another extension.
+    The file appears under its name only when it is complete.
+    """
     write = WRITERS.get(os.path.splitext(os.fspath(file))[1].lower())
     if write is None:
         raise ValueError(f"{os.fspath(file)}: must end in .npz, .csv or .json; `to_xarray` and `to_dataframe` lead to other formats")

@@ -43,6 +43,8 @@ def table(run: Trajectory) -> dict[str, Array]:
 
 
 def to_xarray(run: Trajectory) -> Any:
+    """Returns an `xarray.Dataset` with the coordinates `time` and `step` and a variable for each field, which has its unit; the
+    dataset's attribute `stiefel` says what a file of `save` says."""
     coords: dict[str, Any] = {"time": ("time", run.time, {"units": "s"}), "step": ("time", run.step)}
     variables = {}
     for name, values in run.fields.items():
@@ -57,6 +59,8 @@ def to_xarray(run: Trajectory) -> Any:
 
 
 def to_dataframe(run: Trajectory) -> Any:
+    """Returns a `pandas.DataFrame` with the index `time`, the column `step`, and a column for each number: q_w, omega_x, Q[0,0], ...,
+    and `utc` where that is known; `attrs` has units and what a file of `save` says."""
     pandas = imported("pandas", "pandas")
     found = {name: np.ascontiguousarray(values) for name, values in table(run).items()}
     try:
