@@ -74,7 +74,6 @@ void measure_energy(unsigned seed, double h, std::int64_t steps, std::int64_t ev
     twin->advance(every);
     twin_moves = std::max(twin_moves, std::abs(twin->energy_error()) * E_0);
   }
-  r.precision = "quadruple";
   say("energy moves", twin_moves, most, "(h²/24) λ_max (2E/λ_min)², and no drift");
 }
 

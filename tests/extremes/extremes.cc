@@ -6,7 +6,6 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <sstream>
 
 #include "engine/numbers/to_text.h"
@@ -15,30 +14,15 @@
 namespace stiefel::extremes {
 namespace {
 
-std::ofstream records;  // closed when no records are written
+std::ofstream records;  // closed when nothing is written
 bool whole = false;
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\\\"") : std::string(1, c);
-  return out + '"';
-}
-
-/// Returns a number in JSON; infinity and NaN, which JSON lacks, as strings.
-std::string number(double x) {
-  if (!std::isfinite(x)) return std::isnan(x) ? "\"nan\"" : "\"inf\"";
-  return to_text(x, 6);
-}
-
+/// Writes a row of a table, its columns between tabs.
 void write(const Record& r) {
-  records << "{\"extreme\":" << quoted(r.extreme) << ",\"row\":" << quoted(r.row)
-          << ",\"system\":" << quoted(r.system) << ",\"method\":" << quoted(r.method)
-          << ",\"order\":" << r.order << ",\"arithmetic\":" << quoted(r.arithmetic)
-          << ",\"precision\":" << quoted(r.precision) << ",\"outcome\":" << quoted(r.outcome)
-          << ",\"measure\":" << quoted(r.measure) << ",\"value\":" << number(r.value)
-          << ",\"bound\":" << number(r.bound) << ",\"why\":" << quoted(r.why)
-          << ",\"seconds\":" << number(r.seconds)
-          << ",\"limit\":" << (r.limit ? quoted(*r.limit) : "null") << "}\n";
+  records << r.extreme << ", " << r.row << '\t' << r.system << ' ' << r.method << ' ' << r.order
+          << ' ' << r.arithmetic << '\t' << r.outcome << '\t' << r.measure << '\t'
+          << to_text(r.value, 3) << '\t' << to_text(r.bound, 3) << ", " << r.why << '\t'
+          << r.limit.value_or("") << '\t' << to_text(r.seconds, 3) << '\n';
 }
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -163,6 +147,7 @@ int main(int argc, char** argv) {
     std::filesystem::create_directories(file.parent_path());
     stiefel::extremes::whole = std::string(argv[1]) == "--long";
     stiefel::extremes::records.open(file);
+    stiefel::extremes::records << "row\tmethod\toutcome\tmeasure\tvalue\tbound\tknown limit\ts\n";
   }
   return RUN_ALL_TESTS();
 }

@@ -13,11 +13,11 @@
 
 namespace stiefel::extremes {
 
-/// A line of the report: a measured value, its bound, and the reason of the bound.
+/// A measured value, its bound, and the reason of the bound.
 struct Record {
   std::string extreme, row, system, method;
   int order = 0;
-  std::string arithmetic, precision = "double";
+  std::string arithmetic;
   std::string outcome = "REACHED";
   std::string measure;
   double value = 0, bound = 0;
@@ -41,7 +41,7 @@ inline constexpr double no_bound = std::numeric_limits<double>::infinity();
 
 /// Writes a record to the file of `--long FILE` or `--short FILE`, and expects value ≤ bound or,
 /// for a known limit, value > bound, so that the limit is still one. A relative error with a bound
-/// of 1 or more proves nothing: the report counts it among those without a bound.
+/// of 1 or more proves nothing.
 void report(const Record& record);
 
 /// Returns whether the long form is run.
@@ -80,7 +80,7 @@ Trial run(const SceneDescription& description, std::int64_t steps);
 Record record_of(const std::string& extreme, const std::string& row,
                  const SceneDescription& description, const Trial& run);
 
-/// Returns why a row may miss its bound, for the section "known limits"; nothing if it may not.
+/// Returns why a row may miss its bound; nothing if it may not.
 using Limit = std::function<std::optional<std::string>(const SceneDescription&)>;
 inline std::optional<std::string> no_limit(const SceneDescription&) { return std::nullopt; }
 

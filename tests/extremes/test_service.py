@@ -1,10 +1,5 @@
-"""The service at its extremes: requests of 10^9 steps, a million samples, 10^4 sessions, every limit
-and one past it.
-
-The tests assert counts and outcomes, and record times. Work that goes on after a call has ended is
-measured in the server's CPU time.
-"""
-import threading
+"""The service at its extremes: a request of 10^9 steps, a million samples, 10^4 sessions, every limit
+and one past it."""
 import time
 
 import numpy as np
@@ -17,20 +12,6 @@ from stiefel import v1 as pb
 FAR = 10**9
 BODY = {"system": "rigid_body", "method": {"name": "variational"}, "step": 0.01,
         "body": {"moments": [1, 2, 3], "angular_velocity": [0.001, 1, 0.001]}}
-# The work allowed after the caller has left: 50 ms, and two clock ticks of 10 ms for rounding.
-SOON = 0.05 + 0.02
-
-
-def work_after(cpu_seconds, patience=0.5):
-    """Returns the CPU seconds that the server takes from now on until it is idle."""
-    before = cpu_seconds()
-    last = before
-    while True:
-        time.sleep(patience)
-        now = cpu_seconds()
-        if now - last <= 0.02:  # the server is idle
-            return last - before
-        last = now
 
 
 @pytest.fixture
@@ -40,135 +21,32 @@ def session(client):
         yield session
 
 
-# Requests of 10^9 steps
-
-def test_progress_is_seen(session, record):
-    samples = []
-    start = time.monotonic()
-    for batch in session.stream(to=FAR, every=100_000, fields=["angular_velocity"]):
-        samples.extend(batch.step)
-        if len(samples) >= 10:
-            break
-    seconds = time.monotonic() - start
-    assert samples == list(range(0, len(samples) * 100_000, 100_000))
-    assert session.client.get(session.id)._message.cached_steps[-1] > 0
-    record("10^9 steps: progress", "steps a second, as samples arrive", samples[-1] / seconds)
-
-
-def cancelled_step(session):
-    call = session._connection.stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR))
-    return call.cancel
-
-
-def cancelled_stream(session):
-    stream = session._connection.stub.Stream(pb.StreamRequest(session_id=session.id, to=FAR, every=FAR))
-    return stream.cancel
-
-
-def cancelled_drive(session):
-    def requests():
-        yield pb.DriveRequest(session_id=session.id, to=FAR)
-        gone.wait()
-
-    gone = threading.Event()
-    stream = session._connection.stub.Drive(requests())
-
-    def cancel():
-        stream.cancel()
-        gone.set()
-    return cancel
-
-
-def cancelled_diagnose(session):
-    return session._connection.stub.Diagnose.future(pb.DiagnoseRequest(session_id=session.id, to=FAR)).cancel
-
-
-def cancelled_tradeoff(session):
-    """Begins a trade-off and returns a function that cancels it while its points are measured."""
-    parts = session._connection.stub.MeasureTradeoff(pb.MeasureTradeoffRequest(scene=session._resolved(), budget=1e12))
-    next(parts)
-    return parts.cancel
-
-
-CALLS = [cancelled_step, cancelled_stream, cancelled_drive, cancelled_diagnose, cancelled_tradeoff]
-
-
-@pytest.mark.parametrize("begin", CALLS, ids=lambda begin: begin.__name__[len("cancelled_"):])
-def test_a_cancelled_call_stops(session, cpu_seconds, record, begin):
-    before = cpu_seconds()
-    cancel = begin(session)
-    while cpu_seconds() - before < 0.2:  # until the request runs
-        time.sleep(0.01)
-    cancel()
-    work = work_after(cpu_seconds)
-    record(f"10^9 steps: {begin.__name__.replace('_', ' ')}", "CPU seconds after the cancel", work, SOON,
-           "a slice is 2 ms; 50 ms promised, read in ticks of 10 ms", "CANCELLED")
-    assert work <= SOON
-    assert session.step(to=100).outcome == "REACHED"
-
-
-def test_a_deadline_stops_it(session, cpu_seconds, record):
-    with pytest.raises(stiefel.DeadlineExceeded):
-        session.step(to=FAR, timeout=0.3)
-    work = work_after(cpu_seconds)
-    record("10^9 steps: deadline", "CPU seconds after it", work, SOON, "as of a cancelled call", "DEADLINE_EXCEEDED")
-    assert work <= SOON
-    assert session.step(to=100).step == 100
-
-
-def test_nobody_starves(client, record):
-    """Short requests are answered while four times as many long requests as threads run."""
-    long = [client.create(BODY) for _ in range(8)]
-    running = [client._stub.Step.future(pb.StepRequest(session_id=session.id, to=FAR)) for session in long]
-    waits, count = [], 200 if LONG else 30
-    with client.create(BODY) as short, client.create(BODY) as alone:
-        for k in range(1, count + 1):
-            start = time.monotonic()
-            state = short.step(to=k * 5000, fields="Q")  # too many steps to be done on gRPC's thread
-            waits.append(time.monotonic() - start)
-            assert state.step == k * 5000 and not any(call.done() for call in running)
-        for call in running:
-            call.cancel()
-        np.testing.assert_array_equal(alone.step(to=count * 5000, fields="Q")["Q"], state["Q"])
-    for session in long:
-        session.delete()
-    record("10^9 steps beside short ones", "seconds that a step waited at worst, beside 8 long ones on 2 threads",
-           max(waits))
-
-
 @pytest.mark.skipif(not LONG, reason="takes minutes")
-def test_all_of_them(session, record):
+def test_all_of_them(session):
     state = session.step(to=FAR, timeout=None)
     assert state.outcome == "REACHED" and state.step == FAR
     drift = max(i.drift for i in session.diagnose(to=FAR).invariants)
-    bound = 100 * 2**-53 * FAR**0.5
-    record("10^9 steps: done", "largest drift", drift, bound, "100 u sqrt(steps), compensated")
-    assert drift <= bound
+    assert drift <= 100 * 2**-53 * FAR**0.5  # compensated
 
 
 # A million samples
 
-def test_a_million_samples(session, record):
+def test_a_million_samples(session):
     count = 10**6
-    start = time.monotonic()
     run = session.trajectory(to=count, every=1, fields=["quaternion"])
-    seconds = time.monotonic() - start
     assert run.outcome == "REACHED" and run.samples == count + 1 and (run.step == np.arange(count + 1)).all()
     np.testing.assert_array_equal(run["quaternion"][-1], session.step(to=count, fields=["quaternion"])["quaternion"])
     np.testing.assert_allclose(np.linalg.norm(run["quaternion"], axis=1), 1, atol=1e-13)
-    record("a million samples in one stream", "samples a second", count / seconds)
 
 
 # Many sessions
 
-def test_ten_thousand_sessions(record):
+def test_ten_thousand_sessions():
     count = 10_000 if LONG else 1000
     with stiefel.Server.start(arguments=["--max-sessions", str(count)]) as server, \
             stiefel.Client(server.address) as client:
         before = resident_bytes(server)
-        start = time.monotonic()
         sessions = [client.create(BODY, id=f"{k:05}") for k in range(count)]
-        seconds = time.monotonic() - start
         each = (resident_bytes(server) - before) / count
         with stiefel.Client(server.address, timeout=0.5) as impatient, \
                 pytest.raises(stiefel.ResourceExhausted, match="max_sessions|sessions") as full:
@@ -179,8 +57,6 @@ def test_ten_thousand_sessions(record):
             assert session.step(to=10).step == 10
         sessions[0].delete()
         assert client.create(BODY).created
-    record("10^4 sessions", "bytes a session", each, 65536, "the scene, a simulation and a checkpoint of N = 3")
-    record("10^4 sessions", "sessions created a second, one client", count / seconds)
     assert SANITIZED or each <= 65536
 
 
@@ -212,15 +88,14 @@ def refused(call, field, value, rule, error=stiefel.InvalidArgument):
     assert violation.field == field and str(value) in violation.description and rule in violation.description
 
 
-def test_max_dimension(client, limits, record):
+def test_max_dimension(client, limits):
     with client.create(large(limits.max_dimension)) as session:
         assert session.step(to=1).outcome == "REACHED"
     past = limits.max_dimension + 1
     refused(lambda: client.create(large(past)), "scene.inertia", f"{past} numbers", f"2 to {limits.max_dimension}")
-    record("limit: max_dimension", "N", limits.max_dimension, limits.max_dimension, "Describe", method="rk4")
 
 
-def test_max_step(client, limits, record):
+def test_max_step(client, limits):
     with client.create({**BODY, "method": {"name": "exact"}}) as session:
         assert session.step(to=limits.max_step).step == limits.max_step
         past = limits.max_step + 1
@@ -229,30 +104,26 @@ def test_max_step(client, limits, record):
                             (lambda: session.diagnose(to=past), "to"), (lambda: session.fork(at=past), "from_step"),
                             (lambda: list(session.stream(to=past)), "to")]:
             refused(call, field, "-1" if call is None else "", rule)
-    record("limit: max_step", "step", limits.max_step, limits.max_step, "Describe", method="exact")
 
 
-def test_max_cached_steps(client, limits, record):
+def test_max_cached_steps(client, limits):
     with client.create(BODY) as session:
         session.step(to=2_000_000)
         kept = len(client.get(session.id)._message.cached_steps)
-    record("limit: max_cached_steps", "checkpoints after 2 10^6 steps", kept, limits.max_cached_steps, "Describe")
     assert 1 < kept <= limits.max_cached_steps
 
 
-def test_max_cached_bytes(client, limits, record):
+def test_max_cached_bytes(client, limits):
     """With states of one megabyte there is room for about fifty."""
     n = 256
     with client.create(large(n)) as session:
         session.step(to=200 if LONG else 20)
         kept = len(client.get(session.id)._message.cached_steps)
         state = len(session.step(to=0, checkpoint=True).checkpoint)
-    record("limit: max_cached_bytes", "bytes of checkpoints", kept * state, limits.max_cached_bytes, "Describe",
-           method="rk4")
     assert kept * state <= limits.max_cached_bytes
 
 
-def test_idle_timeout(record):
+def test_idle_timeout():
     with stiefel.Server.start(arguments=["--idle-timeout", "0.2"]) as server, stiefel.Client(server.address) as client:
         assert client.describe().limits.idle_timeout.ToMilliseconds() == 200
         client.create(BODY, id="idle")
@@ -261,11 +132,10 @@ def test_idle_timeout(record):
             time.sleep(0.05)
         with pytest.raises(stiefel.NotFound):
             client.get("idle")
-    record("limit: idle_timeout", "sessions after it", 0, 0, "Describe", "NOT_FOUND")
 
 
 @pytest.mark.skipif(not LONG, reason="a gigabyte of memory")
-def test_max_message_bytes(client, limits, record):
+def test_max_message_bytes(client, limits):
     """A message at the limit is read and refused for its content; a larger one is not read."""
     with client.create(BODY) as session:
         request = pb.CreateSessionRequest(session_id="large", scene=session._resolved())
@@ -277,8 +147,6 @@ def test_max_message_bytes(client, limits, record):
     request.session_id += "x"
     with pytest.raises(stiefel.ResourceExhausted, match=str(limits.max_message_bytes)):
         client._connection.call("CreateSession", request)
-    record("limit: max_message_bytes", "bytes", limits.max_message_bytes, limits.max_message_bytes, "Describe",
-           "RESOURCE_EXHAUSTED")
 
 
 # Limits that only the refusal names
