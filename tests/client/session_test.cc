@@ -4,13 +4,10 @@
 #include <algorithm>
 #include <thread>
 
-#include "server/convert/convert.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
-#include "stiefel/simulation.h"
 #include "tests/client/error_of.h"
 #include "tests/client/wire_scenes.h"
-#include "tests/server/scene_cases.h"
 
 namespace stiefel::client {
 namespace {
@@ -23,60 +20,6 @@ class SessionTest : public testing::Test {
   server::Server server_{{.listen = {"127.0.0.1:0"}, .threads = 1, .log_level = "off"}};
   Client client_ = Client::connect(server_.addresses().front());
 };
-
-TEST_F(SessionTest, AStateHasTheBitsOfTheEngineHoweverItIsAskedFor) {
-  const SceneDescription description = test::description();
-  v1::Scene scene;
-  server::to_proto(description, &scene);
-  const auto simulation = make_simulation(stiefel::Scene::resolve(description).value());
-  ASSERT_TRUE(simulation->advance(300).reached());
-  const Eigen::MatrixXd Q = simulation->get("Q"), M = simulation->get("M");
-
-  const auto session = client_.temporary(scene);
-  const auto check = [&](const Sample& sample) {
-    EXPECT_EQ(sample.step(), 300);
-    EXPECT_EQ(sample.field("Q"), Q);
-    EXPECT_EQ(sample.field("M"), M);
-  };
-  check(Sample(session.step(300).sample()));
-  auto drive = session.drive();
-  check(Sample(drive.step(300).sample()));
-  auto samples = session.stream({.from = 299, .to = 300, .fields = {"M", "Q"}});
-  for (const Sample& sample : samples)
-    if (sample.step() == 300) check(sample);
-  EXPECT_EQ(samples.run_status()->outcome(), v1::OUTCOME_REACHED);
-
-  v1::StreamRequest request;
-  request.set_from(200);
-  request.set_to(200);
-  request.set_return_checkpoint(true);
-  auto saved = session.stream(request);
-  while (saved.next_batch()) {
-  }
-  ASSERT_TRUE(saved.checkpoint());
-  v1::CreateSessionRequest create;
-  *create.mutable_scene() = scene;
-  create.set_checkpoint(saved.checkpoint()->data());
-  const auto reply = client_.create(create).step(300);
-  check(Sample(reply.sample()));
-  EXPECT_EQ(reply.computed_steps(), 100);
-}
-
-TEST_F(SessionTest, StreamsTheGridAndTheLastSample) {
-  const auto session = client_.create(tumbling());
-  std::vector<std::int64_t> steps;
-  auto samples = session.stream({.from = 2, .to = 11, .every = 4, .fields = {"quaternion"}});
-  for (const Sample& sample : samples) {
-    steps.push_back(sample.step());
-    EXPECT_DOUBLE_EQ(sample.time(), 0.01 * static_cast<double>(sample.step()));
-    EXPECT_THAT(sample.fields(), ElementsAre("quaternion"));
-    const auto q = sample.field("quaternion");
-    EXPECT_EQ(q.cols(), 4);
-    EXPECT_NEAR(q.norm(), 1, 1e-14);
-    EXPECT_THROW(sample.field("Q"), std::out_of_range);
-  }
-  EXPECT_THAT(steps, ElementsAre(2, 6, 10, 11));
-}
 
 TEST_F(SessionTest, ALargeStateIsOneMessage) {
   const auto session = client_.temporary(resting(512));

@@ -36,13 +36,6 @@ def pods(manifest: Any) -> Any:
     return manifest["spec"]["template"]["metadata"]["labels"]
 
 
-def test_haproxy_takes_its_configuration(tmp_path: Path) -> None:
-    environment = haproxy_environment(tmp_path, *[[1, 2, 3], 4, 5])
-    done = subprocess.run([find_haproxy(), "-c", "-f", DOCKER / "haproxy.cfg"], env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "WARNING" not in done.stdout + done.stderr
-
-
 def test_the_proxies_notice_within_30_s_that_a_client_is_gone() -> None:
     haproxy = (DOCKER / "haproxy.cfg").read_text()
     idle, interval, count = (int(re.search(rf"clitcpka-{key} (\d+)", haproxy)[1]) for key in ("idle", "intvl", "cnt"))
@@ -56,9 +49,6 @@ def test_the_proxies_notice_within_30_s_that_a_client_is_gone() -> None:
 def test_the_proxies_know_the_servers_of_compose() -> None:
     compose = yaml.safe_load((DOCKER / "replicas.yaml").read_text())
     servers = sorted(name for name in compose["services"] if name != "proxy")
-    both = yaml.safe_load((DOCKER / "compose.yaml").read_text())["services"]
-    for key in ("image", "read_only", "cap_drop", "security_opt", "mem_limit", "pids_limit", "ports"):
-        assert compose["services"]["proxy"][key] == both["proxy"][key], key
     assert servers == ["stiefel-1", "stiefel-2", "stiefel-3"]
     assert re.findall(r"STIEFEL_REPLICAS_\d-(stiefel-\d):50551", (DOCKER / "haproxy.cfg").read_text()) == servers
     cluster, = yaml.safe_load((DOCKER / "envoy.yaml").read_text())["static_resources"]["clusters"]
@@ -66,18 +56,7 @@ def test_the_proxies_know_the_servers_of_compose() -> None:
                  cluster["load_assignment"]["endpoints"][0]["lb_endpoints"]]
     assert [address["address"] for address in addresses] == servers
     assert {address["port_value"] for address in addresses} == {50551}
-    alone = both["stiefel"]
-    for name in servers:
-        for key in ("read_only", "cap_drop", "security_opt", "mem_limit", "pids_limit", "stop_grace_period"):
-            assert compose["services"][name][key] == alone[key], key
-        assert "ports" not in compose["services"][name] and compose["networks"]["servers"] == {"internal": True}
-
-
-@pytest.mark.parametrize("file", ["compose.yaml", "replicas.yaml"])
-def test_the_logs_of_every_container_are_rotated(file: str) -> None:
-    for name, service in yaml.safe_load((DOCKER / file).read_text())["services"].items():
-        logging = service["logging"]
-        assert logging["driver"] == "json-file" and logging["options"] == {"max-size": "10m", "max-file": "5"}, name
+    assert compose["networks"]["servers"] == {"internal": True}
 
 
 def test_the_proxy_of_compose_reaches_its_server_alone(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <ostream>
 #include <string>
 #include <vector>
 
@@ -19,26 +18,7 @@ struct Case {
   std::string method = "variational";
   std::string arithmetic = "compensated";
   int dimension = 3;
-
-  std::string name() const {
-    return system + "_" + method + "_" + arithmetic + "_" + std::to_string(dimension);
-  }
-  friend void PrintTo(const Case& which, std::ostream* out) { *out << which.name(); }
 };
-
-inline std::vector<Case> cases() {
-  std::vector<Case> all;
-  for (const int dimension : {3, 5}) {
-    all.push_back({"rigid_body", "variational", "compensated", dimension});
-    all.push_back({"rigid_body", "variational", "plain", dimension});
-    all.push_back({"rigid_body", "rk4", "compensated", dimension});
-    all.push_back({"rigid_body", "munthe_kaas4", "compensated", dimension});
-    all.push_back({"moser_veselov", "", "", dimension});
-  }
-  for (const char* method : {"preprocessed_variational", "exact", "splitting"})
-    all.push_back({"rigid_body", method, "compensated", 3});
-  return all;
-}
 
 inline SceneDescription description(const Case& which = {}) {
   const int N = which.dimension;

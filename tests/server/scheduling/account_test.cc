@@ -32,37 +32,6 @@ TEST(Account, CallsAtOnce) {
   EXPECT_FALSE(bob.enter_call(all));
 }
 
-TEST(Account, PlacesOfSessionsAreGivenBackAndRestoredSessionsExceedTheQuota) {
-  Accounts accounts({.sessions = 2});
-  Account& account = accounts.of({});
-  std::vector<Account::SessionSlot> slots;
-  for (int i = 0; i < 3; ++i) slots.push_back(account.admit_session(true).value());
-  const auto refused = account.admit_session();
-  ASSERT_FALSE(refused);
-  EXPECT_STREQ(refused.error().limit, "principal_sessions");
-  const Account::SessionSlot copy = slots.back();
-  slots.resize(1);
-  EXPECT_FALSE(account.admit_session()) << "two are there still";
-  slots.clear();
-  EXPECT_TRUE(account.admit_session());
-}
-
-TEST(Account, MemoryIsThePrincipalsPartOfTheServers) {
-  MemoryBudget whole(1000);
-  std::vector<std::string> asked;
-  Accounts accounts({.memory = 600}, whole, [&](const Principal& principal, std::uint64_t) {
-    asked.push_back(principal.name);
-  });
-  MemoryBudget& alices = accounts.of({"alice"}).memory();
-  const MemoryLease most(alices, 500);
-  EXPECT_THROW(MemoryLease(alices, 200), MemoryExhausted);
-  EXPECT_EQ(asked, std::vector<std::string>{"alice"}) << "her own caches and nobody else's";
-  const MemoryLease bobs(accounts.of({"bob"}).memory(), 400);
-  EXPECT_EQ(whole.used(), 900u);
-  Accounts without({}, whole);
-  EXPECT_EQ(&without.of({"alice"}).memory(), &whole);
-}
-
 TEST(Account, ManyThreadsNeverHoldMoreThanTheLimit) {
   Accounts accounts({.calls = 3});
   std::atomic<std::uint32_t> all = 0;

@@ -10,10 +10,6 @@
 #include <vector>
 
 #include "server/scheduling/helpers.h"
-#include "stiefel/simulation.h"
-#include "tests/server/scene_cases.h"
-#include "tests/support/scenes/ensemble_of.h"
-#include "tests/support/scenes/random_scene.h"
 
 namespace stiefel::server {
 namespace {
@@ -49,19 +45,6 @@ TEST(Crew, EveryItemIsDoneOnce) {
       EXPECT_TRUE(std::ranges::all_of(times, [](const auto& n) { return n == 1; })) << count;
     }
   }
-}
-
-TEST(Crew, AnEnsembleHasTheBitsThatItHasAlone) {
-  std::vector<SceneDescription> scenes;
-  for (unsigned b = 0; b < 40; ++b)
-    scenes.push_back(testing::description(testing::RandomBody(5, b + 1), 0.05, "variational"));
-  const Scene scene = Scene::resolve(testing::ensemble_of(scenes)).value();
-  const auto alone = make_simulation(scene), shared = make_simulation(scene);
-  ASSERT_TRUE(alone->advance(500).reached());
-  Computing call(4);
-  const CrewOfThisThread crew(call.crew);
-  for (int part = 0; part < 5; ++part) ASSERT_TRUE(shared->advance(100).reached());
-  EXPECT_EQ(test::saved(*shared), test::saved(*alone));
 }
 
 /// The only helper is inside an item when another call wants a place: it leaves after that item.

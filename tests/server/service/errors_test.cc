@@ -1,7 +1,6 @@
 // Errors that no single wrong field is: floods of them, limits, routing and checkpoints.
 // tests/conformance has those of fields.
 #include <functional>
-#include <random>
 
 #include "server/convert/errors.h"
 #include "tests/server/harness.h"
@@ -29,7 +28,7 @@ class Errors : public testing::Test {
     EXPECT_EQ(harness_.step("s", 10).sample().step(), 10) << "the server lives";
   }
 
-  test::Harness harness_{{.max_sessions = 2}};
+  test::Harness harness_;
 };
 
 /// INVALID_ARGUMENT with a violation of the field, in the details and in the message.
@@ -83,24 +82,6 @@ TEST_F(Errors, MoreBlocksThanAnySystemHas) {
   expect_invalid(status, "scene.initial");
 }
 
-TEST_F(Errors, TooManySessionsSaysWhichLimitAndWhenToRetry) {
-  harness_.create("second", test::wire_scene());
-  const auto status = create([](auto& request) { request.set_session_id("third"); });
-  v1::Status details;
-  ASSERT_TRUE(details.ParseFromString(status.error_details()));
-  ASSERT_EQ(details.details_size(), 3);
-  EXPECT_EQ(details.details(1).type_url(), "type.googleapis.com/google.rpc.QuotaFailure");
-  v1::QuotaFailure quota;
-  ASSERT_TRUE(quota.ParseFromString(details.details(1).value()));
-  ASSERT_EQ(quota.violations_size(), 1);
-  EXPECT_EQ(quota.violations(0).subject(), "sessions");
-  EXPECT_EQ(quota.violations(0).description(), "at most 2");
-  EXPECT_EQ(details.details(2).type_url(), "type.googleapis.com/google.rpc.RetryInfo");
-  v1::RetryInfo retry;
-  ASSERT_TRUE(retry.ParseFromString(details.details(2).value()));
-  EXPECT_EQ(retry.retry_delay().seconds(), 1);
-}
-
 TEST(ErrorsOfResources, SayWhichQuotaAndWhenToRetry) {
   const auto expect = [](const grpc::Status& status, const char* reason, const char* subject) {
     expect_reason(status, grpc::RESOURCE_EXHAUSTED, reason);
@@ -136,26 +117,6 @@ TEST_F(Errors, OfRouting) {
   for (const std::vector<std::string>& by :
        {std::vector<std::string>{"t"}, {"s", "t"}, {"t", "s"}, {"s", ""}})
     expect_invalid(routed(by), "session_id");
-}
-
-TEST_F(Errors, OfCheckpoints) {
-  std::string checkpoint = harness_.step("s", 100, true).checkpoint();
-  const auto with = [&](const std::string& bytes) {
-    return create([&](auto& request) { request.set_checkpoint(bytes); });
-  };
-  std::mt19937 random(2);
-  for (int i = 0; i < 200; ++i) {
-    std::string damaged = checkpoint;
-    damaged[random() % damaged.size()] ^= 0x40;
-    expect_invalid(with(damaged), "checkpoint");
-  }
-  expect_invalid(with("x"), "checkpoint");
-  expect_invalid(create([&](auto& request) {
-                   request.set_checkpoint(checkpoint);
-                   *request.mutable_scene() = test::wire_scene({.dimension = 5});
-                 }),
-                 "checkpoint");
-  EXPECT_TRUE(with(checkpoint).ok());
 }
 
 }  // namespace

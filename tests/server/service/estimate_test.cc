@@ -1,29 +1,20 @@
 // The estimated error of Diagnose.
-#include <chrono>
-#include <ctime>
-#include <thread>
-
 #include "tests/server/harness.h"
 
 namespace stiefel {
 namespace {
 
-using namespace std::chrono_literals;
-
 class Estimate : public testing::Test {
  protected:
-  v1::DiagnoseRequest request(std::int64_t to, v1::ErrorEstimation asked) {
-    v1::DiagnoseRequest out;
-    out.set_session_id("s");
-    out.set_to(to);
-    out.add_invariants("energy");
-    out.set_estimate_error(asked);
-    return out;
-  }
   v1::DiagnoseResponse diagnose(std::int64_t to, v1::ErrorEstimation asked) {
+    v1::DiagnoseRequest request;
+    request.set_session_id("s");
+    request.set_to(to);
+    request.add_invariants("energy");
+    request.set_estimate_error(asked);
     grpc::ClientContext context;
     v1::DiagnoseResponse response;
-    const auto status = harness_.stub->Diagnose(&context, request(to, asked), &response);
+    const auto status = harness_.stub->Diagnose(&context, request, &response);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return response;
   }
@@ -75,42 +66,6 @@ TEST_F(Estimate, OfMoreWorkThanIsAllowedIsRefusedWithItsPrice) {
   EXPECT_FALSE(error.has_attitude() || error.has_momentum());
   EXPECT_NE(error.missing().find("would take"), std::string::npos);
   EXPECT_NE(error.missing().find("5.0e+10"), std::string::npos) << error.missing();
-}
-
-TEST_F(Estimate, RefusesAnUnknownWish) {
-  harness_.create("s", test::wire_scene());
-  grpc::ClientContext context;
-  v1::DiagnoseResponse response;
-  const auto status =
-      harness_.stub->Diagnose(&context, request(1, static_cast<v1::ErrorEstimation>(7)), &response);
-  EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT);
-  EXPECT_NE(status.error_message().find("estimate_error"), std::string::npos);
-}
-
-/// Seconds of work end within a fraction of one when the caller leaves, and other calls go on. The
-/// times are processor times, which other programs do not change.
-TEST_F(Estimate, EndsWhenTheCallerLeaves) {
-  auto scene = test::wire_scene({.method = "rk4", .arithmetic = "plain", .dimension = 20});
-  scene.set_step(0.001);
-  harness_.create("s", scene);
-  harness_.step("s", 500);
-  grpc::ClientContext context;
-  grpc::Status status;
-  std::clock_t ended = 0;
-  std::jthread caller([&] {
-    v1::DiagnoseResponse response;
-    const auto asked = request(500, v1::ERROR_ESTIMATION_ALWAYS);
-    status = harness_.stub->Diagnose(&context, asked, &response);
-    ended = std::clock();
-  });
-  const std::clock_t begun = std::clock();
-  while (std::clock() - begun < 4 * CLOCKS_PER_SEC / 10) std::this_thread::sleep_for(1ms);
-  const std::clock_t left = std::clock();
-  context.TryCancel();
-  caller.join();
-  EXPECT_EQ(status.error_code(), grpc::CANCELLED);
-  EXPECT_LT(ended - left, CLOCKS_PER_SEC);
-  EXPECT_EQ(harness_.step("s", 600).sample().step(), 600);
 }
 
 }  // namespace

@@ -32,30 +32,6 @@ nlohmann::json only(const Lines& lines, const std::string& method) {
   return found;
 }
 
-TEST(Log, ACallIsALineOfTheSameMessageHoweverItEnds) {
-  const Lines lines = logged([] {
-    test::Harness harness({.log_level = "debug", .log_json = true});
-    harness.create("s", test::wire_scene());
-    grpc::ClientContext context;
-    v1::GetSessionRequest request;
-    request.set_session_id("nobody");
-    v1::GetSessionResponse response;
-    EXPECT_EQ(harness.stub->GetSession(&context, request, &response).error_code(), grpc::NOT_FOUND);
-  });
-  const auto good = only(lines, "CreateSession"), bad = only(lines, "GetSession");
-  EXPECT_EQ(good["message"], "rpc");
-  EXPECT_EQ(good["code"], "OK");
-  EXPECT_EQ(good["session"], "s");
-  EXPECT_FALSE(good.contains("error"));
-  EXPECT_EQ(bad["message"], "rpc");
-  EXPECT_EQ(bad["level"], "info") << "a failure is told at info";
-  EXPECT_EQ(bad["code"], "NOT_FOUND");
-  EXPECT_EQ(bad["session"], "nobody");
-  EXPECT_EQ(bad["error"], "session_id: nobody: there is no such session");
-  for (const char* key : {"time", "request_id", "milliseconds", "steps"})
-    EXPECT_TRUE(bad.contains(key)) << key;
-}
-
 TEST(Log, AnInternalErrorIsToldAtEveryLevel) {
   for (const char* level : {"debug", "error"}) {
     const Lines lines = logged([&] {

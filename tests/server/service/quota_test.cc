@@ -270,17 +270,5 @@ TEST(Quotas, Memory) {
   comes_to_pass([&](grpc::ClientContext& context) { return create("greedy", 0, 8, context); });
 }
 
-TEST(Quotas, WithoutLimitsNothingIsRefused) {
-  test::Harness harness;
-  harness.create("s", test::wire_scene());
-  std::vector<std::unique_ptr<Running>> calls;
-  for (int i = 0; i < 100; ++i)
-    calls.push_back(std::make_unique<Running>(*harness.stub, "", 50'000));
-  for (const auto& call : calls) {
-    call->wait();
-    EXPECT_TRUE(call->status.ok()) << call->status.error_message();
-  }
-}
-
 }  // namespace
 }  // namespace stiefel

@@ -101,21 +101,6 @@ class CheckpointBytes : public testing::Test {
   std::string bytes_;
 };
 
-TEST_F(CheckpointBytes, AnotherServerGoesOn) {
-  EXPECT_EQ(bytes_.size(), checkpoint_bytes(session_));
-  Session other(test::scene());
-  auto checkpoint = decode_checkpoint(other, bytes_);
-  ASSERT_TRUE(checkpoint);
-  EXPECT_EQ(checkpoint->step, 500);
-  EXPECT_EQ(checkpoint->saved, test::saved(cursor_.simulation()));
-  other.restore_checkpoint(checkpoint->step, std::move(checkpoint->saved));
-  Cursor walk(other, 700);
-  EXPECT_EQ(walk.step(), 500);
-  std::int64_t budget = 1000;
-  walk.advance(700, budget);
-  EXPECT_EQ(test::saved(walk.simulation()), test::expected_state(other.scene(), 700));
-}
-
 TEST_F(CheckpointBytes, EveryFlippedByteAndEveryCutIsFound) {
   for (std::size_t i = 0; i < bytes_.size(); ++i) {
     std::string damaged = bytes_;

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstring>
-
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
 #include "tests/server/scene_cases.h"
 
@@ -13,36 +10,8 @@ namespace {
 
 class SamplingTest : public testing::Test {
  protected:
-  struct All {
-    std::vector<std::int64_t> steps;
-    std::string Q;
-    std::vector<std::size_t> batches;
-  };
-  static All collect(Session& session, Sampling::Range range) {
-    Sampling sampling(session, {0}, range);
-    Batch batch;
-    All all;
-    while (!sampling.done()) {
-      sampling.clear(batch);
-      while (!sampling.done() && !sampling.full(batch)) sampling.fill(batch);
-      sampling.trim(batch);
-      all.steps.insert(all.steps.end(), batch.steps.begin(), batch.steps.end());
-      all.Q += batch.fields[0];
-      all.batches.push_back(batch.size());
-    }
-    return all;
-  }
-
   Session session_{test::scene()};
 };
-
-TEST_F(SamplingTest, AlwaysTheLastOne) {
-  EXPECT_EQ(collect(session_, {3, 10, 3}).steps, (std::vector<std::int64_t>{3, 6, 9, 10}));
-  EXPECT_EQ(collect(session_, {3, 9, 3}).steps, (std::vector<std::int64_t>{3, 6, 9}));
-  EXPECT_EQ(collect(session_, {5, 5, 1}).steps, (std::vector<std::int64_t>{5}));
-  EXPECT_EQ(collect(session_, {0, 5, std::int64_t{1} << 62}).steps,
-            (std::vector<std::int64_t>{0, 5}));
-}
 
 TEST_F(SamplingTest, GoesOnAfterASuspensionWithTheSameBits) {
   Session large(test::scene({.method = "munthe_kaas4", .dimension = 70}));
@@ -67,25 +36,6 @@ TEST_F(SamplingTest, GoesOnAfterASuspensionWithTheSameBits) {
   EXPECT_EQ(stopped.cursor().run_status().outcome, Outcome::cancelled);
 }
 
-TEST_F(SamplingTest, TheBytesAreTheStates) {
-  const All all = collect(session_, {0, 5000, 1});
-  const auto simulation = make_simulation(session_.scene());
-  ASSERT_EQ(all.steps.size(), 5001u);
-  ASSERT_EQ(all.Q.size(), 5001u * 72);
-  for (std::size_t i = 0; i < all.steps.size(); ++i) {
-    std::array<double, 9> Q;
-    simulation->advance(static_cast<std::int64_t>(i) - simulation->step());
-    simulation->write(0, Q);
-    ASSERT_EQ(std::memcmp(Q.data(), all.Q.data() + i * 72, 72), 0) << "step " << i;
-  }
-}
-
-TEST_F(SamplingTest, BatchesAreFullButTheLast) {
-  const std::size_t full = Sampling::batch_bytes / (72 + 16);
-  const All all = collect(session_, {0, static_cast<std::int64_t>(2 * full + 9), 1});
-  EXPECT_EQ(all.batches, (std::vector<std::size_t>{full, full, 10}));
-}
-
 TEST_F(SamplingTest, WhatStopsEarlySavesTheLastGoodStateOnce) {
   Sampling sampling(session_, {0}, {0, 1'000'000'000, 1'000'000'000, 0, true});
   Batch batch;
@@ -100,19 +50,6 @@ TEST_F(SamplingTest, WhatStopsEarlySavesTheLastGoodStateOnce) {
             test::expected_state(session_.scene(), last.step));
   sampling.clear(batch);
   EXPECT_FALSE(sampling.save(batch));
-}
-
-TEST_F(SamplingTest, ANumericalStopEndsWithTheLastGoodState) {
-  SceneDescription wild = test::description();
-  wild.step = 40;
-  Session session(Scene::resolve(wild).value());
-  Sampling sampling(session, {0}, {50, 100, 1});
-  Batch batch;
-  sampling.clear(batch);
-  sampling.fill(batch);
-  EXPECT_TRUE(sampling.done());
-  EXPECT_EQ(sampling.cursor().run_status().outcome, Outcome::left_domain);
-  EXPECT_EQ(batch.steps, (std::vector<std::int64_t>{sampling.cursor().step()}));
 }
 
 TEST_F(SamplingTest, CheckpointsAreOfTheSamplesTheyFollow) {

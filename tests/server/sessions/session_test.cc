@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <latch>
 #include <limits>
 #include <thread>
 
@@ -33,38 +32,6 @@ std::vector<double> state_at(Session& session, std::int64_t to,
   return saved(walk.simulation());
 }
 
-class Purity : public testing::TestWithParam<test::Case> {};
-INSTANTIATE_TEST_SUITE_P(Session, Purity, testing::ValuesIn(test::cases()),
-                         [](const auto& which) { return which.param.name(); });
-
-TEST_P(Purity, SameBitsHoweverReached) {
-  const auto session = session_of(GetParam());
-  const auto at = [&](std::int64_t step) { return expected_state(session->scene(), step); };
-  EXPECT_EQ(state_at(*session, 1000), at(1000));
-  EXPECT_EQ(state_at(*session, 1357, 10), at(1357)) << "in slices";
-  EXPECT_EQ(state_at(*session, 999), at(999)) << "back";
-  EXPECT_EQ(state_at(*session, 1358), at(1358)) << "forth";
-  EXPECT_EQ(state_at(*session, 0), at(0));
-}
-
-TEST_P(Purity, EightThreadsAtOnce) {
-  const auto session = session_of(GetParam());
-  std::vector<std::vector<double>> expected;
-  for (int step = 0; step < 8; ++step)
-    expected.push_back(expected_state(session->scene(), step * 150));
-  std::latch start(8);
-  std::vector<std::jthread> threads;
-  for (std::size_t t = 0; t < 8; ++t) {
-    threads.emplace_back([&, t] {
-      start.arrive_and_wait();
-      for (std::size_t i = 0; i < 16; ++i) {
-        const std::size_t step = (i * 3 + t) % 8;
-        EXPECT_EQ(state_at(*session, static_cast<std::int64_t>(step) * 150, 40), expected[step]);
-      }
-    });
-  }
-}
-
 TEST(Session, GoesOnFromWhereItWas) {
   const auto session = session_of();
   state_at(*session, 100);
@@ -81,18 +48,6 @@ TEST(Session, ALongWalkHoldsNobodyUp) {
   EXPECT_FALSE(long_walk.advance(1'000'000'000'000, budget));
   EXPECT_EQ(long_walk.computed_steps(), slice) << "a slice is its steps and no more";
   EXPECT_EQ(state_at(*session, 20), expected_state(session->scene(), 20));
-}
-
-TEST(Session, AClosedFormGoesAnywhereAtOnce) {
-  constexpr std::int64_t far = 1'000'000'000'000'000;
-  const auto session = session_of({.method = "exact"});
-  Cursor walk(*session, far);
-  std::int64_t budget = 1;
-  EXPECT_TRUE(walk.advance(far, budget));
-  EXPECT_EQ(walk.step(), far);
-  EXPECT_EQ(walk.computed_steps(), 1);
-  EXPECT_EQ(session->cached_steps(), std::vector<std::int64_t>{0});
-  EXPECT_EQ(saved(walk.simulation()), expected_state(session->scene(), far));
 }
 
 TEST(Session, ACancelledWalkStaysAtItsLastGoodState) {

@@ -120,22 +120,5 @@ INSTANTIATE_TEST_SUITE_P(Kept, Crash, testing::Values(0.0, 0.5, 1.0), [](const a
   return kept.param == 0 ? "Nothing" : kept.param == 1 ? "All" : "Half";
 });
 
-/// The test would notice a store that answers before it is synchronized.
-TEST(CrashTest, WithoutSynchronizationAcknowledgedSessionsAreLost) {
-  const test::Folder folder;
-  ForgetfulVfs vfs;
-  std::mt19937_64 random(1);
-  { Store made(folder.file()); }
-  {
-    Database database(folder.file());
-    database.run("PRAGMA synchronous=OFF");
-    database.run("INSERT INTO tombstone VALUES (1, '', 'a', 1)");
-    vfs.crash_at(0);
-  }
-  vfs.restart(0, random);
-  Store store(folder.file());
-  EXPECT_TRUE(store.tombstones(0).empty());
-}
-
 }  // namespace
 }  // namespace stiefel::server

@@ -80,23 +80,6 @@ TEST_F(RestartTest, AServerStartsWithLessMemoryThanItsSessionsTake) {
   EXPECT_EQ(harness.step(std::to_string(sessions - 1), 3).sample().step(), 3);
 }
 
-TEST_F(RestartTest, ADeletedSessionStaysDeletedAfterARestart) {
-  for (int restart = 0; restart < 3; ++restart) {
-    Harness harness(with_store(file_));
-    if (restart == 0) {
-      for (const char* id : {"a", "b"}) harness.create(id, numbered(0));
-      for (const char* id : {"a", "b", "never-there"}) EXPECT_EQ(erase(*harness.stub, id), "");
-      harness.create("b", numbered(0));
-    }
-    for (const char* id : {"a", "never-there"})
-      EXPECT_EQ(recreate(*harness.stub, id), "SESSION_DELETED") << restart;
-    EXPECT_EQ(recreate(*harness.stub, "b"), "") << "it was created anew";
-  }
-  Harness harness(with_store(file_));
-  EXPECT_FALSE(get(*harness.stub, "a"));
-  EXPECT_EQ(create(*harness.stub, "a", numbered(1)), "") << "a new creation may use the name";
-}
-
 TEST_F(RestartTest, RestoredSessionsCountInTheirPrincipalsQuota) {
   auto options = with_store(file_);
   {

@@ -181,23 +181,6 @@ TEST_F(StoreTest, AChangedByteIsRefusedOrHarmless) {
   EXPECT_GT(refused, 50) << "most of the file is sessions";
 }
 
-TEST_F(StoreTest, OnAFullDiskWhatDoesNotFitIsRefusedAndTheRestStays) {
-  Store store(file_);
-  put(store, row("fits", 50'000));
-  {
-    const test::FullDisk disk(200'000);
-    try {
-      put(store, row("does not", 200'000));
-      FAIL();
-    } catch (const StoreError& error) {
-      EXPECT_EQ(error.kind(), WriteFault::Kind::full) << error.what();
-    }
-    EXPECT_EQ(rows(store).size(), 1u);
-  }
-  put(store, row("does not", 200'000));
-  EXPECT_EQ(rows(store).size(), 2u) << "there is space again";
-}
-
 /// What a change of the store is refused with, or "" if it is made.
 std::string refused_change(Store& store) {
   try {

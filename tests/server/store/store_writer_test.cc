@@ -77,24 +77,6 @@ TEST_F(StoreWriterTest, WhatCannotBeWrittenFailsAlone) {
   EXPECT_EQ(faults_, 1);
 }
 
-TEST_F(StoreWriterTest, OnAFullDiskWritesAreRefusedAndSpaceThatComesBackIsUsed) {
-  std::int64_t made = 0;
-  {
-    const test::FullDisk disk(200'000);
-    for (; made < 1000; ++made)
-      if (const auto fault = put("a" + std::to_string(made)).get()) {
-        EXPECT_EQ(fault->kind, WriteFault::Kind::full) << fault->what;
-        break;
-      }
-    EXPECT_GT(made, 10);
-    EXPECT_LT(made, 1000);
-    EXPECT_EQ(faults_, 1);
-  }
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(put("b" + std::to_string(i)).get());
-  Database other(folder_.file());
-  EXPECT_EQ(other.number("SELECT count(*) FROM session"), made + 100);
-}
-
 TEST_F(StoreWriterTest, ALockOfAnotherProgramIsWaitedFor) {
   Database other(folder_.file());
   other.run("BEGIN IMMEDIATE");
