@@ -44,7 +44,8 @@ def test_beyond_the_first_conjugate_point_another_geodesic_is_shorter(client):
 
 
 @pytest.mark.parametrize("change, field", [
-    ({"inertia": [1, 2]}, "inertia"), ({"inertia": [1, 2, -1]}, "inertia"), ({"time": -1.0}, "time"),
+    ({"inertia": [1, 2]}, "inertia"), ({"inertia": [1, 2, -1]}, "inertia"), ({"time": -1.0}, "time"), ({"time": np.inf}, "time"), ({"inertia": [1, np.nan, 3]}, "inertia"), ({"Qdot": [[0, np.nan, 0]]}, "Qdot"),
+   
     ({"Q": [[2, 0, 0]]}, "Q"), ({"Qdot": [[1, 0, 0]]}, "Qdot"), ({"Qdot": [[0, 1]]}, "Qdot"), ({"Q": [[np.nan, 0, 0]]}, "Q")])
 def test_a_fault_names_its_field(client, change, field):
     with pytest.raises(stiefel.InvalidArgument) as refused:

@@ -106,7 +106,8 @@ def test_one_bad_pair_of_many_is_named_before_anything_moves(client):
     ({"time": 0.0}, "time"), ({"time": float("nan")}, "time"), ({"inertia": [1, 2]}, "inertia"),
     ({"inertia": [1, 2, -3]}, "inertia"), ({"Q_T": [[1, 1, 0]]}, "Q_T.*orthonormal"), ({"Q_T": np.eye(3)}, "Q_T"),
     ({"metric": "canonical"}, "inertia"), ({"metric": "beta"}, "beta"), ({"beta": 0.5}, "beta"),
-    ({"inertia": [], "metric": "beta", "beta": -1.0}, "beta"), ({"steps": 10**6}, "steps"), ({"samples": 10**6}, "samples"), ({"restarts": 10**6}, "restarts"),
+    *(({"inertia": [], "metric": "beta", "beta": beta}, "beta") for beta in (-1.0, 0.0, np.nan, np.inf)),
+    ({"time": 1e-300}, "time"), ({"steps": 10**6}, "steps"), ({"samples": 10**6}, "samples"), ({"restarts": 10**6}, "restarts"),
 ], ids=lambda value: None if isinstance(value, str) else "".join(value))
 def test_what_has_no_meaning_names_the_field(client, change, fault):
     problem = {"inertia": [1, 2, 3], "Q_0": [[1, 0, 0]], "Q_T": [[0, 1, 0]], **change}

@@ -16,21 +16,6 @@ def id(client):
     client.delete(name)
 
 
-def test_the_same_id_and_scene_is_the_existing_session(client, id):
-    first = client.create(scenes.rigid_body(), id=id)
-    first.step(to=10)
-    again = client.create(scenes.rigid_body(), id=id)
-    assert first.created and not again.created
-    assert again._message.create_time == first._message.create_time
-    assert again._resolved() == first._resolved()
-
-
-def test_the_resolved_scene_names_the_same_session(client, id):
-    """A scene with every default written out is the same scene."""
-    first = client.create(scenes.rigid_body(), id=id)
-    assert not client.create(first._resolved(), id=id).created
-
-
 def test_the_same_id_and_another_scene_is_refused(client, id):
     client.create(scenes.rigid_body(), id=id)
     with pytest.raises(stiefel.AlreadyExists, match=id):
@@ -50,10 +35,6 @@ def test_deleting_an_unknown_id_succeeds(client, id):
 def test_every_default_is_resolved(client, id):
     scene = client.create(scenes.rigid_body(), id=id)._resolved()
     assert (scene.method.order, scene.method.substeps, scene.method.arithmetic) == (2, 1, "compensated")
-
-
-def test_a_discrete_system_resolves_without_method(client, id):
-    assert not client.create(scenes.moser_veselov(), id=id)._resolved().HasField("method")
 
 
 def test_get_tells_cursor_and_cached_steps(client, id):

@@ -105,8 +105,8 @@ def test_a_fork_with_another_method_is_not_what_was_chosen(client):
 
 
 @pytest.mark.parametrize("change, fault", [
-    ({"horizon": None}, "^scene.horizon: absent"), ({"horizon": 0.0}, "^scene.horizon: 0"),
-    ({"tolerance": 0.0}, "^scene.tolerance: 0"), ({"tolerance": 3.0}, "^scene.tolerance: 3"),
+    ({"horizon": None}, "^scene.horizon: absent"), ({"horizon": 0.0}, "^scene.horizon: 0"), ({"horizon": math.inf}, "^scene.horizon: inf"),
+    ({"tolerance": 0.0}, "^scene.tolerance: 0"), ({"tolerance": 3.0}, "^scene.tolerance: 3"), ({"tolerance": math.nan}, "^scene.tolerance: nan"),
     ({"method": {"name": "rk4"}}, "^scene.tolerance.*method"),
     ({"system": "moser_veselov"}, "^scene.tolerance.*discrete"),
 ], ids=lambda value: None if isinstance(value, str) else "".join(value))

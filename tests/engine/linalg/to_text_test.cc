@@ -23,20 +23,5 @@ TEST(ToText, IsTheShortestThatReadsBack) {
   }
 }
 
-TEST(ToText, HasAsManyDigitsAsAskedFor) {
-  EXPECT_EQ(to_text(2 / 3.0, 4), "0.6667");
-  EXPECT_EQ(to_text(0.5, 4), "0.5");
-  EXPECT_EQ(to_text(2e-7 / 3, 4), "6.667e-08");
-  EXPECT_EQ(scientific_text(2 / 3.0, 2), "6.7e-01");
-  EXPECT_EQ(scientific_text(1e-300, 1), "1e-300");
-  EXPECT_EQ(scientific_text(std::numeric_limits<double>::max(), 50).size(), 50u + 6);
-}
-
-TEST(ToText, OfListsHasTheFirstEight) {
-  EXPECT_EQ(to_text(std::vector<double>{}), "[]");
-  EXPECT_EQ(to_text(std::vector<double>{1, 2.5}), "[1, 2.5]");
-  EXPECT_EQ(to_text(std::vector<double>(9, 0.0)), "[0, 0, 0, 0, 0, 0, 0, 0, …]");
-}
-
 }  // namespace
 }  // namespace stiefel

@@ -45,19 +45,6 @@ TEST(Adaptive, MeetsItsTolerance) {
     }
 }
 
-TEST(Adaptive, GoesBackInTime) {
-  const RandomBody body(5, 4);
-  const RigidBody<SoN<double>> system(body.lambda);
-  Adaptive::Map<RigidBody<SoN<double>>> there(system, 3, {8, Arithmetic::compensated, 1e-11}),
-      back(system, -3, {8, Arithmetic::compensated, 1e-11});
-  auto state = there.start(testing::state_of<SoN<double>>(body));
-  back.start(state.x.value);
-  ASSERT_TRUE(there.step(state).reached());
-  EXPECT_GT((state.x.value.topRows(5) - body.Q).norm(), 0.1);
-  ASSERT_TRUE(back.step(state).reached());
-  EXPECT_LT((state.x.value - testing::state_of<SoN<double>>(body)).norm(), 1e-9);
-}
-
 /// Units do not matter: with a momentum 2²⁰ times smaller and a time 2²⁰ times longer the motion
 /// has the same bits.
 TEST(Adaptive, MeasuresMomentumByItself) {

@@ -186,26 +186,6 @@ TEST(Exact, HasTheSameBitsOnEveryInstructionSet) {
 }
 #endif
 
-/// The composition of order 8 converges to the closed form like h⁸.
-TEST(Exact, IsTheLimitOfTheVariationalIntegrator) {
-  for (unsigned seed = 1; seed <= 4; ++seed) {
-    const testing::RandomBody given(3, seed);
-    const Body body(given.lambda.cast<Quad>());
-    Body::State x;
-    x << quaternion_of(given.Q).cast<Quad>().normalized(), vee(given.M).cast<Quad>();
-    const Body::State exact = Exact::MotionOf<Body>::make(body, x).at(1);
-    const auto error = [&](int steps) {
-      Variational::Map<Body> map(body, Quad(1) / steps, {8, Arithmetic::plain});
-      auto state = map.start(x);
-      for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
-      return static_cast<double>((state.x.value - exact).norm());
-    };
-    const double coarse = error(50), fine = error(100);
-    EXPECT_LT(fine, 1e-15);
-    EXPECT_NEAR(std::log2(coarse / fine), 8, 0.05);
-  }
-}
-
 TEST(Exact, AgreesWithTheReferenceSolutions) {
   using WideBody = RigidBody<So3<long double, true>>;
   int cases = 0;
@@ -226,24 +206,6 @@ TEST(Exact, AgreesWithTheReferenceSolutions) {
     EXPECT_LT((hat(end.tail<3>()) - c.matrix<long double>("M")).norm(), 10 * bound) << c.name();
   }
   EXPECT_EQ(cases, 5);
-}
-
-Scene scene(const std::string& method, double step, int N = 3) {
-  return testing::random_scene(N, 2, step, method);
-}
-
-/// The state at step k of step h is the one at step 1 of kh; 10¹⁵ steps are no more work than one.
-TEST(Exact, GoesAnywhereAtOnce) {
-  constexpr std::int64_t far = 1'000'000'000'000'000;
-  const auto many = make_simulation(scene("exact", 0x1p-40)),
-             one = make_simulation(scene("exact", static_cast<double>(far) * 0x1p-40));
-  ASSERT_TRUE(many->direct());
-  ASSERT_TRUE(many->advance(far).reached());
-  ASSERT_TRUE(one->advance(1).reached());
-  EXPECT_EQ(many->step(), far);
-  EXPECT_EQ(many->get("Q"), one->get("Q"));
-  EXPECT_EQ(many->get("M"), one->get("M"));
-  EXPECT_FALSE(make_simulation(scene("variational", 0.1))->direct());
 }
 
 /// The quaternion has no jump of sign along small steps.
@@ -310,27 +272,6 @@ TEST(Exact, TurnsOverWhenItShouldHoweverNearTheMiddleAxisItStarts) {
         EXPECT_NEAR(now(0, k), wanted, 1e-11 * std::abs(wanted)) << omega(0) << ", axis " << axis;
       }
     }
-}
-
-TEST(Exact, HasNoOrder) {
-  auto d = testing::description(testing::RandomBody(3, 1), 0.1, "exact");
-  EXPECT_FALSE(Scene::resolve(d).value().description().method->order);
-  d.method->order = 4;
-  const auto refused = Scene::resolve(d);
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error()[0].field, "method.order");
-}
-
-TEST(MethodsInThreeDimensions, RefuseOthers) {
-  for (const char* method : {"exact", "preprocessed_variational", "splitting"}) {
-    EXPECT_TRUE(Scene::resolve(testing::description(testing::RandomBody(3, 1), 0.1, method)));
-    const auto refused =
-        Scene::resolve(testing::description(testing::RandomBody(4, 1), 0.1, method));
-    ASSERT_FALSE(refused);
-    ASSERT_EQ(refused.error().size(), 1u);
-    EXPECT_EQ(refused.error()[0].field, "method.name");
-    EXPECT_TRUE(refused.error()[0].rule.starts_with("is only for N = 3"));
-  }
 }
 
 }  // namespace

@@ -127,27 +127,6 @@ TEST(Stop, AnEnsembleGoesBackToWhereAllItsMembersWere) {
   }
 }
 
-TEST(Stop, ManakovCoefficientsOfManyDimensions) {
-  const Scene scene = resolved(body(128, "rk4", 1));
-  const auto now = make_simulation(scene);
-  const std::vector<std::string> only = {"manakov"};
-  const auto took = time_to_stop([&](const std::stop_token& stop) {
-    EXPECT_LT(diagnose(scene, *now, only, stop).invariants.size(), 64u * 64u - 64u);
-  });
-  EXPECT_LT(took, 1s);
-}
-
-TEST(Stop, ASymplecticTestOfManyPairs) {
-  const Scene scene = resolved(body(16, "variational", 1));
-  const auto now = make_simulation(scene);
-  const auto took = time_to_stop([&](const std::stop_token& stop) {
-    const auto defect = symplectic_defect(scene, *now, 1'000'000, 1, {}, stop);
-    ASSERT_TRUE(defect);
-    EXPECT_FALSE(*defect);
-  });
-  EXPECT_LT(took, 1s);
-}
-
 /// Processor time, since others may have the machine.
 template <class Work>
 std::clock_t processor_time(Work work) {

@@ -47,23 +47,6 @@ TEST(Choice, StaysWithinTheToleranceAtAboutTheLeastCost) {
   }
 }
 
-TEST(Choice, FixesTheMethodAndKeepsTheStep) {
-  const auto [scene, choice] = resolve_choosing(asked(1e-7, 10)).value();
-  const auto& d = scene.description();
-  ASSERT_TRUE(choice);
-  ASSERT_TRUE(d.method);
-  EXPECT_TRUE(d.method->order && d.method->substeps && !d.method->arithmetic.empty());
-  EXPECT_EQ(d.step, 0.25);
-  EXPECT_EQ(d.tolerance, std::nullopt);
-  EXPECT_EQ(d.horizon, 10);
-  EXPECT_EQ(choice->tolerance, 1e-7);
-  EXPECT_EQ(choice->horizon, 10);
-  EXPECT_EQ(choice->method.name, d.method->name);
-  EXPECT_EQ(choice->method.substeps, d.method->substeps);
-  EXPECT_NE(choice->reason.find(d.method->name), std::string::npos) << choice->reason;
-  EXPECT_NE(choice->reason.find("Taylor series"), std::string::npos) << choice->reason;
-}
-
 /// The error of a chosen scene at its horizon over its tolerance, `exact` being blocks that its
 /// simulation reports; 0 where the tolerance is refused as one that cannot be met.
 double error_over_tolerance(const SceneDescription& d, const auto& exact) {
@@ -168,27 +151,6 @@ double largest_error_over_tolerance(const SceneDescription& d) {
   return error / choice->tolerance;
 }
 
-/// A body that turns over between long rests next to its middle axis. The error grows by a factor
-/// of 1/ε in each turnover, and is largest in the last one.
-TEST(Choice, NextToASeparatrixStaysWithinTheTolerance) {
-  int made = 0;
-  for (const double epsilon : {1e-2, 1e-6, 1e-12})
-    for (const double tolerance : {1e-3, 1e-9, 1e-12})
-      for (const bool wide : {false, true}) {
-        SceneDescription d;
-        d.system = "rigid_body";
-        d.body.emplace();
-        d.body->moments = wide ? std::vector{1.0, 5.0, 5.5} : std::vector{1.0, 2.0, 3.0};
-        d.body->angular_velocity = {epsilon, 1, -epsilon};
-        d.step = 0.05;
-        d.tolerance = tolerance;
-        d.horizon = wide ? 300 : 3000;
-        SCOPED_TRACE(::testing::Message() << epsilon << " " << tolerance << " " << wide);
-        made += largest_error_over_tolerance(d) > 0;
-      }
-  EXPECT_EQ(made, 18);  // `exact` meets every tolerance
-}
-
 /// A chaotic geodesic: no method in double precision keeps the small tolerances.
 TEST(Choice, OfAChaoticGeodesicStaysWithinTheTolerance) {
   int made = 0;
@@ -261,18 +223,6 @@ TEST(Choice, ThatCannotBeVerifiedIsRefused) {
   }
 }
 
-TEST(Choice, OfAResolvedSceneIsWhatItIs) {
-  const auto [once, choice] = resolve_choosing(asked(1e-7, 10)).value();
-  const auto [again, none] = resolve_choosing(once.description()).value();
-  EXPECT_FALSE(none);
-  EXPECT_EQ(again.method(), once.method());
-  EXPECT_EQ(again.substeps(), once.substeps());
-  EXPECT_EQ(again.order(), once.order());
-  EXPECT_EQ(again.arithmetic(), once.arithmetic());
-  // A second choice for this scene gives the same method.
-  EXPECT_EQ(resolve_choosing(asked(1e-7, 10)).value().choice->reason, choice->reason);
-}
-
 TEST(Choice, CostsMoreForMoreAccuracy) {
   double first = 0, last = 0;
   for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12}) {
@@ -293,16 +243,6 @@ TEST(Choice, CostsMoreForMoreAccuracy) {
   EXPECT_GT(last, 4 * first);
 }
 
-TEST(Choice, OfALongHorizonStaysWithinTheTolerance) {
-  SceneDescription d = asked(1e-5, 20000, 3);
-  const auto [scene, choice] = resolve_choosing(d).value();
-  const auto now = make_simulation(scene);
-  ASSERT_TRUE(now->advance(80000).reached());
-  const RandomBody body(3, 6);
-  const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 20000);
-  EXPECT_LE((now->get("Q") - exact.Q).cwiseAbs().maxCoeff(), 1e-5) << choice->reason;
-}
-
 /// Where the reference leaves little of the work for runs, a dear run must not take it from a cheap
 /// one.
 TEST(Choice, IsAsCheapWhereLittleWorkIsLeft) {
@@ -317,63 +257,6 @@ TEST(Choice, IsAsCheapWhereLittleWorkIsLeft) {
     EXPECT_EQ(scene.method(), "rk4") << choice->reason;
     EXPECT_EQ(scene.substeps(), 1) << choice->reason;
   }
-}
-
-TEST(Choice, OfEverySystemThatTakesAMethod) {
-  for (const auto& system : catalogue().systems) {
-    SceneDescription d = testing::any_scene(std::string(system.name), "", 2, 0.1);
-    d.tolerance = 1e-6;
-    d.horizon = 1;
-    const auto scene = resolve_choosing(d);
-    if (system.discrete) {
-      ASSERT_FALSE(scene);
-      EXPECT_EQ(scene.error().front().field, "tolerance");
-    } else {
-      ASSERT_TRUE(scene) << system.name << ": " << scene.error().front().rule;
-      EXPECT_TRUE(make_simulation(scene->scene)->advance(10).reached());
-    }
-  }
-}
-
-TEST(Choice, ThatCannotBeMadeSaysTheBestThatWasFound) {
-  const auto refused = resolve_choosing(asked(1e-15, 400));
-  ASSERT_FALSE(refused);
-  const Violation& violation = refused.error().front();
-  EXPECT_EQ(violation.field, "tolerance");
-  EXPECT_EQ(violation.value, "1e-15");
-  EXPECT_EQ(violation.reason, "TOLERANCE_NOT_MET");
-  const double best = std::stod(violation.metadata.at("best_error"));
-  EXPECT_GT(best, 1e-15);
-  EXPECT_LT(best, 1e-11);
-  EXPECT_NE(violation.rule.find("the nearest, " + violation.metadata.at("best_method") + " at "),
-            std::string::npos)
-      << violation.rule;
-  EXPECT_GT(std::stod(violation.metadata.at("best_work")), 1e6);
-}
-
-TEST(Choice, NeedsToleranceAndHorizonAndNoMethod) {
-  const auto fault = [](SceneDescription d) {
-    const auto scene = resolve_choosing(std::move(d));
-    return scene ? std::string() : scene.error().front().field;
-  };
-  SceneDescription d = asked(1e-6, 10);
-  d.horizon.reset();
-  EXPECT_EQ(fault(d), "horizon");
-  EXPECT_EQ(fault(asked(1e-6, -1)), "horizon");
-  EXPECT_EQ(fault(asked(1e-6, INFINITY)), "horizon");
-  EXPECT_EQ(fault(asked(0, 1)), "tolerance");
-  EXPECT_EQ(fault(asked(2, 1)), "tolerance");
-  EXPECT_EQ(fault(asked(NAN, 1)), "tolerance");
-  d = asked(1e-6, 10);
-  d.method = MethodDescription{"rk4", {}, {}, "", {}};
-  EXPECT_EQ(fault(d), "tolerance");
-  d.tolerance.reset();
-  EXPECT_EQ(fault(d), "");  // a horizon may stay: MeasureTradeoff reads it
-  d.method.reset();
-  EXPECT_EQ(fault(d), "");  // the recommended one
-  d = asked(1e-6, 10);
-  d.initial.erase("M");  // before anything is measured
-  EXPECT_EQ(fault(d), "initial.M");
 }
 
 }  // namespace

@@ -292,37 +292,6 @@ TEST(ConjugatePoints, ScaleWithTimeAndInertia) {
   }
 }
 
-TEST(ConjugatePoints, RefuseWhatIsNoGeodesic) {
-  const GeodesicRay good = random_ray(VectorXd::LinSpaced(4, 1, 2), 2, 3, 4);
-  const auto field = [](const GeodesicRay& ray) {
-    const auto found = conjugate_points(ray);
-    if (found) return std::string("accepted");
-    if (std::holds_alternative<refusal::NotOrthonormal>(found.error())) return std::string("frame");
-    return std::get<refusal::Invalid>(found.error()).field;
-  };
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(field(good), "accepted");
-  for (const double time : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
-    GeodesicRay ray = good;
-    ray.time = time;
-    EXPECT_EQ(field(ray), "time");
-  }
-  GeodesicRay ray = good;
-  ray.inertia(1) = nan;
-  EXPECT_EQ(field(ray), "inertia[1]");
-  ray.inertia(1) = -1;
-  EXPECT_EQ(field(ray), "inertia");
-  ray = good;
-  ray.Qdot(0, 0) = nan;
-  EXPECT_EQ(field(ray), "Qdot");
-  ray.Qdot = good.Q;
-  EXPECT_EQ(field(ray), "Qdot");
-  ray = good;
-  ray.Q(0, 0) = nan;
-  EXPECT_EQ(field(ray), "frame");
-  EXPECT_EQ(field({VectorXd::Ones(40), MatrixXd::Identity(4, 40), MatrixXd::Zero(4, 40), 1}), "Q");
-}
-
 TEST(ConjugatePoints, StopOnRequestAndAtTheirWork) {
   GeodesicRay ray = random_ray(VectorXd::LinSpaced(4, 1, 2), 2, 1e6, 4);
   ray.most_work = 1e7;

@@ -84,19 +84,6 @@ TEST(InFloat, CompensatedArithmeticKeepsInvariantsForLong) {
   }
 }
 
-TEST(InFloat, AStateIsSavedWhole) {
-  for (const auto& [scene, text] : offered("compensated")) {
-    const auto one = made(scene), other = made(scene);
-    ASSERT_TRUE(one->advance(30).reached()) << text;
-    std::vector<double> saved(one->saved_size());
-    one->save(saved);
-    other->restore(30, saved);
-    one->advance(30);
-    other->advance(30);
-    EXPECT_EQ(distance(*one, *other), 0) << text;
-  }
-}
-
 TEST(InFloat, EndsWhereTheBranchDoes) {
   SceneDescription scene = testing::description(testing::RandomBody(3, 1), 3, "variational");
   const RunStatus in_double = made(scene)->advance(1);

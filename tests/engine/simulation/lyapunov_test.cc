@@ -174,35 +174,6 @@ TEST(LyapunovTest, AResumedRunHasTheSameBits) {
   EXPECT_FALSE(LyapunovExponents::resume(scene, what, saved.substr(0, saved.size() - 1), *motion));
 }
 
-TEST(LyapunovTest, WhatCannotBeIsRefused) {
-  const Scene scene = resolved(geodesic(2, distinct_4, 1, 0.1));
-  const auto refusal = [](const Scene& of, const LyapunovDescription& what) {
-    const auto motion = make_simulation(of);
-    const auto made = LyapunovExponents::make(of, what, *motion);
-    return made ? std::string("accepted") : made.error().front().field;
-  };
-  EXPECT_EQ(refusal(scene, {.to = 10}), "to");
-  EXPECT_EQ(refusal(scene, {.to = 5000, .count = 11}), "count");
-  EXPECT_EQ(refusal(scene, {.to = 5000, .count = -1}), "count");
-  EXPECT_EQ(refusal(scene, {.to = 5000, .interval = -1}), "interval");
-  EXPECT_EQ(refusal(resolved(any_scene("rigid_body", "adaptive", 1, 0.1)), {.to = 5000}), "method");
-  EXPECT_EQ(refusal(resolved(any_scene("ellipsoid", "rk4", 1, 0.1)), {.to = 5000}), "system");
-}
-
-/// Every system of the catalogue that has tangents has a spectrum.
-TEST(LyapunovTest, EverySystemHasASpectrum) {
-  for (const SystemInfo& system : catalogue().systems) {
-    const auto on = std::ranges::find(system.methods, true, &MethodOnSystem::has_tangent);
-    if (on == system.methods.end()) continue;
-    const Scene scene =
-        resolved(any_scene(std::string(system.name), std::string(on->method), 5, 0.1));
-    const LyapunovExponents spectrum = spectrum_of(scene, {.to = 2000, .count = 2});
-    EXPECT_TRUE(spectrum.exponents().allFinite()) << system.name;
-    EXPECT_TRUE(spectrum.errors().allFinite()) << system.name;
-    EXPECT_FALSE(spectrum.reason().empty()) << system.name;
-  }
-}
-
 /// Whatever the axes in which a body is given, and by every method that moves it.
 TEST(LyapunovTest, ATurnedBodyHasTheExponentsOfItsMoments) {
   Eigen::Matrix3d I;

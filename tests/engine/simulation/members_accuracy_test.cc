@@ -166,26 +166,6 @@ TEST(ChoiceForMembers, OfTooManyMembersOrTooMuchWorkIsRefused) {
   EXPECT_NE(dear.rule.find("cannot be "), std::string::npos) << dear.rule;
 }
 
-TEST(ChoiceForMembers, NamesTheMemberThatIsWrong) {
-  SceneDescription d = asked(scenes_of(bodies(3, 3), 0.25), 1e-6, 10);
-  EXPECT_EQ(Scene::resolve(d).error().front().reason, "METHOD_NOT_CHOSEN");
-  EXPECT_EQ(Scene::resolve(d).error().size(), 1u);
-  d.initial.at("Q").values(6, 0) += 1;
-  for (const auto& error : {resolve_choosing(d).error(), Scene::resolve(d).error()}) {
-    EXPECT_EQ(error.front().field, "initial.Q");
-    EXPECT_NE(error.front().value.find("(member 2)"), std::string::npos);
-  }
-  d.initial.at("Q").values(0, 0) += 2;
-  EXPECT_EQ(Scene::resolve(d).error().size(), 2u);
-  d.initial.at("Q").values(0, 0) -= 2;
-  d.initial.at("Q").values(6, 0) -= 1;
-  d.horizon.reset();
-  EXPECT_EQ(resolve_choosing(d).error().front().field, "horizon");
-  d.horizon = 10;
-  d.members = 0;
-  EXPECT_EQ(resolve_choosing(d).error().front().field, "members");
-}
-
 /// One refusal tells of a list that is too short for each of 20 members.
 TEST(ChoiceForMembers, AFaultOfAllMembersIsToldOnce) {
   SceneDescription d;

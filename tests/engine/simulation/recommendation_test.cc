@@ -140,24 +140,6 @@ TEST(Recommendation, IsAccurateForNearlyEqualInertia) {
   }
 }
 
-TEST_P(RecommendedMethod, OfAResolvedSceneStays) {
-  auto given = testing::any_scene(GetParam(), "", 1, 0.1);
-  const auto once = resolve_recommending(given).value().description();
-  ASSERT_TRUE(once.method);
-  const auto twice = Scene::resolve(once).value().description();
-  EXPECT_EQ(once.method->name, twice.method->name);
-  EXPECT_EQ(once.method->order, twice.method->order);
-  EXPECT_EQ(once.method->substeps, twice.method->substeps);
-  EXPECT_EQ(once.method->arithmetic, twice.method->arithmetic);
-  EXPECT_EQ(once.method->tolerance, twice.method->tolerance);
-  EXPECT_EQ(once.method->scalar, twice.method->scalar);
-  const auto one = make_simulation(Scene::resolve(once).value()),
-             other = make_simulation(resolve_recommending(given).value());
-  ASSERT_TRUE(one->advance(20).reached() && other->advance(20).reached());
-  for (const auto& field : one->fields())
-    EXPECT_EQ(one->get(field.name), other->get(field.name)) << field.name;
-}
-
 /// Every recommended method is one of the system's and accepts every scene for which it is
 /// recommended.
 TEST_P(RecommendedMethod, IsOneOfTheSystemAndTheLastTakesEveryScene) {

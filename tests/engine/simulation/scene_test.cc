@@ -69,19 +69,6 @@ TEST(Scene, OfADiscreteSystemHasNothingOfAMethod) {
   EXPECT_FALSE(scene.in_float());
 }
 
-TEST(Scene, ResolvingTwiceIsResolvingOnce) {
-  SceneDescription slightly_off = good();
-  slightly_off.initial["Q"].values(0, 0) += 1e-8;
-  for (const auto& d : {good(), good_body(), slightly_off}) {
-    const Scene once = Scene::resolve(d).value();
-    const Scene twice = Scene::resolve(once.description()).value();
-    EXPECT_EQ(once.Q(), twice.Q());
-    EXPECT_EQ(once.M(), twice.M());
-    EXPECT_EQ(twice.description().method->arithmetic, "compensated");
-    EXPECT_EQ(twice.description().method->substeps, 1);
-  }
-}
-
 TEST(Scene, BodyComesBackInItsCallersAxes) {
   const Scene scene = Scene::resolve(good_body()).value();
   const auto simulation = make_simulation(scene);

@@ -245,35 +245,6 @@ TEST(Tradeoff, OfAStepTooLongSaysSoAndGoesOn) {
   }));
 }
 
-TEST(Tradeoff, StopsWhenItIsToldTo) {
-  auto tradeoff = Tradeoff::prepare({testing::description(RandomBody(3, 1), 0.1, "rk4")}).value();
-  ASSERT_TRUE(tradeoff.solve_reference({}));
-  std::stop_source stop;
-  ASSERT_TRUE(tradeoff.next(stop.get_token()));
-  stop.request_stop();
-  EXPECT_FALSE(tradeoff.next(stop.get_token()));
-}
-
-TEST(Tradeoff, RefusesWhatHasNoMeaning) {
-  const auto scene = testing::description(RandomBody(3, 1), 0.1, "rk4");
-  const auto field = [](const TradeoffRequest& request) {
-    const auto made = Tradeoff::prepare(request);
-    return made ? std::string() : made.error().front().field;
-  };
-  EXPECT_EQ(field({scene}), "");
-  EXPECT_EQ(field({scene, -1.0}), "horizon");
-  EXPECT_EQ(field({scene, 1.0, 0}), "budget");
-  EXPECT_EQ(field({scene, 1.0, 1e9, 0}), "repeats");
-  EXPECT_EQ(field({testing::any_scene("moser_veselov", "", 1, 0.1)}), "scene.system");
-  EXPECT_EQ(field({testing::any_scene("no_such", "", 1, 0.1)}), "scene.system");
-  SceneDescription wrong = scene;
-  wrong.initial.erase("M");
-  EXPECT_EQ(field({wrong}), "scene.initial.M");
-  SceneDescription without = scene;
-  without.method.reset();
-  EXPECT_EQ(field({without}), "");
-}
-
 /// A method without a price has an estimated one, and the scene has a warning.
 TEST(StepWeight, IsCountedOrSaidToBeEstimated) {
   int counted = 0;

@@ -239,20 +239,5 @@ TEST(SummaryOfAnEnsemble, OverTheMembersIsOfAllTheirSamples) {
   EXPECT_LE(all["M.quantiles"].numbers[1], values[at + 1]);
 }
 
-TEST(SummaryOfAnEnsemble, ResumesWithTheSameBits) {
-  auto scenes = bodies(11, "rk4", 0.3);
-  scenes[7] = diverging(scenes[7]);
-  const Scene ensemble = resolved(testing::ensemble_of(scenes));
-  const auto what = everything(0, 900, 10);
-  const auto whole = run(ensemble, what).bits();
-  for (const std::int64_t at : {0, 5, 450, 899}) {
-    Summary first = prepare(ensemble, what);
-    while (first.step() < at) first.advance(100, at);
-    Summary second = prepare(ensemble, what);
-    ASSERT_TRUE(second.restore(first.save()));
-    EXPECT_EQ(finish(second).bits(), whole) << at;
-  }
-}
-
 }  // namespace
 }  // namespace stiefel

@@ -54,46 +54,6 @@ TEST(Summary, DoesNotTakeDamagedBytes) {
   EXPECT_FALSE(prepare(scene, everything(5, 302, 7)).restore(saved));
 }
 
-TEST(Summary, RefusesWhatIsWrongBeforeAnythingMoves) {
-  const Scene scene = random_scene(3, 5, 0.1, "rk4");
-  const auto refused = [&](auto change) {
-    SummaryDescription what = with_all(everything(0, 400, 1), scene.step());
-    change(what);
-    const auto summary = Summary::prepare(scene, what);
-    return summary ? std::string("taken") : summary.error().front().field;
-  };
-  using W = SummaryDescription;
-  EXPECT_EQ(refused([](W&) {}), "taken");
-  EXPECT_EQ(refused([](W& w) { w.quantities[0].name = "enrgy"; }), "quantities[0].name");
-  EXPECT_EQ(refused([](W& w) { w.quantities[2].name = "energy"; }), "quantities[2].name");
-  EXPECT_EQ(refused([](W& w) { w.quantities[0].quantiles = {1.5}; }), "quantities[0].quantiles");
-  EXPECT_EQ(refused([](W& w) { w.quantities[0].edges = {1}; }), "quantities[0].edges");
-  EXPECT_EQ(refused([](W& w) { w.quantities[0].edges = {1, 1}; }), "quantities[0].edges");
-  EXPECT_EQ(refused([](W& w) { w.quantities[0].over_members = true; }),
-            "quantities[0].over_members");
-  EXPECT_EQ(refused([](W& w) { w.quantities[3].statistics.clear(); }), "quantities[3].statistics");
-  EXPECT_EQ(refused([](W& w) { w.to = 1 << 22; }), "quantities");
-  EXPECT_EQ(refused([](W& w) { w.events[0].field = "energy"; }), "events[0].field");
-  EXPECT_EQ(refused([](W& w) { w.events[0].coefficients.pop_back(); }), "events[0].coefficients");
-  EXPECT_EQ(refused([](W& w) { w.events[0].coefficients.assign(9, 0); }), "events[0].coefficients");
-  EXPECT_EQ(refused([](W& w) { w.events[0].level = INFINITY; }), "events[0]");
-  using Terms = std::vector<LinearTerm>;
-  const auto with = [&](Terms plus) { return refused([&](W& w) { w.events[1].plus = plus; }); };
-  EXPECT_EQ(with({{"M", std::vector<double>(9)}, {"quaternion", {0, 1, 0, 0}}}), "taken");
-  EXPECT_EQ(with({{"quaternion", {0, 1, 0, 0}}, {"energy", {1}}}), "events[1].plus[1].field");
-  EXPECT_EQ(with({{"quaternion", {1, 0, 0}}}), "events[1].plus[0].coefficients");
-  EXPECT_EQ(with({{"quaternion", {NAN, 0, 0, 0}}}), "events[1].plus[0]");
-  EXPECT_EQ(refused([](W& w) { w.events.resize(65, w.events[0]); }), "events");
-  EXPECT_EQ(refused([](W& w) { w.fields = {"Q", "Q"}; }), "fields[1]");
-  EXPECT_EQ(refused([](W& w) { w.times = {1, 0.5}; }), "times[1]");
-  EXPECT_EQ(refused([](W& w) { w.times = {-1}; }), "times[0]");
-  EXPECT_EQ(refused([](W& w) { w.times = {NAN}; }), "times[0]");
-  const Scene discrete = random_scene(3, 5, 0.1, "");
-  SummaryDescription what{.to = 10};
-  what.times = {0.1, 0.25};
-  EXPECT_EQ(Summary::prepare(discrete, what).error().front().field, "times[1]");
-}
-
 TEST(Summary, EndsWhenItIsAskedToStop) {
   const Scene scene = random_scene(3, 5, 0.1, "rk4");
   Summary summary = prepare(scene, everything(0, 1000, 1));

@@ -84,19 +84,6 @@ TEST(DoubleBracket, ReproducesTheReference) {
   }
 }
 
-TEST(DoubleBracket, MuntheKaas4HasOrder4) {
-  for (const auto& [p, q] : {std::pair(2, 3), std::pair(3, 2), std::pair(3, 3)})
-    for (unsigned seed = 1; seed <= 3; ++seed) {
-      const Problem problem(p, q, seed);
-      const MatrixXd x = state(problem.start);
-      const auto& [u, v] = std::tie(problem.lambda_u, problem.lambda_v);
-      const MatrixXd exact = flow(system<long double>(u, v), x, 1);
-      const double coarse = (by_munthe_kaas4(u, v, x, 1, 80) - exact).norm();
-      const double fine = (by_munthe_kaas4(u, v, x, 1, 160) - exact).norm();
-      EXPECT_NEAR(std::log2(coarse / fine), 4, 0.15) << p << q << " " << seed << " " << coarse;
-    }
-}
-
 TEST(DoubleBracket, KeepsSingularValuesAndTheEnergyOfTheLimits) {
   const Problem problem(2, 3, 7);
   const auto& [u, v] = std::tie(problem.lambda_u, problem.lambda_v);

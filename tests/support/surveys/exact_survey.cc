@@ -3,9 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
-#include <map>
 
 #include "engine/methods/exact.h"
 #include "engine/rigid_body/exact/top_in_time.h"
@@ -70,11 +68,6 @@ double one_ulp_of_input(const RandomTop& top, const QuadState& x) {
 }  // namespace
 
 void survey_exact(unsigned first, unsigned count) {
-  struct Worst {
-    int tops = 0, in_theta = 0;
-    double ulps = 0, field = 0;
-  };
-  std::map<std::string, Worst> worst;
   for (unsigned seed = first; seed < first + count; ++seed) {
     const RandomTop top(seed);
     const EulerTop<Quad, true> exact = motion(top);
@@ -93,16 +86,7 @@ void survey_exact(unsigned first, unsigned count) {
         bound += one_ulp_of_input(top, x);
     }
     EXPECT_LE(error, bound) << top.kind << " " << seed;
-
-    Worst& w = worst[top.kind];
-    ++w.tops;
-    w.ulps = std::max(w.ulps, error / ulp);
-    w.in_theta += exact_in_double.theta().has_value();
-    w.field = std::max(w.field, field);
   }
-  for (const auto& [kind, w] : worst)
-    std::printf("%-24s %5d bodies, %5d by theta functions: %.2g ulp; field to %.1e\n", kind.c_str(),
-                w.tops, w.in_theta, w.ulps, w.field);
 }
 
 }  // namespace stiefel::testing
