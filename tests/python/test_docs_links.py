@@ -64,41 +64,6 @@ def test_the_index_of_the_documentation_has_every_page():
             if path.name != "README.md" and f"]({path.name})" not in index] == []
 
 
-def test_the_index_of_decisions_has_every_decision():
-    listed = re.findall(r"^\| \[(\d+)\]\((\d{4})-[\w-]+\.md\) \| (.*) \|$", text(ROOT / "docs/decisions/README.md"),
-                        re.MULTILINE)
-    pages = sorted((ROOT / "docs/decisions").glob("0*.md"))
-    titles = [re.match(r"# (\d+)\. (.*)\n", text(page)) for page in pages]
-    assert [(int(n), title) for n, _, title in listed] == [(int(t[1]), t[2]) for t in titles]
-    assert [file for _, file, _ in listed] == [page.name[:4] for page in pages]
-
-
-def test_the_engine_page_has_every_folder():
-    """Each folder of the engine that holds sources, or one that it is in, is a row of the table of folders."""
-    page = text(ROOT / "engine/README.md")
-    rows = re.findall(r"^\| (`.*?`) \|", page[:page.index("\n## ")], re.MULTILINE)
-    listed = [folder for row in rows for folder in re.findall(r"`([\w/]+)`", row)]
-    sources = {path.parent.relative_to(ROOT / "engine") for path in FILES
-               if path.is_relative_to(ROOT / "engine") and path.suffix in (".h", ".cc")}
-    assert [folder for folder in listed if not (ROOT / "engine" / folder).is_dir()] == []
-    assert [folder for folder in sources if not any(folder.is_relative_to(one) for one in listed)] == []
-
-
 def test_the_picture_of_the_architecture_is_what_its_script_draws():
     script = runpy.run_path(str(ROOT / "docs/architecture_picture.py"))
     assert text(ROOT / "docs/architecture.svg") == script["picture"]()
-
-
-def test_the_bibliography_and_the_page_of_references_agree():
-    bib = text(ROOT / "docs/references.bib")
-    entries = {key: dict(re.findall(r"^  (\w+)\s*= \{(.*)\},$", body, re.MULTILINE))
-               for key, body in re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", bib, re.DOTALL | re.MULTILINE)}
-    items = re.findall(r"^- \*\*\[(\w+)\]\*\* (.*?)(?=^- |^#|\Z)", text(ROOT / "docs/references.md"),
-                       re.DOTALL | re.MULTILINE)
-    assert {key for key, _ in items} == entries.keys() and len(items) == len(entries)
-    for key, item in items:
-        entry = entries[key]
-        assert {"author", "title", "journal", "volume", "pages", "year"} <= entry.keys()
-        words = " ".join(item.split())
-        assert entry["year"] in words and entry["pages"].replace("--", "–") in words
-        assert f"doi:[{entry['doi']}](https://doi.org/{entry['doi']})" in words if "doi" in entry else "doi:" not in words
