@@ -87,12 +87,6 @@ def test_a_fork_of_a_drifted_state_may_have_another_step(client):
         np.testing.assert_allclose(again.step(0)["Q"], Q, atol=1e-2)
 
 
-def test_method_and_step_change(client):
-    with client.create(scenes.free(4)) as old:
-        with old.fork(at=10, method={"name": "rk4"}, step=0.001) as new:
-            assert new.scene["method"]["name"] == "rk4" and new.scene["step"] == 0.001
-
-
 def test_so_does_the_system(client):
     with client.create(scenes.free(4)) as old, old.fork(at=10, system="symmetric_rigid_body") as new:
         assert new.scene["system"] == "symmetric_rigid_body"

@@ -1,6 +1,4 @@
 """The samples of a stream: their steps, their fields, and their number in a message."""
-import itertools
-
 import numpy as np
 import pytest
 
@@ -84,26 +82,6 @@ def test_a_large_sample_travels_alone(client):
         replies = messages(session, to=2)
     assert [len(reply.steps) for reply in replies if reply.steps] == [1, 1, 1]
     assert all(reply.fields[0].value.shape == [1, 150, 150] for reply in replies if reply.steps)
-
-
-def test_a_stream_resumes_where_it_broke(session):
-    whole = session.trajectory(to=5000, every=1)
-    broken = session._connection.stub.Stream(pb.StreamRequest(session_id=session.id, to=5000), timeout=60)
-    last = next(broken).steps[-1]
-    broken.cancel()
-    rest = session.trajectory(start=last + 1, to=5000, every=1)
-    assert (rest["Q"] == whole["Q"][last + 1:]).all()
-
-
-def test_streams_do_not_disturb_each_other(session):
-    expected = session.trajectory(to=3000, every=1, fields=["M"])["M"]
-    first, second = (session.stream(to=3000, every=1, fields=["M"]) for _ in range(2))
-    found = [[], []]
-    for batches in itertools.zip_longest(first, second):
-        for parts, batch in zip(found, batches):
-            if batch is not None:
-                parts.append(batch["M"])
-    assert all((np.concatenate(parts) == expected).all() for parts in found)
 
 
 def test_diagnose_tells_what_is_kept(session):

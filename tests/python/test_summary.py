@@ -58,20 +58,6 @@ def test_events_have_directions_limits_and_an_end(session):
     assert [time for part in session.stream_events(2000, events=FLIP) for time in part.time] == list(both.time)
 
 
-def test_states_at_any_times(client, session):
-    times = [3.0, 0.0, 0.123, 17.01, 17.02, 3.0]
-    run = session.trajectory(times=times, fields=["Q", "M"])
-    assert list(run.time) == times and run["Q"].shape == (6, 3, 3)
-    assert list(run.step) == [60, 0, 2, 340, 340, 60]
-    assert (run["Q"][0] == session.step(60, fields="Q")["Q"]).all() and (run["Q"][1] == session.step(0, fields="Q")["Q"]).all()
-    exact = {**TOP, "method": {"name": "exact"}}
-    with client.create(exact) as closed:
-        truth = closed.trajectory(times=times, fields=["Q", "M"])
-    for name in ("Q", "M"):
-        np.testing.assert_allclose(run[name], truth[name], atol=1e-12)
-    assert (session.trajectory(100, fields="Q")["Q"] == session.trajectory(100, fields="Q")["Q"]).all()
-
-
 def test_a_time_that_the_server_refuses_has_its_index_in_the_caller_s_list(client):
     """1024 states of 64 x 64 frames between two steps are allowed; the times are in descending order."""
     M = np.zeros((64, 64))
@@ -84,18 +70,6 @@ def test_a_time_that_the_server_refuses_has_its_index_in_the_caller_s_list(clien
         session.trajectory(times=times)
     assert caught.value.violations[0].field == f"times[{k}]"
     assert str(caught.value).startswith(f"times[{k}]: {times[k]!r}: the states between two steps")
-
-
-def test_times_may_be_on_both_sides_of_0(client):
-    with client.create({**TOP, "step": -0.05}) as session:
-        assert list(session.trajectory(times=[-0.31, 0.0, -0.01]).step) == [6, 0, 0]
-        both = session.trajectory(times=[0.3, -0.31, 0.11], fields=["Q", "M"])
-        before = session.trajectory(times=[-0.31], fields=["Q", "M"])
-    with client.create(TOP) as session:
-        after = session.trajectory(times=[0.3, 0.11], fields=["Q", "M"])
-    assert list(both.time) == [0.3, -0.31, 0.11] and list(both.step) == [-6, 6, -2]
-    for name in ("Q", "M"):
-        assert (both[name][[0, 2]] == after[name]).all() and (both[name][1] == before[name][0]).all()
 
 
 def test_states_that_had_arrived_are_in_partial(session):
