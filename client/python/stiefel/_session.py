@@ -197,9 +197,8 @@ class Session(Held):
         and by the scene's step, at a constant state at `start`. `every`: sends a result every so many steps too.
         """
         to, start = self._step_of("to", to, time), step_index("start", start)
-        request = pb.LinearizeRequest(session_id=self.id, to=to, every=step_index("every", every), inertia=inertia, step=step,
-                                      bases=np.ndim(vectors) < 3)
-        setattr(request, "from", start)
+        request = self._request(pb.LinearizeRequest, to, start, step_index("every", every), inertia=inertia, step=step,
+                                bases=np.ndim(vectors) < 3)
         put_vectors(request, vectors)
         return linearized(self._recreation, request, self._resolved().step, timeout)
 
@@ -225,10 +224,9 @@ class Session(Held):
         seconds for the whole call; none by default.
         """
         to, start = self._step_of("to", to, time), step_index("start", start)
-        request = pb.LyapunovSpectrumRequest(
-            session_id=self.id, to=to, every=step_index("every", every), count=0 if count is None else min(whole("count", count, 1), 2**32 - 1),
-            interval=whole("interval", interval), seed=whole("seed", seed), checkpoint=checkpoint)
-        setattr(request, "from", start)
+        request = self._request(
+            pb.LyapunovSpectrumRequest, to, start, step_index("every", every), interval=whole("interval", interval),
+            count=0 if count is None else min(whole("count", count, 1), 2**32 - 1), seed=whole("seed", seed), checkpoint=checkpoint)
         return grown(self._recreation, request, timeout)
 
     def summarize(self, to: Optional[int] = None, *, time: Any = None, quantities: Quantities, start: int = 0, every: int = 1,
@@ -246,7 +244,7 @@ class Session(Held):
         for the whole call; none by default. `time`: instead of `to`, the time of a step.
         """
         between = step_index("checkpoint_every", checkpoint_every)
-        request = self._summarize_request(*self._range(to, start, every, time), checkpoint_every=between, checkpoint=checkpoint,
+        request = self._request(pb.SummarizeRequest, *self._range(to, start, every, time), checkpoint_every=between, checkpoint=checkpoint,
                                           return_checkpoint=between > 0, quantities=to_quantities(quantities))
         running = self._summarizing(request, timeout)
         for _ in running:
@@ -314,7 +312,7 @@ class Session(Held):
         asked = to_events(events)
         if not asked:
             raise refused("events", "must be given, a mapping or several")
-        return self._summarize_request(*self._range(to, start, 1, time), events=asked, fields=names("fields", fields))
+        return self._request(pb.SummarizeRequest, *self._range(to, start, 1, time), events=asked, fields=names("fields", fields))
 
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         return Origin(self._resolved(), self._message.numerics_id, self._again, to, times, self.epoch, self._side())

@@ -149,8 +149,8 @@ class Connection(Calls):
 
     def answered(self, reply: Any) -> Any:
         """Returns the reply of a call, which shows that there is a server."""
-        if reply is None:
-            raise CorruptReply("the server ended the call without a reply")
+        if reply is None:  # as grpc.aio returns for bytes that are no message
+            raise CorruptReply("the reply is missing, or its bytes are not a message of this call")
         self.reached = True
         return reply
 

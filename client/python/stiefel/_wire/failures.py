@@ -29,27 +29,18 @@ def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
 
 def from_status(status: pb.Status) -> StiefelError:
     """Returns the exception for a status with its details. Ignores a detail that cannot be read."""
-    violations: list[Violation] = []
-    quota: list[Violation] = []
-    info, retry, saved = pb.ErrorInfo(), pb.RetryInfo(), pb.Checkpoint()
+    found: dict[str, Any] = {kind.__name__: kind() for kind in (pb.BadRequest, pb.QuotaFailure, pb.ErrorInfo, pb.RetryInfo, pb.Checkpoint)}
     for detail in status.details:
         kind = detail.type_url.rpartition("/")[2].rpartition(".")[2]
-        with suppress(DecodeError):
-            if kind == "BadRequest":
-                request = pb.BadRequest.FromString(detail.value)
-                violations += [Violation(v.field, v.description) for v in request.field_violations]
-            elif kind == "QuotaFailure":
-                quota += [Violation(v.subject, v.description) for v in pb.QuotaFailure.FromString(detail.value).violations]
-            elif kind == "RetryInfo":
-                retry = pb.RetryInfo.FromString(detail.value)
-            elif kind == "ErrorInfo":
-                info = pb.ErrorInfo.FromString(detail.value)
-            elif kind == "Checkpoint":
-                saved = pb.Checkpoint.FromString(detail.value)
+        if kind in found:
+            with suppress(DecodeError):
+                found[kind] = type(found[kind]).FromString(detail.value)
+    info, retry, saved = found["ErrorInfo"], found["RetryInfo"], found["Checkpoint"]
     error_type = _BY_CODE.get(status.code, StiefelError)
     remedy = "; here: give `token`" if info.reason == "TOKEN_MISSING" else ""
-    error = error_type(status.message + remedy, tuple(violations), info.reason, dict(info.metadata))
-    error.quota = tuple(quota)
+    violations = tuple(Violation(v.field, v.description) for v in found["BadRequest"].field_violations)
+    error = error_type(status.message + remedy, violations, info.reason, dict(info.metadata))
+    error.quota = tuple(Violation(v.subject, v.description) for v in found["QuotaFailure"].violations)
     error._checkpoint = saved.step, saved.data
     if retry.HasField("retry_delay"):
         error.retry_delay = retry.retry_delay.seconds + 1e-9 * retry.retry_delay.nanos

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Optional, Sequence, Union, cast
+from typing import Any, Callable, Optional, Sequence, TypeVar, Union, cast
 
 from stiefel import v1 as pb
 from stiefel._given.numbers import step_index
@@ -19,6 +19,8 @@ from stiefel._wire.summarizing import Summarizing
 from stiefel.errors import StiefelError
 from stiefel.results import Choice, Price, State
 from stiefel._scene import to_dict
+
+T = TypeVar("T")
 
 
 class Held:
@@ -107,18 +109,16 @@ class Held:
         to, start = self._step_of("to", to, time), step_index("start", start)
         return to, start, step_index("every", every, 1)
 
-    def _summarize_request(self, to: int, start: int, every: int, **request: Any) -> pb.SummarizeRequest:
-        message = pb.SummarizeRequest(session_id=self.id, to=to, every=every, **request)
-        setattr(message, "from", start)
-        return message
+    def _request(self, kind: Callable[..., T], to: int, start: int, every: int, **more: Any) -> T:
+        """Returns the request of a run of this session. `kind`: its message."""
+        return kind(session_id=self.id, to=to, every=every, **{**more, "from": start})
 
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
         return Summarizing(self._recreation, request, self._resolved().HasField("members"), timeout, self._field_count())
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float]) -> Samples:
-        request = pb.StreamRequest(session_id=self.id, to=to, every=every, fields=fields,
-                                   checkpoint_every=self._recreation.checkpoint_every())
-        setattr(request, "from", start)
+        request = self._request(pb.StreamRequest, to, start, every, fields=fields,
+                                checkpoint_every=self._recreation.checkpoint_every())
         return Samples(self._recreation, request, self._resolved().step, timeout, self._field_count())
 
     def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],

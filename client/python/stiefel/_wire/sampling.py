@@ -20,7 +20,7 @@ from stiefel.results import Batch, Trajectory
 class Samples(Reading[Batch]):
     """Iterates over batches of samples: from, from + every, ... and `to`, or the last good step where the run stops."""
 
-    method, endless = "Stream", False
+    endless = False
 
     def __init__(self, handle: Recreation, request: pb.StreamRequest, step: float, timeout: Optional[float], blocks: int = 0):
         """`step`: the scene's time between two states. `blocks`: as of Layout."""

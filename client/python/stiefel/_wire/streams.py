@@ -21,13 +21,13 @@ class Reading(Generic[T]):
     """Iterates over the parts of a call's answer as they arrive. A stream that breaks is followed by another one, from its last
     checkpoint if the request takes one. The attributes describe what has arrived so far."""
 
-    method: str  #: the RPC
     endless = True  #: whether a call without a timeout of its own has none
 
     def __init__(self, handle: Recreation, request: Any, timeout: Optional[float]):
         """`timeout`: the time for all streams together. None: none, or without `endless` that of the client, which begins
         anew with each part that arrives."""
         self._handle, self._request, self._timeout = handle, request, timeout
+        self._method = type(request).__name__[:-len("Request")]
         self.run_status: Optional[RunStatus] = None  #: set at the end
         self.computed_steps = 0  #: steps computed by all streams so far
         self.work = 0.0  #: instructions, measured, of all streams so far
@@ -38,7 +38,7 @@ class Reading(Generic[T]):
         while True:
             before, work = self._begin(), self.work
             try:
-                with closing(self._handle.messages(self.method, self._request, attempts.left())) as arriving:
+                with closing(self._handle.messages(self._method, self._request, attempts.left())) as arriving:
                     for message in arriving:
                         replies.require(message.work > 0, "a message says no work")
                         self._handle.reached = getattr(message, "step", self._handle.reached)

@@ -19,8 +19,6 @@ class Summarizing(Reading[Union[Events, Batch]]):
     """Iterates over events, or over states at times, of which a request asks for one kind; the summary is available
     afterwards. Nothing is yielded twice."""
 
-    method = "Summarize"
-
     def __init__(self, handle: Recreation, request: pb.SummarizeRequest, ensemble: bool, timeout: Optional[float],
                  blocks: int = 0):
         """`blocks`: as of Layout."""

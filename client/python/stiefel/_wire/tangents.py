@@ -24,10 +24,11 @@ class _Results(Reading[None]):
 
     last: Any
 
-    def __init__(self, handle: Recreation, request: Any, timeout: Optional[float], read: Callable[[Any], Any]):
+    def __init__(self, handle: Recreation, request: Any, timeout: Optional[float], read: Callable[[Any], Any],
+                 endless: bool = True):
         """`read`: returns nothing that is true for a message without a result."""
         super().__init__(handle, request, timeout)
-        self._read = read
+        self._read, self.endless = read, endless
         self.at: dict[int, Any] = {}
 
     def _take(self, message: Any) -> None:
@@ -48,14 +49,6 @@ class _Results(Reading[None]):
         return [result for _, result in sorted(self.at.items())]
 
 
-class _Transition(_Results):
-    method, endless = "Linearize", False
-
-
-class _Growth(_Results):
-    method = "LyapunovSpectrum"
-
-
 def put_vectors(request: pb.LinearizeRequest, vectors: Any) -> None:
     """Sets the tangent vectors: (d) or (m, d) by coordinates, (m, rows, cols) as blocks."""
     if vectors is None:
@@ -69,7 +62,7 @@ def put_vectors(request: pb.LinearizeRequest, vectors: Any) -> None:
 def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, timeout: Optional[float]) -> StateTransition:
     """Returns the results of the call. `step`: the scene's time between two states. A stream that breaks begins anew, because
     the vectors at a step depend on the request alone."""
-    reading = _Transition(handle, request, timeout, lambda message: decode_fields(message.fields))
+    reading = _Results(handle, request, timeout, lambda message: decode_fields(message.fields), endless=False)
     results = reading.run()
     steps, alone = np.array(sorted(reading.at), np.int64), request.every == 0 and len(results) == 1
     start_basis, layout = results[0].pop("start_basis", None) if results else None, Layout([], 0)
@@ -121,7 +114,7 @@ def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int,
 
 def grown(handle: Recreation, request: pb.LyapunovSpectrumRequest, timeout: Optional[float]) -> LyapunovSpectrum:
     """Returns the result of the call."""
-    reading = _Growth(handle, request, timeout, lambda message: message if message.exponents else None)
+    reading = _Results(handle, request, timeout, lambda message: message if message.exponents else None)
     kept, last = reading.run(), reading.last
     count = len(kept[0].exponents) if kept else 0
     require(request.count in (0, count) or not kept, f"it has {count} exponents")

@@ -8,6 +8,7 @@ from typing import Any, Optional, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stiefel import v1 as pb
 from stiefel._given.instants import seconds_of
 from stiefel._given.numbers import refused, step_index
 from stiefel._given.when import every_of, in_steps, time_of
@@ -53,7 +54,7 @@ def at_times(session: Any, times: Any, fields: Sequence[str], progress: bool, ti
             order = places[np.argsort(given[places] * np.copysign(1, step), kind="stable")]
             steps = in_steps("times", given[order], step)
             first, last = int(np.floor(steps[0])), int(np.ceil(steps[-1]))
-            request = side._summarize_request(last, first, max(1, last), times=given[order], fields=fields)
+            request = side._request(pb.SummarizeRequest, last, first, max(1, last), times=given[order], fields=fields)
             try:
                 run = gathered(side._summarizing(request, timeout), order.size, session._origin(times=given), progress)
             except StiefelError as error:

@@ -10,7 +10,7 @@ from typing import Any, Awaitable, Callable, Iterator, Optional, TypeVar
 import grpc
 import grpc.aio
 
-from stiefel.errors import CorruptReply, FailedPrecondition
+from stiefel.errors import FailedPrecondition
 
 try:
     from greenlet import getcurrent, greenlet
@@ -136,9 +136,6 @@ class _Method:
         call = self.begin(request, timeout=timeout, metadata=metadata)
         return call.result(), call
 
-    def __call__(self, request: Any, timeout: Optional[float] = None, metadata: Any = ()) -> Any:
-        return self.with_call(request, timeout, metadata)[0]
-
 
 class _Call:
     """A call, and an iterator over the replies of one with a stream."""
@@ -152,7 +149,7 @@ class _Call:
         return self
 
     def result(self) -> Any:
-        return _whole(self._wait(self._call))
+        return self._wait(self._call)
 
     def __iter__(self) -> _Call:
         return self
@@ -161,7 +158,7 @@ class _Call:
         reply = self._wait(self._call.read() if self._requests is None else self._exchange(next(self._requests)))
         if reply is _EOF:
             raise StopIteration
-        return _whole(reply)
+        return reply
 
     async def _exchange(self, request: Any) -> Any:
         async with self._turn:
@@ -185,10 +182,3 @@ class _Call:
                 raise
         none = grpc.aio.Metadata()
         raise grpc.aio.AioRpcError(grpc.StatusCode.CANCELLED, none, none, "the call was ended by this client")
-
-
-def _whole(reply: T) -> T:
-    """grpc.aio returns None for bytes that are not a message."""
-    if reply is None:
-        raise CorruptReply("the reply's bytes are not a message of this call")
-    return reply
