@@ -86,8 +86,7 @@ class _Manifold:
 
     def norm(self, Q: ArrayLike, V: ArrayLike) -> Array:
         """Returns the norm of the tangent vector V at Q."""
-        length: Array = np.sqrt(self.inner(Q, V, V))
-        return length
+        return np.asarray(np.sqrt(self.inner(Q, V, V)))
 
     def tangent(self, Q: ArrayLike, Z: ArrayLike) -> Array:
         """Returns the orthogonal projection of any matrix Z onto the tangent space at Q."""
@@ -149,8 +148,7 @@ class _Manifold:
 
     def exp(self, Q: ArrayLike, V: ArrayLike) -> Array:
         """Returns the frame at time 1 of the geodesic that starts at Q with the velocity V."""
-        frame: Array = self.geodesic(Q, V, 1.0)[0]
-        return frame
+        return np.asarray(self.geodesic(Q, V, 1.0)[0])
 
     def geodesic(self, Q: ArrayLike, V: ArrayLike, times: ArrayLike) -> Array:
         """Returns the frames at `times`, a first axis, of the geodesic that starts at Q with the velocity V."""
@@ -282,8 +280,7 @@ class _Manifold:
         left, _, right = np.linalg.svd(Z, full_matrices=False)
         if isinstance(self, SpecialOrthogonal):
             left[..., -1] *= np.sign(np.linalg.det(left @ right))[..., None]
-        nearest: Array = left @ right
-        return nearest
+        return np.asarray(left @ right)
 
 
 class Stiefel(_Manifold):

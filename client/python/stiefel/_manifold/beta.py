@@ -29,14 +29,12 @@ def skew_part(A: Array) -> Array:
 def rotation(A: Array) -> Array:
     """Returns exp(A) of skew A, from the eigenvalues of the Hermitian iA."""
     theta, X = np.linalg.eigh(1j * A)
-    product: Array = np.real(X * np.exp(-1j * theta)[..., None, :] @ np.conj(transposed(X)))
-    return product
+    return np.asarray(np.real(X * np.exp(-1j * theta)[..., None, :] @ np.conj(transposed(X))))
 
 
 def defect(Q: Array) -> Array:
     """Returns max |QQ^T - I| of each frame."""
-    largest: Array = np.max(np.abs(Q @ transposed(Q) - np.eye(Q.shape[-2])), axis=(-2, -1), initial=0.0)
-    return largest
+    return np.asarray(np.max(np.abs(Q @ transposed(Q) - np.eye(Q.shape[-2])), axis=(-2, -1), initial=0.0))
 
 
 def polished(Q: Array, defects: Array) -> Array:

@@ -24,8 +24,7 @@ INTEGRALS = (NODES[:, None] ** _powers / _powers) @ np.linalg.inv(np.vander(NODE
 def lyapunov(K: Array, C: Array) -> Array:
     """Returns the B of KB + BK = C, with K symmetric and positive; it is symmetric or skew if C is."""
     kappa, X = np.linalg.eigh(K)
-    B: Array = X @ ((transposed(X) @ C @ X) / (kappa[..., :, None] + kappa[..., None, :])) @ transposed(X)
-    return B
+    return np.asarray(X @ ((transposed(X) @ C @ X) / (kappa[..., :, None] + kappa[..., None, :])) @ transposed(X))
 
 
 def solve(derivative: Callable[[NDArray[np.int64], Array], Array], W: Array, steps: int) -> Array:
@@ -68,8 +67,7 @@ class InertiaMetric:
         return f"Lambda = {self.inertia}"
 
     def inner(self, Q: Array, V: Array, W: Array) -> Array:
-        product: Array = np.sum(V * self.inertia * W, axis=(-2, -1))
-        return product
+        return np.asarray(np.sum(V * self.inertia * W, axis=(-2, -1)))
 
     def tangent(self, Q: Array, Z: Array) -> Array:
         if Q.shape[-2] == len(self.inertia):  # QX with J(X) = X Lambda + Lambda X the skew part of 2 Q^T Z Lambda
@@ -126,14 +124,12 @@ class InertiaMetric:
             steps, last = 2 * steps, result
 
     def _gram(self, Q: Array) -> Array:
-        gram: Array = Q / self.inertia @ transposed(Q)
-        return gram
+        return np.asarray(Q / self.inertia @ transposed(Q))
 
     def _turned(self, Q: Array, Qdot: Array, W: Array) -> Array:
         """Returns W' of a vector that is parallel along Q(t) on V(n, N): it is normal to the manifold, B Q / Lambda."""
         C = W @ transposed(Qdot)
-        turned: Array = -lyapunov(self._gram(Q), C + transposed(C)) @ (Q / self.inertia)
-        return turned
+        return np.asarray(-lyapunov(self._gram(Q), C + transposed(C)) @ (Q / self.inertia))
 
     def _turned_in_body(self, Omega: Array, w: Array) -> Array:
         """Returns w' of a vector Qw that is parallel along a rotation Q' = Q Omega of SO(N):
@@ -142,8 +138,7 @@ class InertiaMetric:
         """
         M, m = self._scale * Omega, self._scale * w
         brackets = M @ w - w @ M + m @ Omega - Omega @ m
-        result: Array = (brackets / self._scale - Omega @ w + w @ Omega) / 2
-        return result
+        return np.asarray((brackets / self._scale - Omega @ w + w @ Omega) / 2)
 
     def _motion(self, Q: Array, V: Array, times: Array) -> tuple[Array, Array]:
         """Returns frames and velocities at the times, which are the first axis."""

@@ -14,10 +14,10 @@ import numpy as np
 from stiefel import v1 as pb
 from stiefel._given.numbers import refused
 from stiefel._report import run_data
-from stiefel._results import body, sphere
+from stiefel._results import body, plots, sphere
 from stiefel._results.base import Array
 from stiefel._results.motion import Motion
-from stiefel._results.save import complete
+from stiefel._results.save import complete, in_json
 from stiefel._wire import answers
 from stiefel.errors import StiefelError
 
@@ -68,18 +68,22 @@ def data(session: Session, to: int, name: Optional[str] = None, member: int = 0,
     of = member if scene.get("members") else None
     inertia = _inertia(drawn, of) if body.is_body(drawn) else None
     whole = len(json.dumps(scene)) <= LARGEST_SCENE
+    title, curves = plots.rates(scene, drawn, of)
     return {
         "name": name or scene["system"], "file": f"{name or 'scene'}.json", "to": run.step, "member": of,
         "horizon": run.horizon, "turn": 2 * math.pi / run.speed if run.speed else None,
         "outcome": str(run.run_status.outcome), "message": run.run_status.message,
         "choice": session.choice.reason if session.choice else None,
         "epoch": session.epoch, "version": run_data.described(session).version, "numerics_id": drawn.build, "side": drawn.origin.side,
-        "scene": scene if whole else {key: value for key, value in scene.items() if not key.startswith("initial")},
+        "scene": in_json(scene if whole else {key: value for key, value in scene.items() if not key.startswith("initial")}),
         "whole_scene": whole,
         "inertia": inertia, "character": _character(run.motion),
         "samples": {"time": _packed(drawn.time, np.float64),
                     **({} if drawn.utc is None else {"utc": _packed(drawn.utc.astype(float) / 1000, np.float64)}),  # milliseconds
-                    "fields": {field: _field(body.matrices(values, of)) for field, values in drawn.fields.items()}},
+                    "fields": {field: _field(body.matrices(values, of)) for field, values in drawn.fields.items()
+                               if field in ("Q", "q") or inertia}},
+        "rates": {"title": title if ":" in title else title.capitalize(), "curves": [
+            {"name": name.replace("$", "").replace(r"\omega", "ω"), **_packed(values, np.float32)} for name, values in curves.items()]},
         "drift": {"time": run.time, "families": [vars(family) for family in run.families]},
         "error": {"time": run.error_time, **run.errors, "last": vars(run.error) if run.error else None},
         "tradeoff": _tradeoff(session, tradeoff, abs(run.horizon)),

@@ -205,7 +205,7 @@ def _attitude(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Cu
     return _entries("Q" if "Q" in trajectory.fields else "q", trajectory, member)
 
 
-def _rates(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Curves:
+def rates(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> Curves:
     if body.is_body(trajectory):
         values = body.velocities(scene, trajectory, member)
         title = "angular velocity in body axes" + ", rad/s" * ("body" in scene)
@@ -222,20 +222,22 @@ def _spin_axis(scene: Scene, trajectory: Trajectory, member: Optional[int]) -> C
     return "spin axis in space, a unit vector", dict(zip("XYZ", axis.T))
 
 
-_CURVES = {"attitude": _attitude, "rates": _rates, "spin_axis": _spin_axis}
+_CURVES = {"attitude": _attitude, "rates": rates, "spin_axis": _spin_axis}
 
 
 def _entries(name: str, trajectory: Trajectory, member: Optional[int]) -> Curves:
     """Returns the entries of a field that vary most; of a skew matrix those above the diagonal."""
     values = body.matrices(trajectory.fields[name], member)
     rows, cols = values.shape[1:]
+    parts = {"Re ": np.real(values), "Im ": np.imag(values)} if np.iscomplexobj(values) else {"": values}
+    vary = np.stack([np.ptp(numbers, axis=0) for numbers in parts.values()])
+    if name == "M" and rows == cols:
+        vary[:, np.tri(rows, dtype=bool)] = -1
     found = {}
-    for i, j in np.ndindex(rows, cols):
-        if name == "M" and rows == cols and i >= j:
-            continue
-        parts = {"Re ": np.real(values), "Im ": np.imag(values)} if np.iscomplexobj(values) else {"": values}
-        found.update({f"{part}{name}[{j if rows == 1 else f'{i},{j}'}]": numbers[:, i, j] for part, numbers in parts.items()})
-    return f"{name}: the entries that vary most", dict(sorted(found.items(), key=lambda one: -np.ptp(one[1]))[:MOST])
+    for k, i, j in zip(*np.unravel_index(np.argsort(-vary, axis=None, kind="stable")[:MOST], vary.shape)):
+        if vary[k, i, j] >= 0:
+            found[f"{[*parts][k]}{name}[{j if rows == 1 else f'{i},{j}'}]"] = [*parts.values()][k][:, i, j]
+    return f"{name}: the entries that vary most", found
 
 
 def _accuracy(axes: Any, trajectory: Trajectory, to: Optional[int]) -> float:

@@ -83,6 +83,18 @@ def write_json(run: Trajectory, out: TextIO) -> None:
     out.write("],\n" + ",\n".join(f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in about.described(run).items()) + "\n}\n")
 
 
+def in_json(value: Any, indent: str = "") -> str:
+    """Returns JSON with a line for each list of numbers."""
+    if isinstance(value, dict) and value:
+        parts, ends = [f"{json.dumps(name)}: {in_json(one, indent + '  ')}" for name, one in value.items()], "{}"
+    elif isinstance(value, list) and value and isinstance(value[0], (dict, list)):
+        parts, ends = [in_json(one, indent + "  ") for one in value], "[]"
+    else:
+        return json.dumps(value)
+    separator = ",\n" + indent + "  "
+    return f"{ends[0]}\n{indent}  {separator.join(parts)}\n{indent}{ends[1]}"
+
+
 def _block(values: Array) -> Any:
     """Returns one field of one sample as nested lists; a complex one as an object of two such lists."""
     return {"values": _lists(np.real(values)), "imaginary": _lists(np.imag(values))} if np.iscomplexobj(values) else _lists(values)

@@ -16,7 +16,7 @@ from typing import Any, Callable, Iterator, Optional
 from stiefel._given.when import time_of
 from stiefel._results.html import text_table
 from stiefel._results.load import load, rerun as run_again
-from stiefel._results.save import WRITERS, complete, write_json
+from stiefel._results.save import WRITERS, complete, in_json, write_json
 import stiefel.cli.given as read
 import stiefel.cli.shown as shown
 from stiefel.cli.given import BadInput
@@ -209,7 +209,7 @@ def tradeoff(given: Given, client: Client) -> int:
                             **{name: getattr(given, name) for name in ("horizon", "budget", "repeats")})
     if given.output is not None:
         with complete(given.output) as part, open(part, "w", encoding="utf-8", newline="") as out:
-            shown.points_csv(found, out) if given.output.endswith(".csv") else out.write(shown.in_json(shown.plain(found)) + "\n")
+            shown.points_csv(found, out) if given.output.endswith(".csv") else out.write(in_json(shown.plain(found)) + "\n")
     if given.output is None or sys.stdout.isatty():
         shown.show(given, shown.as_table(found), found)
     return REACHED
@@ -218,12 +218,12 @@ def tradeoff(given: Given, client: Client) -> int:
 def convert(given: Given, client: Client) -> int:
     found = client.convert(given.description, given.system, epsilon=given.epsilon, parameter=given.parameter)
     if given.output is None:
-        print(shown.in_json(shown.plain(found)))
+        print(in_json(shown.plain(found)))
         return REACHED
     if found.scene is None:
         raise BadInput(f"--output: {given.system} is not a system, so there is no scene to write")
     with complete(given.output) as part:
-        Path(part).write_text(shown.in_json(found.scene) + "\n", encoding="utf-8")
+        Path(part).write_text(in_json(found.scene) + "\n", encoding="utf-8")
     return REACHED
 
 

@@ -18,7 +18,7 @@ from google.protobuf import json_format
 from google.protobuf.message import Message
 
 from stiefel._results.html import text_table
-from stiefel._results.save import complete
+from stiefel._results.save import complete, in_json
 from stiefel._results.tables import table
 from stiefel.cli.given import BadInput
 from stiefel.results import Conservation, Section
@@ -46,18 +46,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, enum.Enum):
         return value.value
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def in_json(value: Any, indent: str = "") -> str:
-    """Returns JSON with a line for each list of numbers."""
-    if isinstance(value, dict) and value:
-        parts, ends = [f"{json.dumps(name)}: {in_json(one, indent + '  ')}" for name, one in value.items()], "{}"
-    elif isinstance(value, list) and value and isinstance(value[0], (dict, list)):
-        parts, ends = [in_json(one, indent + "  ") for one in value], "[]"
-    else:
-        return json.dumps(value)
-    separator = ",\n" + indent + "  "
-    return f"{ends[0]}\n{indent}  {separator.join(parts)}\n{indent}{ends[1]}"
 
 
 def is_table(given: argparse.Namespace) -> bool:

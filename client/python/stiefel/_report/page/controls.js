@@ -4,7 +4,7 @@ function draw() {
   for (const view of views) view.draw();
   drawRates();
   drawAccuracy();
-  const t = time(), step = t / D.scene.step;
+  const t = time(), step = t / scene.step;
   const k = Math.floor(now), utc = instants ? `, ${new Date(instants[k] + (t - at[k]) * 1000).toISOString().slice(0, 19).replace("T", " ")} UTC` : "";
   $("time").value = Math.round(now);
   $("now").textContent = `time ${short(t, 6)}${seconds}${clock[0] > 1 ? ` = ${(t / clock[0]).toFixed(2)} ${clock[1].slice(2, -1)}` : ""}, step ${Number.isInteger(+step.toFixed(6)) ? Math.round(step) : step.toFixed(1)}${utc}`;

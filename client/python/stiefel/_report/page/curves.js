@@ -68,24 +68,7 @@ function curves(id, series, { x, y, logX = false, log = false, domain, range, cu
   return { time: pixel => x0 + (pixel - box.left) / (box.right - box.left) * (x1 - x0) };
 }
 
-/** Returns the curves of the rates: angular velocity of a body in three dimensions, otherwise the entries of the rate, or
-    of the frame, that vary most. */
-function rateCurves() {
-  const of = f => Array.from({ length: count }, (_, k) => f(k));
-  if (rigid) {
-    const w = of(k => velocity(momentum(k)));
-    return ["x", "y", "z"].map((name, i) => ({ name: `\u03c9_${name}`, y: w.map(v => v[i]) }));
-  }
-  const f = rate || Q, name = Object.keys(fields).find(key => fields[key] === f), parts = f.complex ? 2 : 1, found = [];
-  for (let i = 0; i < f.rows; ++i) for (let j = 0; j < f.cols; ++j) for (let part = 0; part < parts; ++part) {
-    const y = of(k => f.values[((k * f.rows + i) * f.cols + j) * parts + part]), [low, high] = extent(y);
-    const skew = f.rows === f.cols && name === "M" && i >= j;
-    if (!skew) found.push({ name: `${parts > 1 ? ["Re ", "Im "][part] : ""}${name}[${i},${j}]`, y, varies: high - low });
-  }
-  return found.sort((a, b) => b.varies - a.varies).slice(0, 6);
-}
-const rateName = Object.keys(fields).find(key => fields[key] === (rate || Q));
-const rated = rateCurves(), rateRange = (([low, high]) => {
+const rated = D.rates.curves.map(c => ({ name: c.name, y: decode(c) })), rateRange = (([low, high]) => {
   const pad = .06 * (high - low) || Math.abs(high) * .1 || 1;
   return [low - pad, high + pad];
 })(rated.map(s => extent(s.y)).reduce((a, b) => [Math.min(a[0], b[0]), Math.max(a[1], b[1])]));
@@ -95,7 +78,7 @@ function drawRates() {
   for (let k = from; k <= to; k += step) index.push(k);
   const x = index.map(k => at[k] / clock[0]);
   ratesAxis = curves("rates", rated.map((s, k) => ({ name: s.name, k, x, y: index.map(n => s.y[n]) })),
-    { x: `time${clock[1]}`, y: `${rigid ? "\u03c9" : rateName}${rigid && seconds ? " (rad/s)" : " (1)"}`, domain: [at[from] / clock[0], at[to] / clock[0]], range: rateRange, cursor: time() / clock[0] });
+    { x: `time${clock[1]}`, y: `${rigid ? "\u03c9" : D.rates.title.split(":")[0]}${rigid && seconds ? " (rad/s)" : " (1)"}`, domain: [at[from] / clock[0], at[to] / clock[0]], range: rateRange, cursor: time() / clock[0] });
 }
 
 // Drift and error have one scale, so that the two panels can be compared.

@@ -1,12 +1,11 @@
 // The motion: fields of the samples, attitudes, momenta, principal axes.
 const samples = D.samples, at = decode(samples.time), count = at.length, instants = samples.utc && decode(samples.utc);
 const fields = Object.fromEntries(Object.entries(samples.fields).map(([name, f]) => [name, { ...f, values: decode(f) }]));
-const pick = (...names) => names.map(name => fields[name]).find(Boolean);
-const Q = pick("Q", "q"), rate = pick("Qdot", "qdot", "M", "P");
+const Q = fields.Q || fields.q;
 const right = D.side === "right", complex = Boolean(Q && Q.complex);
 const inertia = D.inertia, rigid = Boolean(inertia), bodies = rigid && Q && Q.rows === 3 && Q.cols === 3;
-const whole = D.horizon, clock = !D.scene.body ? [1, " (1)"] : Math.abs(whole) >= 2 * 86400 ? [86400, " (days)"] : Math.abs(whole) >= 7200 ? [3600, " (hours)"] : [1, " (s)"];
-const span = at[count - 1] - at[0], seconds = D.scene.body ? " s" : "";
+const whole = D.horizon, clock = !scene.body ? [1, " (1)"] : Math.abs(whole) >= 2 * 86400 ? [86400, " (days)"] : Math.abs(whole) >= 7200 ? [3600, " (hours)"] : [1, " (s)"];
+const span = at[count - 1] - at[0], seconds = scene.body ? " s" : "";
 
 const entry = (f, k, i, j) => f.values[(k * f.rows + i) * f.cols + j];
 /** Returns the rotation from body to space at sample k. */

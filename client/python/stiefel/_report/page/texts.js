@@ -1,13 +1,4 @@
 // Titles, captions, tables, and the scene.
-function pretty(value, indent = "") {
-  if (value === null || typeof value !== "object") return JSON.stringify(value);
-  const inner = indent + "  ";
-  if (Array.isArray(value)) {
-    if (value.every(v => typeof v !== "object")) return `[${value.map(v => JSON.stringify(v)).join(", ")}]`;
-    return `[\n${value.map(v => inner + pretty(v, inner)).join(",\n")}\n${indent}]`;
-  }
-  return `{\n${Object.entries(value).map(([k, v]) => `${inner}${JSON.stringify(k)}: ${pretty(v, inner)}`).join(",\n")}\n${indent}}`;
-}
 function errorText() {
   const e = D.error.last;
   if (!e) return "The error was not estimated.";
@@ -16,14 +7,14 @@ function errorText() {
   return `At the last step: ${known.join(", ")}, beside ${e.reference}.`;
 }
 /** Returns a unit of the scenes that have units, those with `body`. */
-const unitOf = name => D.scene.body ? ` ${name}` : "";
+const unitOf = name => scene.body ? ` ${name}` : "";
 /** Returns what the principal axes are in the body axes in which the rates are drawn. */
 function axesText() {
   const vector = axis => `(${axis.map(x => short(Math.abs(x) < 1e-9 ? 0 : x, 3)).join(", ")})`;
   return inertia.names[0] === "a" ? ` In the body axes x, y, z of \u03c9: ${inertia.names.map((name, i) => `${name} = ${vector(inertia.axes[i])}`).join(", ")}.` : "";
 }
 function describe() {
-  const s = D.scene, method = s.method ? s.method.name + (s.method.order ? ` of order ${s.method.order}` : "") : "a discrete system";
+  const s = scene, method = s.method ? s.method.name + (s.method.order ? ` of order ${s.method.order}` : "") : "a discrete system";
   document.title = `${D.name} \u2013 stiefel`;
   $("title").textContent = D.name;
   $("subtitle").textContent = `${s.system}, ${method}, ${D.to} steps of ${short(s.step, 6)}${seconds}` +
@@ -41,11 +32,11 @@ function describe() {
   $("build").textContent = `stiefel ${D.version}, numerics id ${D.numerics_id}. ` +
     "A build with this numerics id gives the same numbers to the last bit.";
   $("again").textContent = `stiefel report ${D.file} --to ${D.to}\n\nimport stiefel\nstiefel.simulate("${D.file}", to=${D.to}).report("report.html")`;
-  $("scene").textContent = D.whole_scene ? pretty(s) : "The arrays of the initial state are too large for this page: " + pretty(s);
+  $("scene").textContent = D.whole_scene ? D.scene : "The arrays of the initial state are too large for this page: " + D.scene;
   $("save").hidden = !D.whole_scene;
   $("save").addEventListener("click", () => {
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([pretty(s) + "\n"], { type: "application/json" }));
+    link.href = URL.createObjectURL(new Blob([D.scene + "\n"], { type: "application/json" }));
     link.download = D.file.endsWith(".json") ? D.file : D.file + ".json";
     link.click();
   });
@@ -60,12 +51,12 @@ function describe() {
       + (coordinates > 3 ? " An end inside the circle has components along other coordinates too." : ""));
   caption("polhode", rigid ? `The momentum in the body, divided by its norm, on axes ${inertia.names.join(", ")} (smallest to largest moment). ` +
     (inertia.separatrix.length ? "Dashed: the separatrix; grey: other energies. " : "") + "The dot is the present." : "");
-  document.querySelector("#rates h2").textContent = rigid ? "Angular velocity in body axes" : `${rate ? "Rates" : "Frame"}: the entries that vary most`;
+  document.querySelector("#rates h2").textContent = D.rates.title;
   caption("rates", "Click, drag or use the arrow keys to move the time." + (rigid ? axesText() : ""));
   caption("drift", "The largest relative drift in each family of invariants, not below the rounding unit 1.1e-16. A small drift does not mean a small error.");
   caption("error", (errors.length ? "On the scale of the drifts. An error too small to tell is drawn as its bound. " : "") + errorText());
   document.querySelector("#error canvas").hidden = !errors.length;
-  if (D.tradeoff) caption("front", `Errors at time ${short(D.tradeoff.horizon)}${seconds}, ${Math.abs(D.tradeoff.horizon - Math.abs(whole)) <= Math.abs(D.scene.step) ? "the end of this run" : "not the end of this run"}. No point beats those of the Pareto front in both work and error.`);
+  if (D.tradeoff) caption("front", `Errors at time ${short(D.tradeoff.horizon)}${seconds}, ${Math.abs(D.tradeoff.horizon - Math.abs(whole)) <= Math.abs(scene.step) ? "the end of this run" : "not the end of this run"}. No point beats those of the Pareto front in both work and error.`);
   $("front").hidden = !D.tradeoff;
   $("polhode").hidden = !rigid;
   $("body").hidden = !Q || complex;
