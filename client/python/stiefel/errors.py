@@ -56,7 +56,6 @@ class StiefelError(Exception):
     quota: tuple[Violation, ...] = ()  #: the limits that the request exceeds; `field` is the limit's name: "sessions"
     retry_delay: Optional[float] = None  #: seconds after which the same request may succeed, if the server says so
     _checkpoint: tuple[int, bytes] = 0, b""  #: the state at which a server that ends left the session, and its step
-    _takes: str = ""  #: how long the call takes, if that is known
     _may_pass: bool = False  #: whether gRPC or a proxy ended the call because of too much at once
     #: For `Session.trajectory`, the samples that had arrived, as a trajectory with the outcome CANCELLED. For
     #: `stiefel.sweep`, what it would have returned, with the outcome 0 at the missing points. None for all other calls.

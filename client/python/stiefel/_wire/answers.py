@@ -82,19 +82,12 @@ def geodesic(message: pb.ConnectResponse, request: pb.ConnectRequest, span: Opti
     return read(Geodesic, message, _scene=scene, velocity=velocity, shortest=shortest, trajectory=trajectory, run_status=status)
 
 
-def _block(matrix: pb.Matrix, shape: tuple[int, int]) -> Array:
-    require((matrix.rows, matrix.cols) == shape and len(matrix.values) == shape[0] * shape[1] and not matrix.imaginary,
-            f"a block is not {shape[0]} x {shape[1]}")
-    return to_array(matrix)
-
-
 def conjugate_points(message: pb.ConjugatePointsResponse, request: pb.ConjugatePointsRequest) -> ConjugatePoints:
-    shape = request.q.rows, request.q.cols
     points = []
     for point in message.points:
-        require(len(point.kernel) == point.multiplicity > 0, "a kernel has another dimension")
-        kernel = [_block(one, shape) for one in point.kernel]
-        points.append(read(ConjugatePoint, point, kernel=np.stack(kernel)))
+        kernel = np.array([to_array(one) for one in point.kernel])
+        require(kernel.shape == (point.multiplicity, request.q.rows, request.q.cols), f"a kernel has the shape {kernel.shape}")
+        points.append(read(ConjugatePoint, point, kernel=kernel))
     return read(ConjugatePoints, message, points=tuple(points), run_status=run_status(message.run_status))
 
 
@@ -106,8 +99,7 @@ def diagnosis(message: pb.DiagnoseResponse, request: pb.DiagnoseRequest, in_si: 
     invariants = tuple(read(Invariant, one, conservation=Conservation(one.conservation)) for one in message.invariants)
     error = read(EstimatedError, message.estimated_error) if message.HasField("estimated_error") else None
     motion = message.motion if message.HasField("motion") else None
-    require(motion is None or motion.kind in KINDS and [len(one) for one in (motion.momentum, motion.moments, motion.axes)] == [3, 3, 9],
-            "the motion of a body has another kind or shape")
+    require(motion is None or motion.kind in KINDS, "the motion of a body has another kind")
     return read(Diagnosis, message, invariants=invariants, domain=read(Domain, message.domain), estimated_error=error,
                 run_status=run_status(message.run_status),
                 shortened={family.name: family.count for family in message.shortened},
@@ -174,22 +166,14 @@ def check_statistics(arrays: Mapping[str, Array], request: pb.SummarizeRequest, 
             f"the outcomes are {outcome}")
 
 
-def named_statistics(arrays: Mapping[str, Array]) -> dict[str, Array]:
-    """Returns statistics, "quaternion.last" and others, whose arrays have the axes of the field that the caller gets."""
-    result = {}
-    for name, array in arrays.items():
-        field, dot, statistic = name.rpartition(".")
-        behind = int(statistic in ("quantiles", "histogram"))
-        result[name] = named({field: array}, behind)[field] if dot else array
-    return result
-
-
 def summary(arrays: Mapping[str, Array], run_status: RunStatus, computed_steps: int, work: float,
-       checkpoint: bytes) -> Summary:
+            checkpoint: bytes) -> Summary:
+    """Reads statistics, "quaternion.last" and others. Their arrays get the axes of the field that the caller gets."""
     quantities: dict[str, dict[str, Array]] = {}
-    for name, values in arrays.items():
+    for name, array in arrays.items():
         quantity, dot, statistic = name.rpartition(".")
         if dot:
-            quantities.setdefault(quantity, {})[statistic] = values
+            behind = int(statistic in ("quantiles", "histogram"))
+            quantities.setdefault(quantity, {})[statistic] = named({quantity: array}, behind)[quantity]
     return Summary(quantities, _OUTCOMES[arrays["outcome"]], arrays["last_step"], arrays["ended_by"],
                    arrays["samples"], run_status, computed_steps, work, checkpoint)

@@ -18,7 +18,6 @@ import grpc
 
 from stiefel import v1 as pb
 from stiefel._wire.failures import from_rpc_error
-from stiefel._wire.replies import require
 from stiefel._wire.retries import Attempts
 from stiefel.errors import Closed, CorruptReply, StiefelError, Unavailable
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
@@ -72,9 +71,7 @@ class Calls:
                 replies.append(reply)
                 seen(reply)
             return replies
-        replies = Attempts(self, request, timeout).run(attempt)
-        require(len(replies) > 0, f"{method} has no reply")
-        return replies
+        return Attempts(self, request, timeout).run(attempt)
 
     def send(self, method: str, request: Any, timeout: Optional[float], metadata: Metadata) -> Any:
         """Makes a unary call once. Raises what gRPC raises, and BuildChanged."""

@@ -13,7 +13,7 @@ from stiefel._wire import answers
 from stiefel._wire.arrays import decode_fields, named
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import Recreation
-from stiefel._wire.replies import Layout, described, ends_at, price, require
+from stiefel._wire.replies import Layout, described, ends_at, require
 from stiefel._wire.sampling import Samples
 from stiefel._wire.summarizing import Summarizing
 from stiefel.errors import StiefelError
@@ -63,7 +63,7 @@ class Held:
     def step_price(self) -> Price:
         """The predicted price of one step."""
         self._resolved()
-        return price(self._message.step_price)
+        return answers.read(Price, self._message.step_price)
 
     def _side(self) -> Optional[str]:
         """Returns how the frame of the system moves, as `Origin.side`; None if one call does not tell it."""

@@ -7,7 +7,7 @@ from typing import Any, Iterable, Mapping, Optional
 from google.protobuf.message import Message
 
 from stiefel import v1 as pb
-from stiefel._results.base import Array, Outcome, Price, RunStatus
+from stiefel._results.base import Array, Outcome, RunStatus
 from stiefel.errors import CorruptReply
 
 def require(holds: bool, fault: str) -> None:
@@ -36,10 +36,6 @@ def optional(message: Message, name: str) -> Any:
 def run_status(message: pb.RunStatus) -> RunStatus:
     return RunStatus(Outcome(name_of(pb.Outcome, message.outcome)), optional(message, "largest_step"), message.message,
                      optional(message, "member"))
-
-
-def price(message: pb.Price) -> Price:
-    return Price(message.work, message.bytes)
 
 
 def ends_at(status: pb.RunStatus, step: int, to: int) -> None:

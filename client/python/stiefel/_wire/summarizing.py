@@ -68,4 +68,3 @@ class Summarizing(Reading[Union[Events, Batch]]):
         may_end = message.run_status.outcome != pb.OUTCOME_REACHED or any(event.terminal for event in self._request.events)
         require(may_end or not self._request.times or self._seen == len(self._request.times), f"it has {self._seen} states")
         answers.check_statistics(self.arrays, self._request, self._ensemble)
-        self.arrays = answers.named_statistics(self.arrays)

@@ -14,6 +14,7 @@ from stiefel._wire.arrays import decode_fields, set_tensor
 from stiefel._wire.recreating import Recreation
 from stiefel._wire.replies import Layout, ends_at, name_of, require
 from stiefel._wire.streams import Reading
+from stiefel._wire.times import absent_with_times
 from stiefel.errors import FailedPrecondition
 from stiefel.results import LyapunovSpectrum, StateTransition, Verdict
 
@@ -87,9 +88,7 @@ def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int,
     given, scene = numbers("P0", P0), session._resolved()
     which: Any = slice(None)
     if times is not None:
-        for name, value in (("to", to), ("time", time), ("every", every or None)):
-            if value is not None:
-                raise refused(name, f"{value!r}: must be absent where `times` are given")
+        absent_with_times(to=to, time=time, every=every or None)
         after = steps_of(times, scene.step, session.epoch) - step_index("start", start)
         if after.min() < 0:
             raise refused("times", f"{float(after.min() + start) * scene.step!r}: is before step {start}, where P0 is given")

@@ -18,13 +18,18 @@ from stiefel.errors import FailedPrecondition, StiefelError
 from stiefel.results import EstimatedError, EstimatedErrors, Outcome, State, Trajectory
 
 
+def absent_with_times(**given: Any) -> None:
+    """Raises InvalidArgument for an argument that is given beside `times`."""
+    for name, value in given.items():
+        if value is not None:
+            raise refused(name, f"{value!r}: must be absent where `times` are given")
+
+
 def trajectory(session: Any, to: Optional[int], start: int, every: Optional[int], fields: Sequence[str], progress: bool,
                timeout: Optional[float], times: Any, time: Any) -> Trajectory:
     """Returns the samples that `Session.trajectory` describes, without the estimate of an error."""
     if times is not None:
-        for name, value, default in (("to", to, None), ("time", time, None), ("start", start, 0), ("every", every, None)):
-            if value != default:
-                raise refused(name, f"{value!r}: must be absent where `times` are given")
+        absent_with_times(to=to, time=time, start=start or None, every=every)
         return at_times(session, times, fields, progress, timeout)
     if to is None and time is None:
         if not session._resolved().HasField("horizon"):
