@@ -51,7 +51,7 @@ Session Client::create(const v1::Scene& scene, const std::string& id) const {
 
 Session Client::create(v1::CreateSessionRequest request) const {
   if (request.session_id().empty()) request.set_session_id(make_uuid());
-  request.mutable_view()->set_scene(v1::SCENE_VIEW_FULL);
+  request.set_return_scene(true);
   auto reply = call(&Stub::CreateSession, request);
   return Session(connection_, std::move(*reply.mutable_session()));
 }
@@ -67,7 +67,7 @@ Session Client::temporary(const v1::Scene& scene) const {
 Session Client::get(const std::string& id) const {
   v1::GetSessionRequest request;
   request.set_session_id(id);
-  request.mutable_view()->set_scene(v1::SCENE_VIEW_FULL);
+  request.set_return_scene(true);
   auto reply = call(&Stub::GetSession, request);
   return Session(connection_, std::move(*reply.mutable_session()));
 }

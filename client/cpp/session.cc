@@ -80,7 +80,7 @@ Samples Session::stream(v1::StreamRequest request) const {
 Session Session::fork(v1::ForkSessionRequest request) const {
   request.set_from_session_id(id());
   if (request.session_id().empty()) request.set_session_id(make_uuid());
-  request.mutable_view()->set_scene(v1::SCENE_VIEW_FULL);
+  request.set_return_scene(true);
   auto reply = client::call(connection_, &Stub::ForkSession, request);
   if (reply.run_status().outcome() != v1::OUTCOME_REACHED)
     throw Error({grpc::StatusCode::FAILED_PRECONDITION, reply.run_status().message()});

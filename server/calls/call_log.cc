@@ -3,8 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <exception>
 #include <iterator>
 #include <random>
@@ -51,17 +49,15 @@ std::string trace_id_of(const grpc::ServerContextBase& context) {
 
 CallLog::CallLog(const Log& log, grpc::ServerContextBase& context, const char* method,
                  CallMetrics* metrics)
-    : log_(&log),
-      method_(method),
-      context_(&context),
-      metrics_(metrics),
-      running_(metrics, method) {
-  if (!log.enabled(Log::Level::info)) return;
-  const auto sent = context.client_metadata().find("x-request-id");
-  details_ = std::make_unique<Details>(Details{
-      sent == context.client_metadata().end() ? new_request_id()
-                                              : cut({sent->second.data(), sent->second.size()}),
-      trace_id_of(context), "", cut(context.peer()), std::chrono::steady_clock::now()});
+    : log_(&log), method_(method), context_(&context), metrics_(metrics) {
+  if (log.enabled(Log::Level::info)) {
+    const auto sent = context.client_metadata().find("x-request-id");
+    details_ = std::make_unique<Details>(Details{
+        sent == context.client_metadata().end() ? new_request_id()
+                                                : cut({sent->second.data(), sent->second.size()}),
+        trace_id_of(context), "", cut(context.peer())});
+  }
+  if (metrics) metrics->begin(method);
 }
 
 void CallLog::tell_numerics() {
@@ -84,7 +80,9 @@ void CallLog::refuse(const grpc::Status& status) const noexcept {
 
 void CallLog::finish(const grpc::Status& status) noexcept {
   refuse(status);
-  running_.end(status.error_code());
+  const auto took = std::chrono::steady_clock::now() - start_;
+  if (metrics_)
+    metrics_->end(method_, status.error_code(), std::chrono::duration<double>(took).count());
   try {
     push_back(status, *context_);
     // gRPC's clients do not repeat a call whose initial metadata has arrived.
@@ -92,7 +90,7 @@ void CallLog::finish(const grpc::Status& status) noexcept {
       tell_numerics();
     else if (!numerics_told_)
       context_->AddTrailingMetadata(numerics_key, numerics_id());
-    write(status);
+    write(status, took);
   } catch (const std::exception&) {
   }
   details_.reset();
@@ -106,9 +104,7 @@ std::optional<Log::Level> CallLog::level(const grpc::Status& status,
   return Log::Level::debug;
 }
 
-void CallLog::write(const grpc::Status& status) const {
-  const auto took = details_ ? std::chrono::steady_clock::now() - details_->start
-                             : std::chrono::steady_clock::duration();
+void CallLog::write(const grpc::Status& status, std::chrono::nanoseconds took) const {
   const std::optional<Log::Level> level = this->level(status, took);
   if (!level || !log_->enabled(*level)) return;
   Log::Facts facts;

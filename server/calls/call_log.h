@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "server/connections/log.h"
 #include "server/connections/metrics.h"
@@ -51,7 +50,7 @@ class CallLog {
   void finish(const grpc::Status& status) noexcept;
 
  private:
-  void write(const grpc::Status& status) const;
+  void write(const grpc::Status& status, std::chrono::nanoseconds took) const;
   /// Returns the level of the line of a call that ended so after that time; nothing if it has none.
   std::optional<Log::Level> level(const grpc::Status& status, std::chrono::nanoseconds took) const;
 
@@ -60,7 +59,6 @@ class CallLog {
     std::string trace_id;
     std::string session_id;
     std::string peer;
-    std::chrono::steady_clock::time_point start;
   };
   const Log* log_;
   const char* method_;
@@ -69,7 +67,7 @@ class CallLog {
   bool numerics_told_ = false;
   std::unique_ptr<Details> details_;
   CallMetrics* metrics_;
-  CallMetrics::Running running_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   double work_ = 0;  // instructions
   std::int64_t steps_ = 0;
 };

@@ -6,8 +6,7 @@
 
 namespace stiefel::server {
 
-void Connect(ServerCall& call, const v1::ConnectRequest& request,
-             grpc::ServerWriter<v1::ConnectResponse>& writer) {
+void Connect(ServerCall& call, const v1::ConnectRequest& request, Writer& writer) {
   call.hold(memory_price({.request = held_by(request)}));
   const ConnectTask task = read(request);
   // A search on each thread, fewer where they would take more than an eighth of the memory.
@@ -21,7 +20,7 @@ void Connect(ServerCall& call, const v1::ConnectRequest& request,
                           .reply_of = request.steps() > 0 ? "steps" : "samples"}));
   call.pass();
   join(task, at_once, call.stop(),
-       [&](const v1::ConnectResponse& answer) { call.write(writer, answer); });
+       [&](v1::ConnectResponse& answer) { call.write(writer, answer); });
 }
 
 }  // namespace stiefel::server

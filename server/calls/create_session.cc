@@ -24,10 +24,9 @@ void CreateSession(ServerCall& call, const v1::CreateSessionRequest& request,
   // the arrays of the request.
   const MemoryLease step(memory, memory_price({.workspace = first_step_workspace(scene.scene),
                                                .reply = 2 * held_by(given)}));
-  const Resolution resolution = scene.resolution;
   const auto made = admit(host, call.account(), request.session_id(), std::move(scene),
                           request.checkpoint(), request.recreate());
-  to_proto(*made.session, resolution, host.registry, request.view(), response->mutable_session());
+  to_proto(*made.session, host.registry, request.return_scene(), response->mutable_session());
   response->set_created(made.created);
   call.hold(memory_price({.reply = response->ByteSizeLong()}));
   call.wait_for(made.pending_write);

@@ -1,6 +1,5 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
-#include "server/calls/step.h"
 #include "server/convert/diagnose_task.h"
 #include "server/convert/memory_price.h"
 
@@ -12,7 +11,7 @@ void Diagnose(ServerCall& call, const v1::DiagnoseRequest& request,
   call.hold(memory_price({held_by(request), diagnosis_workspace(*session)}));
   const DiagnoseTask task = read(*session, request);
   Cursor cursor(*session, request.to());
-  advance(call, *session, cursor, request.to());
+  call.advance(*session, cursor, request.to());
   answer(task, *session, cursor, call.stop(), response);
   call.pass();  // an answer computed during a stop may be incomplete
 }

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <future>
 #include <mutex>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -27,40 +26,17 @@ Registry::Time time_at(std::int64_t nanoseconds) {
       std::chrono::duration_cast<Registry::Time::duration>(std::chrono::nanoseconds(nanoseconds)));
 }
 
-/// Joins paths, which contain no line ends.
-std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += line + '\n';
-  return text;
-}
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) lines.push_back(line);
-  return lines;
-}
-
-std::optional<ChosenMethod> choice_of(const std::string& bytes) {
-  v1::Choice choice;
-  if (bytes.empty() || !choice.ParseFromString(bytes)) return std::nullopt;
-  return ChosenMethod{choice.tolerance(), choice.horizon(), choice.reason(), choice.error()};
-}
-
 }  // namespace
 
 StoredSession to_row(const RegisteredSession& session) {
-  const Resolution& resolution = session.resolution();
   v1::Choice choice;
-  if (resolution.choice) to_proto(session.scene(), *resolution.choice, &choice);
+  if (session.choice()) to_proto(*session.choice(), &choice);
   return {session.owner(),
           session.id(),
           nanoseconds(session.create_time()),
           numerics_id(),
           session.identity(),
           to_bytes(session.scene()),
-          joined(resolution.difference.filled_in),
-          joined(resolution.difference.cleared),
           choice.SerializeAsString()};
 }
 
@@ -68,10 +44,9 @@ Restored from_row(const Store::Row& row, std::shared_ptr<const Clock> clock, Mem
   const StoredSession& stored = row.session;
   auto scene = scene_of(stored.scene);
   if (!scene) return std::unexpected(std::move(scene.error()));
-  auto session = std::make_shared<RegisteredSession>(
-      stored.principal, stored.id, *std::move(scene),
-      Resolution{{split(stored.filled_in), split(stored.cleared)}, choice_of(stored.choice)},
-      std::move(clock), memory, time_at(stored.create_time));
+  auto session = std::make_shared<RegisteredSession>(stored.principal, stored.id, *std::move(scene),
+                                                     choice_of(stored.choice), std::move(clock),
+                                                     memory, time_at(stored.create_time));
   if (stored.numerics_id == numerics_id() && stored.identity != session->identity())
     return std::unexpected("this build reads its scene as a different scene");
   if (auto checkpoint = decode_checkpoint(*session, row.checkpoint))

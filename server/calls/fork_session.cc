@@ -1,9 +1,7 @@
 #include "server/calls/requests.h"
 #include "server/calls/service.h"
-#include "server/calls/step.h"
 #include "server/convert/convert.h"
 #include "server/convert/memory_price.h"
-#include "server/convert/resolve.h"
 
 namespace stiefel::server {
 void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
@@ -14,13 +12,12 @@ void ForkSession(ServerCall& call, const v1::ForkSessionRequest& request,
   // The scene in its steps from the old one to the new one.
   call.hold(memory_price({.workspace = 2 * from->scene_bytes(), .reply = scene_reply(*from)}));
   Cursor cursor(*from, request.from_step());
-  advance(call, *from, cursor, request.from_step());
+  call.advance(*from, cursor, request.from_step());
   to_proto(cursor, from->scene(), response->mutable_run_status());
   if (!cursor.run_status().reached()) return;
-  ResolvedScene scene = forked(*from, cursor, request);
-  const Resolution resolution = scene.resolution;
-  const auto made = admit(call.host(), call.account(), request.session_id(), std::move(scene));
-  to_proto(*made.session, resolution, call.host().registry, request.view(),
+  const auto made =
+      admit(call.host(), call.account(), request.session_id(), forked(*from, cursor, request));
+  to_proto(*made.session, call.host().registry, request.return_scene(),
            response->mutable_session());
   response->set_created(made.created);
   call.wait_for(made.pending_write);

@@ -1,6 +1,6 @@
 #include "server/calls/gate.h"
 
-#include <memory>
+#include <type_traits>
 #include <utility>
 
 #include "server/convert/errors.h"
@@ -9,9 +9,9 @@ namespace stiefel::server {
 
 /// gRPC's handler of an RPC, beside the call that it serves: the call, and with it its memory,
 /// lives until its reply and its status are sent.
-class Gate::Handler final : public grpc::internal::MethodHandler {
+class Gate::OfCall final : public grpc::internal::MethodHandler {
  public:
-  explicit Handler(std::unique_ptr<grpc::internal::MethodHandler> of_grpc)
+  explicit OfCall(std::unique_ptr<grpc::internal::MethodHandler> of_grpc)
       : of_grpc_(std::move(of_grpc)) {}
 
   void* Deserialize(grpc_call* call, grpc_byte_buffer* bytes, grpc::Status* status,
@@ -20,28 +20,19 @@ class Gate::Handler final : public grpc::internal::MethodHandler {
   }
   void RunHandler(const HandlerParameter& parameter) override {
     std::optional<ServerCall> call;
-    call_of_this_thread = &call;
+    of_this_thread = &call;
     of_grpc_->RunHandler(parameter);
   }
 
-  static inline thread_local std::optional<ServerCall>* call_of_this_thread = nullptr;
+  static inline thread_local std::optional<ServerCall>* of_this_thread = nullptr;
 
  private:
   const std::unique_ptr<grpc::internal::MethodHandler> of_grpc_;
 };
 
-namespace {
-
-/// Returns the bytes of a request, which gRPC hands out as a constant and does not use again.
-grpc::ByteBuffer& taken(const grpc::ByteBuffer* bytes) {
-  return const_cast<grpc::ByteBuffer&>(*bytes);
-}
-
-}  // namespace
-
 template <class Body>
 grpc::Status Gate::serve(grpc::ServerContext& context, const char* name, const Body& body) {
-  std::optional<ServerCall>& call = *Handler::call_of_this_thread;
+  std::optional<ServerCall>& call = *OfCall::of_this_thread;
   grpc::Status status;
   try {
     call.emplace(host_, context, name);
@@ -54,41 +45,37 @@ grpc::Status Gate::serve(grpc::ServerContext& context, const char* name, const B
   return status;
 }
 
-template <class Request, class Response>
+template <class Request, class Out>
 std::unique_ptr<grpc::internal::MethodHandler> Gate::take(const char* name,
-                                                          Unary<Request, Response>* handler) {
-  return std::make_unique<grpc::internal::RpcMethodHandler<Gate, grpc::ByteBuffer, Response>>(
-      [name, handler](Gate* gate, grpc::ServerContext* context, const grpc::ByteBuffer* bytes,
-                      Response* response) {
-        return gate->serve(*context, name, [&](ServerCall& call) {
-          call.run([&] {
-            handler(call, call.read<Request>(taken(bytes)), response);
-            if constexpr (requires { response->set_work(0); }) response->set_work(call.work());
-          });
-        });
-      },
-      this);
+                                                          Handler<Request, Out>* handler) {
+  using Reply = std::remove_pointer_t<std::remove_reference_t<Out>>;
+  const auto answer = [name, handler](Gate* gate, grpc::ServerContext* context,
+                                      const grpc::ByteBuffer* bytes, Reply* reply) {
+    return gate->serve(*context, name, [&](ServerCall& call) {
+      call.run([&] {
+        // gRPC hands the bytes of a request out as a constant and does not use them again.
+        const auto& request = call.read<Request>(const_cast<grpc::ByteBuffer&>(*bytes));
+        if constexpr (std::is_pointer_v<Out>)
+          handler(call, request, reply);
+        else
+          handler(call, request, *reply);
+        if constexpr (requires { reply->set_work(0); }) reply->set_work(call.work());
+      });
+    });
+  };
+  using namespace grpc::internal;
+  using Bytes = grpc::ByteBuffer;
+  if constexpr (std::is_pointer_v<Out>)
+    return std::make_unique<RpcMethodHandler<Gate, Bytes, Reply>>(answer, this);
+  else
+    return std::make_unique<ServerStreamingHandler<Gate, Bytes, Bytes>>(answer, this);
 }
 
-template <class Request, class Response>
 std::unique_ptr<grpc::internal::MethodHandler> Gate::take(const char* name,
-                                                          Streaming<Request, Response>* handler) {
-  return std::make_unique<grpc::internal::ServerStreamingHandler<Gate, grpc::ByteBuffer, Response>>(
-      [name, handler](Gate* gate, grpc::ServerContext* context, const grpc::ByteBuffer* bytes,
-                      grpc::ServerWriter<Response>* writer) {
-        return gate->serve(*context, name, [&](ServerCall& call) {
-          call.run([&] { handler(call, call.read<Request>(taken(bytes)), *writer); });
-        });
-      },
-      this);
-}
-
-template <class Response>
-std::unique_ptr<grpc::internal::MethodHandler> Gate::take(const char* name,
-                                                          Driving<Response>* handler) {
-  using Stream = grpc::ServerReaderWriter<Response, grpc::ByteBuffer>;
-  return std::make_unique<grpc::internal::TemplatedBidiStreamingHandler<Stream, false>>(
-      [this, name, handler](grpc::ServerContext* context, Stream* stream) {
+                                                          void (*handler)(ServerCall&,
+                                                                          ReaderWriter&)) {
+  return std::make_unique<grpc::internal::TemplatedBidiStreamingHandler<ReaderWriter, false>>(
+      [this, name, handler](grpc::ServerContext* context, ReaderWriter* stream) {
         return serve(*context, name, [&](ServerCall& call) { handler(call, *stream); });
       });
 }
@@ -99,7 +86,7 @@ Gate::Gate(Host& host, Callers* callers) : host_(host), callers_(callers) {
     const auto& path = paths_.emplace_back(
         "/" + std::string(v1::SimulationService::service_full_name()) + "/" + name);
     AddMethod(
-        new grpc::internal::RpcServiceMethod(path.c_str(), type, new Handler(take(name, handler))));
+        new grpc::internal::RpcServiceMethod(path.c_str(), type, new OfCall(take(name, handler))));
   };
 #define UNARY(Name) add(#Name, RpcMethod::NORMAL_RPC, &Name);
 #define STREAM(Name) add(#Name, RpcMethod::SERVER_STREAMING, &Name);

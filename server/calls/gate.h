@@ -23,17 +23,14 @@ class Gate final : public grpc::Service {
   Gate(Host& host, Callers* callers);
 
  private:
-  class Handler;
+  class OfCall;
 
   /// Makes gRPC's handler of an RPC from ours.
-  template <class Request, class Response>
+  template <class Request, class Out>
   std::unique_ptr<grpc::internal::MethodHandler> take(const char* name,
-                                                      Unary<Request, Response>* handler);
-  template <class Request, class Response>
+                                                      Handler<Request, Out>* handler);
   std::unique_ptr<grpc::internal::MethodHandler> take(const char* name,
-                                                      Streaming<Request, Response>* handler);
-  template <class Response>
-  std::unique_ptr<grpc::internal::MethodHandler> take(const char* name, Driving<Response>* handler);
+                                                      void (*handler)(ServerCall&, ReaderWriter&));
   /// Makes the call of this thread, lets `body` answer it if its caller is let in, and returns the
   /// status with which it ends.
   template <class Body>

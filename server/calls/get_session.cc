@@ -6,10 +6,8 @@ namespace stiefel::server {
 void GetSession(ServerCall& call, const v1::GetSessionRequest& request,
                 v1::GetSessionResponse* response) {
   const SessionRef session = call.session(request.session_id());
-  if (request.view().scene() != v1::SCENE_VIEW_NONE)
-    call.hold(memory_price({.reply = scene_reply(*session)}));
-  to_proto(*session, session->resolution(), call.host().registry, request.view(),
-           response->mutable_session());
+  if (request.return_scene()) call.hold(memory_price({.reply = scene_reply(*session)}));
+  to_proto(*session, call.host().registry, request.return_scene(), response->mutable_session());
 }
 
 }  // namespace stiefel::server

@@ -1,12 +1,12 @@
 #pragma once
 
+#include <google/protobuf/wrappers.pb.h>
 #include <grpcpp/grpcpp.h>
 
 #include <condition_variable>
 #include <cstddef>
 #include <mutex>
 #include <string>
-#include <utility>
 
 namespace stiefel::server {
 
@@ -38,23 +38,22 @@ class HealthService final : public grpc::Service {
   }
 
  private:
+  // grpc.health.v1.HealthCheckRequest and HealthCheckResponse, whose only fields have number 1.
+  using Request = google::protobuf::StringValue;
+  using Response = google::protobuf::Int32Value;
   /// The values of grpc.health.v1.HealthCheckResponse.ServingStatus.
-  enum class Status : char { serving = 1, not_serving = 2, service_unknown = 3 };
+  enum class Status { serving = 1, not_serving = 2, service_unknown = 3 };
 
-  grpc::Status check(const grpc::ByteBuffer& request, grpc::ByteBuffer* response);
-  grpc::Status watch(grpc::ServerContext& context, const grpc::ByteBuffer& request,
-                     grpc::ServerWriter<grpc::ByteBuffer>& writer);
+  grpc::Status check(grpc::ServerContext* context, const Request* request, Response* response);
+  /// Tells a caller the status, and again at every change, until the caller leaves.
+  grpc::Status watch(grpc::ServerContext* context, const Request* request,
+                     grpc::ServerWriter<Response>* writer);
   bool knows(const std::string& service) const { return service.empty() || service == service_; }
   /// Requires the lock.
   Status status(bool known) const {
     if (!known) return Status::service_unknown;
     return able_ && !stopped_ ? Status::serving : Status::not_serving;
   }
-  /// Tells one caller the status, and again at every change, until the caller leaves. Requires the
-  /// lock, which it gives up while it waits.
-  void tell(grpc::ServerContext& context, bool known, grpc::ServerWriter<grpc::ByteBuffer>& writer,
-            std::unique_lock<std::mutex>& lock);
-
   const std::string service_;
   std::mutex mutex_;
   std::condition_variable changed_;

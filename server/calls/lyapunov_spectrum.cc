@@ -3,8 +3,8 @@
 
 namespace stiefel::server {
 void LyapunovSpectrum(ServerCall& call, const v1::LyapunovSpectrumRequest& request,
-                      grpc::ServerWriter<v1::LyapunovSpectrumResponse>& writer) {
-  move_vectors<LyapunovAnswer>(call, request, writer);
+                      Writer& writer) {
+  move_vectors<LyapunovAnswer, v1::LyapunovSpectrumResponse>(call, request, writer);
 }
 
 }  // namespace stiefel::server

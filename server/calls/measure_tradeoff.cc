@@ -6,8 +6,7 @@
 
 namespace stiefel::server {
 
-void MeasureTradeoff(ServerCall& call, const v1::MeasureTradeoffRequest& request,
-                     grpc::ServerWriter<v1::MeasureTradeoffResponse>& writer) {
+void MeasureTradeoff(ServerCall& call, const v1::MeasureTradeoffRequest& request, Writer& writer) {
   call.hold(memory_price({held_by(request), 2 * scene_workspace(request.scene())}));
   TradeoffRequest wanted = read(request);
   const std::uint64_t workspace = tradeoff_workspace(wanted.scene);
@@ -16,8 +15,8 @@ void MeasureTradeoff(ServerCall& call, const v1::MeasureTradeoffRequest& request
   v1::MeasureTradeoffResponse message;
   const auto send = [&](bool last = false) {
     call.pass();  // a measurement that a stop interrupted is not valid
+    message.set_work(call.work());
     call.write(writer, message, last);
-    message.Clear();
   };
   to_proto(value_of(tradeoff.solve_reference(call.stop())), message.mutable_setup());
   send();

@@ -17,11 +17,10 @@ namespace stiefel::server {
 
 /// Answers a call that moves tangent vectors along the states of a session: `Answer` is
 /// LinearizeAnswer, whose messages all have results, or LyapunovAnswer.
-template <class Answer, class Request, class Response>
-void move_vectors(ServerCall& call, const Request& request, grpc::ServerWriter<Response>& writer) {
+template <class Answer, class Response, class Request>
+void move_vectors(ServerCall& call, const Request& request, Writer& writer) {
   constexpr bool reports = !std::is_same_v<Answer, LinearizeAnswer>;
-  constexpr std::chrono::milliseconds longest_silence =
-      reports ? std::chrono::milliseconds(100) : std::chrono::hours(24 * 365);
+  constexpr auto longest_silence = reports ? std::chrono::milliseconds(100) : until_results;
   SessionRef session = call.session(request.session_id());
   check_range(request);
   if (const auto members = session->scene().members().size(); members > 0)

@@ -1,9 +1,7 @@
 #include "server/calls/requests.h"
 
 #include <algorithm>
-#include <string>
 
-#include "server/convert/errors.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {
@@ -26,8 +24,7 @@ SessionRef find_session(const Host& host, const grpc::ServerContextBase& context
   check_routing(context, id, field);
   if (auto session = host.registry.find(principal, id)) return session;
   check_session_id(id, field);
-  throw host.registry.deleted(principal, id) ? errors::session_deleted(id, field)
-                                             : errors::session_not_found(id, field);
+  throw errors::no_session(id, host.registry.deleted(principal, id), field);
 }
 
 void check_session_id(std::string_view id, const char* field) {
@@ -54,7 +51,7 @@ Registry::Created admit(Host& host, Account& account, const std::string& id, Res
   // A request for an existing session takes no slot.
   if (!slot && !host.registry.find(account.principal(), id)) throw errors::over_quota(slot.error());
   auto created = host.registry.create(account.principal(), id, std::move(scene.scene), checkpoint,
-                                      std::move(scene.resolution), recreate, &account.memory());
+                                      std::move(scene.choice), recreate, &account.memory());
   if (created) {
     if (created->created) created->session->hold_slot(std::move(slot).value_or(nullptr));
     return *std::move(created);
@@ -65,7 +62,7 @@ Registry::Created admit(Host& host, Account& account, const std::string& id, Res
     throw errors::checkpoint_refused(*refusal, checkpoint.size(), "Step, Drive or Stream");
   switch (std::get<Registry::Conflict>(created.error())) {
     case Registry::Conflict::deleted:
-      throw errors::session_deleted(id);
+      throw errors::no_session(id, true);
     case Registry::Conflict::other_scene:
       throw errors::session_has_other_scene(id);
     default:

@@ -1,9 +1,8 @@
 #include "server/calls/server_call.h"
 
-#include <string>
+#include <new>
 
 #include "server/calls/requests.h"
-#include "server/convert/errors.h"
 
 namespace stiefel::server {
 
@@ -56,7 +55,31 @@ const google::protobuf::Message& ServerCall::read(grpc::ByteBuffer& bytes,
   throw errors::invalid("request", "", "the bytes are not a " + prototype.GetDescriptor()->name());
 }
 
+grpc::ByteBuffer ServerCall::to_bytes(const google::protobuf::Message& message) {
+  grpc::ByteBuffer bytes;
+  bool own = false;
+  if (!grpc::SerializationTraits<google::protobuf::Message>::Serialize(message, &bytes, &own).ok())
+    throw std::bad_alloc();
+  return bytes;
+}
+
 void ServerCall::leave() { throw errors::cancelled(); }
+
+void ServerCall::advance(const Session& session, Cursor& cursor, std::int64_t to) {
+  const auto piece = [&] {
+    std::int64_t steps = slice_steps(session.step_cost());
+    return cursor.advance(to, steps, stop_);
+  };
+  try {
+    while (!piece()) pass();
+  } catch (const Stopped&) {
+    cursor.cancel();
+  }
+  log_->did(0, cursor.computed_steps());
+  if (!cursor.stopped()) return;
+  if (!host_.lifecycle.stopping()) throw Stopped();
+  throw errors::shutting_down(session, cursor.simulation());
+}
 
 void ServerCall::wait_for(const PendingWrite& change) {
   if (!change.valid()) return;

@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string_view>
 #include <thread>
-#include <utility>
 
 #include "server/calls/call_log.h"
 #include "server/calls/host.h"
@@ -18,17 +16,28 @@
 #include "server/connections/callers.h"
 #include "server/convert/errors.h"
 #include "server/scheduling/turns.h"
+#include "server/sessions/cursor.h"
 #include "server/sessions/pending_write.h"
 
 namespace stiefel::server {
 
+/// The wait of an answer whose messages all have results.
+inline constexpr std::chrono::milliseconds until_results = std::chrono::hours(24 * 365);
+
 /// Sends the messages of an answer, and lets it `advance` by `slice` steps at a time while it has
 /// no results, by fewer once so many have taken longer than a turn. A message without results,
-/// which tells the progress, follows the one before by `longest_wait`.
+/// which tells the progress, follows the one before by `longest_wait`. At a stop, `answer.save`
+/// makes what may still be sent, knowing whether the stop has interrupted a piece of work.
 template <class Response, class Call, class Writer, class Answer, class Advance>
 void send_results(Call& call, Writer& writer, Answer& answer,
                   std::chrono::milliseconds longest_wait, double slice, const Advance& advance) {
   Response message;
+  const auto send = [&] {
+    const bool last = answer.next(message);
+    message.set_work(call.work());
+    call.write(writer, message, last);
+    return last;
+  };
   try {
     for (bool last = false; !last;) {
       const auto due = std::chrono::steady_clock::now() + longest_wait;
@@ -40,15 +49,12 @@ void send_results(Call& call, Writer& writer, Answer& answer,
         if (took > 2 * long_slice)
           slice = std::max(slice * long_slice / took, std::min(slice, 1.0));
       }
-      last = answer.next(message);
-      call.write(writer, message, last);
+      last = send();
     }
   } catch (const Stopped&) {
-    if (call.stop().stop_requested() || !answer.save()) throw;
-    for (bool more = true; more; more = answer.has_results()) {
-      answer.next(message);
-      call.write(writer, message);
-    }
+    if (call.caller_left() || !answer.save(call.stop().stop_requested())) throw;
+    do send();
+    while (answer.has_results());
     throw;
   }
 }
@@ -113,15 +119,20 @@ class ServerCall {
   /// Waits until a change is on disk, and throws StatusError if it cannot be written. Does nothing
   /// without a change.
   void wait_for(const PendingWrite& change);
-  /// Sends a message; the last one goes together with the status. For one thread at a time: that of
-  /// the call, or one that helps it. Throws StatusError if the caller has left.
+  /// Advances the cursor to `to` or to a numerical stop, in pieces of work. Throws Stopped if the
+  /// call is to end before, and StatusError if the server ends: the error then has the state where
+  /// the cursor stopped.
+  void advance(const Session& session, Cursor& cursor, std::int64_t to);
+  /// Sends a message and frees it; the last one goes together with the status. For one thread at a
+  /// time: that of the call, or one that helps it. Throws StatusError if the caller has left.
   template <class Writer, class Message>
   void write(Writer& writer, Message& message, bool last = false) {
     log_->tell_numerics();
-    if constexpr (requires { message.set_work(0); }) message.set_work(work());
+    const grpc::ByteBuffer bytes = to_bytes(message);
+    message = Message();
     grpc::WriteOptions options;
     if (last) options.set_last_message();
-    const auto send = [&] { return writer.Write(message, options); };
+    const auto send = [&] { return writer.Write(bytes, options); };
     const bool helps = std::this_thread::get_id() != thread_;
     if (!(helps ? send() : turn_->without_place(send))) leave();
   }
@@ -162,6 +173,7 @@ class ServerCall {
 
   const google::protobuf::Message& read(grpc::ByteBuffer& bytes,
                                         const google::protobuf::Message& prototype);
+  static grpc::ByteBuffer to_bytes(const google::protobuf::Message& message);
   [[noreturn]] static void leave();
   /// Ends the turn, and tells the log how long the call has computed.
   struct Computed {

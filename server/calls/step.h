@@ -20,11 +20,6 @@ struct StepTask {
 /// REPLY_TOO_LARGE.
 std::uint64_t step_memory(const Session& session, const StepTask& task);
 
-/// Advances the cursor to `to` or to a numerical stop, in pieces of work. Throws Stopped if
-/// the call is to end before, and StatusError if the server ends: the error then has the state
-/// where the cursor stopped.
-void advance(ServerCall& call, const Session& session, Cursor& cursor, std::int64_t to);
-
 /// Computes to the step of the task and writes the reply.
 void step(ServerCall& call, Session& session, const StepTask& task, v1::StepResponse* response);
 

@@ -7,8 +7,7 @@
 #include "server/convert/summarize_answer.h"
 
 namespace stiefel::server {
-void Summarize(ServerCall& call, const v1::SummarizeRequest& request,
-               grpc::ServerWriter<v1::SummarizeResponse>& writer) {
+void Summarize(ServerCall& call, const v1::SummarizeRequest& request, Writer& writer) {
   constexpr std::chrono::milliseconds longest_silence{500};
   SessionRef session = call.session(request.session_id());
   check_range(request);

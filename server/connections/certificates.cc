@@ -7,7 +7,6 @@
 #include <openssl/pem.h>
 #include <openssl/x509.h>
 
-#include <exception>
 #include <stdexcept>
 #include <thread>
 #include <utility>

@@ -3,13 +3,11 @@
 #include <absl/status/status.h>
 
 #include <exception>
-#include <utility>
 
 namespace stiefel::server {
 namespace {
 
 constexpr int codes = 17;
-constexpr int unknown = 2;
 /// The reasons that are reported as 0 from the start.
 constexpr const char* usual_reasons[]{"INTERNAL_ERROR",    "MEMORY_LIMIT",     "OUT_OF_MEMORY",
                                       "SHUTTING_DOWN",     "STORE_DAMAGED",    "STORE_FULL",
@@ -60,24 +58,11 @@ void CallMetrics::refused(const std::string& reason, const std::string& limit) {
   refusals_.Add(labels).Increment();
 }
 
-CallMetrics::Running::Running(CallMetrics* metrics, const char* method)
-    : metrics_(metrics), method_(method) {
-  if (!metrics) return;
-  running_ = &metrics->running_.Add({{"method", method}});
-  running_->Increment();
-  begin_ = Clock::now();
-}
-
-CallMetrics::Running::~Running() { end(unknown); }
-
-void CallMetrics::Running::end(int code) noexcept {
-  CallMetrics* const metrics = std::exchange(metrics_, nullptr);
-  if (!metrics) return;
-  running_->Decrement();
+void CallMetrics::end(const char* method, int code, double seconds) noexcept {
   try {
-    metrics->calls_.Add({{"method", method_}, {"code", code_name(code)}}).Increment();
-    metrics->seconds_.Add({{"method", method_}}, bounds)
-        .Observe(std::chrono::duration<double>(Clock::now() - begin_).count());
+    running_.Add({{"method", method}}).Decrement();
+    calls_.Add({{"method", method}, {"code", code_name(code)}}).Increment();
+    seconds_.Add({{"method", method}}, bounds).Observe(seconds);
   } catch (const std::exception&) {  // no memory
   }
 }

@@ -7,7 +7,6 @@
 #include <prometheus/metric_family.h>
 #include <prometheus/registry.h>
 
-#include <chrono>
 #include <string>
 #include <vector>
 
@@ -23,8 +22,10 @@ class CallMetrics final : public prometheus::Collectable {
   /// before the first event.
   explicit CallMetrics(const std::vector<std::string>& methods);
 
-  class Running;
-
+  /// Counts a call from here to `end`.
+  void begin(const char* method) { running_.Add({{"method", method}}).Increment(); }
+  /// Counts the end of a call with gRPC's status code, after so many seconds.
+  void end(const char* method, int code, double seconds) noexcept;
   /// Counts an error that a caller was told. `limit` is the limit that the request exceeds, or
   /// empty.
   void refused(const std::string& reason, const std::string& limit);
@@ -37,28 +38,6 @@ class CallMetrics final : public prometheus::Collectable {
   prometheus::Family<prometheus::Counter>&calls_, &refusals_;
   prometheus::Family<prometheus::Gauge>& running_;
   prometheus::Family<prometheus::Histogram>& seconds_;
-};
-
-/// A running call, counted and timed from its construction to `end`.
-class CallMetrics::Running {
- public:
-  /// Counts nothing if `metrics` is null.
-  Running(CallMetrics* metrics, const char* method);
-  Running(const Running&) = delete;
-  Running& operator=(const Running&) = delete;
-  /// Counts the call as UNKNOWN if `end` was not called, for want of memory.
-  ~Running();
-
-  /// Counts the end of the call with gRPC's status code.
-  void end(int code) noexcept;
-
- private:
-  using Clock = std::chrono::steady_clock;
-
-  CallMetrics* metrics_;  // null after the end
-  const char* method_;
-  prometheus::Gauge* running_ = nullptr;
-  Clock::time_point begin_{};
 };
 
 }  // namespace stiefel::server

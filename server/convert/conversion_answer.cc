@@ -2,12 +2,10 @@
 
 #include "engine/numbers/to_text.h"
 #include "server/convert/convert.h"
-#include "server/convert/errors.h"
 #include "server/convert/memory_price.h"
 #include "server/convert/resolve.h"
 #include "server/sessions/field_bytes.h"
 #include "stiefel/stop.h"
-#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
 
@@ -30,9 +28,8 @@ StatusError refused(const ConversionRefusal& refusal) {
 
 void convert(const v1::ConvertRequest& request, MemoryLease& memory,
              v1::ConvertResponse* response) {
-  const v1::Scene& given = request.scene();
-  const auto [scene, resolution, place] =
-      read_scene(request.has_scene(), given, "scene", [&](const SceneDescription& read) {
+  const auto [scene, choice, place] =
+      read_scene(request.has_scene(), request.scene(), "scene", [&](const SceneDescription& read) {
         memory.grow_to(memory.bytes() + choice_workspace(read));
       });
   memory.grow_to(memory.bytes() + conversion_workspace(scene));
@@ -51,10 +48,8 @@ void convert(const v1::ConvertRequest& request, MemoryLease& memory,
     }
   }();
   if (!converted) throw refused(converted.error());
-  if (converted->scene) {
-    const SceneDescription& result = converted->scene->description();
-    write_view(result, difference(from_proto(given), result), request.view(), response);
-  }
+  if (converted->scene && request.return_scene())
+    to_proto(converted->scene->description(), response->mutable_scene());
   for (const auto& [name, block] : converted->blocks)
     *response->add_blocks() = to_field(name, block);
   for (const auto& [domain, margin] : converted->margins) {
@@ -62,7 +57,7 @@ void convert(const v1::ConvertRequest& request, MemoryLease& memory,
     to->set_domain(domain);
     to->set_margin(margin);
   }
-  if (resolution.choice) to_proto(scene, *resolution.choice, response->mutable_choice());
+  if (choice) to_proto(*choice, response->mutable_choice());
 }
 
 }  // namespace stiefel::server

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <span>
@@ -32,41 +30,26 @@ SceneDescription from_proto(const v1::Scene& scene, const Place& place = {});
 MethodDescription from_proto(const v1::Method& method, const Place& place = {});
 void to_proto(const SceneDescription& description, v1::Scene* out);
 void to_proto(const MethodDescription& method, v1::Method* out);
-/// Whether a field is wanted, by its path in the scene: "step", "method.order", "initial.Q".
-using Selection = std::function<bool(std::string_view path)>;
-void to_proto(const SceneDescription& description, const Selection& wanted, v1::Scene* out);
-
 void to_proto(const RowMatrix& values, v1::Matrix* out);
-
-/// Writes what the view shows of a resolved scene; for UNSPECIFIED, what was filled in. `Message`
-/// is Session or ConvertResponse.
-template <class Message>
-void write_view(const SceneDescription& resolved, const Difference& difference, v1::SceneView view,
-                Message* out) {
-  if (view == v1::SCENE_VIEW_NONE) return;
-  if (view == v1::SCENE_VIEW_FULL) return to_proto(resolved, out->mutable_scene());
-  const auto filled_in = [&](std::string_view path) { return difference.fills_in(path); };
-  to_proto(resolved, filled_in, out->mutable_scene());
-  for (const std::string& field : difference.cleared) out->add_cleared(field);
-}
 
 /// Writes the catalogue, the numerics id and the limits of the engine and of sessions.
 void describe_engine(v1::DescribeResponse* out);
-/// Writes what the view asks for; `resolution` says how the caller's scene became the session's.
-void to_proto(const RegisteredSession& session, const Resolution& resolution,
-              const Registry& registry, const v1::SessionView& view, v1::Session* out);
-/// Writes the method of a scene and the tolerance and horizon for which it was chosen.
-void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out);
-/// Whether the view asks for the scenes of a list.
-bool shows_scenes(const v1::SessionView& view);
-/// Writes a session for ListSessions: only its id, system and times, unless the view asks for a
-/// scene; then all, with the scene as it was filled in for the session's creator.
-void to_list(const RegisteredSession& session, const Registry& registry,
-             const v1::SessionView& view, v1::Session* out);
+/// Writes a session, with its scene on request.
+void to_proto(const RegisteredSession& session, const Registry& registry, bool with_scene,
+              v1::Session* out);
+/// Writes a session for ListSessions: only its id, system and times.
+void to_list(const RegisteredSession& session, const Registry& registry, v1::Session* out);
+void to_proto(const Choice& choice, v1::Choice* out);
+/// Throws Stopped for a run that was stopped: it has no reply, its call ends with an error.
 void to_proto(const RunStatus& run_status, v1::RunStatus* out);
 /// Writes how a cursor over states of `scene` ended, with the sentence for its last good state.
 void to_proto(const Cursor& cursor, const Scene& scene, v1::RunStatus* out);
-v1::Conservation to_proto(Conservation conservation);
+/// Returns the value of the protocol for one of the engine, where both enumerations have the same
+/// order: `first` is that for the engine's first value.
+template <class Wire, class Engine>
+constexpr Wire same_order(Engine value, Wire first) {
+  return static_cast<Wire>(static_cast<int>(first) + static_cast<int>(value));
+}
 
 using FieldNames = google::protobuf::RepeatedPtrField<std::string>;
 
@@ -99,6 +82,8 @@ void read_block(const Path& path, const v1::Tensor& tensor, Block& out, Faults& 
 /// Reads a single matrix, which must be finite. Adds faults and returns an empty one if it is
 /// refused.
 RowMatrix read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults);
+/// As read_matrix; a matrix that is absent is a fault.
+RowMatrix read_given(const Path& path, bool present, const v1::Matrix& matrix, Faults& faults);
 
 void write_block(const Block& block, v1::Matrix* out);
 

@@ -6,53 +6,48 @@
 namespace stiefel::server {
 namespace {
 
-std::string text(std::string_view view) { return std::string(view); }
+static_assert(same_order(Side::right, v1::SIDE_UNSPECIFIED) == v1::SIDE_RIGHT);
+static_assert(same_order(Conservation::drifts, v1::CONSERVATION_EXACT) == v1::CONSERVATION_DRIFTS);
 
-v1::Side side_of(Side side) {
-  return side == Side::none   ? v1::SIDE_UNSPECIFIED
-         : side == Side::left ? v1::SIDE_LEFT
-                              : v1::SIDE_RIGHT;
+using Texts = std::initializer_list<std::pair<const char*, std::string_view>>;
+
+/// Sets fields by their names.
+void write(Texts texts, google::protobuf::Message* out) {
+  for (const auto& [name, text] : texts)
+    out->GetReflection()->SetString(out, out->GetDescriptor()->FindFieldByName(name),
+                                    std::string(text));
 }
 
 void describe(const SystemInfo& system, v1::SystemInfo* out) {
-  out->set_name(text(system.name));
-  out->set_summary(text(system.summary));
-  out->set_equations(text(system.equations));
-  out->set_source(text(system.source));
-  out->set_file(text(system.file));
+  write({{"name", system.name},
+         {"summary", system.summary},
+         {"equations", system.equations},
+         {"source", system.source},
+         {"file", system.file},
+         {"momentum", system.momentum},
+         {"velocity", system.velocity}},
+        out);
   out->set_discrete(system.discrete);
-  out->set_side(side_of(system.side));
-  out->set_momentum(text(system.momentum));
-  out->set_velocity(text(system.velocity));
+  out->set_side(same_order(system.side, v1::SIDE_UNSPECIFIED));
   for (const BlockInfo& block : system.blocks) {
     auto* to = out->add_blocks();
-    to->set_name(text(block.name));
-    to->set_shape(text(block.shape));
+    write({{"name", block.name}, {"shape", block.shape}, {"description", block.description}}, to);
     to->set_required(block.required);
-    to->set_description(text(block.description));
   }
-  for (const FieldInfo& field : system.fields) {
-    auto* to = out->add_fields();
-    to->set_name(text(field.name));
-    to->set_shape(text(field.shape));
-    to->set_description(text(field.description));
-  }
-  for (const InvariantInfo& invariant : system.invariants) {
-    auto* to = out->add_invariants();
-    to->set_name(text(invariant.name));
-    to->set_formula(text(invariant.formula));
-    to->set_source(text(invariant.source));
-  }
+  for (const FieldInfo& field : system.fields)
+    write({{"name", field.name}, {"shape", field.shape}, {"description", field.description}},
+          out->add_fields());
+  for (const InvariantInfo& one : system.invariants)
+    write({{"name", one.name}, {"formula", one.formula}, {"source", one.source}},
+          out->add_invariants());
   for (const FormInfo& form : system.forms) {
     auto* to = out->add_forms();
-    to->set_name(text(form.name));
-    to->set_blocks(text(form.blocks[0]) + ", " + text(form.blocks[1]));
-    to->set_formula(text(form.formula));
-    to->set_source(text(form.source));
+    write({{"name", form.name}, {"formula", form.formula}, {"source", form.source}}, to);
+    to->set_blocks(std::string(form.blocks[0]) + ", " + std::string(form.blocks[1]));
   }
   for (const Recommendation& one : recommended(system.name)) {
     auto* to = out->add_recommended();
-    to->set_where(text(one.where));
+    to->set_where(std::string(one.where));
     to_proto(one.description(), to->mutable_method());
     to->set_largest_h_omega(one.largest_h_omega);
     to->set_largest_h_momentum_rate(one.largest_h_momentum_rate);
@@ -60,23 +55,23 @@ void describe(const SystemInfo& system, v1::SystemInfo* out) {
   }
   for (const MethodOnSystem& method : system.methods) {
     auto* to = out->add_methods();
-    to->set_method(text(method.method));
-    to->set_where(text(method.where));
+    write({{"method", method.method}, {"where", method.where}}, to);
     to->set_in_float(method.in_float);
     to->set_has_tangent(method.has_tangent);
     for (const Preservation& preservation : method.preserves) {
       auto* preserves = to->add_preserves();
-      preserves->set_invariant(text(preservation.invariant));
-      preserves->set_conservation(to_proto(preservation.conservation));
+      preserves->set_invariant(std::string(preservation.invariant));
+      preserves->set_conservation(same_order(preservation.conservation, v1::CONSERVATION_EXACT));
     }
   }
 }
 
 void describe(const MethodInfo& method, v1::MethodInfo* out) {
-  out->set_name(text(method.name));
-  out->set_summary(text(method.summary));
-  out->set_source(text(method.source));
-  out->set_file(text(method.file));
+  write({{"name", method.name},
+         {"summary", method.summary},
+         {"source", method.source},
+         {"file", method.file}},
+        out);
   for (const int order : method.orders) out->add_orders(static_cast<std::uint32_t>(order));
   out->set_default_order(static_cast<std::uint32_t>(method.default_order));
   out->set_reversible(method.reversible);
@@ -84,18 +79,6 @@ void describe(const MethodInfo& method, v1::MethodInfo* out) {
 }
 
 }  // namespace
-
-v1::Conservation to_proto(Conservation conservation) {
-  switch (conservation) {
-    case Conservation::exact:
-      return v1::CONSERVATION_EXACT;
-    case Conservation::bounded:
-      return v1::CONSERVATION_BOUNDED;
-    case Conservation::drifts:
-      return v1::CONSERVATION_DRIFTS;
-  }
-  return v1::CONSERVATION_UNSPECIFIED;
-}
 
 void describe_engine(v1::DescribeResponse* out) {
   out->set_numerics_id(numerics_id());

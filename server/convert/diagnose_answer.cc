@@ -13,6 +13,9 @@
 namespace stiefel::server {
 namespace {
 
+static_assert(same_order(BodyMotion::Kind::separatrix, v1::MOTION_KIND_AT_REST) ==
+              v1::MOTION_KIND_SEPARATRIX);
+
 /// Returns the value of the element at `path`, which must be finite.
 double number(const std::string& path, std::expected<double, Violations> computed) {
   const double value = value_of(std::move(computed));
@@ -25,9 +28,10 @@ std::string family_of(const std::string& invariant) {
   return invariant.substr(0, invariant.find('['));
 }
 
-/// Keeps, of each family, the at most `most` invariants with the largest drifts, in their order.
-void shorten(std::size_t most, std::vector<InvariantDrift>& invariants,
-             v1::DiagnoseResponse* response) {
+/// Keeps, of each family, the `most` invariants with the largest drifts, in their order: every
+/// family of every N <= 91 whole.
+void shorten(std::vector<InvariantDrift>& invariants, v1::DiagnoseResponse* response) {
+  constexpr std::size_t most = 4096;
   std::map<std::string, std::vector<double>> drifts;
   for (const InvariantDrift& invariant : invariants)
     drifts[family_of(invariant.name)].push_back(-invariant.drift());
@@ -45,12 +49,8 @@ void shorten(std::size_t most, std::vector<InvariantDrift>& invariants,
   }
 }
 
-constexpr v1::MotionKind kinds[] = {v1::MOTION_KIND_AT_REST, v1::MOTION_KIND_STEADY,
-                                    v1::MOTION_KIND_SHORT_AXIS, v1::MOTION_KIND_LONG_AXIS,
-                                    v1::MOTION_KIND_SEPARATRIX};
-
 void put(const BodyMotion& motion, v1::BodyMotion* out) {
-  out->set_kind(kinds[static_cast<int>(motion.kind)]);
+  out->set_kind(same_order(motion.kind, v1::MOTION_KIND_AT_REST));
   out->set_separatrix(motion.separatrix);
   if (motion.period) out->set_period(*motion.period);
   if (motion.precession_period) out->set_precession_period(*motion.precession_period);
@@ -72,7 +72,7 @@ void put(const Diagnosis& diagnosis, v1::DiagnoseResponse* out) {
     to->set_value(static_cast<double>(drift.value));
     to->set_drift(drift.drift());
     to->set_scale(static_cast<double>(drift.scale));
-    to->set_conservation(to_proto(drift.conservation));
+    to->set_conservation(same_order(drift.conservation, v1::CONSERVATION_EXACT));
     if (drift.member) to->set_member(static_cast<std::uint32_t>(*drift.member));
   }
   if (diagnosis.orthogonality) out->set_orthogonality(*diagnosis.orthogonality);
@@ -116,7 +116,7 @@ void answer(const DiagnoseTask& task, const Session& session, const Cursor& curs
   response->set_time(scene.time(cursor.step()));
   response->set_computed_steps(cursor.computed_steps());
   Diagnosis diagnosis = diagnose(scene, now, task.invariants, stop);
-  shorten(task.max_invariants, diagnosis.invariants, response);
+  shorten(diagnosis.invariants, response);
   put(diagnosis, response);
   for (std::size_t i = 0; i < task.forms.size() && !stop.stop_requested(); ++i) {
     const auto& [name, first, second] = task.forms[i];

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <utility>
 
 #include "engine/scene/near_name.h"
@@ -14,7 +13,6 @@ namespace {
 
 constexpr std::uint32_t default_pairs = 8, max_symplectic_pairs = 1000;
 constexpr int largest_symplectic = 32;
-constexpr std::uint32_t default_invariants = 4096, most_invariants = 8192;
 /// The most invariants, forms and brackets, each, that a request may name.
 constexpr int max_asked = 10'000;
 /// The most blocks of a tangent vector: more than any system has.
@@ -99,9 +97,6 @@ DiagnoseTask read(const Session& session, const v1::DiagnoseRequest& request) {
   if (!v1::ErrorEstimation_IsValid(task.estimate_error))
     faults.add("estimate_error", std::to_string(task.estimate_error),
                "must be a value of stiefel.v1.ErrorEstimation");
-  faults.at_most("max_invariants", request.max_invariants(), most_invariants);
-  task.max_invariants =
-      request.max_invariants() > 0 ? request.max_invariants() : default_invariants;
   check(faults);
   return task;
 }

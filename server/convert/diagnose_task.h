@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -29,7 +28,6 @@ struct DiagnoseTask {
   std::vector<Bracket> brackets;
   std::optional<v1::SymplecticTest> symplectic;
   v1::ErrorEstimation estimate_error = v1::ERROR_ESTIMATION_UNSPECIFIED;
-  std::size_t max_invariants = 0;
 };
 
 /// Throws INVALID_ARGUMENT, and Stopped (stiefel/stop.h) on a stop request of the surrounding

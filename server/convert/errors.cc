@@ -3,11 +3,8 @@
 #include <google/protobuf/util/time_util.h>
 
 #include <algorithm>
-#include <chrono>
-#include <exception>
 #include <initializer_list>
 #include <new>
-#include <utility>
 
 #include "engine/numbers/to_text.h"
 #include "server/convert/memory_price.h"
@@ -131,16 +128,10 @@ StatusError invalid(std::string field, std::string value, std::string rule) {
   return invalid({{std::move(field), std::move(value), std::move(rule)}});
 }
 
-StatusError session_not_found(std::string_view id, const char* field) {
-  return info(grpc::NOT_FOUND,
-              std::string(field) + ": " + shortened(id) + ": there is no such session",
-              "SESSION_NOT_FOUND", {{"session_id", id}});
-}
-
-StatusError session_deleted(std::string_view id, const char* field) {
-  return info(grpc::NOT_FOUND,
-              std::string(field) + ": " + shortened(id) + ": this session was deleted",
-              "SESSION_DELETED", {{"session_id", id}});
+StatusError no_session(std::string_view id, bool deleted, const char* field) {
+  const std::string what = deleted ? ": this session was deleted" : ": there is no such session";
+  return info(grpc::NOT_FOUND, std::string(field) + ": " + shortened(id) + what,
+              deleted ? "SESSION_DELETED" : "SESSION_NOT_FOUND", {{"session_id", id}});
 }
 
 StatusError session_has_other_scene(std::string_view id) {

@@ -52,9 +52,9 @@ StatusError outside_domain(const OutsideDomain& outside);
 /// INVALID_ARGUMENT, UNEQUAL_DETERMINANTS with `Q_0` and `Q_T`, the two signs.
 StatusError unequal_determinants(const std::string& field, int Q_0, int Q_T);
 
-/// NOT_FOUND, SESSION_NOT_FOUND or SESSION_DELETED (clients must not create the session again).
-StatusError session_not_found(std::string_view id, const char* field = "session_id");
-StatusError session_deleted(std::string_view id, const char* field = "session_id");
+/// NOT_FOUND, SESSION_NOT_FOUND or, for a deleted one, SESSION_DELETED (clients must not create the
+/// session again).
+StatusError no_session(std::string_view id, bool deleted, const char* field = "session_id");
 /// ALREADY_EXISTS, SESSION_HAS_OTHER_SCENE.
 StatusError session_has_other_scene(std::string_view id);
 /// FAILED_PRECONDITION, CHECKPOINT_OF_OTHER_NUMERICS; INVALID_ARGUMENT for `checkpoint`, of so many

@@ -47,6 +47,13 @@ std::uint64_t memory_price(const CallSizes& sizes) {
   return call_bytes + sizes.request + sizes.workspace + 3 * sizes.reply;
 }
 
+std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields,
+                            const Sampling::Range& range) {
+  return memory_price(
+      {.workspace = range.checkpoints() ? 2 * checkpoint_bytes(session) : 0,
+       .reply = std::max<std::uint64_t>(Sampling::batch_bytes, sample_bytes(session, fields))});
+}
+
 std::uint64_t scene_reply(const Session& session) {
   return array_bytes(session.scene().description());
 }

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
-#include "server/sessions/server_session.h"
+#include "server/sessions/sampling.h"
 #include "stiefel/v1/simulation.pb.h"
 
 namespace stiefel {
@@ -28,6 +29,10 @@ inline constexpr std::uint64_t max_reply_bytes =
 /// Returns the bytes of a call of these sizes. Those of its reply count three times: as fields, as
 /// a message, and serialized. Throws StatusError, REPLY_TOO_LARGE.
 std::uint64_t memory_price(const CallSizes& sizes);
+/// Returns the most bytes of a Stream, those of one that nobody reads. The state at which it waits
+/// is priced by its session.
+std::uint64_t stream_memory(const Session& session, const std::vector<std::size_t>& fields,
+                            const Sampling::Range& range);
 
 /// Returns the bytes of a scene in a reply: those of its arrays.
 std::uint64_t scene_reply(const Session& session);

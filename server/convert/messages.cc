@@ -1,7 +1,6 @@
 #include "server/convert/messages.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "server/convert/convert.h"
 #include "server/sessions/field_bytes.h"
@@ -22,41 +21,14 @@ v1::Field field_of(const SummaryArray& array) {
   }
   std::vector<std::int64_t> counts = array.counts;
   if (array.name == "outcome")
-    for (std::int64_t& count : counts) {
-      v1::RunStatus status;
-      to_proto(RunStatus{static_cast<Outcome>(count), std::nullopt}, &status);
-      count = status.outcome();
-    }
+    for (std::int64_t& count : counts)
+      count = same_order(static_cast<Outcome>(count), v1::OUTCOME_REACHED);
   tensor.set_data_type(v1::DATA_TYPE_INT64);
   tensor.set_data(counts.data(), counts.size() * sizeof(std::int64_t));
   return field;
 }
 
 }  // namespace
-
-void pack(const Session& session, const std::vector<std::size_t>& fields, Batch& batch,
-          EncodedCheckpoint checkpoint, v1::StreamResponse& message) {
-  message.mutable_steps()->Assign(batch.steps.begin(), batch.steps.end());
-  message.mutable_times()->Assign(batch.times.begin(), batch.times.end());
-  if (batch.size() == 0) message.clear_fields();
-  for (std::size_t i = 0; batch.size() > 0 && i < fields.size(); ++i) {
-    const int index = static_cast<int>(i);
-    auto* field =
-        index < message.fields_size() ? message.mutable_fields(index) : message.add_fields();
-    describe_field(session, fields[i], batch.size(), false, field);
-    field->mutable_value()->mutable_data()->swap(batch.fields[i]);
-  }
-  if (checkpoint.bytes.empty()) return;
-  message.mutable_checkpoint()->set_step(checkpoint.step);
-  message.mutable_checkpoint()->set_data(std::move(checkpoint.bytes));
-}
-
-void unpack(v1::StreamResponse& message, Batch& batch) {
-  for (int i = 0; i < message.fields_size(); ++i)
-    message.mutable_fields(i)->mutable_value()->mutable_data()->swap(
-        batch.fields[static_cast<std::size_t>(i)]);
-  message.set_allocated_checkpoint(nullptr);
-}
 
 SummaryMessages::SummaryMessages(const Session& session, const SummaryDescription& what)
     : session_(session), members_(std::max<std::size_t>(1, session.scene().members().size())) {

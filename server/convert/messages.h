@@ -8,18 +8,9 @@
 #include "server/sessions/sampling.h"
 #include "server/sessions/server_session.h"
 #include "stiefel/summary.h"
-#include "stiefel/v1/run.pb.h"
 #include "stiefel/v1/summary.pb.h"
 
 namespace stiefel::server {
-
-/// Writes a batch and a checkpoint, unless it has no bytes, over `message`, which takes the batch's
-/// memory.
-void pack(const Session& session, const std::vector<std::size_t>& fields, Batch& batch,
-          EncodedCheckpoint checkpoint, v1::StreamResponse& message);
-/// Gives the batch its memory back once the message that `pack` wrote is serialized, so that a
-/// stream holds a message once, as bytes, beside the batch that it fills.
-void unpack(v1::StreamResponse& message, Batch& batch);
 
 /// Collects what a Summarize has to send and makes messages of it: of `Sampling::batch_bytes` of
 /// events or states, of one that is larger, of a checkpoint, or of the statistics.

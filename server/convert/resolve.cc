@@ -1,7 +1,6 @@
 #include "server/convert/resolve.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "engine/scene/near_name.h"
@@ -9,7 +8,6 @@
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
 #include "stiefel/catalogue.h"
-#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
 namespace {
@@ -64,16 +62,10 @@ ResolvedScene read_scene(bool present, const v1::Scene& scene, const char* field
   if (!present) throw errors::invalid(field, "absent", "must be given");
   const auto place = Place::inside(field);
   SceneDescription description = from_proto(scene, place);
-  // Digests take the place of a second copy of the arrays.
-  const FieldDigests given = field_digests(description);
   if (wants_choice(scene) && lacks_only_a_method(description, place)) before_choice(description);
   auto [made, choice] =
       value_of(resolve_choosing(std::move(description), Scene::frame_tolerance, place));
-  Resolution resolution{difference(given, field_digests(made.description())), std::nullopt};
-  if (choice)
-    resolution.choice =
-        ChosenMethod{choice->tolerance, choice->horizon, std::move(choice->reason), choice->error};
-  return {std::move(made), std::move(resolution), place};
+  return {std::move(made), std::move(choice), place};
 }
 
 ResolvedScene forked(const Session& from, const Cursor& cursor,
@@ -82,8 +74,7 @@ ResolvedScene forked(const Session& from, const Cursor& cursor,
   if (request.has_system() && request.system() != from.scene().system())
     scene = in_system(request.system(), scene);
   if (request.has_method() || request.has_step()) scene = changed(request, scene.description());
-  Difference changes = difference(from.scene().description(), scene.description());
-  return {std::move(scene), {std::move(changes), std::nullopt}, inherited()};
+  return {std::move(scene), std::nullopt, inherited()};
 }
 
 std::string to_bytes(const Scene& scene) {
@@ -100,6 +91,13 @@ std::expected<Scene, std::string> scene_of(const std::string& bytes) {
   } catch (const StatusError& error) {
     return std::unexpected(error.status.error_message());
   }
+}
+
+std::optional<Choice> choice_of(const std::string& bytes) {
+  v1::Choice choice;
+  if (bytes.empty() || !choice.ParseFromString(bytes)) return std::nullopt;
+  return Choice{from_proto(choice.method()), choice.tolerance(), choice.horizon(), choice.error(),
+                choice.reason()};
 }
 
 }  // namespace stiefel::server

@@ -2,20 +2,21 @@
 
 #include <expected>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "server/sessions/cursor.h"
-#include "server/sessions/identity.h"
 #include "stiefel/scene.h"
+#include "stiefel/tradeoff.h"
 #include "stiefel/v1/scene.pb.h"
 #include "stiefel/v1/session.pb.h"
 
 namespace stiefel::server {
 
-/// A scene, and how it was resolved from what the caller gave.
+/// A resolved scene.
 struct ResolvedScene {
   Scene scene;
-  Resolution resolution;
+  std::optional<Choice> choice;  ///< set where the method was chosen for a tolerance
   Place place;  ///< of the scene in the request, for violations that are found later
 };
 
@@ -27,7 +28,7 @@ ResolvedScene read_scene(
     const std::function<void(const SceneDescription&)>& before_choice = [](const auto&) {});
 
 /// Returns the resolved scene that starts at the cursor's state, with the changes of the request.
-/// Its difference is relative to the scene of `from`. Throws INVALID_ARGUMENT.
+/// Throws INVALID_ARGUMENT.
 ResolvedScene forked(const Session& from, const Cursor& cursor,
                      const v1::ForkSessionRequest& request);
 
@@ -36,5 +37,8 @@ std::string to_bytes(const Scene& scene);
 
 /// Returns the scene of such bytes, or why this build cannot resolve it.
 std::expected<Scene, std::string> scene_of(const std::string& bytes);
+
+/// Returns the choice of the bytes of a stiefel.v1.Choice; nothing if there are none.
+std::optional<Choice> choice_of(const std::string& bytes);
 
 }  // namespace stiefel::server

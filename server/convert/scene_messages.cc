@@ -108,60 +108,41 @@ class Reader {
   Faults& faults_;
 };
 
-/// Writes the set fields of a description that a selection wants, by name.
+/// Writes the set fields of a description, by name.
 class Writer {
  public:
-  explicit Writer(const Selection& wanted) : wanted_(wanted) {}
-
-  /// `within` is the path of `description` in the scene: "" or "method.".
   template <Description T>
-  void write(const T& description, const std::string& within, Message* to) const {
+  static void write(const T& description, Message* to) {
     for_each_field<T>([&](const auto& field) {
-      write(description.*field.member, within + std::string(field.name), to,
-            field_of(*to, field.name));
+      write(description.*field.member, to, field_of(*to, field.name));
     });
   }
 
  private:
   using Field = const FieldDescriptor*;
 
-  void write(const std::string& value, const std::string& path, Message* to, Field field) const {
-    if (wanted_(path)) to->GetReflection()->SetString(to, field, value);
+  static void write(const std::string& value, Message* to, Field field) {
+    to->GetReflection()->SetString(to, field, value);
   }
-  void write(const std::optional<double>& value, const std::string& path, Message* to,
-             Field field) const {
-    if (value && wanted_(path)) to->GetReflection()->SetDouble(to, field, *value);
+  static void write(const std::optional<double>& value, Message* to, Field field) {
+    if (value) to->GetReflection()->SetDouble(to, field, *value);
   }
-  void write(const std::optional<int>& value, const std::string& path, Message* to,
-             Field field) const {
-    if (value && wanted_(path))
-      to->GetReflection()->SetUInt32(to, field, static_cast<std::uint32_t>(*value));
+  static void write(const std::optional<int>& value, Message* to, Field field) {
+    if (value) to->GetReflection()->SetUInt32(to, field, static_cast<std::uint32_t>(*value));
   }
-  void write(const std::vector<double>& values, const std::string& path, Message* to,
-             Field field) const {
-    if (!wanted_(path)) return;
+  static void write(const std::vector<double>& values, Message* to, Field field) {
     const auto numbers = to->GetReflection()->GetMutableRepeatedFieldRef<double>(to, field);
     for (const double value : values) numbers.Add(value);
   }
-  void write(const std::map<std::string, Block>& blocks, const std::string& path, Message* to,
-             Field) const {
+  static void write(const std::map<std::string, Block>& blocks, Message* to, Field) {
     auto& initial = *dynamic_cast<v1::Scene&>(*to).mutable_initial();
-    for (const auto& [name, block] : blocks)
-      if (wanted_(path + "." + name)) write_block(block, &initial[name]);
+    for (const auto& [name, block] : blocks) write_block(block, &initial[name]);
   }
   template <Description T>
-  void write(const std::optional<T>& value, const std::string& path, Message* to,
-             Field field) const {
-    if (!value) return;
-    Message* nested = to->GetReflection()->MutableMessage(to, field);
-    write(*value, path + ".", nested);
-    if (nested->ByteSizeLong() == 0) to->GetReflection()->ClearField(to, field);
+  static void write(const std::optional<T>& value, Message* to, Field field) {
+    if (value) write(*value, to->GetReflection()->MutableMessage(to, field));
   }
-
-  const Selection& wanted_;
 };
-
-const Selection everything = [](std::string_view) { return true; };
 
 }  // namespace
 
@@ -239,6 +220,12 @@ RowMatrix read_matrix(const Path& path, const v1::Matrix& matrix, Faults& faults
   return {};
 }
 
+RowMatrix read_given(const Path& path, bool present, const v1::Matrix& matrix, Faults& faults) {
+  if (present) return read_matrix(path, matrix, faults);
+  faults.add(path, "absent", "must be given");
+  return {};
+}
+
 void to_proto(const RowMatrix& values, v1::Matrix* out) {
   out->set_rows(static_cast<std::uint32_t>(values.rows()));
   out->set_cols(static_cast<std::uint32_t>(values.cols()));
@@ -272,16 +259,10 @@ SceneDescription from_proto(const v1::Scene& scene, const Place& place) {
   return read<SceneDescription>(scene, place);
 }
 
-void to_proto(const MethodDescription& method, v1::Method* out) {
-  Writer(everything).write(method, "method.", out);
-}
+void to_proto(const MethodDescription& method, v1::Method* out) { Writer::write(method, out); }
 
 void to_proto(const SceneDescription& description, v1::Scene* out) {
-  to_proto(description, everything, out);
-}
-
-void to_proto(const SceneDescription& description, const Selection& wanted, v1::Scene* out) {
-  Writer(wanted).write(description, "", out);
+  Writer::write(description, out);
 }
 
 }  // namespace stiefel::server

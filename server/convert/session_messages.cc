@@ -19,7 +19,19 @@ google::protobuf::Timestamp timestamp(std::chrono::system_clock::time_point time
   return google::protobuf::util::TimeUtil::NanosecondsToTimestamp(since.count());
 }
 
-void write_heading(const RegisteredSession& session, const Registry& registry, v1::Session* out) {
+static_assert(same_order(Outcome::not_finite, v1::OUTCOME_REACHED) == v1::OUTCOME_NOT_FINITE);
+
+}  // namespace
+
+void to_proto(const Choice& choice, v1::Choice* out) {
+  to_proto(choice.method, out->mutable_method());
+  out->set_tolerance(choice.tolerance);
+  out->set_horizon(choice.horizon);
+  out->set_reason(choice.reason);
+  out->set_error(choice.error);
+}
+
+void to_list(const RegisteredSession& session, const Registry& registry, v1::Session* out) {
   out->set_session_id(session.id());
   out->set_system(session.scene().system());
   out->set_numerics_id(numerics_id());
@@ -28,65 +40,22 @@ void write_heading(const RegisteredSession& session, const Registry& registry, v
   *out->mutable_expire_time() = timestamp(registry.expire_time(session));
 }
 
-void write_scene(const Session& session, const Resolution& resolution, v1::SceneView view,
-                 v1::Session* out) {
-  write_view(session.scene().description(), resolution.difference, view, out);
-  if (resolution.choice) to_proto(session.scene(), *resolution.choice, out->mutable_choice());
-}
-
-/// Throws Stopped for a run that was stopped: it has no reply, its call ends with an error.
-v1::Outcome outcome(Outcome value) {
-  switch (value) {
-    case Outcome::reached:
-      return v1::OUTCOME_REACHED;
-    case Outcome::left_domain:
-      return v1::OUTCOME_LEFT_DOMAIN;
-    case Outcome::solver_stalled:
-      return v1::OUTCOME_SOLVER_STALLED;
-    case Outcome::not_finite:
-      return v1::OUTCOME_NOT_FINITE;
-    case Outcome::cancelled:
-      throw Stopped();
-  }
-  return v1::OUTCOME_UNSPECIFIED;
-}
-
-}  // namespace
-
-void to_proto(const Scene& scene, const ChosenMethod& choice, v1::Choice* out) {
-  to_proto(*scene.description().method, out->mutable_method());
-  out->set_tolerance(choice.tolerance);
-  out->set_horizon(choice.horizon);
-  out->set_reason(choice.reason);
-  out->set_error(choice.error);
-}
-
-void to_proto(const RegisteredSession& session, const Resolution& resolution,
-              const Registry& registry, const v1::SessionView& view, v1::Session* out) {
-  write_heading(session, registry, out);
-  write_scene(session, resolution, view.scene(), out);
+void to_proto(const RegisteredSession& session, const Registry& registry, bool with_scene,
+              v1::Session* out) {
+  to_list(session, registry, out);
+  if (with_scene) to_proto(session.scene().description(), out->mutable_scene());
+  if (session.choice()) to_proto(*session.choice(), out->mutable_choice());
   const auto steps = session.cached_steps();
   out->mutable_cached_steps()->Add(steps.begin(), steps.end());
   for (const std::string& warning : session.warnings()) out->add_warnings(warning);
   v1::Price& price = *out->mutable_step_price();
   price.set_work(session.step_work());
   price.set_bytes(sample_bytes(session, session.default_fields()));
-  price.set_memory_bytes(session.simulation_bytes());
-}
-
-bool shows_scenes(const v1::SessionView& view) {
-  return view.scene() != v1::SCENE_VIEW_UNSPECIFIED && view.scene() != v1::SCENE_VIEW_NONE;
-}
-
-void to_list(const RegisteredSession& session, const Registry& registry,
-             const v1::SessionView& view, v1::Session* out) {
-  stop_point();
-  if (shows_scenes(view)) return to_proto(session, session.resolution(), registry, view, out);
-  write_heading(session, registry, out);
 }
 
 void to_proto(const RunStatus& run_status, v1::RunStatus* out) {
-  out->set_outcome(outcome(run_status.outcome));
+  if (run_status.outcome == Outcome::cancelled) throw Stopped();
+  out->set_outcome(same_order(run_status.outcome, v1::OUTCOME_REACHED));
   if (run_status.largest_step) out->set_largest_step(*run_status.largest_step);
   if (run_status.member) out->set_member(static_cast<std::uint32_t>(*run_status.member));
   if (!run_status.reached()) out->set_message(to_sentence(run_status));

@@ -91,7 +91,8 @@ void SummarizeAnswer::advance(double slice, const std::stop_token& stop) {
     add_checkpoint();
 }
 
-bool SummarizeAnswer::save() {
+bool SummarizeAnswer::save(bool interrupted) {
+  if (interrupted) return false;
   const bool asked = request_.return_checkpoint() || request_.checkpoint_every() > 0;
   if (asked && !summary_.done() && summary_.aligned() && summary_.step() != last_mark_)
     add_checkpoint();

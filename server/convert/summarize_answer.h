@@ -1,9 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <stop_token>
-#include <utility>
 
 #include "server/convert/messages.h"
 #include "server/convert/resolve.h"
@@ -30,8 +28,8 @@ class SummarizeAnswer {
   /// checkpoint that is due and, at the end, the statistics.
   void advance(double slice, const std::stop_token& stop);
   /// Makes a last checkpoint, if the request asks for any and all members are at one step. Returns
-  /// whether there is anything to send.
-  bool save();
+  /// whether there is anything to send; nothing after a stop that `interrupted` a reading.
+  bool save(bool interrupted);
   std::int64_t computed_steps() const { return summary_.computed_steps(); }
 
   /// Whether there are results to send.

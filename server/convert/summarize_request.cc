@@ -10,6 +10,8 @@
 namespace stiefel::server {
 namespace {
 
+static_assert(static_cast<int>(Direction::falling) == v1::DIRECTION_FALLING);
+
 /// The most fields that a request may name: more than any system has.
 constexpr std::size_t max_fields = 64;
 
@@ -48,20 +50,10 @@ void read(const v1::Event& from, const Path& path, EventDescription& to, Faults&
   to.limit = from.limit();
   to.terminal = from.terminal();
   to.extremum = from.extremum();
-  switch (from.direction()) {
-    case v1::DIRECTION_UNSPECIFIED:
-      to.direction = Direction::both;
-      break;
-    case v1::DIRECTION_RISING:
-      to.direction = Direction::rising;
-      break;
-    case v1::DIRECTION_FALLING:
-      to.direction = Direction::falling;
-      break;
-    default:
-      faults.add(Path(path, "direction"), std::to_string(int{from.direction()}),
-                 "must be a Direction");
-  }
+  to.direction = static_cast<Direction>(from.direction());
+  if (!v1::Direction_IsValid(from.direction()))
+    faults.add(Path(path, "direction"), std::to_string(int{from.direction()}),
+               "must be a Direction");
 }
 
 }  // namespace

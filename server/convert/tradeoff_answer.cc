@@ -1,7 +1,6 @@
 #include "server/convert/answers.h"
 
 #include "server/convert/convert.h"
-#include "server/convert/errors.h"
 #include "server/sessions/identity.h"
 
 namespace stiefel::server {

@@ -36,7 +36,7 @@ Turns::Time Account::most_time() const {
              : Turns::Time::max();
 }
 
-std::expected<Account::SessionSlot, Refusal> Account::admit_session(bool restored) {
+std::expected<Account::Place, Refusal> Account::admit_session(bool restored) {
   const std::uint32_t most = restored ? 0 : quota_.sessions.value_or(0);
   if (const auto refusal = enter(sessions_, most, "principal_sessions", until_a_session_goes))
     return std::unexpected(*refusal);
@@ -44,6 +44,11 @@ std::expected<Account::SessionSlot, Refusal> Account::admit_session(bool restore
     count->fetch_sub(1, std::memory_order_relaxed);
   };
   return std::shared_ptr<std::atomic<std::uint32_t>>(&sessions_, leave);
+}
+
+Account::Place Account::large_stream(std::chrono::milliseconds patience) {
+  if (!large_streams_.try_acquire_for(patience)) return nullptr;
+  return Place(&large_streams_, [](std::counting_semaphore<>* places) { places->release(); });
 }
 
 std::optional<Refusal> Account::enter_call(std::atomic<std::uint32_t>& all) {

@@ -44,14 +44,14 @@ class Account {
   MemoryBudget& memory() { return memory_.limit() > 0 ? memory_ : whole_memory_; }
   MemoryBudget& whole_memory() { return whole_memory_; }
 
-  /// The places for the principal's streams that hold a large simulation at once, one a core and at
-  /// least two.
-  std::counting_semaphore<>& large_streams() { return large_streams_; }
-
-  /// A session's place in the account, given back when the last copy is destroyed.
-  using SessionSlot = std::shared_ptr<void>;
-  /// Takes a place, or returns why there is none; for a restored session even beyond the quota.
-  std::expected<SessionSlot, Refusal> admit_session(bool restored = false);
+  /// A place in the account, given back when the last copy is destroyed.
+  using Place = std::shared_ptr<void>;
+  /// Takes a session's place, or returns why there is none; for a restored session even beyond the
+  /// quota.
+  std::expected<Place, Refusal> admit_session(bool restored = false);
+  /// Takes a place among the principal's streams that hold a large simulation at once, one a core
+  /// and at least two. Returns null if there is none within `patience`.
+  Place large_stream(std::chrono::milliseconds patience);
 
  private:
   const Principal principal_;

@@ -1,7 +1,6 @@
 #include "server/scheduling/memory_budget.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace stiefel::server {
 

@@ -3,10 +3,8 @@
 #include <pthread.h>
 #include <sys/resource.h>
 
-#include <cstddef>
 #include <exception>
 #include <limits>
-#include <utility>
 
 namespace stiefel::server {
 namespace {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <stop_token>
 
 #include "server/sessions/server_session.h"
@@ -41,7 +40,6 @@ class Cursor {
   void suspend();
   /// Whether the session is so large that `suspend` releases the simulation.
   static bool is_large(const Session& session);
-  bool suspended() const { return !simulation_; }
 
   const RunStatus& run_status() const { return run_status_; }
   /// Whether a stop request or `cancel` ended the run.

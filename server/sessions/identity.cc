@@ -1,6 +1,5 @@
 #include "server/sessions/identity.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <span>
@@ -63,55 +62,12 @@ class Writer {
   Sha256 hash_;
 };
 
-template <class T>
-bool there(const std::optional<T>& value) {
-  return value.has_value();
-}
-template <class T>
-bool there(const T& value) {
-  return !value.empty();
-}
-
-template <class T>
-void add_digest(const std::string& path, const T& value, FieldDigests& out) {
-  Writer of_value;
-  of_value.put(value);
-  if (there(value)) out.emplace_back(path, of_value.digest());
-}
-void add_digest(const std::string& path, const std::optional<BodyDescription>& body,
-                FieldDigests& out) {
-  if (!body) return;
-  out.emplace_back(path, "");
-  for_each_field<BodyDescription>([&](const auto& field) {
-    add_digest(path + "." + std::string(field.name), (*body).*field.member, out);
-  });
-}
-
-const std::string* find(const FieldDigests& digests, const std::string& path) {
-  const auto found = std::ranges::find(digests, path, &FieldDigests::value_type::first);
-  return found == digests.end() ? nullptr : &found->second;
-}
-
-/// Whether the path is a part, such as "body.moments", of a field that is absent from `digests`.
-bool within_absent(const std::string& path, const FieldDigests& digests) {
-  const std::size_t dot = path.find('.');
-  return dot != path.npos && !find(digests, path.substr(0, dot));
-}
-
 }  // namespace
 
 std::string identity_of(const SceneDescription& resolved) {
   Writer out;
   out.put(resolved);
   return out.digest();
-}
-
-FieldDigests field_digests(const SceneDescription& description) {
-  FieldDigests out;
-  for_each_field<SceneDescription>([&](const auto& field) {
-    add_digest(std::string(field.name), description.*field.member, out);
-  });
-  return out;
 }
 
 std::uint64_t hash(std::string_view bytes) {
@@ -131,27 +87,6 @@ const std::string& numerics_id() {
     return std::string(digits.data());
   }();
   return id;
-}
-
-bool Difference::fills_in(std::string_view path) const {
-  return std::ranges::any_of(filled_in, [&](const std::string& field) {
-    return path.starts_with(field) && (path.size() == field.size() || path[field.size()] == '.');
-  });
-}
-
-Difference difference(const FieldDigests& given, const FieldDigests& resolved) {
-  Difference out;
-  for (const auto& [path, digest] : resolved) {
-    const std::string* before = find(given, path);
-    if (before ? *before != digest : !within_absent(path, given)) out.filled_in.push_back(path);
-  }
-  for (const auto& [path, digest] : given)
-    if (!find(resolved, path) && !within_absent(path, resolved)) out.cleared.push_back(path);
-  return out;
-}
-
-Difference difference(const SceneDescription& given, const SceneDescription& resolved) {
-  return difference(field_digests(given), field_digests(resolved));
 }
 
 }  // namespace stiefel::server

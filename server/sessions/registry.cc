@@ -1,8 +1,6 @@
 #include "server/sessions/registry.h"
 
-#include <algorithm>
 #include <iterator>
-#include <utility>
 
 namespace stiefel::server {
 namespace {
@@ -15,12 +13,13 @@ std::tuple<std::string_view, std::string_view> key_of(std::string_view principal
 }  // namespace
 
 RegisteredSession::RegisteredSession(Principal owner, std::string id, Scene scene,
-                                     Resolution resolution, std::shared_ptr<const Clock> clock,
-                                     MemoryBudget& memory, Time create_time)
+                                     std::optional<Choice> choice,
+                                     std::shared_ptr<const Clock> clock, MemoryBudget& memory,
+                                     Time create_time)
     : Session(std::move(scene), memory),
       owner_(std::move(owner)),
       id_(std::move(id)),
-      resolution_(std::move(resolution)),
+      choice_(std::move(choice)),
       clock_(std::move(clock)),
       create_time_(create_time) {
   touch();
@@ -75,9 +74,9 @@ Registry::~Registry() { memory_.reclaim_with({}); }
 
 std::expected<Registry::Created, Registry::CreateError> Registry::create(
     const Principal& principal, const std::string& id, Scene scene, std::string_view checkpoint,
-    Resolution resolution, bool recreate, MemoryBudget* memory) {
+    std::optional<Choice> choice, bool recreate, MemoryBudget* memory) {
   const auto fresh = std::make_shared<RegisteredSession>(
-      principal, id, std::move(scene), std::move(resolution), clock_, memory ? *memory : memory_);
+      principal, id, std::move(scene), std::move(choice), clock_, memory ? *memory : memory_);
   if (auto fault = fresh->overflow()) return std::unexpected(*std::move(fault));
   std::optional<Checkpoint> saved;
   if (!checkpoint.empty()) {

@@ -24,9 +24,9 @@
 #include "server/scheduling/memory_budget.h"
 #include "server/scheduling/principal.h"
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
-#include "server/sessions/identity.h"
 #include "server/sessions/pending_write.h"
 #include "server/sessions/server_session.h"
+#include "stiefel/tradeoff.h"
 
 namespace stiefel::server {
 
@@ -39,14 +39,14 @@ class RegisteredSession : public Session, public std::enable_shared_from_this<Re
   using Time = std::chrono::system_clock::time_point;
 
   /// As Session. `clock` measures the idle time.
-  RegisteredSession(Principal owner, std::string id, Scene scene, Resolution resolution,
+  RegisteredSession(Principal owner, std::string id, Scene scene, std::optional<Choice> choice,
                     std::shared_ptr<const Clock> clock, MemoryBudget& memory,
                     Time create_time = Time::clock::now());
 
   const Principal& owner() const { return owner_; }
   const std::string& id() const { return id_; }
-  /// How the scene was resolved from what the session's creator gave.
-  const Resolution& resolution() const { return resolution_; }
+  /// Set where the method was chosen for a tolerance.
+  const std::optional<Choice>& choice() const { return choice_; }
   Time create_time() const { return create_time_; }
   /// Keeps the session's slot in its owner's quota until the session is destroyed. Call it once.
   void hold_slot(std::shared_ptr<void> slot) { slot_ = std::move(slot); }
@@ -67,7 +67,7 @@ class RegisteredSession : public Session, public std::enable_shared_from_this<Re
 
   const Principal owner_;
   const std::string id_;
-  const Resolution resolution_;
+  const std::optional<Choice> choice_;
   const std::shared_ptr<const Clock> clock_;
   const Time create_time_;
   std::shared_ptr<void> slot_;
@@ -146,8 +146,8 @@ class Registry {
   /// MemoryExhausted.
   std::expected<Created, CreateError> create(const Principal& principal, const std::string& id,
                                              Scene scene, std::string_view checkpoint,
-                                             Resolution resolution = {}, bool recreate = false,
-                                             MemoryBudget* memory = nullptr);
+                                             std::optional<Choice> choice = {},
+                                             bool recreate = false, MemoryBudget* memory = nullptr);
   /// Returns null if there is no such session.
   SessionRef find(const Principal& principal, std::string_view id) const;
   /// Deletes the session, and keeps its id as deleted even if there is no such session: it may be

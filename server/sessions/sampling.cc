@@ -29,15 +29,15 @@ Sampling::Sampling(Session& session, std::vector<std::size_t> fields, Range rang
   capacity_ = std::min(capacity_, static_cast<std::size_t>(samples));
 }
 
-void Sampling::fill(Batch& batch, const std::stop_token& stop) {
+void Sampling::fill(const std::stop_token& stop) {
   std::int64_t budget = slice_steps(session_.step_cost());
-  while (!done_ && !full(batch) && cursor_.advance(target(), budget, stop)) {
+  while (!done_ && !full() && cursor_.advance(target(), budget, stop)) {
     if (cursor_.stopped()) return;
     if (cursor_.run_status().reached() && cursor_.step() < next_) {
       checkpoint();
       continue;
     }
-    sample(batch);
+    sample();
     if (!cursor_.run_status().reached() || next_ == range_.to) return end();
     if (range_.checkpoint_every > 0 && last_ - last_checkpoint_ >= range_.checkpoint_every)
       checkpoint();
@@ -52,23 +52,30 @@ std::int64_t Sampling::target() const {
   return std::min(next_, last_checkpoint_ + every);
 }
 
-bool Sampling::save(const Batch& batch) {
+bool Sampling::save() {
   cursor_.cancel();
   const std::int64_t step = cursor_.step();
   if (range_.checkpoints() && step > cursor_.start() && step != last_checkpoint_) checkpoint();
-  return batch.size() > 0 || !checkpoint_.bytes.empty();
+  return !empty() || !batch_.checkpoint.bytes.empty();
 }
 
-void Sampling::sample(Batch& batch) {
+Batch Sampling::take() {
+  for (std::size_t i = 0; i < batch_.fields.size(); ++i)
+    batch_.fields[i].resize(batch_.size() * field_bytes(session_, fields_[i]));
+  return std::exchange(batch_, {});
+}
+
+void Sampling::sample() {
   const Simulation& simulation = cursor_.simulation();
   if (simulation.step() == last_) return;
   last_ = simulation.step();
-  const std::size_t index = batch.size();
-  batch.steps.push_back(last_);
-  batch.times.push_back(session_.scene().time(last_));
+  const std::size_t index = batch_.size();
+  batch_.steps.push_back(last_);
+  batch_.times.push_back(session_.scene().time(last_));
+  batch_.fields.resize(fields_.size());
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const std::size_t size = field_bytes(session_, fields_[i]);
-    std::string& bytes = batch.fields[i];
+    std::string& bytes = batch_.fields[i];
     const std::size_t samples = std::max(capacity_, index + 1);
     if (bytes.size() < samples * size) bytes.resize(samples * size);
     write_field(session_, simulation, fields_[i], bytes.data() + index * size);

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "server/sessions/checkpoints/checkpoint_bytes.h"
@@ -19,11 +17,13 @@ struct EncodedCheckpoint {
 };
 
 /// Samples in columns: `fields` has one array of bytes per field, of shape (samples, rows, cols),
-/// in the format of `write_field`.
+/// in the format of `write_field`. The checkpoint, which has no bytes if there is none, is that of
+/// the last sample or of a state after it.
 struct Batch {
   std::vector<std::int64_t> steps;
   std::vector<double> times;
   std::vector<std::string> fields;
+  EncodedCheckpoint checkpoint;
 
   std::size_t size() const { return steps.size(); }
 };
@@ -49,37 +49,19 @@ class Sampling {
 
   /// Runs one slice: samples until the batch is full, all samples are taken, the slice is over or a
   /// stop is requested.
-  void fill(Batch& batch, const std::stop_token& stop = {});
-  bool full(const Batch& batch) const {
-    return batch.size() >= capacity_ || !checkpoint_.bytes.empty();
-  }
+  void fill(const std::stop_token& stop = {});
+  bool full() const { return batch_.size() >= capacity_ || !batch_.checkpoint.bytes.empty(); }
+  bool empty() const { return batch_.size() == 0; }
   /// Whether no sample follows those in the batch: `to` is reached, or the run ended early with
   /// `cursor().run_status()`.
   bool done() const { return done_; }
-  /// Calls `Cursor::suspend`, until the next `fill`. Returns whether the cursor is suspended.
-  bool suspend() {
-    cursor_.suspend();
-    return cursor_.suspended();
-  }
+  /// Calls `Cursor::suspend`, until the next `fill`.
+  void suspend() { cursor_.suspend(); }
   /// Stops before the end. Makes a checkpoint of the last good state, if the range asks for any.
   /// Returns whether samples or a checkpoint are there to be sent.
-  bool save(const Batch& batch);
-  /// Returns, once, the checkpoint that the last `fill` made at its last sample or at a state after
-  /// it; without bytes if it made none. Call it before the next `fill`.
-  EncodedCheckpoint take_checkpoint() { return std::exchange(checkpoint_, {}); }
-
-  /// Empties the batch and keeps its memory.
-  void clear(Batch& batch) const {
-    batch.steps.clear();
-    batch.times.clear();
-    batch.fields.resize(fields_.size());
-  }
-  /// Cuts each field's bytes to the samples in the batch; call it before sending.
-  void trim(Batch& batch) const {
-    for (std::size_t i = 0; i < fields_.size(); ++i) {
-      batch.fields[i].resize(batch.size() * field_bytes(session_, fields_[i]));
-    }
-  }
+  bool save();
+  /// Returns what was sampled since the last call.
+  Batch take();
 
   const Cursor& cursor() const { return cursor_; }
 
@@ -88,9 +70,9 @@ class Sampling {
   std::int64_t target() const;
   void checkpoint() {
     last_checkpoint_ = cursor_.step();
-    checkpoint_ = {last_checkpoint_, encode_checkpoint(session_, cursor_.simulation())};
+    batch_.checkpoint = {last_checkpoint_, encode_checkpoint(session_, cursor_.simulation())};
   }
-  void sample(Batch& batch);
+  void sample();
   void end() {
     done_ = true;
     if (range_.checkpoint_at_end) checkpoint();
@@ -104,7 +86,7 @@ class Sampling {
   std::int64_t next_;
   std::int64_t last_ = -1;
   std::int64_t last_checkpoint_;
-  EncodedCheckpoint checkpoint_;
+  Batch batch_;
   bool done_ = false;
 };
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "server/scheduling/slice.h"
-#include "server/sessions/identity.h"
 
 namespace stiefel::server {
 namespace {

@@ -125,6 +125,7 @@ TEST_F(SessionTest, MakesEveryCall) {
   v1::ConvertRequest convert;
   *convert.mutable_scene() = tumbling();
   convert.set_to("symmetric_rigid_body");
+  convert.set_return_scene(true);
   EXPECT_EQ(client_.call(&Stub::Convert, convert).scene().system(), "symmetric_rigid_body");
 }
 

@@ -178,7 +178,6 @@ MALFORMED = {
     "a negative every": (stream(to=5, every=-1), INVALID, "every", "-1"),
     "a stream of an unknown field": (stream(to=5, fields=["nope"]), INVALID, "fields[0]", "nope"),
     "an unknown wish": (diagnose(estimate_error=7), INVALID, "estimate_error", "7"),
-    "too many invariants": (diagnose(max_invariants=8193), INVALID, "max_invariants", "8193"),
     "too many forms": (diagnose(forms=[{}] * 10_001), INVALID, "forms", "10001: must be at most 10000"),
     "too many pairs of a test": (diagnose(symplectic_test={"pairs": 1001}), INVALID, "symplectic_test.pairs", "1001"),
     "a bracket of another system": (diagnose(dirac_brackets=[{}]), INVALID, "dirac_brackets[0]", "rigid_body"),

@@ -49,18 +49,14 @@ def test_get_tells_cursor_and_cached_steps(client, id):
     assert message.expire_time.seconds > message.create_time.seconds
 
 
-def test_a_reply_has_what_was_filled_in_and_a_view_asks_for_more(client, id):
-    def created(view):
-        request = pb.CreateSessionRequest(session_id=id, scene=client.create(scenes.rigid_body(), id=id)._resolved(),
-                                          view=pb.SessionView(scene=view))
+def test_a_reply_has_the_resolved_scene_on_request(client, id):
+    def created(asked):
+        request = pb.CreateSessionRequest(session_id=id, scene=to_message(scenes.rigid_body()), return_scene=asked)
         return client._connection.call("CreateSession", request).session
 
-    asked = client._connection.call("CreateSession", pb.CreateSessionRequest(session_id=id, scene=to_message(scenes.rigid_body())))
-    assert [field.name for field, _ in asked.session.scene.ListFields()] == ["method"]
-    assert created(pb.SCENE_VIEW_FILLED_IN).scene == pb.Scene()
-    assert not created(pb.SCENE_VIEW_NONE).HasField("scene")
-    full = created(pb.SCENE_VIEW_FULL)
-    assert set(full.scene.initial) == {"Q", "M"} and full.system == "rigid_body"
+    assert not created(False).HasField("scene")
+    full = created(True)
+    assert set(full.scene.initial) == {"Q", "M"} and full.system == "rigid_body" and full.scene.HasField("method")
 
 
 def test_list_is_ordered_and_paged(client):

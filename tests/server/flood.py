@@ -37,8 +37,7 @@ def ensemble(members):
 
 
 def creation(id, scene, checkpoint=b""):
-    return pb.CreateSessionRequest(session_id=id, scene=scene, checkpoint=checkpoint,
-                                   view=pb.SessionView(scene=pb.SCENE_VIEW_NONE))
+    return pb.CreateSessionRequest(session_id=id, scene=scene, checkpoint=checkpoint)
 
 
 def quota_of(error):

@@ -37,7 +37,7 @@ struct Harness {
     request.set_session_id(id);
     *request.mutable_scene() = scene;
     request.set_checkpoint(checkpoint);
-    request.mutable_view()->set_scene(v1::SCENE_VIEW_FULL);
+    request.set_return_scene(true);
     grpc::ClientContext context;
     v1::CreateSessionResponse response;
     const auto status = stub->CreateSession(&context, request, &response);

@@ -12,10 +12,10 @@ from stiefel import v1 as pb
 from stiefel._given.initial import normalized, orthonormal, with_hint, with_momenta
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, text, timeout as checked, whole
 from stiefel._given.shown import shown
-from stiefel._manifold.beta import SMALL, span_of
+from stiefel._manifold.beta import span_of
 from stiefel._wire import answers
 from stiefel._wire.address import check
-from stiefel._wire.arrays import set_tensor, to_array
+from stiefel._wire.arrays import to_array
 from stiefel._wire.connection import Connection
 from stiefel._wire.recreating import route
 from stiefel._wire.replies import described, require
@@ -122,8 +122,8 @@ class Client:
 
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
-        view = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
-        reply = self._connection.call("GetSession", pb.GetSessionRequest(session_id=text("id", id), view=view), metadata=route(id))
+        request = pb.GetSessionRequest(session_id=text("id", id), return_scene=True)
+        reply = self._connection.call("GetSession", request, metadata=route(id))
         return Session(self._connection, described(reply.session, id), created=False)
 
     def list(self) -> Iterator[Session]:
@@ -154,7 +154,7 @@ class Client:
         """
         request = pb.ConvertRequest(
             scene=with_momenta(to_message(scene), self._connection.systems), to=text("system", system),
-            epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter), view=pb.SCENE_VIEW_FULL)
+            epsilon=optional("epsilon", epsilon), parameter=optional("parameter", parameter), return_scene=True)
         return answers.conversion(self._connection.call("Convert", request))
 
     def geodesics(self, pairs: Iterable[tuple[Any, Any]], *, inertia: Any = (), metric: str = "lambda", beta: Optional[float] = None,
@@ -189,7 +189,7 @@ class Client:
             pairs=messages(normalize), metric=_metric(metric), inertia=lambdas, time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts, bits=32),
             beta=None if beta is None else number("beta", beta),
-            view=pb.GEODESIC_VIEW_SCENE if scenes else pb.GEODESIC_VIEW_VELOCITY,
+            return_scene=scenes,
             steps=whole("steps", steps, bits=32), samples=whole("samples", samples, bits=32), seed=whole("seed", seed, bits=63))
         try:
             replies = {reply.pair: reply for reply in self._connection.call_all("Connect", request, timeout)}
@@ -264,18 +264,14 @@ def _lambdas(inertia: Any) -> Any:
 
 
 def _frame_pair(Q_0: Any, Q_T: Any, path: str, normalize: bool) -> pb.FramePair:
-    """Returns two frames as a message, large arrays as bytes. `path` is that of the pair in errors."""
+    """Returns two frames as a message. `path` is that of the pair in errors."""
     pair = pb.FramePair()
-    for name, frame in (("Q_0", Q_0), ("Q_T", Q_T)):
-        matrix, tensor = (pair.q_0, pair.q_0_tensor) if name == "Q_0" else (pair.q_t, pair.q_t_tensor)
+    for name, frame, out in (("Q_0", Q_0, pair.q_0), ("Q_T", Q_T, pair.q_t)):
         if np.ndim(frame) == 2 and np.shape(frame)[0] > np.shape(frame)[1]:
             raise refused(path + name, f"the shape {np.shape(frame)}: it looks transposed: frames have their vectors as rows")
         if normalize:
             frame = orthonormal(path + name, to_array(to_matrix(frame, path + name)))
-        if isinstance(frame, np.ndarray) and frame.ndim == 2 and frame.dtype.kind == "f" and frame.size > SMALL:
-            set_tensor(tensor, frame)
-        else:
-            matrix.CopyFrom(to_matrix(frame, path + name))
+        out.CopyFrom(to_matrix(frame, path + name))
     return pair
 
 

@@ -37,7 +37,6 @@ __all__ = ["Drive", "Session"]
 __dir__ = lambda: sorted(__all__)  # noqa: E731
 
 
-_FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
 _ESTIMATION = {True: pb.ERROR_ESTIMATION_ALWAYS, False: pb.ERROR_ESTIMATION_UNSPECIFIED, None: pb.ERROR_ESTIMATION_IF_CHEAPER}
 
 
@@ -117,7 +116,7 @@ class Session(Held):
         at = self._step_of("at", at, time)
         changed = body is not None or initial is not None
         request = pb.ForkSessionRequest(session_id=str(uuid.uuid4()) if id is None or changed else text("id", id),
-                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), view=_FULL,
+                                        from_session_id=self.id, from_step=at, step=optional("step", step, SECONDS), return_scene=True,
                                         system=None if system is None else text("system", system))
         if method is not None:
             request.method.CopyFrom(to_method(method))
@@ -349,7 +348,7 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
     """Creates a session of a scene, and warns of what the server warns of. `normalize`: whether the scene is normalized."""
     sent = with_momenta(scene, connection.systems)
     request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else text("id", id), scene=sent, checkpoint=checkpoint,
-                                      view=_FULL)
+                                      return_scene=True)
     try:
         reply = connection.call("CreateSession", request, metadata=route(request.session_id))
     except InvalidArgument as error:

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
@@ -38,17 +37,10 @@ void write(const ConjugatePoint& point, v1::ConjugatePoint* out) {
 void answer(const v1::ConjugatePointsRequest& request, MemoryLease& memory,
             const std::stop_token& stop, v1::ConjugatePointsResponse* response) {
   Faults faults{in_the_request};
-  const auto frame = [&](const char* field, bool present, const v1::Matrix& given) {
-    if (!present) {
-      faults.add(Path(field), "absent", "must be given");
-      return Eigen::MatrixXd();
-    }
-    return Eigen::MatrixXd(read_matrix(Path(field), given, faults));
-  };
   GeodesicRay ray;
   ray.inertia = Eigen::Map<const Eigen::VectorXd>(request.inertia().data(), request.inertia_size());
-  ray.Q = frame("Q", request.has_q(), request.q());
-  ray.Qdot = frame("Qdot", request.has_qdot(), request.qdot());
+  ray.Q = read_given("Q", request.has_q(), request.q(), faults);
+  ray.Qdot = read_given("Qdot", request.has_qdot(), request.qdot(), faults);
   ray.time = request.time();
   ray.stop = stop;
   check(faults);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <deque>
 #include <mutex>
 #include <optional>
@@ -10,25 +11,14 @@
 #include "engine/numbers/to_text.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/scheduling/slice.h"
 #include "stiefel/crew.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel::server {
 namespace {
 
-v1::Shortest shortest(Shortest value) {
-  switch (value) {
-    case Shortest::yes:
-      return v1::SHORTEST_YES;
-    case Shortest::no:
-      return v1::SHORTEST_NO;
-    case Shortest::none_shorter_found:
-      return v1::SHORTEST_NONE_SHORTER_FOUND;
-    case Shortest::unknown:
-      return v1::SHORTEST_UNKNOWN;
-  }
-  return v1::SHORTEST_UNSPECIFIED;
-}
+static_assert(same_order(Shortest::unknown, v1::SHORTEST_YES) == v1::SHORTEST_UNKNOWN);
 
 v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
   v1::Field out = to_field("Q", {std::ssize(frames), frames[0].rows(), frames[0].cols()}, {});
@@ -38,6 +28,13 @@ v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
     data.append(reinterpret_cast<const char*>(frame.data()),
                 static_cast<std::size_t>(frame.size()) * sizeof(double));
   return out;
+}
+
+/// Returns the processor time of this thread.
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Joins a pair with at most so many operations; returns nothing if they are used up and are fewer
@@ -69,7 +66,7 @@ std::optional<v1::ConnectResponse> answer(const ConnectTask& task, std::size_t p
   if (found->scene) to_proto(found->scene->description(), out.mutable_scene());
   out.set_energy(found->energy);
   out.set_residual(found->residual);
-  out.set_shortest(shortest(found->shortest));
+  out.set_shortest(same_order(found->shortest, v1::SHORTEST_YES));
   out.set_distinct(static_cast<std::uint32_t>(found->distinct));
   if (found->Qdot.size() > 0) *out.mutable_velocity() = to_field("Qdot", found->Qdot);
   if (!found->trajectory.empty()) *out.mutable_trajectory() = trajectory_field(found->trajectory);
@@ -111,7 +108,7 @@ std::uint64_t search_bytes(const ConnectTask& task) {
 }
 
 void join(const ConnectTask& task, std::size_t at_once, const std::stop_token& stop,
-          const std::function<void(const v1::ConnectResponse&)>& send) {
+          const std::function<void(v1::ConnectResponse&)>& send) {
   constexpr double quick = 3e9;  // operations of a pair that is not deferred
   struct Search {
     std::size_t pair;
@@ -120,6 +117,7 @@ void join(const ConnectTask& task, std::size_t at_once, const std::stop_token& s
   const double whole = task.problems[0].most_work;
   std::mutex taking, sending;
   std::deque<Search> waiting;  // guarded by `taking`
+  double seconds = 0;          // of all searches; guarded by `sending`
   for (std::size_t pair = 0; pair < task.problems.size(); ++pair)
     waiting.push_back({pair, task.problems.size() > 1 ? quick : whole});
   const auto next = [&]() -> std::optional<Search> {
@@ -132,11 +130,15 @@ void join(const ConnectTask& task, std::size_t at_once, const std::stop_token& s
   const auto join_pairs = [&](std::size_t) {
     try {
       while (const auto search = next()) {
-        if (const auto found = answer(task, search->pair, search->most_work, stop)) {
-          const std::lock_guard lock(sending);
+        const double start = thread_seconds();
+        auto found = answer(task, search->pair, search->most_work, stop);
+        const std::lock_guard lock(sending);
+        seconds += thread_seconds() - start;
+        if (found) {
+          found->set_work(1e9 * seconds * instructions_a_nanosecond);
           send(*found);
         } else {
-          const std::lock_guard lock(taking);
+          const std::lock_guard taken(taking);
           waiting.push_back({search->pair, whole});
         }
       }

@@ -1,8 +1,5 @@
 #include "server/convert/geodesics/geodesic_answers.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "engine/numbers/to_text.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
@@ -30,28 +27,6 @@ void check_metric(const v1::ConnectRequest& request, Faults& faults) {
   if (request.has_beta() != (metric == v1::METRIC_BETA))
     faults.add("beta", request.has_beta() ? to_text(request.beta()) : "absent",
                request.has_beta() ? "must be absent without METRIC_BETA" : "must be given");
-}
-
-/// Reads a frame, which is given as one of two messages; the other one is null.
-Eigen::MatrixXd frame(const Path& pair, const char* name, const v1::Matrix* matrix,
-                      const v1::Tensor* tensor, Faults& faults) {
-  const std::string tensor_name = std::string(name) + "_tensor";
-  const Path path(pair, name), tensor_path(pair, tensor_name);
-  if (matrix && tensor) {
-    faults.add(tensor_path, "given", std::string("must be absent where ") + name + " is given");
-  } else if (tensor) {
-    Block block;
-    read_block(tensor_path, *tensor, block, faults);
-    if (tensor->shape_size() != 2 || block.imaginary.size() > 0)
-      faults.add(tensor_path, std::to_string(tensor->shape_size()) + " axes",
-                 "must be real numbers of shape (n, N)");
-    return std::move(block.values);
-  } else if (matrix) {
-    return read_matrix(path, *matrix, faults);
-  } else {
-    faults.add(path, "absent", "must be given");
-  }
-  return {};
 }
 
 /// Empty for a frame that was refused.
@@ -92,13 +67,10 @@ ConnectTask read(const v1::ConnectRequest& request) {
     faults.add("pairs", std::to_string(request.pairs_size()) + " pairs",
                "must be 1 to " + std::to_string(max_pairs));
   check_metric(request, faults);
-  if (!v1::GeodesicView_IsValid(request.view()))
-    faults.add("view", std::to_string(request.view()),
-               "must be a value of stiefel.v1.GeodesicView");
   check(faults);
   ConnectTask task{std::vector(static_cast<std::size_t>(request.pairs_size()), common(request)),
                    static_cast<int>(request.steps()), static_cast<int>(request.samples()),
-                   request.view() != v1::GEODESIC_VIEW_VELOCITY};
+                   request.return_scene()};
   const Path pairs("pairs");
   std::string first_shape;
   for (int i = 0; i < request.pairs_size(); ++i) {
@@ -106,10 +78,8 @@ ConnectTask read(const v1::ConnectRequest& request) {
     const v1::FramePair& given = request.pairs(i);
     TwoPointProblem& problem = task.problems[static_cast<std::size_t>(i)];
     const Path pair(pairs, i);
-    problem.Q_0 = frame(pair, "Q_0", given.has_q_0() ? &given.q_0() : nullptr,
-                        given.has_q_0_tensor() ? &given.q_0_tensor() : nullptr, faults);
-    problem.Q_T = frame(pair, "Q_T", given.has_q_t() ? &given.q_t() : nullptr,
-                        given.has_q_t_tensor() ? &given.q_t_tensor() : nullptr, faults);
+    problem.Q_0 = read_given(Path(pair, "Q_0"), given.has_q_0(), given.q_0(), faults);
+    problem.Q_T = read_given(Path(pair, "Q_T"), given.has_q_t(), given.q_t(), faults);
     const std::string shape = shape_of(problem.Q_0);
     if (first_shape.empty()) first_shape = shape;
     if (shape != first_shape && !shape.empty())

@@ -31,11 +31,11 @@ std::uint64_t answer_bytes(const ConnectTask& task);
 std::uint64_t search_bytes(const ConnectTask& task);
 
 /// Joins the pairs on at most `at_once` threads of the crew, and calls `send` with the answer of
-/// each, on one thread at a time. A pair whose search takes more than a limit is joined again,
-/// without that limit, after all others. Throws Stopped (stiefel/stop.h) on a stop request, and
-/// what `send` throws.
+/// each, with the work of all searches so far, on one thread at a time. A pair whose search takes
+/// more than a limit is joined again, without that limit, after all others. Throws Stopped
+/// (stiefel/stop.h) on a stop request, and what `send` throws.
 void join(const ConnectTask& task, std::size_t at_once, const std::stop_token& stop,
-          const std::function<void(const v1::ConnectResponse&)>& send);
+          const std::function<void(v1::ConnectResponse&)>& send);
 
 /// Answers a ConjugatePoints. `memory` has that of the request; that of the search and of the reply
 /// is taken once the request is read. A stop request ends the search with the outcome CANCELLED.

@@ -1,10 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <stop_token>
-#include <string>
 
 #include "server/convert/resolve.h"
 #include "server/sessions/registry.h"
@@ -34,7 +32,7 @@ class LinearizeAnswer {
   /// Whether a result is there to be sent.
   bool has_results() const { return at_result_; }
   /// There is no checkpoint to make. Returns whether there is anything to send.
-  bool save() const { return has_results(); }
+  bool save(bool interrupted) const { return !interrupted && has_results(); }
   /// Writes the next message over `message`. Returns whether it is the last message.
   bool next(v1::LinearizeResponse& message);
   std::int64_t computed_steps() const { return computed_; }

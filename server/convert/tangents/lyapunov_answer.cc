@@ -1,7 +1,6 @@
 #include "server/convert/tangents/lyapunov_answer.h"
 
 #include <algorithm>
-#include <string>
 #include <utility>
 
 #include "server/convert/convert.h"
@@ -12,20 +11,10 @@
 namespace stiefel::server {
 namespace {
 
+static_assert(same_order(MotionKind::chaotic, v1::VERDICT_UNDECIDED) == v1::VERDICT_CHAOTIC);
+
 void put(const Eigen::VectorXd& numbers, google::protobuf::RepeatedField<double>* out) {
   out->Assign(numbers.begin(), numbers.end());
-}
-
-v1::Verdict verdict_of(MotionKind kind) {
-  switch (kind) {
-    case MotionKind::regular:
-      return v1::VERDICT_REGULAR;
-    case MotionKind::chaotic:
-      return v1::VERDICT_CHAOTIC;
-    case MotionKind::undecided:
-      break;
-  }
-  return v1::VERDICT_UNDECIDED;
 }
 
 }  // namespace
@@ -84,7 +73,8 @@ void LyapunovAnswer::take_checkpoint() {
   covered_ = spectrum_->covered_steps();
 }
 
-bool LyapunovAnswer::save() {
+bool LyapunovAnswer::save(bool interrupted) {
+  if (interrupted) return false;
   const std::int64_t before = checkpoint_step_;
   if (spectrum_ && !has_results()) {
     take_checkpoint();
@@ -141,7 +131,8 @@ bool LyapunovAnswer::next(v1::LyapunovSpectrumResponse& message) {
     const Eigen::VectorXd errors = spectrum_->errors();
     if (errors.allFinite()) put(errors, message.mutable_errors());
   }
-  message.set_verdict(spectrum_ ? verdict_of(spectrum_->kind()) : v1::VERDICT_UNDECIDED);
+  message.set_verdict(
+      same_order(spectrum_ ? spectrum_->kind() : MotionKind::undecided, v1::VERDICT_UNDECIDED));
   message.set_reason(spectrum_ ? spectrum_->reason()
                                : "The motion ended before the vectors started.");
   to_proto(status_, message.mutable_run_status());

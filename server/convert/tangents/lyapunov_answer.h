@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -25,8 +24,9 @@ class LyapunovAnswer {
 
   /// Advances by about `steps` steps. Ends early on a stop request.
   void advance(std::int64_t steps, const std::stop_token& stop);
-  /// Makes a last checkpoint. Returns whether there is anything to send.
-  bool save();
+  /// Makes a last checkpoint, unless a stop has `interrupted` a step. Returns whether there is
+  /// anything to send.
+  bool save(bool interrupted);
   /// Whether numbers, a checkpoint or the end are there to be sent.
   bool has_results() const { return due_ || ended_ || !checkpoint_.empty(); }
   /// Writes the next message over `message`, without results the progress alone. Returns whether it

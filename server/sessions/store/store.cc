@@ -37,7 +37,7 @@ Store::Store(const std::string& file)
     : file_(open_store(file)),
       put_session_(file_.database,
                    "INSERT OR REPLACE INTO session VALUES (?, ?, ?, ?, CAST(? AS BLOB), "
-                   "CAST(? AS BLOB), ?, ?, CAST(? AS BLOB), ?)"),
+                   "CAST(? AS BLOB), CAST(? AS BLOB), ?)"),
       erase_session_(file_.database, "DELETE FROM session WHERE principal = ? AND id = ?"),
       put_checkpoint_(file_.database,
                       "INSERT OR REPLACE INTO checkpoint VALUES (?, ?, CAST(? AS BLOB))"),

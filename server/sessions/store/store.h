@@ -12,7 +12,7 @@
 
 namespace stiefel::server {
 
-/// A session as a row: its resolved scene, and how that was resolved from what its creator gave.
+/// A session as a row: its resolved scene, and the choice of its method.
 struct StoredSession {
   Principal principal;
   std::string id;
@@ -20,14 +20,13 @@ struct StoredSession {
   std::string numerics_id;   ///< of the server that wrote the row
   std::string identity;      ///< SHA-256 of the resolved scene
   std::string scene;         ///< as bytes, opaque to the store
-  std::string filled_in, cleared;
-  std::string choice;  ///< as bytes, opaque to the store
+  std::string choice;        ///< as bytes, opaque to the store
 
   /// Returns references to all of these, in the order of the table.
   template <class Self>
   static auto columns(Self& row) {
     return std::tie(row.principal.name, row.id, row.create_time, row.numerics_id, row.identity,
-                    row.scene, row.filled_in, row.cleared, row.choice);
+                    row.scene, row.choice);
   }
 };
 

@@ -34,8 +34,6 @@ CREATE TABLE session (
   numerics_id TEXT NOT NULL,     -- of the server that wrote the row
   identity BLOB NOT NULL,        -- SHA-256 of the resolved scene
   scene BLOB NOT NULL,           -- stiefel.v1.Scene, resolved
-  filled_in TEXT NOT NULL,       -- paths of fields, one a line
-  cleared TEXT NOT NULL,
   choice BLOB NOT NULL,          -- stiefel.v1.Choice, or empty
   digest INTEGER NOT NULL,       -- hash of the columns above
   PRIMARY KEY (principal, id)

@@ -13,7 +13,7 @@
 namespace stiefel::server {
 
 /// The version of the tables, in the file's `PRAGMA user_version`.
-inline constexpr std::int64_t schema_version = 5;
+inline constexpr std::int64_t schema_version = 6;
 /// The file's `PRAGMA application_id`: the bytes STFL.
 inline constexpr std::int64_t application_id = 0x5354464C;
 

@@ -31,7 +31,6 @@ v1::ConnectRequest request(int n, int N, int pairs) {
   v1::ConnectRequest out;
   for (const double l : inertia) out.add_inertia(l);
   out.set_time(1);
-  out.set_view(v1::GEODESIC_VIEW_VELOCITY);
   for (std::uint64_t seed = 1; out.pairs_size() < pairs; ++seed) {
     const TwoPointProblem p = testing::random_frames(n, N, spread, seed);
     Eigen::MatrixXd V = p.Q_T - (p.Q_T * p.Q_0.transpose() + p.Q_0 * p.Q_T.transpose()) / 2 * p.Q_0;

@@ -86,8 +86,7 @@ class Call(NamedTuple):
 
     def begin(self, stub):
         if self.scene is not None:
-            view = pb.SessionView(scene=pb.SCENE_VIEW_NONE)
-            stub.CreateSession(pb.CreateSessionRequest(session_id="s", scene=self.scene, view=view), timeout=60)
+            stub.CreateSession(pb.CreateSessionRequest(session_id="s", scene=self.scene), timeout=60)
         if self.method not in STREAMS:
             return getattr(stub, self.method).future(self.request)
         return getattr(stub, self.method)(iter([self.request]) if self.method == "Drive" else self.request)
@@ -145,7 +144,7 @@ def altered(scene, **fields):
 
 def conversion(scene, system):
     """The request; parametric systems need a parameter."""
-    return pb.ConvertRequest(scene=altered(scene), to=system, view=pb.SCENE_VIEW_FULL,
+    return pb.ConvertRequest(scene=altered(scene), to=system, return_scene=True,
                              parameter=0.1 if system.startswith("parametric") else None)
 
 

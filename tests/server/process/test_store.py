@@ -19,7 +19,6 @@ from stiefel import v1 as pb
 from stiefel.v1 import simulation_pb2_grpc as rpc
 
 CYCLES = int(os.environ.get("STIEFEL_KILL_CYCLES", "20"))
-FULL = pb.SessionView(scene=pb.SCENE_VIEW_FULL)
 
 
 def scene_of(number, n=12):
@@ -222,11 +221,11 @@ class Caller(threading.Thread):
             self.gone.add(old)
         elif which < 0.5 and old:
             self.unanswered = id
-            request = pb.ForkSessionRequest(session_id=id, from_session_id=old, from_step=self.random.randrange(50), view=FULL)
+            request = pb.ForkSessionRequest(session_id=id, from_session_id=old, from_step=self.random.randrange(50), return_scene=True)
             self.there[id] = lasting(stub.ForkSession(request, timeout=60).session)
         else:
             self.unanswered = id
-            request = pb.CreateSessionRequest(session_id=id, scene=scene_of(self.random.randrange(10**6)), view=FULL)
+            request = pb.CreateSessionRequest(session_id=id, scene=scene_of(self.random.randrange(10**6)), return_scene=True)
             self.there[id] = lasting(stub.CreateSession(request, timeout=60).session)
         self.unanswered = None
 
@@ -234,8 +233,10 @@ class Caller(threading.Thread):
 def sessions_of(stub):
     found, token = {}, ""
     while True:
-        page = stub.ListSessions(pb.ListSessionsRequest(page_size=1000, page_token=token, view=FULL), timeout=60)
-        found |= {session.session_id: lasting(session) for session in page.sessions}
+        page = stub.ListSessions(pb.ListSessionsRequest(page_size=1000, page_token=token), timeout=60)
+        for one in page.sessions:
+            reply = stub.GetSession(pb.GetSessionRequest(session_id=one.session_id, return_scene=True), timeout=60)
+            found[one.session_id] = lasting(reply.session)
         token = page.next_page_token
         if not token:
             return found

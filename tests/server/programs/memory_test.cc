@@ -38,7 +38,6 @@ class Memory : public testing::Test {
     v1::CreateSessionRequest request;
     request.set_session_id(id);
     *request.mutable_scene() = scene;
-    request.mutable_view()->set_scene(v1::SCENE_VIEW_NONE);
     grpc::ClientContext context;
     v1::CreateSessionResponse response;
     return harness_.stub->CreateSession(&context, request, &response);

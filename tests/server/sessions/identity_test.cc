@@ -15,7 +15,6 @@
 namespace stiefel::server {
 namespace {
 
-using Names = std::vector<std::string>;
 /// Is called while a value is another one.
 using See = std::function<void()>;
 
@@ -112,38 +111,6 @@ TEST(Identity, TellsWhichFieldNumbersAreIn) {
 TEST(Identity, IsMadeOfTheDigestOfFips180) {
   EXPECT_EQ(to_hexadecimal(sha256("abc")),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-}
-
-TEST(Difference, IsWhatResolvingFilledIn) {
-  const SceneDescription given = test::description();
-  const auto none = difference(given, given);
-  EXPECT_TRUE(none.filled_in.empty() && none.cleared.empty());
-  const auto found = difference(given, Scene::resolve(given)->description());
-  EXPECT_EQ(found.filled_in, Names{"method"});
-  EXPECT_TRUE(found.cleared.empty());
-}
-
-TEST(Difference, OfABodyIsOfItsParts) {
-  SceneDescription given;
-  given.system = "rigid_body";
-  given.step = 0.1;
-  given.body = BodyDescription{{}, {1, 2, 2.5}, {}, {0.1, 1, 0.1}};
-  const auto found = difference(given, resolve_recommending(given)->description());
-  EXPECT_EQ(found.filled_in, (Names{"method", "body.attitude"}));
-  for (const char* path : {"method.order", "body.attitude"}) EXPECT_TRUE(found.fills_in(path));
-  for (const char* path : {"body.moments", "methods", "step"}) EXPECT_FALSE(found.fills_in(path));
-}
-
-TEST(Difference, NamesWhatIsGoneAndComparesBits) {
-  SceneDescription resolved = test::description();
-  SceneDescription given = resolved;
-  given.tolerance = 1e-6;
-  given.body = BodyDescription{};
-  EXPECT_EQ(difference(given, resolved).cleared, (Names{"body", "tolerance"}));
-  given = resolved;
-  given.initial["M"].values(0, 0) = 0.0;
-  resolved.initial["M"].values(0, 0) = -0.0;
-  EXPECT_EQ(difference(given, resolved).filled_in, Names{"initial"});
 }
 
 }  // namespace

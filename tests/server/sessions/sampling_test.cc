@@ -17,51 +17,44 @@ TEST_F(SamplingTest, GoesOnAfterASuspensionWithTheSameBits) {
   Session large(test::scene({.method = "munthe_kaas4", .dimension = 70}));
   const auto walk_to = [&](bool suspends) {
     Sampling sampling(large, {0}, {0, 4, 4});
-    Batch batch;
-    sampling.clear(batch);
     while (!sampling.done()) {
       if (suspends) sampling.suspend();
-      sampling.fill(batch);
+      sampling.fill();
     }
     if (suspends) sampling.suspend();
-    return batch.fields[0];
+    return sampling.take().fields[0];
   };
   EXPECT_EQ(walk_to(true), walk_to(false));
 
   Sampling stopped(large, {0}, {0, 4, 1});
-  Batch batch;
-  stopped.clear(batch);
   stopped.suspend();
-  EXPECT_FALSE(stopped.save(batch));
+  EXPECT_FALSE(stopped.save());
   EXPECT_EQ(stopped.cursor().run_status().outcome, Outcome::cancelled);
 }
 
 TEST_F(SamplingTest, WhatStopsEarlySavesTheLastGoodStateOnce) {
   Sampling sampling(session_, {0}, {0, 1'000'000'000, 1'000'000'000, 0, true});
-  Batch batch;
-  sampling.clear(batch);
-  sampling.fill(batch);
-  EXPECT_TRUE(sampling.save(batch));
+  sampling.fill();
+  EXPECT_TRUE(sampling.save());
   EXPECT_FALSE(sampling.done());
+  const Batch batch = sampling.take();
   EXPECT_EQ(batch.steps, std::vector<std::int64_t>{0}) << "the samples asked for, and no other";
-  const EncodedCheckpoint last = sampling.take_checkpoint();
+  const EncodedCheckpoint& last = batch.checkpoint;
   EXPECT_EQ(last.step, sampling.cursor().step());
   EXPECT_EQ(decode_checkpoint(session_, last.bytes)->saved,
             test::expected_state(session_.scene(), last.step));
-  sampling.clear(batch);
-  EXPECT_FALSE(sampling.save(batch));
+  EXPECT_FALSE(sampling.save());
 }
 
 TEST_F(SamplingTest, CheckpointsAreOfTheSamplesTheyFollow) {
   Sampling sampling(session_, {0}, {100, 1000, 70, 300, true});
-  Batch batch;
   std::vector<std::int64_t> steps;
   while (!sampling.done()) {
-    sampling.clear(batch);
-    while (!sampling.done() && !sampling.full(batch)) sampling.fill(batch);
-    const auto [step, bytes] = sampling.take_checkpoint();
+    while (!sampling.done() && !sampling.full()) sampling.fill();
+    const Batch batch = sampling.take();
+    const auto& [step, bytes] = batch.checkpoint;
     ASSERT_FALSE(bytes.empty());
-    EXPECT_TRUE(sampling.take_checkpoint().bytes.empty()) << "once";
+    EXPECT_TRUE(sampling.take().checkpoint.bytes.empty()) << "once";
     const auto checkpoint = decode_checkpoint(session_, bytes);
     ASSERT_TRUE(checkpoint);
     EXPECT_EQ(checkpoint->step, batch.steps.back());

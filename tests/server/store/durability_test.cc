@@ -60,7 +60,7 @@ TEST_F(DurabilityTest, NamesOfManyThreadsEndAsTheServerHadThem) {
   const auto sessions = [](Stub& stub) {
     std::map<std::string, std::string> all;
     for (int id = 0; id < 5; ++id)
-      if (const auto session = get(stub, std::to_string(id), v1::SCENE_VIEW_FULL))
+      if (const auto session = get(stub, std::to_string(id), true))
         all[session->session_id()] = session->DebugString();
     return all;
   };

@@ -77,11 +77,10 @@ inline std::string erase(Stub& stub, const std::string& id) {
 }
 
 /// What GetSession answers, without what a restart may change.
-inline std::optional<v1::Session> get(Stub& stub, const std::string& id,
-                                      v1::SceneView view = v1::SCENE_VIEW_NONE) {
+inline std::optional<v1::Session> get(Stub& stub, const std::string& id, bool with_scene = false) {
   v1::GetSessionRequest request;
   request.set_session_id(id);
-  request.mutable_view()->set_scene(view);
+  request.set_return_scene(with_scene);
   v1::GetSessionResponse response;
   if (!refusal_of(stub, &Stub::GetSession, request, &response).empty()) return std::nullopt;
   response.mutable_session()->clear_cached_steps();

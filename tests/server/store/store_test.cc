@@ -111,8 +111,8 @@ TEST_F(StoreTest, WhatIsNoStoreIsRefused) {
   test::write_file(folder_.file("text"), std::string(2000, 'x'));
   EXPECT_THAT(refusal(folder_.file("text")), HasSubstr("file is not a database"));
   { Store store(file_); }
-  Database(file_).run("PRAGMA user_version=6");
-  EXPECT_THAT(refusal(file_), HasSubstr("its schema version is 6, this server reads version 5"));
+  Database(file_).run("PRAGMA user_version=7");
+  EXPECT_THAT(refusal(file_), HasSubstr("its schema version is 7, this server reads version 6"));
   Database(file_).run("PRAGMA application_id=7");
   EXPECT_THAT(refusal(file_), HasSubstr("of another program (application_id 7)"));
 }

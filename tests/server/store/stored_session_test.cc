@@ -5,8 +5,8 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 
-#include "server/sessions/identity.h"
 #include "tests/server/scene_cases.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/every_pair.h"
@@ -21,22 +21,20 @@ TEST(StoredSession, KeepsTheBitsOfEverySystemAndMethod) {
     const auto given = stiefel::testing::any_scene(system, method, 1, 0.02, N);
     const auto scene = Scene::resolve(given);
     ASSERT_TRUE(scene) << system << " " << method;
-    server::Resolution resolution{server::difference(given, scene->description()), std::nullopt};
+    std::optional<Choice> choice;
     if (number++ % 2 && scene->description().method)
-      resolution.choice = server::ChosenMethod{0.1, 3, "for a reason\nof two lines", 0.05};
-    const server::RegisteredSession session(server::Principal{"p"}, "a", *scene, resolution, clock,
+      choice = {*scene->description().method, 0.1, 3, 0.05, "for a reason\nof two lines"};
+    const server::RegisteredSession session(server::Principal{"p"}, "a", *scene, choice, clock,
                                             server::MemoryBudget::unlimited());
     const auto again = server::from_row({server::to_row(session), ""}, clock);
     ASSERT_TRUE(again) << system << " " << method << ": " << again.error();
     EXPECT_EQ((*again)->identity(), session.identity()) << system << " " << method;
     EXPECT_EQ((*again)->owner(), session.owner());
     EXPECT_EQ((*again)->create_time(), session.create_time());
-    const server::Resolution& read = (*again)->resolution();
-    EXPECT_EQ(read.difference.filled_in, resolution.difference.filled_in);
-    EXPECT_EQ(read.difference.cleared, resolution.difference.cleared);
-    ASSERT_EQ(read.choice.has_value(), resolution.choice.has_value());
-    EXPECT_TRUE(!read.choice ||
-                (read.choice->reason == resolution.choice->reason && read.choice->error == 0.05));
+    const std::optional<Choice>& read = (*again)->choice();
+    ASSERT_EQ(read.has_value(), choice.has_value());
+    EXPECT_TRUE(!read || (read->reason == choice->reason && read->error == 0.05 &&
+                          read->method.name == choice->method.name));
   }
   EXPECT_GT(number, 30);
 }

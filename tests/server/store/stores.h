@@ -23,8 +23,6 @@ inline server::StoredSession row(const std::string& id, std::size_t bytes = 100)
           "0123456789abcdef",
           std::string("\0\1\xFF", 3),
           scene,
-          "method\nmethod.order\n",
-          "body\n",
           std::string("a\0b", 3)};
 }
 

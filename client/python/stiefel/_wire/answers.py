@@ -69,8 +69,8 @@ def geodesic(message: pb.ConnectResponse, request: pb.ConnectRequest, span: Opti
                             for name in ("velocity", "trajectory"))
     if status.outcome == Outcome.REACHED:
         shortest = name_of(pb.Shortest, message.shortest).lower()
-        pair = request.pairs[message.pair]
-        n, N = (pair.q_0.rows, pair.q_0.cols) if pair.HasField("q_0") else pair.q_0_tensor.shape
+        first = request.pairs[message.pair].q_0
+        n, N = first.rows, first.cols
         steps = request.steps or request.samples
         for array, shape in ((velocity, None if request.steps else (n, N)), (trajectory, (steps + 1, n, N) if steps else None)):
             require((array if array is None else (array.dtype, array.shape)) == (shape and (np.dtype(np.float64), shape)),

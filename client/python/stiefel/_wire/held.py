@@ -77,7 +77,7 @@ class Held:
         """Returns the resolved scene as a message. Do not change it: the session keeps it."""
         with self._lock:
             if not self._message.HasField("scene"):
-                request = pb.GetSessionRequest(session_id=self.id, view=pb.SessionView(scene=pb.SCENE_VIEW_FULL))
+                request = pb.GetSessionRequest(session_id=self.id, return_scene=True)
                 reply = self._recreation.call("GetSession", request)
                 self._take(described(reply.session, self.id), whole=True)
             return self._message.scene

@@ -106,8 +106,7 @@ class Recreation(Calls):
         scene = self._scene
         if scene is None:
             return
-        request = pb.CreateSessionRequest(session_id=self._id, scene=scene, checkpoint=self._checkpoint[1], recreate=True,
-                                          view=pb.SessionView(scene=pb.SCENE_VIEW_NONE))
+        request = pb.CreateSessionRequest(session_id=self._id, scene=scene, checkpoint=self._checkpoint[1], recreate=True)
         try:
             self.send("CreateSession", request, timeout, route(self._id))
         except grpc.RpcError as failure:
