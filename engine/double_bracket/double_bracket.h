@@ -41,7 +41,7 @@ class DoubleBracket {
         q_(lambda_v.size()),
         lambda_u_(2 * p_),
         lambda_v_(2 * q_),
-        exponential_(2 * (p_ + q_)),
+        exponential_(2 * (p_ + q_), MatrixKind::skew),
         theta_(zero()),
         D_(theta_),
         Q_(2 * p_, 2 * q_),
@@ -99,7 +99,7 @@ class DoubleBracket {
 
   Eigen::Index p_, q_;
   Vector<Scalar> lambda_u_, lambda_v_;
-  SkewExponential<Scalar> exponential_;
+  Exponential<Scalar> exponential_;
   Algebra theta_, D_;
   Matrix<Scalar> Q_, P_, G_U_, G_V_, product_;
 };

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/SVD>
 #include <complex>
 
 #include "engine/numbers/scalar.h"
@@ -24,19 +23,11 @@ Scalar double_bracket_hamiltonian(const Vector<Scalar>& lambda_u, const Vector<S
   return term(lambda_u, P * Q.adjoint()) + term(lambda_v, P.adjoint() * Q);
 }
 
-/// Returns the singular values of aQ + bP in descending order. They are constant for every a and b,
-/// because U(p) × U(q) acts on Q and P in the same way. (a, b) = (1, 0) gives those of Q, (0, 1)
-/// those of P.
-template <class Scalar>
-Vector<Scalar> singular_values(const Matrix<std::complex<Scalar>>& Q,
-                               const Matrix<std::complex<Scalar>>& P, std::complex<Scalar> a,
-                               std::complex<Scalar> b) {
-  return Eigen::JacobiSVD<Matrix<std::complex<Scalar>>>(a * Q + b * P).singularValues();
-}
-
-// Compiled once, in double_bracket.cc.
-extern template Vector<double> singular_values(const Matrix<std::complex<double>>& Q,
-                                               const Matrix<std::complex<double>>& P,
-                                               std::complex<double> a, std::complex<double> b);
+/// Returns the singular values of aQ + bP, p × q, in descending order, to an error of rounding
+/// times the largest. They are constant for every a and b, because U(p) × U(q) acts on Q and P in
+/// the same way. (a, b) = (1, 0) gives those of Q, (0, 1) those of P.
+Vector<double> singular_values(const Matrix<std::complex<double>>& Q,
+                               const Matrix<std::complex<double>>& P, std::complex<double> a,
+                               std::complex<double> b);
 
 }  // namespace stiefel

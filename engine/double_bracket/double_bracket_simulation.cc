@@ -56,7 +56,7 @@ std::unique_ptr<Simulation> make_double_bracket(const Scene& scene) {
     double largest[2] = {0, 0};  // ‖Q‖ and ‖P‖
     for (int c = 0; c < 4; ++c) {
       const auto [a, b] = combinations[c];
-      const Eigen::VectorXd s = singular_values<double>(Q, P, a, b);
+      const Eigen::VectorXd s = singular_values(Q, P, a, b);
       if (c < 2) largest[c] = s(0);
       // Q + P may be small, or 0; its singular values change by the rounding of Q and P, so the
       // scale is that of Q and P.

@@ -1,6 +1,6 @@
 #include "engine/laws/dirac_bracket.h"
 
-#include "engine/linalg/matrix_equations/stein.h"
+#include "engine/linalg/matrix_equations/lyapunov_equation.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -27,13 +27,20 @@ double dirac_bracket(const Matrix<double>& Q, const Matrix<double>& P, const Pai
     return X + X.transpose();
   };
   const Matrix<double> R = Q * P.transpose();
-  const SteinEquation equation(R);
+  // (I + R ⊗ Rᵀ)⁻¹ of [RB] (3.15): R is orthogonal, so Y + RYR = RG is RᵀY + YR = G.
+  Lyapunov<double> equation(R.rows());
+  equation.factor(R);
+  const auto solve = [&](const Matrix<double>& G) {
+    Matrix<double> Y(G.rows(), G.cols());
+    equation.solve(G, Y);
+    return Y;
+  };
   return inner(k.by_P, f.by_Q) - inner(k.by_Q, f.by_P) -
          inner(twice_symmetric(k.by_P * Q.transpose()),
-               equation.solve(R * twice_symmetric(f.by_Q * P.transpose()))) /
+               solve(twice_symmetric(f.by_Q * P.transpose()))) /
              2 +
          inner(twice_symmetric(k.by_Q * P.transpose()),
-               equation.solve(twice_symmetric(f.by_P * Q.transpose()) * R)) /
+               solve(R.transpose() * twice_symmetric(f.by_P * Q.transpose()) * R)) /
              2;
 }
 

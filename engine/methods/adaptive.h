@@ -9,7 +9,7 @@
 
 namespace stiefel {
 
-/// The Runge–Kutta–Fehlberg pair of orders 7 and 8 (Fehlberg 1968; Boost.odeint's) with automatic
+/// The Runge–Kutta–Fehlberg pair of orders 7 and 8 (Fehlberg 1968) with automatic
 /// substeps between two states. The controller keeps the estimated error of a substep of length τ
 /// below `tolerance`·|τ/h|, so the error of a whole step is about `tolerance`. The error of each
 /// half of the state's rows (Q, and the block below it) is relative to the largest element of that
@@ -25,7 +25,7 @@ struct Adaptive {
   static constexpr MethodTraits traits = {
       .name = "adaptive",
       .summary = "Runge-Kutta-Fehlberg 7(8) with error control",
-      .source = "Fehlberg 1968; Boost.odeint",
+      .source = "Fehlberg 1968",
       .file = "engine/methods/adaptive.h",
       .orders = {8},
       .default_order = 8,

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <algorithm>
 #include <type_traits>
 
@@ -157,18 +157,6 @@ void stoppable_gram(const Matrix& A, Matrix& out) {
   };
   if (crew) return share_out(*crew, blocks, operations * operation_nanoseconds<Scalar>, one);
   for (std::size_t k = 0; k < blocks; ++k) one(k);
-}
-
-/// Sets X = A⁻¹B from the LU factors of A. X must be another matrix than B.
-template <class Matrix, class Right, class Out>
-void stoppable_solve(const Eigen::PartialPivLU<Matrix>& A, const Right& B, Out& X) {
-  X.resize(A.rows(), B.cols());
-  by_blocks<typename Matrix::Scalar, false>(
-      A.rows(), B.cols(), static_cast<double>(A.cols()),
-      [&](Eigen::Index, Eigen::Index, Eigen::Index j, Eigen::Index columns) {
-        X.middleCols(j, columns) = A.solve(B.middleCols(j, columns));
-      },
-      [&] { X = A.solve(B); });
 }
 
 }  // namespace stiefel

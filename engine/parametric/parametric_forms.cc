@@ -30,9 +30,8 @@ double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double 
                         const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
   const auto solved = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
     stop_point(static_cast<double>(A.rows() * A.size()));
-    const auto lu = A.partialPivLu();
-    // stableNorm would solve once a column.
-    return Eigen::MatrixXd(lu.solve(B)).stableNorm() / lu.rcond();
+    const Lu<double> lu(A);
+    return lu.solve(B).stableNorm() / lu.inverse_condition();
   };
   return (solved(Q, P) + solved(P, Q)) / std::abs(epsilon) +
          std::abs(mu_over_h) * lambda.cwiseAbs2().stableNorm();
@@ -42,7 +41,7 @@ double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double 
 /// Q⁻¹P and G⁻¹, whose difference is εM_μ.
 double rounding_of_momentum(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P, double epsilon,
                             double relative) {
-  const double G = Q.partialPivLu().solve(P).norm(), inverse = P.partialPivLu().solve(Q).norm();
+  const double G = Lu<double>(Q).solve(P).norm(), inverse = Lu<double>(P).solve(Q).norm();
   const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
   return std::min(rounding * G * (1 + inverse * inverse), relative * (G + inverse)) /
          std::abs(epsilon);
@@ -82,9 +81,9 @@ void check_parametric(SceneDraft& draft, double h) {
   for (const char* name : {"Q", "P"}) {
     const RowMatrix* block = draft.block(name, N, N);
     if (block == nullptr) continue;
-    if (!(block->partialPivLu().rcond() > 1e-12))
-      draft.refuse("initial." + std::string(name),
-                   "1/condition " + to_text(block->partialPivLu().rcond()), "must be invertible");
+    if (const double quality = Lu<double>(*block).inverse_condition(); !(quality > 1e-12))
+      draft.refuse("initial." + std::string(name), "1/condition " + to_text(quality),
+                   "must be invertible");
     draft.set_block(name, *block);
   }
   if (!draft.sound()) return;
@@ -145,7 +144,7 @@ StackedObservables parametric_observables(const Scene& scene, double h) {
     if (!out.wants(family::PQ_inverse)) return;
     stop_point(static_cast<double>(N * x.size()));
     const Eigen::MatrixXd A =
-        x.topRows(N).transpose().partialPivLu().solve(x.bottomRows(N).transpose()).transpose();
+        Lu<double>(x.topRows(N).transpose()).solve(x.bottomRows(N).transpose()).transpose();
     const double scale = A.norm();
     for (Eigen::Index i = 0; i < N; ++i)
       for (Eigen::Index j = 0; j < N; ++j)

@@ -58,10 +58,10 @@ class ParametricMoserVeselov {
  private:
   /// Computes M as the skew part of M^μ/h; μΛ² is symmetric.
   void form_momentum(const Point& x) {
-    lu_.compute(x.topRows(N_));
-    inverse_.M() = lu_.solve(x.bottomRows(N_));
-    lu_.compute(x.bottomRows(N_));
-    product_ = lu_.solve(x.topRows(N_));
+    lu_.factor(x.topRows(N_));
+    lu_.solve(x.bottomRows(N_), inverse_.M());
+    lu_.factor(x.bottomRows(N_));
+    lu_.solve(x.topRows(N_), product_);
     inverse_.M() -= product_;
     inverse_.M() /= 2;  // halves M here, because 2ε may overflow
     inverse_.M() /= epsilon_;
@@ -73,7 +73,7 @@ class ParametricMoserVeselov {
   Vector<Scalar> mu_lambda_;
   Scalar growth_;  ///< bounds the factor by which a step can multiply an element
   DiscreteInverse<Scalar> inverse_;
-  Eigen::PartialPivLU<Matrix<Scalar>> lu_;
+  Lu<Scalar> lu_;
   Matrix<Scalar> product_, moved_;
 };
 

@@ -4,7 +4,6 @@
 #include <complex>
 #include <limits>
 
-#include "engine/linalg/matrix_equations/spectrum.h"
 #include "engine/rigid_body/symmetric/scaling.h"
 
 namespace stiefel {
@@ -67,7 +66,7 @@ double margin_parametric(const Vector<double>& lambda, const Matrix<double>& M, 
 
 double inverse_condition_parametric(const Matrix<double>& Q, const Matrix<double>& P,
                                     const Matrix<double>& M, double epsilon) {
-  const Matrix<double> G = Q.partialPivLu().solve(P), inverse = P.partialPivLu().solve(Q);
+  const Matrix<double> G = Lu<double>(Q).solve(P), inverse = Lu<double>(P).solve(Q);
   return std::abs(epsilon) * skew_norm(M) / (skew_norm(G) * (1 + std::pow(skew_norm(inverse), 2)));
 }
 

@@ -9,7 +9,7 @@ namespace stiefel {
 /// M + μΛ², where M must be skew. tr((εM_μ)^k) and every eigenvalue of εM_μ are constant.
 template <class Scalar>
 Matrix<Scalar> parametric_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
-  return Q.partialPivLu().solve(P) - P.partialPivLu().solve(Q);
+  return Lu<Scalar>(Q).solve(P) - Lu<Scalar>(P).solve(Q);
 }
 
 /// Maps between (Q, M) and the (Q, P) with parameter μ, [RB] (8.5), Q ∈ GL(N), with the scaling of

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/linalg/lie/general_exponential.h"
+#include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/methods/support/concepts.h"
@@ -52,7 +52,7 @@ class ParametricRigidBody {
       : lambda_(std::move(lambda)),
         mu_(mu),
         epsilon_(epsilon),
-        exponential_(lambda_.size()),
+        exponential_(lambda_.size(), MatrixKind::general),
         lu_(lambda_.size()),
         xi_(zero()),
         M_(xi_),
@@ -73,11 +73,11 @@ class ParametricRigidBody {
   void generator(const State& x, Algebra& xi) {
     const Eigen::Index N = lambda_.size();
     stop_point();
-    lu_.compute(x.topRows(N));
-    stoppable_solve(lu_, x.bottomRows(N), M_);
+    lu_.factor(x.topRows(N));
+    lu_.solve(x.bottomRows(N), M_);
     stop_point();
-    lu_.compute(x.bottomRows(N));
-    stoppable_solve(lu_, x.topRows(N), D_);
+    lu_.factor(x.bottomRows(N));
+    lu_.solve(x.topRows(N), D_);
     M_ -= D_;
     M_ /= 2;  // halves M here, because 2ε may overflow
     inverse_inertia(lambda_, M_, epsilon_, xi);
@@ -96,8 +96,8 @@ class ParametricRigidBody {
  private:
   Vector<Scalar> lambda_;
   Scalar mu_, epsilon_;
-  GeneralExponential<Scalar> exponential_;
-  Eigen::PartialPivLU<Matrix<Scalar>> lu_;
+  Exponential<Scalar> exponential_;
+  Lu<Scalar> lu_;
   Algebra xi_, M_, D_;
 };
 

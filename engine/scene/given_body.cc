@@ -1,8 +1,7 @@
 #include "engine/scene/given_body.h"
 
-#include <Eigen/Eigenvalues>
-
 #include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 
 namespace stiefel {
 
@@ -17,10 +16,9 @@ GivenAxes<Scalar> given_axes(const BodyDescription& body) {
   tensor << I(0), I(3), I(4),  //
       I(3), I(1), I(5),        //
       I(4), I(5), I(2);
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(tensor);
-  Matrix3 R = solver.eigenvectors();
+  auto [values, R] = symmetric_eigen_3<Scalar>(tensor);
   if (R.col(0).dot(R.col(1).cross(R.col(2))) < Scalar(0)) R.col(0) = -R.col(0);
-  return {solver.eigenvalues(), R};
+  return {values, R};
 }
 
 template GivenAxes<long double> given_axes(const BodyDescription& body);
@@ -28,10 +26,9 @@ template GivenAxes<Quad> given_axes(const BodyDescription& body);
 
 PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor) {
   if (inertia_tensor.isDiagonal(0)) return {inertia_tensor.diagonal(), Eigen::Matrix3d::Identity()};
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia_tensor);
-  Eigen::Matrix3d R = solver.eigenvectors();
+  auto [values, R] = symmetric_eigen_3<double>(inertia_tensor);
   if (R.determinant() < 0) R.col(0) = -R.col(0);
-  return {solver.eigenvalues(), R};
+  return {values, R};
 }
 
 Eigen::Vector3d inertia_of_moments(const Eigen::Vector3d& I) {

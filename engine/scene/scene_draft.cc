@@ -6,6 +6,7 @@
 
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/scene/near_name.h"
 
 namespace stiefel {
@@ -215,7 +216,7 @@ void SceneDraft::set_frame(const std::string& name, const RowMatrix& given_Q) {
                   "must have orthonormal rows to " + to_text(largest_repair_));
   Q = repaired(Q);
   if (Q.rows() == Q.cols()) {
-    scene_.determinant_ = Q.determinant() < 0 ? -1 : 1;
+    scene_.determinant_ = determinant(Q) < 0 ? -1 : 1;
     if (Q.cols() == 3) scene_.attitude_ = quaternion_of(scene_.determinant_ * Q);
   }
   set_block(name, std::move(Q));

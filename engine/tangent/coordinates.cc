@@ -127,8 +127,7 @@ Dense TangentChart::coordinates(const Dense& x, const Dense& V, bool of_every_in
   if (!is_body()) return (of_every_inertia ? basis_of_every_inertia(x) : basis(x)).transpose() * V;
   const Eigen::Index half = cols_ * (cols_ - 1) / 2, frame = rows_ > cols_ ? half : 0;
   Dense out(frame + half, V.cols());
-  const Eigen::PartialPivLU<Dense> Q(frame > 0 ? Dense(x.topRows(cols_))
-                                               : Dense(Dense::Identity(cols_, cols_)));
+  const Lu<double> Q(frame > 0 ? Dense(x.topRows(cols_)) : Dense(Dense::Identity(cols_, cols_)));
   for (Eigen::Index k = 0; k < V.cols(); ++k) {
     const Dense block = V.col(k).reshaped(rows_, cols_);
     if (frame > 0) {
@@ -147,7 +146,7 @@ Dense TangentChart::tangent(const Dense& x, const Dense& G) const {
   out.bottomRows(cols_) = skew_part(G.bottomRows(cols_));
   if (rows_ == cols_) return out;
   const Dense Q = x.topRows(cols_), dQ = G.topRows(cols_);
-  const Eigen::PartialPivLU<Dense> lu(Q);
+  const Lu<double> lu(Q);
   out.topRows(cols_) = Q * skew_part(lu.solve(dQ));
   return out;
 }

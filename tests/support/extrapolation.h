@@ -93,7 +93,7 @@ class PrintedParametricRigidBody {
   /// Returns M = Q⁻¹P − P⁻¹Q − μΛ².
   Matrix<Quad> M(const Matrix<Quad>& x) const {
     const Matrix<Quad> Q = x.topRows(lambda_.size()), P = x.bottomRows(lambda_.size());
-    Matrix<Quad> made = Q.partialPivLu().solve(P) - P.partialPivLu().solve(Q);
+    Matrix<Quad> made = Lu<Quad>(Q).solve(P) - Lu<Quad>(P).solve(Q);
     made.diagonal() -= mu_ * lambda_.cwiseAbs2();
     return made;
   }

@@ -129,8 +129,8 @@ class DiscreteStiefel {
     lyapunov_.solve(G_, X_);
     G_ = (X_ + X_.transpose()) / 2;
     if (!G_.allFinite()) return false;
-    lu_.compute(G_);
-    X_ = lu_.solve(I_);
+    lu_.factor(G_);
+    lu_.solve(I_, X_);
     B_ = (X_ + X_.transpose()) / 2;
     return true;
   }
@@ -143,7 +143,7 @@ class DiscreteStiefel {
   Vector<Wide> lambda_;
   Eigen::Index n_;
   Lyapunov<Wide> lyapunov_;
-  Eigen::PartialPivLU<Matrix<Wide>> lu_;
+  Lu<Wide> lu_;
   Matrix<Wide> Q_prev_, Q_, bar_, I_, inverse_, C_T_, G_, E_, X_, B_;
   Vector<Wide> next_;
 };

@@ -68,7 +68,7 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p, const FrameProdu
     if (const double error = defect(*product); !(error <= Scene::frame_tolerance))
       return refusal::NotOrthonormal{field, error};
   if (is_body(p.Q_0)) {
-    const int first = p.Q_0.determinant() < 0 ? -1 : 1, last = p.Q_T.determinant() < 0 ? -1 : 1;
+    const int first = determinant(p.Q_0) < 0 ? -1 : 1, last = determinant(p.Q_T) < 0 ? -1 : 1;
     if (first != last) return refusal::UnequalDeterminants{first, last};
   }
   return {};

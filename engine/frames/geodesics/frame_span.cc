@@ -121,11 +121,12 @@ MatrixXd FrameSpan::lifted(const MatrixXd& X) const {
 }
 
 FrameSpan::Squares FrameSpan::factor(const MatrixXd& products, MatrixXd& whole) {
-  const Eigen::LLT<MatrixXd> llt(products);
-  if (llt.info() != Eigen::Success) return {0, 0};
-  const MatrixXd L = llt.matrixL();
+  MatrixXd L = products;
+  if (!factor_positive(L)) return {0, 0};
+  L.triangularView<Eigen::StrictlyUpper>().setZero();
   const Eigen::VectorXd squares = L.diagonal().cwiseAbs2();
-  to_K_ = L.triangularView<Eigen::Lower>().solve(MatrixXd::Identity(n_, n_));
+  to_K_ = MatrixXd::Identity(n_, n_);
+  divide_by_lower(L, to_K_);
   whole = (whole * L).eval();
   target_.bottomRows(n_) = whole.transpose();
   return {squares.minCoeff(), squares.minCoeff() / squares.maxCoeff()};

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "engine/frames/geodesics/connect_work.h"
-#include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "stiefel/stop.h"
 
@@ -26,7 +26,7 @@ class FrameForm {
     V_ = S * lambda_.cwiseInverse().asDiagonal();
     G_ = Q * lambda_.cwiseInverse().asDiagonal();
     K_ = G_.lazyProduct(Q.transpose()).template triangularView<Eigen::Lower>();
-    spectrum_.compute(K_);
+    spectrum_.factor(K_);
     B_ = divided(-2 * V_.lazyProduct(V_.transpose()));
     dQ = V_;
     dS = B_.lazyProduct(Q);
@@ -52,8 +52,8 @@ class FrameForm {
  private:
   /// Returns X with KX + XK = E.
   Matrix<Scalar> divided(const Matrix<Scalar>& E) const {
-    const auto& Z = spectrum_.eigenvectors();
-    const auto& kappa = spectrum_.eigenvalues();
+    const auto& Z = spectrum_.vectors();
+    const auto& kappa = spectrum_.values();
     const Matrix<Scalar> EZ = E.lazyProduct(Z);
     Matrix<Scalar> X = Z.transpose().lazyProduct(EZ);
     for (Eigen::Index j = 0; j < n_; ++j)
@@ -64,7 +64,7 @@ class FrameForm {
 
   Vector<Scalar> lambda_;
   Eigen::Index n_;
-  Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> spectrum_;
+  SymmetricEigen<Scalar> spectrum_;
   Matrix<Scalar> V_, G_, K_, B_;
 };
 
@@ -116,7 +116,7 @@ class GeodesicField {
   GeodesicField(const Vector<Scalar>& lambda, Eigen::Index n)
       : form_(lambda, n), n_(n), N_(lambda.size()) {}
 
-  void operator()(const State& x, State& dx, Scalar) {
+  void operator()(const State& x, State& dx) {
     form_.field(block(x, 0), block(x, 1), block(dx, 0), block(dx, 1));
     const std::size_t blocks = x.size() / static_cast<std::size_t>(n_ * N_);
     for (std::size_t k = 2; k < blocks; k += 2) {

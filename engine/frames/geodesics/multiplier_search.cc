@@ -10,6 +10,7 @@
 #include "engine/frames/geodesics/shoot.h"
 #include "engine/frames/geodesics/starts.h"
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

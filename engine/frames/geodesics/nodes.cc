@@ -6,7 +6,7 @@
 
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -80,7 +80,7 @@ Nodes lobatto(int K) {
   nodes.start = D.row(0);
   nodes.stiffness = D.transpose() * nodes.weights.asDiagonal() * D;
   const MatrixXd inner = nodes.stiffness.block(1, 1, K - 1, K - 1);
-  nodes.inverse_root = Eigen::SelfAdjointEigenSolver<MatrixXd>(inner).operatorInverseSqrt();
+  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
   nodes.breaks = VectorXd::LinSpaced(2, 0, 1);
   return nodes;
 }
@@ -101,7 +101,7 @@ Nodes pieces(const VectorXd& breaks, int K) {
   nodes.times(size - 1) = 1;
   nodes.start.head(K + 1) = one.start / breaks(1);
   const MatrixXd inner = nodes.stiffness.block(1, 1, size - 2, size - 2);
-  nodes.inverse_root = Eigen::SelfAdjointEigenSolver<MatrixXd>(inner).operatorInverseSqrt();
+  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
   nodes.breaks = breaks;
   return nodes;
 }
@@ -120,7 +120,7 @@ Nodes equally_spaced(int K) {
   nodes.stiffness.diagonal(1).setConstant(-K);
   nodes.stiffness.diagonal(-1).setConstant(-K);
   const MatrixXd inner = nodes.stiffness.block(1, 1, K - 1, K - 1);
-  nodes.inverse_root = Eigen::SelfAdjointEigenSolver<MatrixXd>(inner).operatorInverseSqrt();
+  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
   return nodes;
 }
 

@@ -6,7 +6,6 @@
 
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 #include "stiefel/stop.h"
@@ -63,7 +62,7 @@ class Model {
   /// positive.
   bool solve(double shift) {
     const std::size_t count = inner_.size();
-    std::vector<Eigen::LLT<MatrixXd>> factors;
+    std::vector<MatrixXd> factors;
     std::vector<MatrixXd> carried;
     step_.assign(count, VectorXd());
     for (std::size_t k = 0; k < count; ++k) {
@@ -71,15 +70,16 @@ class Model {
       MatrixXd D = inner_[k] + shift * metric_[k];
       step_[k] = -gradient_[k];
       if (k > 0) {
-        carried.push_back(factors.back().solve(outer_[k - 1]));
+        carried.push_back(outer_[k - 1]);
+        solve_positive(factors.back(), carried.back());
         D.noalias() -= outer_[k - 1].transpose() * carried.back();
         step_[k].noalias() -= carried.back().transpose() * step_[k - 1];
       }
-      factors.emplace_back(D);
-      if (factors.back().info() != Eigen::Success) return false;
+      if (!factor_positive(D)) return false;
+      factors.push_back(std::move(D));
     }
     for (std::size_t k = count; k-- > 0;) {
-      step_[k] = factors[k].solve(step_[k]).eval();
+      solve_positive(factors[k], step_[k]);
       if (k + 1 < count) step_[k].noalias() -= carried[k] * step_[k + 1];
     }
     return true;
@@ -117,16 +117,14 @@ class Model {
 
 MatrixXd polar(const MatrixXd& A) {
   const MatrixXd square = A * A.transpose();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(square);
-  const MatrixXd Q = spectrum.operatorInverseSqrt() * A;
+  const MatrixXd Q = SymmetricEigen<double>(square).inverse_root() * A;
   // Squaring a nearly singular A loses digits; one Newton–Schulz step restores them.
   return (3 * Q - (Q * Q.transpose()) * Q) / 2;
 }
 
 MatrixXd complement(const MatrixXd& Q) {
   const Index n = Q.rows(), N = Q.cols();
-  const Eigen::HouseholderQR<MatrixXd> qr(Q.transpose());
-  return (qr.householderQ() * MatrixXd::Identity(N, N).rightCols(N - n)).transpose();
+  return orthonormal_columns<double>(Q.transpose(), N - n, n).transpose();
 }
 
 MatrixXd tangent_basis(const MatrixXd& Q) {

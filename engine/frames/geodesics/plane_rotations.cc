@@ -2,9 +2,10 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "engine/frames/geodesics/connect_work.h"
-#include "engine/linalg/matrix_equations/stoppable_schur.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -15,9 +16,8 @@ using std::numbers::pi;
 
 PlaneRotations::PlaneRotations(const MatrixXd& R) {
   stop_point(5 * connect_work::frame(R.rows(), R.rows()));
-  const Eigen::RealSchur<MatrixXd> schur(R);
-  const MatrixXd& T = schur.matrixT();
-  Z = schur.matrixU();
+  auto [T, vectors] = real_schur(R);
+  Z = std::move(vectors);
   std::vector<Index> fixed, flipped;
   for (Index i = 0; i < T.rows();) {
     if (i + 1 < T.rows() && T(i + 1, i) != 0) {

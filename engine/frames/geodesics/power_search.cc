@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "engine/frames/geodesics/anderson.h"
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/frames/geodesics/geodesic_search.h"
 #include "engine/frames/geodesics/geodesic_series.h"
 #include "engine/frames/geodesics/nodes.h"
 #include "engine/frames/geodesics/relaxation.h"
 #include "engine/frames/geodesics/starts.h"
+#include "engine/linalg/iteration/anderson.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "stiefel/stop.h"
 

@@ -5,8 +5,7 @@
 #include <numeric>
 
 #include "engine/frames/geodesics/connect_work.h"
-#include "engine/linalg/matrix_equations/eigenvectors.h"
-#include "engine/linalg/matrix_equations/stoppable_cholesky.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -106,11 +105,11 @@ void Relaxation::model() {
       for (Index i = 0; i < K_; ++i)
         block += root(k, i) * root(i, l) * Gamma_.middleCols(i * n_, n_);
     }
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(scaled);
-  d_ = solver.eigenvalues();
+  const SymmetricEigen<double> eigen(scaled);
+  d_ = eigen.values();
   X_.resize(m, m);
   for (Index c = 0; c < m; ++c)
-    X_.col(c).reshaped(n_, K_).noalias() = solver.eigenvectors().col(c).reshaped(n_, K_) * root;
+    X_.col(c).reshaped(n_, K_).noalias() = eigen.vectors().col(c).reshaped(n_, K_) * root;
 }
 
 /// Returns sym(Q_k δQ_kᵀ) of every node, its entries above the diagonal times √2, of some columns
@@ -180,8 +179,11 @@ bool Relaxation::solve(double shift) {
   if (negative > unknowns_ || !inverse_.allFinite()) return false;
   if (unknowns_ > most_dense) return negative == 0;
   assemble(inverse_.cwiseMax(0));
+  constexpr double instructions = 0.7;  // of a factorisation, times the cube of its size
+  stop_point(instructions * real(unknowns_ * unknowns_ * unknowns_));
   if (!factor_positive(M_)) return false;
   subtract_negative(negative);
+  stop_point(instructions * real(negative * negative * negative));
   return negative == 0 || factor_positive(capacity_);
 }
 

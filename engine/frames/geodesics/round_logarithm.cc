@@ -7,11 +7,11 @@
 #include <numbers>
 #include <random>
 
-#include "engine/frames/geodesics/anderson.h"
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/frames/geodesics/frame_span.h"
 #include "engine/frames/geodesics/path.h"
 #include "engine/frames/geodesics/starts.h"
+#include "engine/linalg/iteration/anderson.h"
 #include "engine/linalg/lie/exponential.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/lie/skew_flow.h"
@@ -182,7 +182,10 @@ class RoundShooting {
         if (damping > 1e8) return miss.cwiseAbs().maxCoeff() <= nearly;
         MatrixXd damped = normal;
         damped.diagonal().array() += damping;
-        const VectorXd next = x - damped.llt().solve(slope);
+        VectorXd step = slope;
+        factor_positive(damped);
+        solve_positive(damped, step);
+        const VectorXd next = x - step;
         if (!std::isfinite(shoot(next))) continue;
         const VectorXd there = (Y_[4] - T_).reshaped();
         better = there.norm() < miss.norm();

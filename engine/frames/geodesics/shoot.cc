@@ -1,8 +1,6 @@
 #include "engine/frames/geodesics/shoot.h"
 
-#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
-#include <boost/numeric/odeint/stepper/generation.hpp>
-#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -11,7 +9,7 @@
 #include "engine/frames/geodesics/geodesic_flow.h"
 #include "engine/frames/geodesics/path.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/methods/support/fehlberg.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -22,22 +20,34 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Moves x over a time T. Returns false when the step size collapses or there are too many steps.
-/// `field` writes dx/dt; `work` is the work of one attempt beyond what the field announces.
-/// Compiled once for each scalar, not for each field.
+/// `field` writes dx/dt; `work` is the work of one attempt beyond what the field announces. An
+/// error may be `tolerance` times 1 + |x| + |dx|, number by number.
 template <class Scalar>
-bool integrate(const std::function<void(const std::vector<Scalar>& x, std::vector<Scalar>& rate,
-                                        Scalar t)>& field,
-               std::vector<Scalar>& x, Scalar T, Scalar tolerance, double work) {
-  namespace odeint = boost::numeric::odeint;
-  using State = std::vector<Scalar>;
+bool integrate(const typename Fehlberg<Scalar>::Field& field, std::vector<Scalar>& x, Scalar T,
+               Scalar tolerance, double work) {
   constexpr int most = 20000;
-  auto stepper =
-      odeint::make_controlled<odeint::runge_kutta_fehlberg78<State, Scalar>>(tolerance, tolerance);
+  constexpr Scalar safety = Scalar(9) / 10;
+  Fehlberg<Scalar> fehlberg;
+  std::vector<Scalar> slope(x.size()), next, error;
   Scalar t = 0, dt = T / 32;
   for (int attempt = 0; attempt < most && t < T; ++attempt) {
     stop_point(work);
     dt = std::min(dt, T - t);
-    stepper.try_step(std::cref(field), x, t, dt);
+    field(x, slope);
+    fehlberg.step(field, x, slope, dt, next, error);
+    Scalar excess = 0;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      excess = std::max(excess,
+                        std::abs(error[i]) /
+                            (tolerance + tolerance * (std::abs(x[i]) + dt * std::abs(slope[i]))));
+    if (excess > 1) {
+      dt *= std::max(safety * std::pow(excess, Scalar(-1) / 6), Scalar(1) / 5);
+    } else {
+      t += dt;
+      x.swap(next);
+      if (excess < Scalar(0.5))
+        dt *= safety * std::pow(std::max(excess, std::pow(Scalar(5), Scalar(-8))), Scalar(-1) / 8);
+    }
     if (!(dt > T * Scalar(1e-9))) return false;
   }
   return t >= T && std::isfinite(x[0]);
@@ -69,7 +79,7 @@ class Shooting {
       const std::optional<MatrixXd> J = derivative(c, accuracy);
       if (!J) break;
       stop_point(2 * static_cast<double>(J->size() * J->cols()));
-      VectorXd step = -Eigen::ColPivHouseholderQR<MatrixXd>(*J).solve(rest);
+      VectorXd step = -least_squares(*J, rest);
       const double before = best.residual;
       bool better = false;
       for (int halving = 0; halving < halvings && !better; ++halving, step /= 2) {
@@ -98,12 +108,12 @@ class Shooting {
     constexpr double small = 1e-6;  // of the largest squared singular value
     constexpr int most = 12;
     const MatrixXd square = J.transpose() * J;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(square);
-    const VectorXd& values = spectrum.eigenvalues();
+    const SymmetricEigen<double> spectrum(square);
+    const VectorXd& values = spectrum.values();
     const Index soft = (values.array() < small * values(values.size() - 1)).count(),
                 stiff = values.size() - soft;
     if (soft == 0) return;
-    const MatrixXd Z = spectrum.eigenvectors().rightCols(stiff);
+    const MatrixXd Z = spectrum.vectors().rightCols(stiff);
     for (int k = 0; k < most; ++k) {
       const VectorXd y = (Z.transpose() * (J.transpose() * rest)).cwiseQuotient(values.tail(stiff));
       const VectorXd trial = c - Z * y, left = remainder(trial);

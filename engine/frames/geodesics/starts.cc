@@ -8,7 +8,7 @@
 
 #include "engine/frames/geodesics/connect_work.h"
 #include "engine/frames/geodesics/plane_rotations.h"
-#include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -90,8 +90,7 @@ class Starts {
         const double s = times[k];
         const MatrixXd A = (1 - s) * from + s * to + std::sin(pi * s) * bend;
         const MatrixXd square = A * A.transpose();
-        const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(square, Eigen::EigenvaluesOnly);
-        least = std::min(least, solver.eigenvalues()(0));
+        least = std::min(least, symmetric_eigenvalues(square)(0));
         path.push_back(polar(A));
       }
       path.push_back(to);
@@ -105,7 +104,7 @@ class Starts {
     if (n_ == N_) return Q;
     MatrixXd R(N_, N_);
     R << Q, complement(Q);
-    if (R.determinant() < 0) R.row(n_) = -R.row(n_);
+    if (determinant(R) < 0) R.row(n_) = -R.row(n_);
     return R;
   }
 
@@ -113,7 +112,7 @@ class Starts {
   MatrixXd random_frame(const MatrixXd& like) {
     stop_point(2 * connect_work::frame(n_, N_));
     MatrixXd R = polar(random());
-    if (n_ == N_ && R.determinant() * like.determinant() < 0) R.row(0) = -R.row(0);
+    if (n_ == N_ && determinant(R) * determinant(like) < 0) R.row(0) = -R.row(0);
     return R;
   }
 

@@ -1,13 +1,11 @@
 #include "engine/frames/jacobi/conjugate_search.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/eigenvectors.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -28,16 +26,15 @@ VectorXd lagrangian_angles(const MatrixXd& A, const MatrixXd& B, double omega) {
   MatrixXd cotangent;
   for (int k = 0; k < candidates; ++k) {
     const double angle = (k + 0.3) * pi / candidates, c = std::cos(angle), s = std::sin(angle);
-    const Eigen::PartialPivLU<MatrixXd> sine((omega * c * A - s * B).transpose());
-    const double quality = sine.rcond();
+    const Lu<double> sine((omega * c * A - s * B).transpose());
+    const double quality = sine.inverse_condition();
     if (quality <= best) continue;
     best = quality;
     alpha = angle;
     cotangent = sine.solve((omega * s * A + c * B).transpose());
   }
   const MatrixXd symmetric = (cotangent + cotangent.transpose()) / 2;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(symmetric, Eigen::EigenvaluesOnly);
-  VectorXd angles = spectrum.eigenvalues();
+  VectorXd angles = symmetric_eigenvalues(symmetric);
   for (double& angle : angles) {
     angle = alpha + std::atan2(1, angle);
     if (angle >= pi) angle -= pi;
@@ -163,17 +160,15 @@ Crossing ConjugateSearch::crossing(double at, int multiplicity) {
   // In orthonormal columns of (ωA; B) the singular values of ωA are the sines of the angles.
   MatrixXd both(2 * d, d);
   both << omega * family.A, family.B;
-  const Eigen::HouseholderQR<MatrixXd> qr(both);
-  const MatrixXd R = qr.matrixQR().topRows(d).triangularView<Eigen::Upper>();
+  const MatrixXd R = triangular_factor(both);
   const MatrixXd sines =
       R.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(omega * family.A);
-  const Eigen::JacobiSVD<MatrixXd> svd(sines, Eigen::ComputeFullV);
+  const auto [values, vectors] = right_singular(sines);
   const MatrixXd kernel =
-      to_start_ * R.triangularView<Eigen::Upper>().solve(svd.matrixV().rightCols(multiplicity));
-  const Eigen::HouseholderQR<MatrixXd> orthonormal(kernel);
-  const MatrixXd W = orthonormal.householderQ() * MatrixXd::Identity(d, multiplicity);
-  const double gap = multiplicity < d ? svd.singularValues()(d - 1 - multiplicity)
-                                      : std::numeric_limits<double>::infinity();
+      to_start_ * R.triangularView<Eigen::Upper>().solve(vectors.rightCols(multiplicity));
+  const MatrixXd W = orthonormal_columns(kernel, multiplicity);
+  const double gap =
+      multiplicity < d ? values(d - 1 - multiplicity) : std::numeric_limits<double>::infinity();
   return {length_ + at, multiplicity, E_ * W, gap};
 }
 
@@ -182,8 +177,7 @@ void ConjugateSearch::take(Family&& next, double h, double omega) {
   const Index d = E_.cols();
   MatrixXd both(2 * d, d);
   both << omega * next.A, next.B;
-  const Eigen::HouseholderQR<MatrixXd> qr(both);
-  const MatrixXd R = qr.matrixQR().topRows(d).triangularView<Eigen::Upper>();
+  const MatrixXd R = triangular_factor(both);
   x_ = std::move(next.x);
   auto fields = flow_->fields(x_);
   fields = R.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(MatrixXd(fields));

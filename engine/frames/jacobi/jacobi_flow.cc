@@ -1,15 +1,12 @@
 #include "engine/frames/jacobi/jacobi_flow.h"
 
-#include <boost/numeric/odeint/algebra/default_operations.hpp>
-#include <boost/numeric/odeint/algebra/range_algebra.hpp>
-#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
-#include <boost/numeric/odeint/util/resizer.hpp>
 #include <cmath>
 #include <functional>
 
 #include "engine/frames/geodesics/geodesic_flow.h"
 #include "engine/frames/geodesics/path.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/methods/support/fehlberg.h"
 
 namespace stiefel {
 namespace {
@@ -18,26 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using State = JacobiFlow::State;
-using Field = std::function<void(const State&, State&, double)>;
-
-/// Compiled once, not for each field.
-class Fehlberg {
- public:
-  static constexpr double stages = 13;
-
-  void step(const Field& field, const State& x, double h, State& next, State& error) {
-    next.resize(x.size());
-    error.resize(x.size());
-    stepper_.do_step(std::cref(field), x, 0.0, next, h, error);
-  }
-
- private:
-  // Resized to every state: the number of fields may change.
-  boost::numeric::odeint::runge_kutta_fehlberg78<
-      State, double, State, double, boost::numeric::odeint::range_algebra,
-      boost::numeric::odeint::default_operations, boost::numeric::odeint::always_resizer>
-      stepper_;
-};
 
 template <template <class> class Form>
 class JacobiFlowBy : public JacobiFlow {
@@ -47,7 +24,9 @@ class JacobiFlowBy : public JacobiFlow {
 
   void step(const State& x, double h, State& next, State& error) override {
     stop_point(connect_work::flow(n_, N_));
-    fehlberg_.step(std::ref(field_), x, h, next, error);
+    slope_.resize(x.size());
+    field_(x, slope_);
+    fehlberg_.step(std::ref(field_), x, slope_, h, next, error);
   }
 
   State start(const MatrixXd& Q, const MatrixXd& V, const MatrixXd& directions) const override {
@@ -65,7 +44,8 @@ class JacobiFlowBy : public JacobiFlow {
  protected:
   VectorXd lambda_;
   GeodesicField<Form<double>, double> field_;
-  Fehlberg fehlberg_;
+  Fehlberg<double> fehlberg_;
+  State slope_;
 };
 
 class FrameJacobiFlow final : public JacobiFlowBy<FrameForm> {
@@ -74,8 +54,10 @@ class FrameJacobiFlow final : public JacobiFlowBy<FrameForm> {
 
   MatrixXd basis(const MatrixXd& Q) const override {
     const MatrixXd Z = tangent_basis(Q);
-    const MatrixXd gram = Z.transpose() * weight().asDiagonal() * Z;
-    return gram.llt().matrixU().solve<Eigen::OnTheRight>(Z);
+    MatrixXd gram = Z.transpose() * weight().asDiagonal() * Z, E = Z.transpose();
+    factor_positive(gram);
+    divide_by_lower(gram, E);
+    return E.transpose();
   }
 
   Coordinates coordinates(const State& x) const override {
@@ -88,9 +70,8 @@ class FrameJacobiFlow final : public JacobiFlowBy<FrameForm> {
 
   double curvature(const State& x) const override {
     const MatrixXd Q = frame(x), K = Q * lambda_.cwiseInverse().asDiagonal() * Q.transpose();
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(K);
     const MatrixXd V = field_.block(x, 1) * lambda_.cwiseInverse().asDiagonal();
-    return V.norm() / std::sqrt(lambda_.minCoeff() * spectrum.eigenvalues()(0));
+    return V.norm() / std::sqrt(lambda_.minCoeff() * symmetric_eigenvalues(K)(0));
   }
 
  private:

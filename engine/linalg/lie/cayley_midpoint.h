@@ -28,7 +28,7 @@ class CayleyMidpoint<SoN<Scalar>> {
   void factor(const Matrix<Scalar>& a);
 
   Eigen::Index N_;
-  Eigen::PartialPivLU<Matrix<Scalar>> lu_;
+  Lu<Scalar> lu_;
   Matrix<Scalar> X_, Y_;
 };
 
@@ -36,16 +36,17 @@ template <class Scalar>
 void CayleyMidpoint<SoN<Scalar>>::midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
                                            Matrix<Scalar>& middle) {
   factor(a);
-  stoppable_solve(lu_, x.bottomRows(N_), X_);
-  stoppable_solve(lu_, X_.transpose(), Y_);
-  middle.bottomRows(N_) = Y_.transpose();
+  lu_.solve(x.bottomRows(N_), X_);
+  Y_ = X_.transpose();
+  lu_.solve(Y_, X_);
+  middle.bottomRows(N_) = X_.transpose();
 }
 
 template <class Scalar>
 void CayleyMidpoint<SoN<Scalar>>::displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
                                                Matrix<Scalar>& dx) {
   factor(a);
-  stoppable_solve(lu_, a, X_);
+  lu_.solve(a, X_);
   X_ *= Scalar(-2);
   stoppable_product(x, X_.transpose(), dx);
   Y_ = dx.bottomRows(N_);
@@ -58,7 +59,7 @@ void CayleyMidpoint<SoN<Scalar>>::factor(const Matrix<Scalar>& a) {
   X_ = a;
   X_.diagonal().array() += Scalar(1);
   stop_point();
-  lu_.compute(X_);
+  lu_.factor(X_);
 }
 
 // Compiled once, in exponential.cc.

@@ -1,15 +1,13 @@
 #pragma once
 
-#include <complex>
-
-#include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
 
 /// Computes exp(tA) of one skew A, n × n, for any t at the same cost: with iA = Z w Z†, w real,
-/// exp(tA) = Z e^{−iwt} Z†, orthogonal to rounding for every t. Does not allocate after
-/// construction.
+/// exp(tA) = Z e^{−iwt} Z†, orthogonal to rounding for every t: with Z = X + iY it is the product
+/// of [X cos wt + Y sin wt, Y cos wt − X sin wt] with [X Y]ᵀ. Does not allocate after construction.
 template <class Scalar>
 class SkewFlow {
  public:
@@ -18,30 +16,29 @@ class SkewFlow {
   void operator()(Scalar t, Matrix<Scalar>& E);
 
  private:
-  using Complex = std::complex<Scalar>;
-
-  Matrix<Complex> Z_, turned_, product_;
+  Matrix<Scalar> XY_, turned_;
   Vector<Scalar> w_;
 };
 
 template <class Scalar>
-SkewFlow<Scalar>::SkewFlow(const Matrix<Scalar>& A) {
-  if (A.rows() == 0) return;
-  stop_point(25 * static_cast<double>(A.rows() * A.size()));
-  const Matrix<Complex> H = Complex(0, 1) * A.template cast<Complex>();
-  const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H);
-  Z_ = turned_ = product_ = solver.eigenvectors();
-  w_ = solver.eigenvalues();
+SkewFlow<Scalar>::SkewFlow(const Matrix<Scalar>& A) : XY_(A.rows(), 2 * A.rows()) {
+  auto [w, X, Y] = skew_eigen(A);
+  XY_ << X, Y;
+  turned_ = XY_;
+  w_ = std::move(w);
 }
 
 template <class Scalar>
 void SkewFlow<Scalar>::operator()(Scalar t, Matrix<Scalar>& E) {
   using std::cos, std::sin;
-  for (Eigen::Index i = 0; i < w_.size(); ++i)
-    turned_.col(i) = Complex(cos(w_(i) * t), -sin(w_(i) * t)) * Z_.col(i);
-  stop_point(4 * static_cast<double>(Z_.rows() * Z_.size()));
-  product_.noalias() = turned_ * Z_.adjoint();
-  E = product_.real();
+  const Eigen::Index n = w_.size();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Scalar c = cos(w_(i) * t), s = sin(w_(i) * t);
+    turned_.col(i) = c * XY_.col(i) + s * XY_.col(n + i);
+    turned_.col(n + i) = c * XY_.col(n + i) - s * XY_.col(i);
+  }
+  stop_point(2 * static_cast<double>(n * n * n));
+  E.noalias() = turned_ * XY_.transpose();
 }
 
 // Compiled once, in exponential.cc.

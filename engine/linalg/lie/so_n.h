@@ -16,7 +16,8 @@ struct SoN {
   using Algebra = Matrix<Scalar>;
   using Lambda = Vector<Scalar>;
 
-  explicit SoN(Eigen::Index N) : N_(N), exponential_(N), D_(N, N), product_(N, N) {}
+  explicit SoN(Eigen::Index N)
+      : N_(N), exponential_(N, MatrixKind::skew), D_(N, N), product_(N, N) {}
 
   Algebra zero() const { return Algebra::Zero(N_, N_); }
   static auto M(const State& x) { return x.bottomRows(x.cols()); }
@@ -67,7 +68,7 @@ struct SoN {
 
  private:
   Eigen::Index N_;
-  SkewExponential<Scalar> exponential_;
+  Exponential<Scalar> exponential_;
   Algebra D_, product_;
 };
 

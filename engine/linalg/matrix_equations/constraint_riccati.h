@@ -78,7 +78,7 @@ bool ConstraintRiccati<Scalar>::newton(const Matrix<Scalar>& A, const Matrix<Sca
   return false;
 }
 
-// Compiled once, in instances.cc.
+// Compiled once, in lyapunov_equation.cc.
 extern template class ConstraintRiccati<double>;
 
 }  // namespace stiefel

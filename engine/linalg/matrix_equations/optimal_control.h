@@ -18,7 +18,7 @@ class OptimalControl {
   OptimalControl(const Vector<Scalar>& lambda, Eigen::Index n)
       : inverse_(lambda.cwiseInverse()),
         lyapunov_(n),
-        cholesky_(n),
+        L_(n, n),
         Q_bar_(n, lambda.size()),
         L_bar_(Q_bar_),
         K_(n, n),
@@ -28,15 +28,16 @@ class OptimalControl {
   void set(const Eigen::MatrixBase<Frame>& Q, const Eigen::MatrixBase<Costate>& P) {
     Q_bar_ = Q * inverse_.asDiagonal();
     K_.noalias() = Q_bar_ * Q.transpose();
-    cholesky_.compute(K_);
+    L_ = K_;
+    factor_positive(L_);
     lyapunov_.factor(K_);
     K_.noalias() = P * Q_bar_.transpose();
-    cholesky_.solveInPlace(K_);
+    solve_positive(L_, K_);
     X_ = K_.transpose() - K_;
     lyapunov_.solve(X_, X_);
 
     L_bar_ = P;
-    cholesky_.solveInPlace(L_bar_);
+    solve_positive(L_, L_bar_);
     L_bar_.noalias() += Scalar(0.5) * X_ * Q;
     L_bar_ = L_bar_ * inverse_.asDiagonal();
   }
@@ -53,9 +54,8 @@ class OptimalControl {
  private:
   Vector<Scalar> inverse_;
   SymmetricLyapunov<Scalar> lyapunov_;
-  Eigen::LLT<Matrix<Scalar>> cholesky_;
-  /// Q_bar_ = QΛ⁻¹, L_bar_ = LΛ⁻¹; K_ and X_ are scratch space
-  Matrix<Scalar> Q_bar_, L_bar_, K_, X_;
+  /// L_ has the factor of K, Q_bar_ = QΛ⁻¹, L_bar_ = LΛ⁻¹; K_ and X_ are scratch space
+  Matrix<Scalar> L_, Q_bar_, L_bar_, K_, X_;
 };
 
 }  // namespace stiefel

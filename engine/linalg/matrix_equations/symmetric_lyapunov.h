@@ -2,9 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/linalg/matrix_equations/householder.h"
 #include "engine/numbers/quadruple.h"
-#include "stiefel/stop.h"
+#include "engine/numbers/scalar.h"
 
 namespace stiefel {
 
@@ -29,53 +28,7 @@ class SymmetricLyapunov {
   Scalar k_{};
 };
 
-template <class Scalar>
-SymmetricLyapunov<Scalar>::SymmetricLyapunov(Eigen::Index n)
-    : tridiagonal_(n),
-      eigen_(n),
-      V_(n, n),
-      product_(n, n),
-      d_(n),
-      diagonal_(n),
-      subdiagonal_(n > 0 ? n - 1 : 0),
-      workspace_(n) {}
-
-template <class Scalar>
-void SymmetricLyapunov<Scalar>::factor(const Matrix<Scalar>& K) {
-  if (K.rows() == 1) {
-    k_ = K(0, 0);
-    return;
-  }
-  stop_point(6 * static_cast<double>(K.rows() * K.size()));
-  const Scalar scale = K.cwiseAbs().maxCoeff();
-  product_ = K / scale;
-  tridiagonal_.compute(product_);
-  diagonal_ = tridiagonal_.packedMatrix().diagonal();
-  subdiagonal_ = tridiagonal_.packedMatrix().template diagonal<-1>();
-  eigen_.computeFromTridiagonal(diagonal_, subdiagonal_);
-  d_ = scale * eigen_.eigenvalues();
-  write_householder_product(tridiagonal_.packedMatrix(), tridiagonal_.householderCoefficients(),
-                            workspace_, product_);
-  V_.noalias() = product_ * eigen_.eigenvectors();
-}
-
-template <class Scalar>
-void SymmetricLyapunov<Scalar>::solve(const Matrix<Scalar>& E, Matrix<Scalar>& X) {
-  if (E.rows() == 1) {
-    X(0, 0) = E(0, 0) / (2 * k_);
-    return;
-  }
-  stop_point(4 * static_cast<double>(E.rows() * E.size()));
-  product_.noalias() = V_.transpose() * E;
-  X.noalias() = product_ * V_;
-  for (Eigen::Index j = 0; j < X.cols(); ++j)
-    for (Eigen::Index i = 0; i < X.rows(); ++i) X(i, j) /= d_(i) + d_(j);
-  stop_point();
-  product_.noalias() = V_ * X;
-  X.noalias() = product_ * V_.transpose();
-}
-
-// Compiled once, in symmetric_lyapunov.cc.
+// Compiled once, in lyapunov_equation.cc.
 extern template class SymmetricLyapunov<double>;
 extern template class SymmetricLyapunov<long double>;
 extern template class SymmetricLyapunov<Quad>;

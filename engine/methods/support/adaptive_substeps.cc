@@ -1,7 +1,6 @@
 #include "engine/methods/support/adaptive_substeps.h"
 
 #include <algorithm>
-#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <cmath>
 #include <limits>
 
@@ -11,8 +10,6 @@ namespace stiefel {
 namespace {
 
 using Numbers = AdaptiveSubsteps::Numbers;
-
-constexpr int stages = 13;
 
 /// The stride that was rejected last, from the same state; 0 if there is none.
 struct Rejected {
@@ -34,14 +31,6 @@ bool finite(const Numbers& x) {
 
 }  // namespace
 
-struct AdaptiveSubsteps::Stepper : boost::numeric::odeint::runge_kutta_fehlberg78<Numbers> {};
-
-AdaptiveSubsteps::AdaptiveSubsteps(double h, double tolerance)
-    : h_(h), tolerance_(tolerance), stepper_(std::make_unique<Stepper>()) {}
-AdaptiveSubsteps::AdaptiveSubsteps(AdaptiveSubsteps&&) noexcept = default;
-AdaptiveSubsteps& AdaptiveSubsteps::operator=(AdaptiveSubsteps&&) noexcept = default;
-AdaptiveSubsteps::~AdaptiveSubsteps() = default;
-
 void AdaptiveSubsteps::prepare(Eigen::Index rows, Eigen::Index cols) {
   if (!x_.empty()) return;
   rows_ = rows;
@@ -53,18 +42,18 @@ void AdaptiveSubsteps::prepare(Eigen::Index rows, Eigen::Index cols) {
 Outcome AdaptiveSubsteps::integrate(const std::stop_token& stop) {
   constexpr double least = 0.1, most = 5, safety = 0.9, least_stride = 1e-12;
   const double blown_up = 1e6, size_before = size();
-  const auto field = [this](const Numbers& x, Numbers& dx, double) { evaluate(x, dx); };
+  const auto field = [this](const Numbers& x, Numbers& dx) { evaluate(x, dx); };
   double done = 0, stride = 1;  // in units of h
   double allowed = 1;           // the largest `excess` that is accepted
   Rejected rejected;
-  field(x_, slope_now_, 0.0);
+  field(x_, slope_now_);
   for (int k = 0; k < most_substeps; ++k) {
     if (stop.stop_requested()) return Outcome::cancelled;
-    stop_point(static_cast<double>(stages * x_.size()));
+    stop_point(static_cast<double>(Fehlberg<double>::stages * x_.size()));
     const bool last = done + stride >= 1;
     if (last) stride = 1 - done;
     ++attempts_;
-    stepper_->do_step(field, x_, slope_now_, 0.0, next_, stride * h_, error_);
+    fehlberg_.step(field, x_, slope_now_, stride * h_, next_, error_);
     const double error = relative_error(), excess = error / (tolerance_ * stride);
     if (excess > allowed && rejected.persists(excess, stride, error)) allowed = 2 * excess;
     const double factor = safety * std::pow(excess / allowed, -1.0 / 7);
@@ -72,7 +61,7 @@ Outcome AdaptiveSubsteps::integrate(const std::stop_token& stop) {
       x_.swap(next_);
       if (last) return Outcome::reached;
       done += stride;
-      field(x_, slope_now_, 0.0);
+      field(x_, slope_now_);
       stride *= std::clamp(factor, least, most);
       rejected = {};
     } else {  // the error is too large, or NaN

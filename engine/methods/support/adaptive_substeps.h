@@ -1,31 +1,30 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <stop_token>
-#include <vector>
 
+#include "engine/methods/support/fehlberg.h"
 #include "engine/numbers/scalar.h"
 #include "stiefel/run_status.h"
 
 namespace stiefel {
 
 /// The substeps of one step of Adaptive, on the numbers of a state in their order in memory. They
-/// are compiled once, for all systems, in the one file that reads Boost.odeint.
+/// are compiled once, for all systems.
 class AdaptiveSubsteps {
  public:
-  using Numbers = std::vector<double>;
+  using Numbers = Fehlberg<double>::Numbers;
   /// Most attempts in one step.
   static constexpr int most_substeps = 10000;
 
-  virtual ~AdaptiveSubsteps();
+  virtual ~AdaptiveSubsteps() = default;
   /// Returns the number of substeps tried so far.
   std::int64_t attempts() const { return attempts_; }
 
  protected:
-  AdaptiveSubsteps(double h, double tolerance);
-  AdaptiveSubsteps(AdaptiveSubsteps&&) noexcept;
-  AdaptiveSubsteps& operator=(AdaptiveSubsteps&&) noexcept;
+  AdaptiveSubsteps(double h, double tolerance) : h_(h), tolerance_(tolerance) {}
+  AdaptiveSubsteps(AdaptiveSubsteps&&) noexcept = default;
+  AdaptiveSubsteps& operator=(AdaptiveSubsteps&&) noexcept = default;
 
   /// Prepares for states of this shape; a second call does nothing.
   void prepare(Eigen::Index rows, Eigen::Index cols);
@@ -39,15 +38,13 @@ class AdaptiveSubsteps {
   Numbers x_;
 
  private:
-  struct Stepper;
-
   double relative_error() const;
   double size() const;
 
   double h_, tolerance_;
   std::int64_t attempts_ = 0;
   Eigen::Index rows_ = 0, cols_ = 0;
-  std::unique_ptr<Stepper> stepper_;
+  Fehlberg<double> fehlberg_;
   Numbers next_, slope_now_, error_;
 };
 

@@ -67,7 +67,7 @@ class ImplicitMap {
     if (z_.size() > 0) return;
     dx_ = x;
     derived().begin(x, z_);
-    solver_ = FixedPoint<Scalar>(z_.rows(), z_.cols());
+    solver_ = FixedPoint(z_.rows(), z_.cols());
   }
 
   /// Solves from z_, which must equal found_ at the call.
@@ -89,7 +89,7 @@ class ImplicitMap {
   }
 
   Arithmetic arithmetic_;
-  FixedPoint<Scalar> solver_;
+  FixedPoint solver_;
   NewtonKrylov<Scalar> newton_;
   Matrix<Scalar> z_, found_;
   Point dx_;

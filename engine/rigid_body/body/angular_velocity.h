@@ -39,8 +39,9 @@ AngularVelocity<Scalar>::AngularVelocity(const Vector<Scalar>& lambda, const Mat
                                          const Matrix<Scalar>& P)
     : inverse_(lambda.cwiseInverse()), Q_(Q), X_(Q.rows(), Q.rows()) {
   const Matrix<Scalar> weighted = Q * inverse_.asDiagonal(), K = weighted * Q.transpose();
-  const Eigen::LLT<Matrix<Scalar>> llt(K);
-  const Matrix<Scalar> GP = llt.solve(P);
+  Matrix<Scalar> L = K, GP = P;
+  factor_positive(L);
+  solve_positive(L, GP);
   const Matrix<Scalar> C = weighted * GP.transpose();  // QΛ⁻¹PᵀG
   SymmetricLyapunov<Scalar> lyapunov(Q.rows());
   lyapunov.factor(K);

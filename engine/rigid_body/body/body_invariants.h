@@ -1,12 +1,11 @@
 #pragma once
 
 #include <cmath>
-#include <complex>
 #include <optional>
 #include <stop_token>
 #include <vector>
 
-#include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/numbers/stoppable_product.h"
 
@@ -28,15 +27,10 @@ Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M
 }
 
 /// Returns the Casimirs of so(N)*: w ≥ 0 of the eigenvalues ±iw of M, in descending order, one for
-/// each pair. Computed from the Hermitian matrix iM; computed from MᵀM they would keep only half
-/// the digits.
+/// each pair. Computed from MᵀM they would keep only half the digits.
 template <class Scalar>
 Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
-  using Complex = std::complex<Scalar>;
-  stop_point(5 * static_cast<double>(M.rows() * M.size()));
-  const Matrix<Complex> H = Complex(0, 1) * M.template cast<Complex>();
-  const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues().reverse().head(M.cols() / 2);
+  return skew_eigenvalues(M).reverse().head(M.cols() / 2);
 }
 
 /// Returns the coefficients of μ^j in tr((M + μB)^k), j = 0..k, for a square M and a B of the same

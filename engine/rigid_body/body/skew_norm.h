@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/linalg/matrix_equations/eigenvectors.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -17,8 +17,7 @@ Scalar skew_norm(const Matrix<Scalar>& M) {
   if (!(size > 0)) return size;
   stop_point(3 * static_cast<double>(M.rows() * M.size()));
   const Matrix<Scalar> unit = M / size, square = unit.transpose() * unit;
-  const Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> solver(square, Eigen::EigenvaluesOnly);
-  return size * sqrt(solver.eigenvalues()(M.cols() - 1));
+  return size * sqrt(symmetric_eigenvalues(square)(M.cols() - 1));
 }
 
 // Compiled once, in instances.cc.

@@ -137,7 +137,7 @@ bool CayleyN<Scalar>::newton(const Matrix<Scalar>& K) {
 template <class Scalar>
 const Matrix<Scalar>& CayleyN<Scalar>::deviation() {
   G_ = Matrix<Scalar>::Identity(C_.rows(), C_.rows()) - C_;
-  delta_ = Scalar(2) * (G_.partialPivLu().solve(C_) * lambda_.asDiagonal());
+  delta_ = Scalar(2) * (Lu<Scalar>(G_).solve(C_) * lambda_.asDiagonal());
   return delta_;
 }
 

@@ -27,8 +27,7 @@ class CayleySweep {
         ratio_(lambda.size(), lambda.size()),
         q_(ratio_),
         D_(ratio_),
-        product_(ratio_),
-        llt_(lambda.size()) {
+        product_(ratio_) {
     for (Eigen::Index j = 0; j < ratio_.cols(); ++j)
       for (Eigen::Index i = 0; i < ratio_.rows(); ++i)
         ratio_(i, j) = i == j ? Scalar(0) : (lambda(i) - lambda(j)) / (lambda(i) + lambda(j));
@@ -61,10 +60,10 @@ class CayleySweep {
     stoppable_product(C.transpose(), C, product_);
     product_.diagonal().array() += Scalar(1);
     look();
-    llt_.compute(product_);
+    factor_positive(product_);
     q_ = C;
     look();
-    llt_.solveInPlace(q_);
+    solve_positive(product_, q_);
     look();
     stoppable_product(C, q_, D_);
   }
@@ -83,7 +82,6 @@ class CayleySweep {
 
   Vector<Scalar> lambda_;
   Matrix<Scalar> ratio_, q_, D_, product_;
-  Eigen::LLT<Matrix<Scalar>> llt_;
 };
 
 }  // namespace stiefel

@@ -154,7 +154,7 @@ bool RotationN<Scalar>::on_branch() {
   stop_point(static_cast<double>(S_.rows() * S_.size()));
   G_ = S_;
   G_.diagonal().array() += Scalar(1);
-  return Eigen::LLT<Eigen::Ref<Matrix<Scalar>>>(G_).info() == Eigen::Success;
+  return factor_positive(G_);
 }
 
 template <class Scalar>

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "engine/linalg/iteration/continuation.h"
-#include "engine/linalg/matrix_equations/spectrum.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/rigid_body/body/skew_norm.h"
 #include "engine/rigid_body/j_d/cayley_n.h"
 
@@ -42,7 +42,7 @@ MatrixWithin<double> J_D_inverse(const Vector<double>& lambda, const Matrix<doub
     if (!(reached >= 1)) return std::unexpected(OutsideDomain{"J_D(SO(N))", norm, reached * norm});
   }
   const Matrix<double> I = Matrix<double>::Identity(K.rows(), K.cols());
-  return Matrix<double>((I - cayley.C()).partialPivLu().solve(I + cayley.C()));
+  return Matrix<double>(Lu<double>(I - cayley.C()).solve(I + cayley.C()));
 }
 
 }  // namespace stiefel

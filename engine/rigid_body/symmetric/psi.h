@@ -1,6 +1,5 @@
 #pragma once
 
-#include <complex>
 #include <limits>
 
 #include "engine/rigid_body/body/outside_domain.h"
@@ -41,8 +40,7 @@ double margin_S(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
 template <class Scalar>
 double principal_cosine(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
   const Matrix<Scalar> R = Q.transpose() * P, symmetric = (R + R.transpose()) / 2;
-  const Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> solver(symmetric, Eigen::EigenvaluesOnly);
-  return static_cast<double>(solver.eigenvalues()(0));
+  return static_cast<double>(symmetric_eigenvalues(symmetric)(0));
 }
 
 /// Returns 1/condition of M as a function of P: ‖εM‖_op/2. P is of size 1, so it holds M with a
@@ -58,14 +56,10 @@ double inverse_condition_Psi(const Matrix<Scalar>& M, Scalar epsilon = 1) {
 /// orthogonal.
 template <class Scalar>
 MatrixWithin<Scalar> root_of_one_plus_square(const Matrix<Scalar>& A) {
-  using Complex = std::complex<Scalar>;
   using std::sqrt;
   if (!A.allFinite())
     return std::unexpected(OutsideDomain{"S_M", std::numeric_limits<double>::infinity(), 2});
-  const Matrix<Complex> H = Complex(0, 1) * A.template cast<Complex>();
-  stop_point(25 * static_cast<double>(A.rows() * A.size()));
-  const Eigen::SelfAdjointEigenSolver<Matrix<Complex>> solver(H);
-  const Vector<Scalar>& w = solver.eigenvalues();
+  const auto [w, X, Y] = skew_eigen(A);
   Vector<Scalar> root(w.size());
   for (Eigen::Index i = 0; i < w.size(); ++i) {
     if (!(w(i) < 1 && w(i) > -1))
@@ -73,10 +67,9 @@ MatrixWithin<Scalar> root_of_one_plus_square(const Matrix<Scalar>& A) {
           OutsideDomain{"S_M", 2 * static_cast<double>(w.cwiseAbs().maxCoeff()), 2});
     root(i) = sqrt((1 - w(i)) * (1 + w(i)));
   }
-  const Matrix<Complex>& Z = solver.eigenvectors();
-  stop_point(4 * static_cast<double>(A.rows() * A.size()));
-  const Matrix<Complex> R = Z * root.template cast<Complex>().asDiagonal() * Z.adjoint();
-  return R.real();
+  stop_point(2 * static_cast<double>(A.rows() * A.size()));
+  return Matrix<Scalar>(X * root.asDiagonal() * X.transpose() +
+                        Y * root.asDiagonal() * Y.transpose());
 }
 
 /// Returns exp(asinh(A)) = A + (I + A²)^{1/2}.

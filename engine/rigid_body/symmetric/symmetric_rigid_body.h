@@ -32,7 +32,7 @@ class SymmetricRigidBody {
         epsilon_(epsilon),
         Omega_(zero()),
         G_(Omega_),
-        exponential_(lambda_.size()),
+        exponential_(lambda_.size(), MatrixKind::skew),
         D_(Omega_) {}
 
   const Vector<Scalar>& lambda() const { return lambda_; }
@@ -71,7 +71,7 @@ class SymmetricRigidBody {
   Vector<Scalar> lambda_;
   Scalar epsilon_;
   Algebra Omega_, G_;
-  SkewExponential<Scalar> exponential_;
+  Exponential<Scalar> exponential_;
   Matrix<Scalar> D_;
 };
 

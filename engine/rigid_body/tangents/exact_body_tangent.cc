@@ -1,4 +1,4 @@
-#include "engine/linalg/lie/general_exponential.h"
+#include "engine/linalg/lie/exponential.h"
 #include "engine/numbers/dual.h"
 #include "engine/rigid_body/exact/euler_top.h"
 #include "engine/rigid_body/tangents/rigid_tangents.h"
@@ -84,7 +84,7 @@ class SteadyTangent final : public ExactBodyTangent {
 
   RunStatus at(std::int64_t k) override {
     const Wide steps = static_cast<Wide>(k) * substeps_;
-    GeneralExponential<Wide> exponential(A_.rows());
+    Exponential<Wide> exponential(A_.rows(), MatrixKind::general);
     Matrix<Wide> D(A_.rows(), A_.cols());
     exponential(steps * static_cast<Wide>(parameters_.h) * A_, D);
     if (!D.allFinite()) return {Outcome::not_finite, std::nullopt};

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
-#include "engine/linalg/matrix_equations/spectrum.h"
 #include "engine/rigid_body/moser_veselov/moser_veselov.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/scenes/random_matrices.h"

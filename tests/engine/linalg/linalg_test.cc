@@ -68,13 +68,13 @@ TEST(So3, QuaternionOfEveryBranch) {
   }
 }
 
-TEST(SkewExponential, AgreesWithItsSeriesAndIsOrthogonal) {
+TEST(Exponential, OfASkewMatrixAgreesWithItsSeriesAndIsOrthogonal) {
   for (const double size : {1e-12, 1e-3, 0.4, 0.9, 3.0, 8.0})
     for (const int N : {2, 3, 5, 9}) {
       const Eigen::MatrixXd M = RandomBody(N, 7).M;
       const Eigen::MatrixXd Theta = M * (size / M.cwiseAbs().colwise().sum().maxCoeff());
       Eigen::MatrixXd D(N, N);
-      SkewExponential<double> exponential(N);
+      Exponential<double> exponential(N, MatrixKind::skew);
       exponential(Theta, D);
       Matrix<long double> term = Matrix<long double>::Identity(N, N);
       Matrix<long double> series = Matrix<long double>::Zero(N, N);
@@ -101,6 +101,47 @@ TEST(Lyapunov, SolvesItsEquation) {
     lyapunov.solve(G, Y);
     EXPECT_LT(largest(A.transpose() * Y + Y * A - G), 1e-13);
   }
+}
+
+/// Of N = 60 the iteration makes several pieces.
+TEST(Lyapunov, SolvesItsEquationInPieces) {
+  const std::stop_token never;
+  const StopScope scope(never);
+  const Eigen::MatrixXd A =
+      Eigen::MatrixXd::Random(60, 60) + 60 * Eigen::MatrixXd::Identity(60, 60);
+  const Eigen::MatrixXd G = Eigen::MatrixXd::Random(60, 60);
+  Lyapunov<double> lyapunov(60);
+  Eigen::MatrixXd Y(60, 60);
+  lyapunov.factor(A);
+  EXPECT_GT(scope.looks(), 5);
+  lyapunov.solve(G, Y);
+  EXPECT_LT(largest(A.transpose() * Y + Y * A - G), 1e-13);
+  EXPECT_NEAR(lyapunov.smallest_real_part(), spectrum(A).real().minCoeff(), 1e-11);
+}
+
+TEST(Decompositions, OfASkewMatrixAreUnitary) {
+  for (const int N : {0, 1, 2, 3, 8, 41}) {
+    const Eigen::MatrixXd R = Eigen::MatrixXd::Random(N, N), A = 1e200 * (R - R.transpose());
+    const auto [w, X, Y] = skew_eigen(A);
+    const Eigen::MatrixXcd Z = X + std::complex<double>(0, 1) * Y,
+                           iA = std::complex<double>(0, 1) * A,
+                           I = Eigen::MatrixXcd::Identity(N, N);
+    ASSERT_EQ(w.size(), N);
+    if (N == 0) continue;
+    EXPECT_LT((Z.adjoint() * Z - I).cwiseAbs().maxCoeff(), 1e-14 * (N + 3)) << N;
+    EXPECT_LT((iA * Z - Z * w.asDiagonal()).cwiseAbs().maxCoeff(), 2e185 * (N + 3)) << N;
+    EXPECT_LT(largest(w - skew_eigenvalues(A)), 2e185 * (N + 3)) << N;
+  }
+}
+
+TEST(Decompositions, RefuseWhatIsNotPositive) {
+  for (const int size : {1, 40, 300})
+    for (const int at : {0, size / 2, size - 1}) {
+      const Eigen::MatrixXd R = Eigen::MatrixXd::Random(size, size);
+      Eigen::MatrixXd A = R * R.transpose() + Eigen::MatrixXd::Identity(size, size);
+      A(at, at) = -1;
+      EXPECT_FALSE(factor_positive(A)) << size << " " << at;
+    }
 }
 
 TEST(SplitProduct, IsExactFarBelowRounding) {

@@ -54,7 +54,7 @@ TEST(HardBodies, CayleySweepsSeeNoSpread) {
 }
 
 TEST(HardBodies, ExponentialsOfLargeAnglesAreOrthogonal) {
-  SkewExponential<double> exponential(6);
+  Exponential<double> exponential(6, MatrixKind::skew);
   Eigen::MatrixXd D(6, 6);
   for (const double angle : {1e-8, 1.0, 30.0, 1e4, 1e9}) {
     exponential(angle * RandomBody(6, 2).M, D);

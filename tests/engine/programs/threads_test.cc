@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/frames/passes/blocked_pass.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/numbers/stoppable_product.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
@@ -168,7 +169,7 @@ TYPED_TEST(Divided, ProductsHaveTheBitsOfThoseInOnePiece) {
           << N << " on " << threads;
       const Eigen::PartialPivLU<Matrix<Scalar>> lu(A);
       whole = lu.solve(B);
-      stoppable_solve(lu, B, parts);
+      Lu<Scalar>(A).solve(B, parts);
       EXPECT_TRUE(parts == whole) << N << " on " << threads;
     }
   }

@@ -2,7 +2,6 @@
 
 #include "engine/laws/dirac_bracket.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/stein.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "engine/rigid_body/moser_veselov/interpolation.h"
 #include "tests/support/linalg/j_d_inverse.h"
@@ -197,21 +196,6 @@ TEST(DiracBracket, EqualsTheBracketOfOmegaGl) {
         EXPECT_NEAR(dirac_bracket(Q, P, K, F), -bracket, 1e-11 * (1 + std::abs(bracket)));
       }
     }
-}
-
-/// (I + R⊗Rᵀ)⁻¹ against the N² × N² matrix: vec(RYR) = (Rᵀ ⊗ R) vec Y.
-TEST(DiracBracket, SolvesTheEquation) {
-  Random random(2);
-  const int N = 4;
-  const D R = random.frame(N, N), G = random.matrix(N, N);
-  D big = identity(N * N);
-  for (int i = 0; i < N; ++i)
-    for (int j = 0; j < N; ++j) big.block(i * N, j * N, N, N) += R(j, i) * R;
-  const Vector<double> y =
-      big.partialPivLu().solve(Eigen::Map<const Vector<double>>(G.data(), N * N));
-  const D Y = SteinEquation(R).solve(G);
-  EXPECT_LT(largest(Y - Eigen::Map<const D>(y.data(), N, N)), 1e-12);
-  EXPECT_LT(largest(Y + R * Y * R - G), 1e-13);
 }
 
 /// A function of the constraint QQᵀ alone is a Casimir: its bracket with anything is 0.

@@ -90,8 +90,8 @@ TEST(DoubleBracket, KeepsSingularValuesAndTheEnergyOfTheLimits) {
   const Pair end = blocks(by_munthe_kaas4(u, v, state(problem.start), 50, 1000));
   const Complex a(0.4, -0.8), b(1.5, 0.2);
   for (const auto& [c, d] : {std::pair<Complex, Complex>(1, 0), {0, 1}, {a, b}})
-    EXPECT_LT((singular_values<double>(end.Q, end.P, c, d) -
-               singular_values<double>(problem.start.Q, problem.start.P, c, d))
+    EXPECT_LT((singular_values(end.Q, end.P, c, d) -
+               singular_values(problem.start.Q, problem.start.P, c, d))
                   .norm(),
               1e-13);
   const Pair exact = blocks(flow(system<long double>(u, v), state(problem.start), 5));

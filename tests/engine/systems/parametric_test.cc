@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/linalg/lie/general_exponential.h"
+#include "engine/linalg/lie/exponential.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
 #include "engine/parametric/parametric_moser_veselov.h"
@@ -37,14 +37,14 @@ MatrixXd start_of(const RandomBody& body, const MatrixXd& M, double mu) {
   return stacked(Q, parametric_P(Q, M + mu * diagonal(body.lambda.cwiseAbs2())));
 }
 
-TEST(GeneralExponential, AgreesWithItsSeries) {
+TEST(Exponential, OfAGeneralMatrixAgreesWithItsSeries) {
   for (const double size : {1e-12, 1e-3, 0.4, 0.9, 3.0, 6.0})
     for (const int N : {1, 2, 3, 5, 9}) {
       MatrixXd A = RandomBody(std::max(N, 2), 5).Q.topLeftCorner(N, N);
       A.diagonal().array() += 0.2;
       A *= size / A.cwiseAbs().colwise().sum().maxCoeff();
       MatrixXd D(N, N);
-      GeneralExponential<double> exponential(N);
+      Exponential<double> exponential(N, MatrixKind::general);
       exponential(A, D);
       Matrix<long double> D_wide(N, N), term = Matrix<long double>::Identity(N, N);
       Matrix<long double> series = Matrix<long double>::Zero(N, N);
@@ -54,7 +54,7 @@ TEST(GeneralExponential, AgreesWithItsSeries) {
       }
       const double scale = size * std::exp(size);
       EXPECT_LT((D.cast<long double>() - series).norm(), 4e-15L * scale) << N << " " << size;
-      GeneralExponential<long double> wide(N);
+      Exponential<long double> wide(N, MatrixKind::general);
       wide(A.cast<long double>(), D_wide);
       EXPECT_LT((D_wide - series).norm(), 4e-18L * scale) << N << " " << size;
     }

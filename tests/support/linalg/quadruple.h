@@ -15,8 +15,6 @@ extern template class CayleyN<Quad>;
 
 }  // namespace stiefel
 
-extern template class Eigen::PartialPivLU<stiefel::Matrix<stiefel::Quad>>;
-
 namespace stiefel::testing {
 
 using stiefel::Quad;

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
 
 namespace stiefel::testing {

@@ -4,7 +4,6 @@
 #include <complex>
 
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/eigenvectors.h"
 
 namespace stiefel::testing {
 
