@@ -1,7 +1,6 @@
 #pragma once
 
 #include "engine/methods/support/implicit_map.h"
-#include "engine/methods/support/matrix_system.h"
 
 namespace stiefel {
 
@@ -35,11 +34,12 @@ struct Gauss4 {
   }
 
   template <System S>
-  class Stages : public ImplicitMap<Stages<S>, S> {
+  class Map : public ImplicitMap<Map<S>, S> {
    public:
     using Point = typename S::State;
     using Scalar = typename S::Scalar;
-    Stages(S system, Scalar h, Arithmetic arithmetic) : Base(std::move(system), h, arithmetic) {}
+    Map(S system, Scalar h, const MethodOptions& options)
+        : Base(std::move(system), h, options.arithmetic) {}
 
     void begin(const Point& x, Matrix<Scalar>& K) {
       point_ = slope_ = x;
@@ -69,22 +69,11 @@ struct Gauss4 {
     }
 
    private:
-    using Base = ImplicitMap<Stages, S>;
+    using Base = ImplicitMap<Map, S>;
     using Base::h_;
     using Base::system_;
     Point point_, slope_, middle_;
   };
-
-  template <class S>
-  struct Map : Stages<S> {
-    using Moved = Stages<S>;
-    Map(const S& system, typename S::Scalar h, const MethodOptions& options)
-        : Stages<S>(system, h, options.arithmetic) {}
-  };
 };
-
-// Compiled once, in gauss4.cc.
-extern template class ImplicitMap<Gauss4::Stages<MatrixSystem<double>>, MatrixSystem<double>>;
-extern template class Gauss4::Stages<MatrixSystem<double>>;
 
 }  // namespace stiefel
