@@ -167,10 +167,11 @@ TYPED_TEST(Divided, ProductsHaveTheBitsOfThoseInOnePiece) {
       EXPECT_TRUE(parts.template triangularView<Eigen::Upper>().toDenseMatrix() ==
                   whole.template triangularView<Eigen::Upper>().toDenseMatrix())
           << N << " on " << threads;
-      const Eigen::PartialPivLU<Matrix<Scalar>> lu(A);
-      whole = lu.solve(B);
-      Lu<Scalar>(A).solve(B, parts);
-      EXPECT_TRUE(parts == whole) << N << " on " << threads;
+      if constexpr (!std::is_same_v<Scalar, float>) {
+        whole = Eigen::PartialPivLU<Matrix<Scalar>>(A).solve(B);
+        Lu<Scalar>(A).solve(B, parts);
+        EXPECT_TRUE(parts == whole) << N << " on " << threads;
+      }
     }
   }
 }
