@@ -29,7 +29,7 @@ from stiefel._wire.replies import described, run_status
 from stiefel._wire.tangents import covariance, grown, linearized, put_vectors
 from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, StiefelError, Unavailable, warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, RunStatus, Section,
+from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, Section,
                              State, StateTransition, Summary, Trajectory)
 from stiefel._scene import to_method, with_changes
 
@@ -270,7 +270,7 @@ class Session(Held):
         if not parts:
             fields_of_a_state = self.step(to=0, fields=fields, timeout=timeout)
             parts = [answers.no_events(fields_of_a_state, self._resolved().HasField("members"))]
-        return answers.joined(parts, running.run_status or RunStatus(Outcome.CANCELLED))
+        return answers.joined(parts, running.run_status)
 
     def poincare(self, section: Mapping[str, Any], *, to: Optional[int] = None, time: Any = None, level: float = 0.0,
                  direction: str = "rising", coordinates: Sequence[Coordinate] = (), start: int = 0,

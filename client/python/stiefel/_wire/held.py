@@ -92,10 +92,6 @@ class Held:
         scene = self._resolved()
         return {*scene.initial, *scene.initial_tensors}
 
-    def _field_count(self) -> int:
-        """Returns the number of fields that a reply has where none are named: those of `body`, or the blocks."""
-        return 2 if self._resolved().HasField("body") else len(self._blocks())
-
     def _is_step(self, time: Any) -> bool:
         steps = time_of(time, self._resolved().step, self.epoch)[1]
         return steps >= 0 and steps == round(steps)
@@ -114,12 +110,12 @@ class Held:
         return kind(session_id=self.id, to=to, every=every, **{**more, "from": start})
 
     def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
-        return Summarizing(self._recreation, request, self._resolved().HasField("members"), timeout, self._field_count())
+        return Summarizing(self._recreation, request, self._resolved().HasField("members"), timeout)
 
     def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float]) -> Samples:
         request = self._request(pb.StreamRequest, to, start, every, fields=fields,
                                 checkpoint_every=self._recreation.checkpoint_every())
-        return Samples(self._recreation, request, self._resolved().step, timeout, self._field_count())
+        return Samples(self._recreation, request, self._resolved().step, timeout)
 
     def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
                checkpoint: bool) -> State:
@@ -132,5 +128,5 @@ class Held:
         if not checkpoint:
             reply.ClearField("checkpoint")
         arrays = decode_fields(sample.fields)
-        Layout(fields, self._field_count()).check(arrays)
+        Layout(fields).check(arrays)
         return answers.state(reply, named(arrays))._of(self._side)

@@ -47,10 +47,9 @@ def ends_at(status: pb.RunStatus, step: int, to: int) -> None:
 class Layout:
     """The names, types and shapes of the fields that arrive batch by batch: every batch has those of the first."""
 
-    def __init__(self, wanted: Iterable[str], blocks: int = 0):
-        """`wanted`: the names that were asked for; if empty, those of the variables in which the scene is given, of which
-        there are `blocks`, or any number where that is 0."""
-        self._wanted, self._blocks = set(wanted), blocks
+    def __init__(self, wanted: Iterable[str]):
+        """`wanted`: the names that were asked for; if empty, the server decides on the fields."""
+        self._wanted = set(wanted)
         self._first: Optional[dict[str, Any]] = None
 
     def check(self, fields: Mapping[str, Array], count: Optional[int] = None) -> None:
@@ -58,8 +57,7 @@ class Layout:
         batch = count is not None
         found = {name: (array.dtype, array.shape[batch:]) for name, array in fields.items()}
         if self._first is None:
-            most = len(self._wanted) or self._blocks or len(found)
-            require(self._wanted <= found.keys() and len(found) == most > 0, f"it has the fields {', '.join(found)}")
+            require(len(found) > 0 and found.keys() == (self._wanted or found.keys()), f"it has the fields {', '.join(found)}")
             self._first = found
         require(found == self._first and all(array.ndim >= 2 + batch and array.dtype.kind in "fc" and (not batch or len(array) == count)
                                              for array in fields.values()), "its fields have other names, types or shapes")

@@ -22,14 +22,14 @@ class Samples(Reading[Batch]):
 
     endless = False
 
-    def __init__(self, handle: Recreation, request: pb.StreamRequest, step: float, timeout: Optional[float], blocks: int = 0):
-        """`step`: the scene's time between two states. `blocks`: as of Layout."""
+    def __init__(self, handle: Recreation, request: pb.StreamRequest, step: float, timeout: Optional[float]):
+        """`step`: the scene's time between two states."""
         super().__init__(handle, request, timeout)
         self._step = step
         self._every = request.every or 1
         self._next: int = getattr(request, "from")  #: the step of the next sample
         self._last: Optional[int] = None  #: that of the last one
-        self._layout = Layout(request.fields, blocks)
+        self._layout = Layout(request.fields)
 
     def _begin(self) -> int:
         self._next = min(self._next, self._request.to)
@@ -85,4 +85,4 @@ def gathered(reading: Reading[Any], count: int, origin: Origin, progress: bool) 
     except StiefelError as error:
         error.partial = arrived(RunStatus(Outcome.CANCELLED, message=error.message))
         raise
-    return arrived(reading.run_status or RunStatus(Outcome.CANCELLED))
+    return arrived(reading.run_status)

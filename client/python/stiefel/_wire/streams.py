@@ -7,7 +7,7 @@ from typing import Any, Generic, Iterator, Optional, TypeVar
 
 import grpc
 
-from stiefel._results.base import RunStatus
+from stiefel._results.base import Outcome, RunStatus
 from stiefel._results.extras import imported
 from stiefel._wire import replies
 from stiefel._wire.recreating import Recreation
@@ -28,7 +28,7 @@ class Reading(Generic[T]):
         anew with each part that arrives."""
         self._handle, self._request, self._timeout = handle, request, timeout
         self._method = type(request).__name__[:-len("Request")]
-        self.run_status: Optional[RunStatus] = None  #: set at the end
+        self.run_status = RunStatus(Outcome.CANCELLED)  #: that of the answer, at the end
         self.computed_steps = 0  #: steps computed by all streams so far
         self.work = 0.0  #: instructions, measured, of all streams so far
         self.checkpoint: bytes = getattr(request, "checkpoint", b"")  #: the last checkpoint

@@ -19,18 +19,15 @@ class Summarizing(Reading[Union[Events, Batch]]):
     """Iterates over events, or over states at times, of which a request asks for one kind; the summary is available
     afterwards. Nothing is yielded twice."""
 
-    def __init__(self, handle: Recreation, request: pb.SummarizeRequest, ensemble: bool, timeout: Optional[float],
-                 blocks: int = 0):
-        """`blocks`: as of Layout."""
+    def __init__(self, handle: Recreation, request: pb.SummarizeRequest, ensemble: bool, timeout: Optional[float]):
         super().__init__(handle, request, timeout)
         self._ensemble = ensemble
-        self._layout = Layout(request.fields, blocks)
+        self._layout = Layout(request.fields)
         self.arrays: dict[str, Array] = {}  #: statistics by name, complete at the end
         self._yielded = self._seen = self._kept = 0  # elements: yielded, of this stream, and before the last checkpoint
 
     def summary(self) -> Summary:
         """Returns the summary. Call it after the iteration has ended."""
-        assert self.run_status is not None
         return answers.summary(self.arrays, self.run_status, self.computed_steps, self.work, self.checkpoint)
 
     def _begin(self) -> int:

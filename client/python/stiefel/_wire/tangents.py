@@ -66,7 +66,7 @@ def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, ti
     reading = _Results(handle, request, timeout, lambda message: decode_fields(message.fields), endless=False)
     results = reading.run()
     steps, alone = np.array(sorted(reading.at), np.int64), request.every == 0 and len(results) == 1
-    start_basis, layout = results[0].pop("start_basis", None) if results else None, Layout([], 0)
+    start_basis, layout = results[0].pop("start_basis", None) if results else None, Layout([])
     for result in results:
         layout.check(result)
         require(("vectors" if len(request.vectors.shape) == 3 else "matrix") in result, "a result has no vectors")
@@ -75,7 +75,6 @@ def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, ti
         arrays = [result[which] for result in results if which in result]
         return (arrays[0] if alone else np.stack(arrays)) if arrays else None
 
-    assert reading.run_status is not None
     return StateTransition(
         step=steps[0] if alone else steps, time=(steps[0] if alone else steps) * step, matrix=stacked("matrix"), vectors=stacked("vectors"),
         basis=stacked("basis"), start_basis=start_basis, parameters=("inertia",) * request.inertia + ("step",) * request.step,
@@ -120,7 +119,6 @@ def grown(handle: Recreation, request: pb.LyapunovSpectrumRequest, timeout: Opti
     require(all(len(one.exponents) == count and len(one.log_gali) == count - 1 for one in kept), "its results have other numbers")
     rows = np.reshape([np.array(one.exponents) for one in kept], (len(kept), count))
     volumes = np.reshape([np.array(one.log_gali) for one in kept], (len(kept), max(count - 1, 0)))
-    assert reading.run_status is not None
     return LyapunovSpectrum(
         exponents=rows[-1].copy() if kept else np.empty(0), errors=np.array(last.errors),
         verdict=Verdict(name_of(pb.Verdict, last.verdict).lower()), reason=last.reason,

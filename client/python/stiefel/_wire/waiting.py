@@ -75,7 +75,6 @@ class Channel:
         self._open = open
         self._loop: Optional[asyncio.AbstractEventLoop] = None
         self._opened: Any = None
-        self._closed: Any = None
         self.calls: weakref.WeakSet[_Call] = weakref.WeakSet()  #: grpc.aio finds those alone on which a task waits
 
     @property
@@ -83,7 +82,7 @@ class Channel:
         """The channel of grpc.aio of the running loop."""
         loop = asyncio.get_running_loop()
         if self._loop is not loop:
-            self._loop, self._opened, self._closed = loop, self._open(), asyncio.Event()
+            self._loop, self._opened = loop, self._open()
         return self._opened
 
     def unary_unary(self, *method: Any, **more: Any) -> _Method:
@@ -99,17 +98,12 @@ class Channel:
         return lambda requests, **call: made.begin(None, **call).sending(requests)
 
     def rest(self, seconds: float) -> None:
-        """Waits for `seconds`, or until `close`."""
-        wait(self._rest(seconds))
-
-    async def _rest(self, seconds: float) -> None:
-        with suppress(asyncio.TimeoutError):
-            await asyncio.wait_for(self._closed.wait(), seconds)
+        """Waits for `seconds`."""
+        wait(asyncio.sleep(seconds))
 
     def close(self) -> None:
-        """Ends every `rest` and every call. Outside `run`, when the process ends, there is no loop that could do so."""
+        """Ends every call. Outside `run`, when the process ends, there is no loop that could do so."""
         if self._opened is not None and isinstance(getcurrent(), _Blocking):
-            self._closed.set()
             for call in list(self.calls):
                 call.cancel()
             wait(self._opened.close())
