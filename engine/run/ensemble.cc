@@ -23,30 +23,39 @@ std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
   return system_entry(scene.system())->simulations.make(scene);
 }
 
-Ensemble::Ensemble(const Members& scenes) { take(scenes); }
-Ensemble::Ensemble(std::span<const Scene> scenes) { take(scenes); }
+Ensemble::Ensemble(const Members& scenes) : members_(scenes.size()) {
+  groups_ = groups_of(scenes, [this](std::span<const Scene> group, std::size_t first) {
+    return form_group(group, first);
+  });
+  sum_up();
+}
 
-template <class Scenes>
-void Ensemble::take(const Scenes& scenes) {
-  members_.reserve(scenes.size());
-  for_each_group(scenes, [this](std::span<const Scene> together) { form_group(together); });
+Ensemble::Ensemble(std::span<const Scene> group) : members_(group.size()) {
+  groups_.push_back(form_group(group, 0));
+  sum_up();
+}
+
+void Ensemble::sum_up() {
+  for (const Group& group : groups_) step_cost_ += group.cost;
+  each_saved_ = members_.front()->saved_size();
   fields_ = members_.front()->fields();
-  for (Field& field : fields_) field.members = static_cast<int>(scenes.size());
+  for (Field& field : fields_) field.members = static_cast<int>(members_.size());
   block_count_ = members_.front()->block_count();
 }
 
-void Ensemble::form_group(std::span<const Scene> scenes) {
-  Group& group = groups_.emplace_back(members_.size(), scenes.size());
-  for (const Scene& scene : scenes) members_.push_back(make_simulation(scene));
-  each_saved_ = members_.front()->saved_size();
-  const bool packed = scenes.size() > 1;
-  group.states.resize(packed ? each_saved_ * static_cast<std::size_t>(body_lanes(scenes[0])) : 0);
-  step_cost_ += group_cost(scenes, *members_.back());
-  if (!packed) return;
-  for (std::size_t k = 0; k < group.count; ++k) members_[group.first + k]->save(state(group, k));
-  fill_lanes(group);
+Ensemble::Group Ensemble::form_group(std::span<const Scene> scenes, std::size_t first) {
+  Group group{first, scenes.size()};
+  for (std::size_t k = 0; k < group.count; ++k) members_[first + k] = make_simulation(scenes[k]);
+  group.cost = group_cost(scenes, *members_[first]);
+  if (group.count == 1) return group;
+  const std::size_t each = members_[first]->saved_size();
+  group.states.resize(each * static_cast<std::size_t>(body_lanes(scenes[0])));
+  for (std::size_t k = 0; k * each < group.states.size(); ++k)
+    members_[first + std::min(k, group.count - 1)]->save(
+        std::span(group.states).subspan(each * k, each));
   group.packed =
       is_exact_body(scenes[0]) ? pack_closed_forms(scenes, group.states) : pack_bodies(scenes);
+  return group;
 }
 
 std::int64_t Ensemble::map_steps() const {

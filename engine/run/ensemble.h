@@ -14,7 +14,8 @@ namespace stiefel {
 class Ensemble final : public Simulation {
  public:
   explicit Ensemble(const Members& scenes);
-  explicit Ensemble(std::span<const Scene> scenes);
+  /// Takes members that form one group (for_each_group).
+  explicit Ensemble(std::span<const Scene> group);
 
   bool direct() const override { return members_.front()->direct(); }
   std::int64_t map_steps() const override;
@@ -50,6 +51,7 @@ class Ensemble final : public Simulation {
   /// themselves are out of date (`stale`) until `bring_up_to_date`.
   struct Group {
     std::size_t first, count;
+    double cost = 0;  ///< nanoseconds for a step
     std::unique_ptr<PackedBodies> packed = nullptr;
     std::vector<double> states = {}, before = {};  ///< states now, and before the last round
     mutable bool stale = false;
@@ -65,9 +67,9 @@ class Ensemble final : public Simulation {
     bool again = false;     ///< whether a member stopped after `steps`
   };
 
-  template <class Scenes>
-  void take(const Scenes& scenes);
-  void form_group(std::span<const Scene> scenes);
+  /// Sets what follows from the groups.
+  void sum_up();
+  Group form_group(std::span<const Scene> scenes, std::size_t first);
   std::span<double> state(Group& group, std::size_t lane) const;
   /// Sets the states of the group's members at step_, from `before` or from a caller.
   void put_back(Group& group, std::span<const double> states);

@@ -1,34 +1,60 @@
 #pragma once
 
+#include <algorithm>
+#include <iterator>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "engine/numbers/parallel.h"
 #include "engine/run/packed_bodies.h"
 #include "stiefel/price.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
 
-/// Calls `visit` with groups of members, in their order. Consecutive members that can be packed
-/// form groups of as many as a vector register has lanes; every other member is a group of its own.
-template <class Scenes, class Visit>
-void for_each_group(const Scenes& scenes, const Visit& visit) {
+/// Calls visit(scenes, first) with groups of the members begin ... end - 1, in their order, where
+/// `first` is the index of the group's first member. Consecutive members that can be packed form
+/// groups of as many as a vector register has lanes; every other member is a group of its own.
+template <class Visit>
+void for_each_group(const Members& members, std::size_t begin, std::size_t end,
+                    const Visit& visit) {
   std::vector<Scene> together;
-  const auto flush = [&] {
-    if (!together.empty()) visit(std::span<const Scene>(together));
-    together.clear();
+  const auto flush = [&](std::size_t after) {
+    const std::size_t count = together.size();
+    if (count > 0) visit(std::exchange(together, {}), after - count);
   };
-  for (const Scene& scene : scenes) {
+  for (std::size_t b = begin; b < end; ++b) {
     stop_point();
-    if (!can_be_packed(scene)) {
-      flush();
-      visit(std::span(&scene, 1));
-      continue;
-    }
-    together.push_back(scene);
-    if (together.size() == static_cast<std::size_t>(body_lanes(scene))) flush();
+    Scene scene = members[b];
+    const bool packed = can_be_packed(scene);
+    if (!packed) flush(b);
+    together.push_back(std::move(scene));
+    if (!packed || together.size() == static_cast<std::size_t>(body_lanes(together.front())))
+      flush(b + 1);
   }
-  flush();
+  flush(end);
+}
+
+/// Returns what make(scenes, first) returns for all groups of the members, in their order. Portions
+/// of the members are made on the threads of the crew.
+template <class Make>
+auto groups_of(const Members& members, const Make& make) {
+  constexpr std::size_t portion = 64;  // a multiple of the lanes of every register
+  constexpr double of_member = 4000;   // nanoseconds of a small one
+  using Groups = std::vector<decltype(make(std::vector<Scene>(), std::size_t{}))>;
+  std::vector<Groups> portions((members.size() + portion - 1) / portion);
+  for_each_in_parallel(
+      std::span(portions), of_member * static_cast<double>(members.size()), [&](Groups& groups) {
+        const auto begin = portion * static_cast<std::size_t>(&groups - portions.data());
+        for_each_group(members, begin, std::min(members.size(), begin + portion),
+                       [&](std::vector<Scene> together, std::size_t first) {
+                         groups.push_back(make(std::move(together), first));
+                       });
+      });
+  Groups all;
+  for (Groups& groups : portions) std::ranges::move(groups, std::back_inserter(all));
+  return all;
 }
 
 /// Packs at most `body_lanes` bodies by their closed form. `start` holds the states at step 0 of as

@@ -28,7 +28,7 @@ Outline outline_of(const Simulation& simulation) {
 Outline outline_of(const Members& members,
                    const std::function<void(const Scene&, const Simulation&)>& look) {
   Outline out;
-  for_each_group(members, [&](std::span<const Scene> group) {
+  for_each_group(members, 0, members.size(), [&](std::span<const Scene> group, std::size_t) {
     std::unique_ptr<Simulation> one;
     for (const Scene& scene : group) {
       one = make_simulation(scene);

@@ -1,6 +1,7 @@
 #include "engine/summary/member_group.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace stiefel {
 namespace {
@@ -61,12 +62,16 @@ class Results {
     const Quantity& asked = plan_.what.quantities[q];
     const Plan::Read& read = plan_.reads[q];
     const bool over = asked.over_members && ensemble_;
-    std::vector<Accumulators> of;
+    std::optional<Accumulators> all;
+    std::vector<const Accumulators*> of;
     for (const MemberOf& member : members_) {
-      if (over && !of.empty())
-        of.front().merge(member.accumulators(q));
+      const Accumulators& one = member.accumulators(q);
+      if (over && all)
+        all->merge(one);
+      else if (over)
+        of = {&all.emplace(one)};
       else
-        of.push_back(member.accumulators(q));
+        of.push_back(&one);
     }
     const auto real = read.complex ? SummaryArray::Type::complex : SummaryArray::Type::real;
     const bool by_members = ensemble_ && !over;
@@ -79,9 +84,9 @@ class Results {
         for (const MemberOf& member : members_)
           append(out.numbers, member.group->last(member.index, q));
       else
-        for (const Accumulators& one : of)
-          counts ? append(out.counts, one.sign_changes())
-                 : append(out.numbers, one.result(statistic));
+        for (const Accumulators* one : of)
+          counts ? append(out.counts, one->sign_changes())
+                 : append(out.numbers, one->result(statistic));
     }
     const auto behind = [&](std::size_t extent) {
       auto shape = read.shape;
@@ -91,12 +96,12 @@ class Results {
     if (!asked.quantiles.empty()) {
       SummaryArray& out =
           add(asked.name + ".quantiles", real, behind(asked.quantiles.size()), by_members);
-      for (const Accumulators& one : of) append(out.numbers, one.quantiles());
+      for (const Accumulators* one : of) append(out.numbers, one->quantiles());
     }
     if (!asked.edges.empty()) {
       SummaryArray& out = add(asked.name + ".histogram", SummaryArray::Type::count,
                               behind(asked.edges.size() - 1), by_members);
-      for (const Accumulators& one : of) append(out.counts, one.histogram());
+      for (const Accumulators* one : of) append(out.counts, one->histogram());
     }
   }
 

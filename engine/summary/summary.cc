@@ -47,13 +47,21 @@ struct Summary::Parts {
       return;
     }
     members = all.size();
-    std::size_t at = 0;
-    for_each_group(all, [&](std::span<const Scene> together) {
-      step_cost += group_cost(together, start);
-      scenes.emplace_back(together.begin(), together.end());
-      groups.push_back(std::make_unique<MemberGroup>(scenes.back(), at, true, plan));
-      at += together.size();
-    });
+    struct Made {
+      double cost;
+      std::vector<Scene> scenes;
+      std::unique_ptr<MemberGroup> group;
+    };
+    const auto make = [&](std::vector<Scene> together, std::size_t first) {
+      Made made{group_cost(together, start), std::move(together), nullptr};
+      made.group = std::make_unique<MemberGroup>(made.scenes, first, true, plan);
+      return made;
+    };
+    for (Made& made : groups_of(all, make)) {
+      step_cost += made.cost;
+      scenes.push_back(std::move(made.scenes));
+      groups.push_back(std::move(made.group));
+    }
   }
 
   bool done() const {

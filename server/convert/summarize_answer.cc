@@ -54,6 +54,7 @@ SummarizeAnswer::SummarizeAnswer(SessionRef session, const v1::SummarizeRequest&
 }
 
 void SummarizeAnswer::go_to_first_state() {
+  if (request_.from() == 0) return;  // the summary's simulations are there
   auto simulation = session_->acquire(request_.from());
   std::vector<double> saved(simulation->saved_size());
   simulation->save(saved);
