@@ -4,7 +4,7 @@ from stiefel._given.bodies import body_scene
 from stiefel._given.examples import examples
 from stiefel._given.typed import Body, FieldName, Method, MethodName, Scene, SystemName
 from stiefel._results.load import load, rerun
-from stiefel._sweep.failures import SweepFailed
+from stiefel._sweep.dispatch import SweepFailed
 from stiefel._sweep.sweep import sweep
 from stiefel._client import Client, Tls
 from stiefel.errors import *  # noqa: F403

@@ -240,8 +240,8 @@ class Trajectory(Drawn, Ended, Batch):
         fields = {name: values[:, member] for name, values in self.fields.items()}
         if status.member is not None and status.member != member and all(np.isfinite(one[-1:]).all() for one in fields.values()):
             status = RunStatus(Outcome.REACHED)
-        return replace(self, fields=fields, run_status=replace(status, member=None), estimated_error=None, origin=Origin(
-            member_of(origin._message, member), origin.build, origin._create, origin.to, origin.times, origin.epoch, origin.side))
+        return replace(self, fields=fields, run_status=replace(status, member=None), estimated_error=None,
+                       origin=replace(origin, _message=member_of(origin._message, member)))
 
     as_rotation = State.as_rotation
 

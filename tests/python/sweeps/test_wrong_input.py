@@ -45,7 +45,7 @@ def test_an_executor_that_is_shut_down_a_server_that_is_not_there_and_xarray_tha
     pool.shutdown()
     with pytest.raises(RuntimeError, match="cannot schedule new futures after shutdown"):
         sweep(executor=pool)
-    monkeypatch.setattr("stiefel._sweep.failures.ATTEMPTS", 1)
+    monkeypatch.setattr("stiefel._sweep.dispatch.ATTEMPTS", 1)
     with pytest.raises(stiefel.SweepFailed, match="point 0 failed 1 times, at last with LostServer: on .*: cannot reach 127.0.0.1:1"):
         sweep(servers=["127.0.0.1:1"])
     monkeypatch.setitem(sys.modules, "xarray", None)

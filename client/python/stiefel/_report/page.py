@@ -29,13 +29,6 @@ LARGEST_SCENE = 600_000  #: characters; the page of a larger scene has not the a
 FILES = Path(__file__).with_name("page")
 
 
-def report(trajectory: Trajectory, path: "str | os.PathLike[str]", name: Optional[str], member: int,
-           estimate_error: bool, tradeoff: Optional[bool]) -> None:
-    """Does what `Trajectory.report` says."""
-    with trajectory.origin.session(trajectory.scene) as session:
-        write(path, session, max(0, int(trajectory.step.max())), name, member, estimate_error, tradeoff)
-
-
 def write(path: "str | os.PathLike[str]", session: Session, to: int, name: Optional[str] = None, member: int = 0,
           estimate_error: bool = True, tradeoff: Optional[bool] = None) -> None:
     """Writes the page of the run of a session up to step `to`. The file appears under its name when it is complete."""

@@ -4,12 +4,11 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from typing import Any, Mapping, Optional
+from typing import Any, Mapping
 
 import numpy as np
 
 from stiefel._results.base import Outcome, RunStatus
-from stiefel._results.estimate import EstimatedError
 
 FORMAT = "stiefel.trajectory"
 KEY = "stiefel"  #: the name of this description where a format keeps it beside the arrays
@@ -23,8 +22,7 @@ def described(run: Trajectory) -> dict[str, Any]:
         known = {name: getattr(run.run_status, name) for name in ("largest_step", "member", "message")}
         found.update({name: value for name, value in known.items() if value not in (None, math.inf)})
     if run.estimated_error is not None:
-        values = dataclasses.asdict(run.estimated_error).items()
-        found["estimated_error"] = {name: value for name, value in values if value not in (None, "")}
+        found["estimated_error"] = dataclasses.asdict(run.estimated_error)
     found["format"] = FORMAT
     if run.origin is not None:
         found.update(numerics_id=run.build, side=run.origin.side, scene=run.scene, run=asked(run))
@@ -59,10 +57,3 @@ def _even(step: Any) -> bool:
 
 def run_status(found: Mapping[str, Any]) -> RunStatus:
     return RunStatus(Outcome(found["outcome"]), found.get("largest_step"), found.get("message", ""), found.get("member"))
-
-
-def estimated_error(found: Mapping[str, Any]) -> Optional[EstimatedError]:
-    if "estimated_error" not in found:
-        return None
-    absent = {field.name: "" if field.name in ("reference", "missing") else None for field in dataclasses.fields(EstimatedError)}
-    return EstimatedError(**{**absent, **found["estimated_error"]})

@@ -43,7 +43,14 @@ class ByValue(Shown):
                    for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
 
 
-class Outcome(str, enum.Enum):
+class Word(str, enum.Enum):
+    """One of several words. Its text is the word."""
+
+    def __str__(self) -> str:
+        return str(self.value)
+
+
+class Outcome(Word):
     """How a run ended. Anything but REACHED is a numerical stop with the last good state."""
 
     REACHED = "REACHED"
@@ -51,9 +58,6 @@ class Outcome(str, enum.Enum):
     SOLVER_STALLED = "SOLVER_STALLED"
     NOT_FINITE = "NOT_FINITE"
     CANCELLED = "CANCELLED"
-
-    def __str__(self) -> str:
-        return self.value
 
 
 @dataclass(frozen=True)

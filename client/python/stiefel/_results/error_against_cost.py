@@ -87,15 +87,16 @@ class Tradeoff(Shown):
                       for p in ends if p.error is not None]
         return "\n".join(lines) + ">"
 
+    def _rows(self) -> list[dict[str, Any]]:
+        return [{**{field.name: getattr(p, field.name) for field in fields(p) if field.name != "run_status"}, "error": p.error,
+                 "cpu_seconds_per_second": median(p.cpu_seconds_per_second or (math.nan,)), "front": p in self.front,
+                 "outcome": str(p.outcome)} for p in self.points]
+
     def to_dataframe(self) -> Any:
         """Returns a `pandas.DataFrame` with a row for each point, whose `front` tells whether it is on the Pareto front, and
         `cpu_seconds_per_second` the median; `to_latex` and others of pandas write it. `attrs` has horizon, reference error and
         machine."""
-        pandas = imported("pandas", "pandas")
-        rows = [{**{field.name: getattr(p, field.name) for field in fields(p) if field.name != "run_status"}, "error": p.error,
-                 "cpu_seconds_per_second": median(p.cpu_seconds_per_second or (math.nan,)), "front": p in self.front,
-                 "outcome": str(p.outcome)} for p in self.points]
-        frame = pandas.DataFrame(rows).astype({name: float for name in ("tolerance", "attitude_error", "momentum_error", "error")})
+        frame = imported("pandas", "pandas").DataFrame(self._rows()).astype({name: float for name in ("tolerance", "attitude_error", "momentum_error", "error")})
         frame.attrs.update({name: getattr(self, name) for name in ("horizon", "reference_error", "machine", "numerics_id")})
         return frame
 

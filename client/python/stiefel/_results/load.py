@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._results import about
+from stiefel._results.estimate import EstimatedError
 from stiefel._results.origin import Origin
 from stiefel._client import Client
 from stiefel.results import Trajectory
@@ -34,8 +35,9 @@ def load(file: "str | os.PathLike[str]") -> Trajectory:
         step, time, fields, described = read(path)
         if described.get("format") != about.FORMAT:
             raise KeyError(f"its format is {described.get('format')!r}")
-        status, error = about.run_status(described), about.estimated_error(described)
-        return Trajectory(np.asarray(step, np.int64), np.asarray(time, float), fields, status, 0, _origin(described), error)
+        status, error = about.run_status(described), described.get("estimated_error")
+        return Trajectory(np.asarray(step, np.int64), np.asarray(time, float), fields, status, 0, _origin(described),
+                          error and EstimatedError(**error))
     except MemoryError:
         raise
     except Exception as fault:  # of the libraries that read such files, each with its own kinds

@@ -1,9 +1,9 @@
 """Where a trajectory comes from: what can compute it again."""
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Callable, ClassVar, Mapping, Optional
 
-import numpy as np
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
@@ -20,24 +20,20 @@ def side_of(system: str, systems: Callable[[], Any]) -> str:
     return _SIDES.get(system, "")
 
 
+@dataclass(eq=False, repr=False)
 class Origin:
     """The resolved scene, the build, and what the run was asked for. A copy in another process has no connection."""
 
     #: Creates a session of a scene where there is no connection.
     elsewhere: ClassVar[Callable[[Mapping[str, Any]], Any]]
 
-    def __init__(self, scene: pb.Scene, build: str, create: Any = None,
-                 to: Optional[int] = None, times: Optional[NDArray[Any]] = None, epoch: Optional[str] = None, side: Optional[str] = ""):
-        """`scene`: the resolved scene. `create`: creates a session of a scene
-        at the server of the run, or returns None if its client is closed. `to`, `times`: what the caller asked for,
-        which a run that stopped did not reach. `side`: how the frame moves, as `side_of` says; None if it is
-        not known."""
-        self._message = scene
-        self.build = build  #: the numerics id of the server
-        self._create = create
-        self.to, self.times = to, times
-        self.epoch = epoch  #: the instant of time 0 in ISO 8601, None if the scene has none
-        self.side = side
+    _message: pb.Scene  #: the resolved scene
+    build: str  #: the numerics id of the server
+    _create: Any = None  #: creates a session of a scene at the server of the run, or returns None if its client is closed
+    to: Optional[int] = None  #: what the caller asked for, which a run that stopped did not reach; so are the times
+    times: Optional[NDArray[Any]] = None
+    epoch: Optional[str] = None  #: the instant of time 0 in ISO 8601, None if the scene has none
+    side: Optional[str] = ""  #: how the frame moves, as `side_of` says; None if it is not known
 
     def session(self, scene: Mapping[str, Any]) -> Any:
         """Returns a new session of the scene, at the server of the run or, without its connection, at the process's own."""

@@ -149,7 +149,7 @@ class Drawn(Logged):
         sphere.frames(axes, frames, three, body=turns)
         return _shown_once(axes.figure) if made else axes.figure
 
-    def report(self, path: "str | os.PathLike[str]", *, name: Optional[str] = None, member: int = 0,
+    def report(self: Trajectory, path: "str | os.PathLike[str]", *, name: Optional[str] = None, member: int = 0,
                estimate_error: bool = True, tradeoff: Optional[bool] = None) -> None:
         """Writes an HTML page about the run from step 0 to the last sample, which needs no network.
 
@@ -164,7 +164,8 @@ class Drawn(Logged):
         """
         from stiefel._report import page
 
-        page.report(self, path, name, member, estimate_error, tradeoff)
+        with self.origin.session(self.scene) as session:
+            page.write(path, session, max(0, int(self.step.max())), name, member, estimate_error, tradeoff)
 
 
 def _shown_once(figure: Any) -> Any:

@@ -1,7 +1,6 @@
 """What a run is reduced to on the server: events, statistics, and the derivative of the computed steps."""
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass, field
 from typing import Any, Iterator, Mapping, Optional, TypeVar, overload
 
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from stiefel._given.numbers import numbers
 from stiefel._results import diagram
-from stiefel._results.base import Array, ByValue, Ended, Named, RunStatus
+from stiefel._results.base import Array, ByValue, Ended, Named, RunStatus, Word
 from stiefel._results.extras import imported
 from stiefel._results.tables import flat
 
@@ -132,15 +131,12 @@ class StateTransition(Ended, ByValue):
         return np.asarray(numbers("slope", slope) @ last)
 
 
-class Verdict(str, enum.Enum):
+class Verdict(Word):
     """What the growth of tangent vectors says of a motion."""
 
     UNDECIDED = "undecided"
     REGULAR = "regular"
     CHAOTIC = "chaotic"
-
-    def __str__(self) -> str:
-        return self.value
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,12 +1,11 @@
 """The properties of a state: invariants with their drifts, the domain of the map, two-forms, the estimated error."""
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
 from stiefel import v1 as pb
-from stiefel._results.base import Ended, RunStatus
+from stiefel._results.base import Ended, RunStatus, Word
 from stiefel._results.estimate import EstimatedError
 from stiefel._results.html import Shown, text_table
 from stiefel._results.motion import Motion
@@ -14,16 +13,13 @@ from stiefel._results.motion import Motion
 __all__ = ["Conservation", "Diagnosis", "Domain", "Invariant"]
 
 
-class Conservation(str, enum.Enum):
+class Conservation(Word):
     """How a method keeps an invariant of the exact motion. Each value equals its name in lower case."""
 
     EXACT = "exact"  #: kept to rounding, whatever the step
     BOUNDED = "bounded"  #: the error oscillates and does not grow
     DRIFTS = "drifts"  #: the error grows with time
     UNSPECIFIED = "unspecified"  #: the server does not say
-
-    def __str__(self) -> str:
-        return self.value
 
     @classmethod
     def _missing_(cls, value: object) -> Conservation:

@@ -10,17 +10,26 @@ from dataclasses import replace
 from typing import Any, Callable, Iterable, Optional, Sequence, TypeVar, Union
 
 from stiefel._given.numbers import refused
-from stiefel._sweep.failures import check
-from stiefel._sweep.own_server import TIMEOUT, OwnServer, Share
+from stiefel._sweep.own_server import TIMEOUT, LostServer, OwnServer, Share
 from stiefel._sweep.plan import Plan, Task
 from stiefel._client import Client
+from stiefel.errors import InvalidArgument, StiefelError
 
 AHEAD = 4  #: tasks in flight per worker
 UNKNOWN = 512  #: tasks in flight at an executor that does not say how many workers it has
 CALLS = 2  #: calls in flight per server, so that it computes one while the other's numbers travel
 #: A future with whose exception the sweeps of this context end.
 STOP: "ContextVar[Optional[Future[None]]]" = ContextVar("STOP", default=None)
+ATTEMPTS = 16  #: after so many lost workers a task is given up
+# Exceptions that mean that a worker died, not that the task is wrong; by name, because Dask and Ray may be absent.
+_DEAD = {"KilledWorker", "WorkerCrashedError", "NodeDiedError", "RayActorError", "ActorDiedError", "ObjectLostError",
+         "OwnerDiedError", "LocalRayletDiedError", "NodePreemptedError", "OutOfMemoryError", "CancelledError",
+         "FutureCancelledError", "CommClosedError"}
 T = TypeVar("T")
+
+
+class SweepFailed(StiefelError):
+    """The sweep ended before its last chunk. Finished chunks are in `partial` and in the store, if there is one."""
 
 
 class Servers:
@@ -121,3 +130,18 @@ def spread(plan: Plan, chunks: Iterable[int], function: Callable[[Task], T], wor
         for future, chunk in running.items():
             if not future.cancel() and future.done() and future.exception() is None:
                 take(chunk, future.result())
+
+
+def check(error: Exception, attempts: int, name: str) -> None:
+    """Returns if another worker may compute the task that failed so often. Raises SweepFailed if the executor is broken or
+    the task failed too often, and the error itself if it is not the worker's. `name`: that of the task."""
+    said = f"{type(error).__name__}: {error}"
+    if isinstance(error, BrokenExecutor):
+        raise SweepFailed(f"the executor takes no more tasks: {said}") from error
+    lost = isinstance(error, (LostServer, ConnectionError)) or not _DEAD.isdisjoint(kind.__name__ for kind in type(error).__mro__)
+    if not lost:  # then no other worker may compute the same task
+        if isinstance(error, InvalidArgument):
+            error._say(f"{error.message} (in {name})")
+        raise error
+    if attempts >= ATTEMPTS:
+        raise SweepFailed(f"{name} failed {attempts} times, at last with {said}") from error

@@ -6,12 +6,17 @@ import os
 import threading
 from typing import Callable, NamedTuple, Optional, TypeVar
 
-from stiefel._sweep.failures import GONE
 from stiefel._client import Client
 from stiefel._server import Server
+from stiefel.errors import Closed, CorruptReply, DeadlineExceeded, NotFound, StiefelError, Unavailable
 
 TIMEOUT = 600.0  #: seconds for one call; a chunk takes a few seconds
+GONE = (Unavailable, NotFound, CorruptReply, DeadlineExceeded, Closed)  #: errors of a call that another server may answer
 T = TypeVar("T")
+
+
+class LostServer(StiefelError):
+    """The server of a worker ended, could not be reached, or would compute other bits than the sweep's first server."""
 
 
 class _Held(NamedTuple):

@@ -3,7 +3,6 @@ the workers."""
 from __future__ import annotations
 
 import copy
-import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Callable, NamedTuple, Optional
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from stiefel import v1 as pb
 from stiefel._given.shapes import owner_of
 from stiefel._sweep.axes import COMMON, Axes
+from stiefel._sweep.result import sha256
 from stiefel._wire.arrays import decode, put_block, to_array
 from stiefel._scene import to_dict, to_method
 
@@ -104,11 +104,11 @@ class Plan:
         """Returns, part by part, everything that decides the result's bytes and the points of each chunk."""
         return {
             "scene": self.scene,
-            "axes": {axis.path: _digest(axis.values) for axis in self.axes.axes},
+            "axes": sha256({axis.path: ((), axis.values) for axis in self.axes.axes}),
             "zipped": self.axes.zipped,
             "request": asdict(self.template.asked),
             "numerics_id": self.template.numerics_id,
-            "chunks": _digest(np.array(self.chunks, "<i8")),
+            "chunks": sha256({"chunks": ((), np.array(self.chunks, "<i8"))}),
         }
 
 
@@ -168,11 +168,6 @@ def _groups(base: pb.Scene, axes: Axes) -> tuple[tuple[Group, ...], NDArray[np.i
                 setattr(owner, name, value.item())
         groups.append(Group(scene, begin, end))
     return tuple(groups), order
-
-
-def _digest(values: NDArray[Any]) -> str:
-    head = f"{values.dtype.str} {values.shape}\n".encode()
-    return hashlib.sha256(head + np.ascontiguousarray(values).tobytes()).hexdigest()
 
 
 def members_of_a_chunk(asked: Asked, step_work: float, kept: int) -> int:

@@ -16,8 +16,7 @@ import numpy as np
 
 from stiefel import v1 as pb
 from stiefel._results.base import Array
-from stiefel._sweep.failures import GONE, LostServer
-from stiefel._sweep.own_server import OwnServer, Share
+from stiefel._sweep.own_server import GONE, LostServer, OwnServer, Share
 from stiefel._sweep.plan import Resolved, Task
 from stiefel._client import Client
 from stiefel.errors import SCENE_WARNINGS

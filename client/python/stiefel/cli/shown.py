@@ -108,14 +108,11 @@ def samples(run: Any, most: int = 12) -> str:
 
 
 def points_csv(tradeoff: Any, out: Any) -> None:
-    """Writes the points of a trade-off, each on a line."""
-    names = [field.name for field in dataclasses.fields(tradeoff.points[0]) if field.name != "run_status"]
-    rows = csv.writer(out, lineterminator="\n")
-    rows.writerow([*names, "outcome", "front"])
-    for point in tradeoff.points:
-        cells = [getattr(point, name) for name in names]
-        rows.writerow([*(" ".join(map(repr, cell)) if isinstance(cell, tuple) else cell for cell in cells), point.outcome.value,
-                       point in tradeoff.front])
+    """Writes the points of a trade-off, each on a line, with the columns of `Tradeoff.to_dataframe`."""
+    rows = tradeoff._rows()
+    table = csv.DictWriter(out, rows[0], lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
 
 
 def catalogue(found: Any) -> Iterator[str]:
