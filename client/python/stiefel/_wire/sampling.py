@@ -32,7 +32,8 @@ class Samples(Reading[Batch]):
         self._layout = Layout(request.fields)
 
     def _begin(self) -> int:
-        self._next = min(self._next, self._request.to)
+        if self._last is not None:  # a stream that goes on after the last sample gives this once more
+            self._next = min(self._next, self._request.to)
         setattr(self._request, "from", self._next)
         return super()._begin()
 
