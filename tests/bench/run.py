@@ -65,6 +65,7 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     run("steps", repeats, counts["seconds"], counts["largest"])
     run("large", repeats, counts["largest"], counts["seconds"])
     run("large", "cores", repeats, counts["largest"], min(counts["columns"], 1_000_000), 10 * counts["seconds"])
+    run("cores", min(repeats, 3), min(counts["members"], 48_000), 2 * counts["largest"], min(counts["columns"], 1_000_000))
     run("ensembles", repeats, counts["seconds"])
     run("exact", repeats, counts["seconds"])
     run("summaries", repeats, counts["seconds"])
