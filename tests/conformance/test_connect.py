@@ -102,12 +102,22 @@ def test_one_bad_pair_of_many_is_named_before_anything_moves(client):
             client.geodesics([*pairs[:137], (pairs[137][0], bad), *pairs[138:]], metric="canonical")
 
 
+def test_a_budget_ends_a_search_with_the_shortest_geodesic_so_far(client):
+    pair, problem = ends(2, 5, 7), {"inertia": np.geomspace(1, 100, 5), "restarts": 1000}
+    found, again = client.geodesics([pair, pair], budget=0.5, **problem)
+    assert found.outcome == stiefel.Outcome.REACHED and found.shortest == again.shortest == "ended" and found.residual <= 1e-11
+    np.testing.assert_array_equal(found.velocity, again.velocity)
+    none, = client.geodesics([pair], budget=1e-6, **problem)
+    assert none.outcome == stiefel.Outcome.SOLVER_STALLED and "the budget ended the search" in none.run_status.message
+
+
 @pytest.mark.parametrize("change, fault", [
     ({"time": 0.0}, "time"), ({"time": float("nan")}, "time"), ({"inertia": [1, 2]}, "inertia"),
     ({"inertia": [1, 2, -3]}, "inertia"), ({"Q_T": [[1, 1, 0]]}, "Q_T.*orthonormal"), ({"Q_T": np.eye(3)}, "Q_T"),
     ({"metric": "canonical"}, "inertia"), ({"metric": "beta"}, "beta"), ({"beta": 0.5}, "beta"),
     *(({"inertia": [], "metric": "beta", "beta": beta}, "beta") for beta in (-1.0, 0.0, np.nan, np.inf)),
     ({"time": 1e-300}, "time"), ({"steps": 10**6}, "steps"), ({"samples": 10**6}, "samples"), ({"restarts": 10**6}, "restarts"),
+    ({"budget": -1.0}, "budget"), ({"budget": 1.0, "steps": 4}, "budget"),
 ], ids=lambda value: None if isinstance(value, str) else "".join(value))
 def test_what_has_no_meaning_names_the_field(client, change, fault):
     problem = {"inertia": [1, 2, 3], "Q_0": [[1, 0, 0]], "Q_T": [[0, 1, 0]], **change}

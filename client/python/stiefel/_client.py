@@ -159,14 +159,17 @@ class Client:
 
     def geodesics(self, pairs: Iterable[tuple[Any, Any]], *, inertia: Any = (), metric: str = "lambda", beta: Optional[float] = None,
                   time: float = 1.0, steps: int = 0, samples: int = 0, seed: int = 0, restarts: Optional[int] = None,
-                  scenes: bool = True, normalize: bool = False, timeout: Optional[float] = None) -> tuple[Geodesic, ...]:
+                  budget: Optional[float] = None, scenes: bool = True, normalize: bool = False,
+                  timeout: Optional[float] = None) -> tuple[Geodesic, ...]:
         """Returns the geodesics that join pairs (Q_0, Q_T) of frames of one shape, in the order of the pairs, from Q_0 at time 0
         to Q_T at `time`: `client.geodesics([(Q_0, Q_T)], inertia=[1, 2, 3])[0]`.
 
         `metric`: "lambda" (that of `inertia`), "euclidean" (Lambda = I), "canonical", or "beta" with the number `beta`
         (Hüper, Markina and Silva Leite 2021); the last three without `inertia`. `steps` > 0 solves the discrete problem of as
         many steps of the variational method. `samples`: samples of the trajectory after the first, 0 for none. `seed` and
-        `restarts`: the seed and the number of the searches that start from random frames. `scenes`: whether each answer has its
+        `restarts`: the seed and the number of the searches that start from random frames. `budget`: seconds, counted in
+        operations, after which the search for a pair ends with the shortest geodesic so far, whose `shortest` is then "ended",
+        or with SOLVER_STALLED; at most, and by default, 200. `scenes`: whether each answer has its
         scene beside its velocity, where the metric has one. `normalize`: takes the nearest frames of what was rounded to a few
         digits.
         """
@@ -188,7 +191,7 @@ class Client:
         request = pb.ConnectRequest(
             pairs=messages(normalize), metric=_metric(metric), inertia=lambdas, time=number("time", time, SECONDS),
             restarts=None if restarts is None else whole("restarts", restarts, bits=32),
-            beta=None if beta is None else number("beta", beta),
+            beta=None if beta is None else number("beta", beta), budget=optional("budget", budget, SECONDS),
             return_scene=scenes,
             steps=whole("steps", steps, bits=32), samples=whole("samples", samples, bits=32), seed=whole("seed", seed, bits=63))
         try:

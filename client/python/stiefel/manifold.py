@@ -57,7 +57,7 @@ class Joined:
     distance: Array  #: the norm of V, which is the length
     residual: Array  #: max |exp(Q, V) - P|
     #: "yes": the geodesic is proved to be the shortest; "none_shorter_found": a search found no shorter one;
-    #: "no": a shorter path exists; "unknown": nothing was searched or proved
+    #: "no": a shorter path exists; "unknown": nothing was searched or proved; "ended": a search was ended before
     shortest: NDArray[np.str_]
 
     def __repr__(self) -> str:

@@ -132,8 +132,8 @@ Posed posed(const TwoPointProblem& p, const FrameProducts& products) {
   return {p.inertia / scale, scale, frame(p.Q_0, products.of_Q_0), frame(p.Q_T, products.of_Q_T)};
 }
 
-/// Calls `solve` with a problem that can be solved and has a Λ, and the products of its frames,
-/// within the work and the stop token of the problem; or returns what is wrong. A metric of β gets
+/// Calls `solve` with a problem that can be solved and has a Λ, the products of its frames, and the
+/// scope of its work and stop token; or returns what is wrong. A metric of β gets
 /// the Λ of the same geodesics and energy, or Λ = I where `is_bent`. `K`: of the discrete problem.
 template <class Answer, class Solve>
 std::expected<Answer, ConnectRefusal> checked(const TwoPointProblem& given, std::optional<int> K,
@@ -161,46 +161,50 @@ std::expected<Answer, ConnectRefusal> checked(const TwoPointProblem& given, std:
   if (auto fault = K ? too_large(problem, *K) : too_large(problem)) return std::unexpected(*fault);
   const StopScope scope(problem.stop, problem.most_work);
   try {
-    return solve(problem, products);
+    return solve(problem, products, scope);
   } catch (const Stopped&) {
     if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
     if (!scope.used_up()) throw;
-    return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity()});
+    return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity(), true});
   }
 }
 
-/// Returns what the logarithm of β finds. For Λ = I it goes beyond the injectivity radius only
-/// where it is `thorough`.
-std::optional<Found> logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0,
-                               const MatrixXd& Q_T, const FrameProducts& products,
-                               bool thorough = false) {
-  if (!is_bent(problem)) return round_logarithm(Q_0, Q_T, products, {1, thorough});
-  return round_logarithm(Q_0, Q_T, products, {*problem.beta, true, problem.restarts, problem.seed});
+/// Finds what the logarithm of β does. For Λ = I it goes beyond the injectivity radius only where
+/// it is `thorough`.
+void logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0, const MatrixXd& Q_T,
+               const FrameProducts& products, bool thorough, Found& best) {
+  if (is_bent(problem))
+    round_logarithm(Q_0, Q_T, products, {*problem.beta, true, problem.restarts, problem.seed},
+                    best);
+  else
+    round_logarithm(Q_0, Q_T, products, {1, thorough}, best);
 }
 
-/// Searches where no closed form is the answer. `round` is what the logarithm of Λ = λI found.
-Found searched(const Posed& p, const TwoPointProblem& problem, bool is_round,
-               std::optional<Found> round) {
+/// Searches where no closed form is the answer. `best` has what the logarithm of Λ = λI found.
+void search(const Posed& p, const TwoPointProblem& problem, bool is_round, Found& best) {
   constexpr double most_of_round =
       3e7;  // bytes of a search beyond the radius that nobody asked for
   const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
-  const double most = round && problem.restarts == 0
+  const bool known = best.V.size() > 0;
+  const double most = known && problem.restarts == 0
                           ? most_of_round
                           : static_cast<double>(TwoPointProblem::most_bytes);
-  if (round && search_bytes(problem) > most) return *std::move(round);
-  Found best;
-  if (p.lambda.minCoeff() > 0 && search_bytes(problem) <= most) best = by_multipliers(p, problem);
-  if (best.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_dense_degrees)
-    best = by_paths(p, problem);
-  if (best.V.size() == 0 && is_round && !round)
-    round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true);
-  if (best.V.size() == 0) return round ? *std::move(round) : std::move(best);
-  if (round && *round->length < (1 - 1e-12) * best.V.norm()) {
-    best.V = round->V;
-    best.residual = round->residual;
+  if (known && search_bytes(problem) > most) return;
+  Found other;
+  Found& found = known ? other : best;
+  if (p.lambda.minCoeff() > 0 && search_bytes(problem) <= most) by_multipliers(p, problem, found);
+  if (found.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_dense_degrees)
+    by_paths(p, problem, found);
+  if (found.V.size() == 0 && is_round && !known)
+    logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true, found);
+  if (known && found.V.size() > 0) {
+    if (*best.length < (1 - 1e-12) * found.V.norm()) {
+      found.V = best.V;
+      found.residual = best.residual;
+    }
+    best = std::move(found);
   }
   if (is_round && best.V.norm() <= (1 + 1e-12) * std::numbers::pi) best.shortest = Shortest::yes;
-  return best;
 }
 
 /// Says more of a geodesic than the search did: it is the shortest where it is no longer than a
@@ -218,18 +222,21 @@ void judge(const Posed& p, Found& best) {
   if (passed && !passed->points.empty()) best.shortest = Shortest::no;
 }
 
-/// Returns a geodesic by the first that finds one: a closed form, the logarithm of the metrics of
-/// β, a search. `round` is what the logarithm found already.
-Found found(const Posed& p, const TwoPointProblem& problem, std::optional<Found> round) {
-  if (p.Q_0 == p.Q_T) return {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0, 0};
-  if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T)) return *std::move(closed);
-  const bool shoots = is_round(p.lambda) && !is_body(p.Q_0);
-  if (shoots && !round) round = logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T));
-  if (is_bent(problem)) return round ? *std::move(round) : Found();
-  if (round && round->shortest == Shortest::yes) return *std::move(round);
-  Found best = searched(p, problem, shoots, std::move(round));
-  judge(p, best);
-  return best;
+/// Finds a geodesic by the first that does: a closed form, the logarithm of the metrics of β, a
+/// search. `best` has what the logarithm found already.
+void find(const Posed& p, const TwoPointProblem& problem, Found& best) {
+  if (p.Q_0 == p.Q_T) {
+    best = {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0, 0};
+  } else if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T)) {
+    best = *std::move(closed);
+  } else {
+    const bool shoots = is_round(p.lambda) && !is_body(p.Q_0);
+    if (shoots && best.V.size() == 0)
+      logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), false, best);
+    if (is_bent(problem) || (best.V.size() > 0 && best.shortest == Shortest::yes)) return;
+    search(p, problem, shoots, best);
+    judge(p, best);
+  }
 }
 
 /// Returns max |Q(T) − Q_T| of an answer.
@@ -267,17 +274,23 @@ std::expected<Geodesic, ConnectRefusal> answered(const TwoPointProblem& problem,
 }
 
 std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem,
-                                               const FrameProducts& products) {
+                                               const FrameProducts& products,
+                                               const StopScope& scope) {
   const MatrixXd &Q_0 = problem.Q_0, &Q_T = problem.Q_T;
-  std::optional<Found> round;
-  if (1 < Q_0.rows() && Q_0.rows() < Q_0.cols() && is_round(problem.inertia) && Q_0 != Q_T &&
-      is_orthonormal(Q_0, products.of_Q_0) && is_orthonormal(Q_T, products.of_Q_T)) {
-    round = logarithm(problem, Q_0, Q_T, products);
-    if (round && (round->shortest == Shortest::yes || is_bent(problem)))
-      return answered(problem, *std::move(round), Q_0, Q_T);
+  Found best;
+  std::optional<Posed> p;  // where the frames are not those of the problem
+  try {
+    if (1 < Q_0.rows() && Q_0.rows() < Q_0.cols() && is_round(problem.inertia) && Q_0 != Q_T &&
+        is_orthonormal(Q_0, products.of_Q_0) && is_orthonormal(Q_T, products.of_Q_T))
+      logarithm(problem, Q_0, Q_T, products, false, best);
+    const bool is_done = best.V.size() > 0 && (best.shortest == Shortest::yes || is_bent(problem));
+    if (!is_done) find(p.emplace(posed(problem, products)), problem, best);
+  } catch (const Stopped&) {
+    if (!scope.used_up() || problem.stop.stop_requested() || best.V.size() == 0) throw;
+    if (best.shortest != Shortest::yes) best.shortest = Shortest::ended;
   }
-  const Posed p = posed(problem, products);
-  return answered(problem, found(p, problem, std::move(round)), p.Q_0, p.Q_T);
+  const StopScope rest = scope.used_up() ? StopScope::nothing() : StopScope(problem.stop);
+  return answered(problem, std::move(best), p ? p->Q_0 : Q_0, p ? p->Q_T : Q_T);
 }
 
 std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& problem,
@@ -308,21 +321,23 @@ std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& pr
 }  // namespace
 
 std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& given) {
-  const auto fine = checked<bool>(given, {}, [](const auto&, const auto&) { return true; });
+  const auto fine =
+      checked<bool>(given, {}, [](const auto&, const auto&, const auto&) { return true; });
   return fine ? std::nullopt : std::optional(fine.error());
 }
 
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& given) {
-  return checked<Geodesic>(given, {}, [](const TwoPointProblem& problem, const auto& products) {
-    return search(problem, products);
-  });
+  return checked<Geodesic>(
+      given, {}, [](const TwoPointProblem& problem, const auto& products, const auto& scope) {
+        return search(problem, products, scope);
+      });
 }
 
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& given, int K) {
-  return checked<DiscreteGeodesic>(given, K,
-                                   [K](const TwoPointProblem& problem, const auto& products) {
-                                     return search(problem, products, K);
-                                   });
+  return checked<DiscreteGeodesic>(
+      given, K, [K](const TwoPointProblem& problem, const auto& products, const auto&) {
+        return search(problem, products, K);
+      });
 }
 
 }  // namespace stiefel

@@ -51,8 +51,9 @@ Velocity corrected(const Posed& p, const Relaxation& relaxation);
 /// of a wide Λ the direct one at 17, by way of powers Λ^s, and the further ones at 5 first; and
 /// corrects the velocities of the shortest paths with the Taylor series of their geodesics. Where
 /// the corrections do not converge, takes more nodes, then what `by_powers` finds for a wide Λ. Of
-/// columns with equal λ only their span enters.
-Found by_multipliers(const Posed& p, const TwoPointProblem& problem);
+/// columns with equal λ only their span enters. `best`, empty at first, is the shortest so far at
+/// any time: the direct path's geodesic comes first.
+void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best);
 
 /// Follows a path over powers Λ^s to a wide Λ by Newton steps without shifts, from the root of Λ
 /// of as many decades as Λ spreads over; at strides below 1/32 to any minimum near by. Ends where
@@ -70,8 +71,8 @@ Velocity by_powers(const Posed& p, const TwoPointProblem& problem);
 
 /// Searches by dense Newton steps of whole paths (`relax`), which needs no λ_i > 0 at n = N, and
 /// corrects the velocity with the variational equation (`shoot`). The work is O(K d³), d the
-/// degrees of freedom.
-Found by_paths(const Posed& p, const TwoPointProblem& problem);
+/// degrees of freedom. `best` as above.
+void by_paths(const Posed& p, const TwoPointProblem& problem, Found& best);
 
 /// A path that a start led to.
 struct RelaxedPath {

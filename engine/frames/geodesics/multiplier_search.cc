@@ -2,6 +2,7 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "engine/frames/geodesics/connect_work.h"
@@ -102,6 +103,7 @@ struct Trial {
   int start;
   Path path;
   double action;
+  std::optional<Velocity> velocity = {};  ///< corrected
 };
 
 constexpr double accurate = 1e-12;  ///< the residual to which velocities are refined
@@ -185,7 +187,7 @@ double work(const Posed& p) {
 
 /// Searches from K + 1 nodes on. Without restarts it takes further starts only where a direct path
 /// led over a saddle, or where Λ is wide.
-Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
+void search(const Spans& spans, const TwoPointProblem& problem, int K, Found& best) {
   constexpr double margin = 1.1, most_of_doubtful = 2e6;
   constexpr int further = 4;
   const Posed& p = spans.reduced();
@@ -193,6 +195,23 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
   std::vector<Trial> trials;
   int start = 0;
   bool complete = true, doubtful = p.wide();
+  double least = std::numeric_limits<double>::infinity();
+  double& least_missed = best.least_missed = least;
+  best.shortest = Shortest::none_shorter_found;
+  const auto keep = [&](Trial& trial) {
+    if (trial.velocity) return;
+    trial.velocity = solved(p, trial, K);
+    const auto& [V, residual] = *trial.velocity;
+    if (residual > TwoPointProblem::joined) {
+      if (best.V.size() == 0) best.residual = std::min(best.residual, residual);
+      least_missed = std::min(least_missed, trial.action);
+    } else if (const double E = energy(p.lambda, V); E < least) {
+      least = E;
+      best.V = spans.lifted(V);
+      best.start = trial.start;
+      best.residual = residual;
+    }
+  };
   const auto relax = [&](const std::vector<Path>& paths) {
     for (; start < static_cast<int>(paths.size()); ++start) {
       if (paths[static_cast<std::size_t>(start)].empty()) continue;
@@ -215,7 +234,9 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
         for (Trial& other : trials) other.relaxation.reset();
         trial.relaxation = std::move(relaxation);
       }
+      if (trials.empty()) keep(trial);
       trials.push_back(std::move(trial));
+      best.distinct = static_cast<int>(trials.size());
     }
   };
   const bool wide = p.wide() && problem.restarts > 0;
@@ -230,31 +251,14 @@ Found searched(const Spans& spans, const TwoPointProblem& problem, int K) {
     relax(more);
   }
   std::ranges::stable_sort(trials, {}, &Trial::action);
-
-  Found best;
-  double least = std::numeric_limits<double>::infinity(), least_missed = least;
-  for (const Trial& trial : trials) {
+  for (Trial& trial : trials) {
     if (trial.action > margin * least) break;
-    Velocity found = solved(p, trial, K);
-    if (found.residual <= TwoPointProblem::joined) {
-      const double E = energy(p.lambda, found.V);
-      if (!(E < least)) continue;
-      least = E;
-      best.V = spans.lifted(found.V);
-      best.start = trial.start;
-      best.residual = found.residual;
-    } else {
-      if (best.V.size() == 0) best.residual = std::min(best.residual, found.residual);
-      least_missed = std::min(least_missed, trial.action);
-    }
+    keep(trial);
   }
-  best.distinct = static_cast<int>(trials.size());
-  best.least_missed = least_missed;
   if (best.V.size() > 0 && least_missed < (1 - 1e-3) * least)
     best.shortest = Shortest::no;
   else if (!complete)
     best.shortest = Shortest::unknown;
-  return best;
 }
 
 /// Corrects a velocity that joins, but is not accurate, with the variational equation in extended
@@ -270,18 +274,16 @@ void polish(const Posed& p, const TwoPointProblem& problem, Found& best) {
 
 }  // namespace
 
-Found by_multipliers(const Posed& p, const TwoPointProblem& problem) {
+void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best) {
   constexpr double most_unknowns = 800;  // of a search that is repeated with more nodes
   const double n = static_cast<double>(p.Q_0.rows());
   const Spans spans(p);
   const auto energy_of = [&](const Found& found) {
     return found.V.size() > 0 ? energy(p.lambda, found.V) : std::numeric_limits<double>::infinity();
   };
-  Found best, followed;
+  Found followed;
   for (int K = least_nodes(p.lambda); K <= most_nodes / 2; K *= 2) {
-    Found found = searched(spans, problem, K);
-    found.residual = std::min(found.residual, best.residual);
-    best = std::move(found);
+    search(spans, problem, K, best);
     if (best.V.size() == 0 && p.wide() && K == least_nodes(p.lambda)) {
       const Velocity one = by_powers(spans.reduced(), problem);
       best.residual = std::min(best.residual, one.residual);
@@ -296,7 +298,6 @@ Found by_multipliers(const Posed& p, const TwoPointProblem& problem) {
   }
   if (energy_of(followed) < energy_of(best)) best = std::move(followed);
   polish(p, problem, best);
-  return best;
 }
 
 }  // namespace stiefel

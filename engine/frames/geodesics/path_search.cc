@@ -80,7 +80,7 @@ std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& prob
   return distinct(std::move(all));
 }
 
-Found by_paths(const Posed& p, const TwoPointProblem& problem) {
+void by_paths(const Posed& p, const TwoPointProblem& problem, Found& best) {
   constexpr double coarse = 1e-6, fine = 1e-9, margin = 1.1;
   const bool wide = p.wide();
 
@@ -90,7 +90,7 @@ Found by_paths(const Posed& p, const TwoPointProblem& problem) {
       refine(p.lambda, c, fine, problem.stop);
   all = distinct(std::move(all));
 
-  Found best;
+  best = {};
   bool complete = true;
   double least = std::numeric_limits<double>::infinity(), least_missed = least;
   for (RelaxedPath& c : all) {
@@ -114,7 +114,6 @@ Found by_paths(const Posed& p, const TwoPointProblem& problem) {
     best.shortest = Shortest::no;
   else if (!complete)
     best.shortest = Shortest::unknown;
-  return best;
 }
 
 }  // namespace stiefel

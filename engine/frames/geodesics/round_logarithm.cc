@@ -339,29 +339,32 @@ double least_radius(double beta) {
 
 }  // namespace
 
-std::optional<Found> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T,
-                                     const FrameProducts& products, const RoundSearch& search) {
+void round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProducts& products,
+                     const RoundSearch& search, Found& best) {
   constexpr double same = 1e-6;
   const FrameSpan span(Q_0, Q_T, products);
   RoundShooting shooting(span.target(), search.beta);
   std::vector<VectorXd> found;
-  Found best;
-  VectorXd chosen;
   const auto keep = [&](const VectorXd& x, int start) {
     if (std::ranges::any_of(found, [&](const VectorXd& y) { return (x - y).norm() <= same; }))
       return;
     found.push_back(x);
+    best.distinct = static_cast<int>(found.size());
+    stop_point(2 * connect_work::frame(Q_0.rows(), Q_0.cols()));
+    shooting.set_target(span.target());
     shooting.shoot(x);
     if (best.length && !(shooting.length() < *best.length)) return;
     best.length = shooting.length();
     best.start = start;
-    chosen = x;
+    best.V = span.lifted(shooting.V());
+    best.residual = (shooting.frame(4) - span.target()).colwise().norm().maxCoeff();
+    best.shortest = *best.length <= least_radius(search.beta) ? Shortest::yes : Shortest::unknown;
   };
   const VectorXd chord = shooting.chord();
   VectorXd x = chord;
   const bool there = chord.norm() > 0 && shooting.converge(x);
   if (there) keep(x, 0);
-  if (search.thorough && !(there && *best.length <= least_radius(search.beta))) {
+  if (search.thorough && !(there && best.shortest == Shortest::yes)) {
     const MatrixXd T = span.target().transpose(), I = MatrixXd::Identity(T.rows(), T.cols());
     const MatrixXd near = join(shooting, T, I, 3, x);
     const bool back = near.size() > 0 && prolong(shooting, near, 4, T, x);
@@ -382,14 +385,6 @@ std::optional<Found> round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T,
     VectorXd other = x;
     if (shooting.converge(x) || shooting.minimise(x = other)) keep(x, k);
   }
-  if (found.empty()) return {};
-  stop_point(2 * connect_work::frame(Q_0.rows(), Q_0.cols()));
-  shooting.shoot(chosen);
-  best.V = span.lifted(shooting.V());
-  best.residual = (shooting.frame(4) - span.target()).colwise().norm().maxCoeff();
-  best.shortest = *best.length <= least_radius(search.beta) ? Shortest::yes : Shortest::unknown;
-  best.distinct = static_cast<int>(found.size());
-  return best;
 }
 
 std::vector<MatrixXd> round_geodesic(const MatrixXd& Q_0, const MatrixXd& V, double beta,

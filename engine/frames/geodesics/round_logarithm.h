@@ -40,9 +40,10 @@ struct RoundSearch {
 /// geodesic: so the shortest length that it finds does not depend on the order of the frames.
 /// `restarts` further searches start from random velocities of `seed`. The shortest geodesic
 /// counts, which is called the shortest of all where that bound says so, else unknown. The residual
-/// is the largest 2-norm of a row of Q(1) − Q_T. Returns nothing where none was found.
-std::optional<Found> round_logarithm(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
-                                     const FrameProducts& products, const RoundSearch& search);
+/// is the largest 2-norm of a row of Q(1) − Q_T. `best`, empty at first, is the shortest so far at
+/// any time.
+void round_logarithm(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
+                     const FrameProducts& products, const RoundSearch& search, Found& best);
 
 /// Returns the frames at `samples` + 1 equally spaced times of [0, 1] of the geodesic of β from the
 /// n × N frame Q_0, n < N, with the velocity V.

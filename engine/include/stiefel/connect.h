@@ -38,9 +38,11 @@ struct TwoPointProblem {
   /// over a saddle or Λ spans more than 1:10, unless the frames are large.
   int restarts = 0;
   std::stop_token stop = {};  ///< a stop request ends the search with Cancelled
-  /// Number of operations after which the search ends with NotConverged; they take about ten
-  /// minutes.
+  /// Number of operations after which the search ends with the shortest geodesic so far, as
+  /// `Shortest::ended`, or with NotConverged. They are the same on every machine.
   double most_work = 1e12;
+  /// What one core does, within about a factor of three.
+  static constexpr double operations_per_second = 5e9;
 
   /// max |Q(T) − Q_T| up to which frames count as joined.
   static constexpr double joined = 1e-11;
@@ -67,7 +69,8 @@ struct TwoPointProblem {
 ///                      nothing about minima that no start leads to.
 ///  unknown:            a start did not lead to a minimum; or the discrete problem; or a metric of
 ///                      β without a proof.
-enum class Shortest { yes, no, none_shorter_found, unknown };
+///  ended:              `most_work` ended the search, and this is the shortest that it had found.
+enum class Shortest { yes, no, none_shorter_found, unknown, ended };
 
 /// The geodesic from Q_0 to Q_T, given by its state at time 0.
 struct Geodesic {
@@ -111,9 +114,10 @@ struct UnequalDeterminants {
   int Q_0, Q_T;
 };
 /// The search found no solution. `residual` is the best max |Q(T) − Q_T|, for the discrete problem
-/// the gradient; it is infinite when the search used up `most_work`.
+/// the gradient; it is infinite when no path came near or the search used up `most_work`.
 struct NotConverged {
   double residual;
+  bool ended = false;  ///< whether `most_work` ended the search
 };
 /// The caller requested a stop.
 struct Cancelled {};
@@ -127,12 +131,13 @@ std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& problem);
 
 /// Solves the two-point problem; with K its discrete form. For Λ = λI and n < N the answer comes
 /// from shooting in the span of both frames, at the cost O(Nn² + n³), as it does for β, whose
-/// `restarts` are random velocities. Otherwise the search relaxes paths to minima of the action by
-/// the multipliers of QQᵀ = I, at the cost O(Nn⁴ + n⁶) whatever Λ is, and corrects the initial
-/// velocity of the shortest path until its geodesic ends at Q_T. Where that fails, and at n = N
-/// with a λ_i ≤ 0, dense Newton steps of whole paths follow for up to 128 degrees of freedom; they
-/// cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem does up to that d.
-/// Beyond, the multipliers solve it too, at the cost O(N (Kn)² n² + (Kn²)³).
+/// `restarts` are random velocities; where that fails, a broken geodesic is shortened. Otherwise
+/// the search relaxes paths to minima of the action by the multipliers of QQᵀ = I, at the cost
+/// O(Nn⁴ + n⁶) whatever Λ is, and corrects the initial velocity of the shortest path until its
+/// geodesic ends at Q_T. Where that fails, and at n = N with a λ_i ≤ 0, dense Newton steps of whole
+/// paths follow for up to 128 degrees of freedom; they cost O(K d³) for each start, d = nN −
+/// n(n+1)/2, as the discrete problem does up to that d. Beyond, the multipliers solve it too, at
+/// the cost O(N (Kn)² n² + (Kn²)³).
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
 

@@ -18,7 +18,7 @@
 namespace stiefel::server {
 namespace {
 
-static_assert(same_order(Shortest::unknown, v1::SHORTEST_YES) == v1::SHORTEST_UNKNOWN);
+static_assert(same_order(Shortest::ended, v1::SHORTEST_YES) == v1::SHORTEST_ENDED);
 
 v1::Field trajectory_field(const std::vector<Eigen::MatrixXd>& frames) {
   v1::Field out = to_field("Q", {std::ssize(frames), frames[0].rows(), frames[0].cols()}, {});
@@ -51,10 +51,12 @@ std::optional<v1::ConnectResponse> answer(const ConnectTask& task, std::size_t p
   const auto found = joining_scene(problem, task.steps, task.samples, task.with_scene);
   if (!found) {
     throw_refused(found.error(), pair);
-    const double residual = std::get<refusal::NotConverged>(found.error()).residual;
-    if (std::isinf(residual) && is_quick) return std::nullopt;
+    const auto [residual, ended] = std::get<refusal::NotConverged>(found.error());
+    if (ended && is_quick) return std::nullopt;
     out.set_residual(residual);
-    std::string said = "no geodesic from Q_0 to Q_T was found";
+    std::string said =
+        ended ? "the budget ended the search before it found a geodesic from Q_0 to Q_T"
+              : "no geodesic from Q_0 to Q_T was found";
     if (std::isfinite(residual))  // infinite where no path came near
       said += (task.steps > 0 ? "; the largest gradient of the best path is "
                               : "; the best one misses Q_T by ") +
@@ -63,6 +65,7 @@ std::optional<v1::ConnectResponse> answer(const ConnectTask& task, std::size_t p
     status.set_message(std::move(said));
     return out;
   }
+  if (found->shortest == Shortest::ended && is_quick) return std::nullopt;
   if (found->scene) to_proto(found->scene->description(), out.mutable_scene());
   out.set_energy(found->energy);
   out.set_residual(found->residual);
@@ -119,7 +122,7 @@ void join(const ConnectTask& task, std::size_t at_once, const std::stop_token& s
   std::deque<Search> waiting;  // guarded by `taking`
   double seconds = 0;          // of all searches; guarded by `sending`
   for (std::size_t pair = 0; pair < task.problems.size(); ++pair)
-    waiting.push_back({pair, task.problems.size() > 1 ? quick : whole});
+    waiting.push_back({pair, task.problems.size() > 1 ? std::min(quick, whole) : whole});
   const auto next = [&]() -> std::optional<Search> {
     const std::lock_guard lock(taking);
     if (waiting.empty()) return std::nullopt;

@@ -39,6 +39,8 @@ TwoPointProblem common(const v1::ConnectRequest& request) {
   TwoPointProblem out;
   out.time = request.time();
   out.seed = request.seed();
+  if (request.has_budget())
+    out.most_work = std::min(out.most_work, request.budget() * out.operations_per_second);
   if (request.has_restarts()) out.restarts = static_cast<int>(request.restarts());
   if (request.metric() == v1::METRIC_CANONICAL) out.beta = 0.5;
   if (request.metric() == v1::METRIC_BETA) out.beta = request.beta();
@@ -67,6 +69,10 @@ ConnectTask read(const v1::ConnectRequest& request) {
     faults.add("pairs", std::to_string(request.pairs_size()) + " pairs",
                "must be 1 to " + std::to_string(max_pairs));
   check_metric(request, faults);
+  if (request.has_budget() && !(request.budget() > 0))
+    faults.add("budget", to_text(request.budget()), "must be above 0");
+  if (request.has_budget() && request.steps() > 0)
+    faults.add("budget", to_text(request.budget()), "must be absent with steps");
   check(faults);
   ConnectTask task{std::vector(static_cast<std::size_t>(request.pairs_size()), common(request)),
                    static_cast<int>(request.steps()), static_cast<int>(request.samples()),

@@ -187,8 +187,13 @@ TEST(StopScope, TheSearchForAGeodesicKeepsItsWork) {
   EXPECT_GE(whole.looks, 1000);
   problem.most_work = whole.operations / 2;
   const auto answer = connect(problem);
-  ASSERT_FALSE(answer);
-  EXPECT_TRUE(std::holds_alternative<refusal::NotConverged>(answer.error()));
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->shortest, Shortest::ended);
+  EXPECT_LE(answer->residual, TwoPointProblem::joined);
+  problem.most_work = 1000;
+  const auto none = connect(problem);
+  ASSERT_FALSE(none);
+  EXPECT_TRUE(std::get<refusal::NotConverged>(none.error()).ended);
   problem.stop = at_once();
   const auto cancelled = connect(problem);
   ASSERT_FALSE(cancelled);

@@ -7,7 +7,6 @@
 #include <boost/numeric/odeint/stepper/bulirsch_stoer.hpp>
 #include <cmath>
 #include <numbers>
-#include <tuple>
 
 #include "stiefel/conjugate_points.h"
 #include "tests/support/exact_motion.h"
@@ -148,37 +147,6 @@ TEST(Connect, RecoversRoundGeodesicsUpToTheInjectivityRadius) {
       ASSERT_TRUE(answer);
       EXPECT_LT((answer->Qdot - V).cwiseAbs().maxCoeff(), 1e-12);
       EXPECT_EQ(answer->shortest, Shortest::yes);
-    }
-}
-
-/// The geodesic of β by the group that acts on frames (Hüper, Markina and Silva Leite 2021): with U
-/// = Qᵀ and U̇ = UA + H it is exp(t(2βUAUᵀ + HUᵀ − UHᵀ)) U exp(t(1 − 2β)A).
-MatrixXd beta_geodesic(const MatrixXd& Q, const MatrixXd& Qdot, double beta) {
-  const MatrixXd U = Q.transpose(), A = U.transpose() * Qdot.transpose(),
-                 H = Qdot.transpose() - U * A;
-  const MatrixXd turn = 2 * beta * U * A * Q + H * Q - U * H.transpose();
-  return (exponential(turn) * U * exponential((1 - 2 * beta) * A)).transpose();
-}
-
-/// Most of these frames are beyond the injectivity radius, where shooting often fails.
-TEST(Connect, JoinsFramesInMetricsOfBetaAtADistanceThatDoesNotDependOnTheirOrder) {
-  for (const auto& [n, N, beta] :
-       {std::tuple(6, 12, 0.5), {8, 16, 0.5}, {4, 5, 2.0}, {3, 6, 0.1}, {6, 8, 0.5}})
-    for (unsigned seed = 1; seed <= 8; ++seed) {
-      SCOPED_TRACE(::testing::Message() << n << " " << N << " " << beta << " " << seed);
-      TwoPointProblem p = random_frames(n, N, 1, seed);
-      p.inertia.resize(0);
-      p.beta = beta;
-      const auto there = connect(p);
-      ASSERT_TRUE(there);
-      EXPECT_LT((beta_geodesic(p.Q_0, there->Qdot, beta) - p.Q_T).cwiseAbs().maxCoeff(), 1e-11);
-      const MatrixXd A = there->Qdot * p.Q_0.transpose();
-      EXPECT_NEAR(there->energy, (there->Qdot.squaredNorm() - (1 - beta) * A.squaredNorm()) / 2,
-                  1e-11 * there->energy);
-      std::swap(p.Q_0, p.Q_T);
-      const auto back = connect(p);
-      ASSERT_TRUE(back);
-      EXPECT_NEAR(back->energy, there->energy, 1e-10 * there->energy);
     }
 }
 

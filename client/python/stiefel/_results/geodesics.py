@@ -31,7 +31,8 @@ class Geodesic(Ended, ByValue):
     energy: float
     residual: float  #: max |Q(time) - Q_T|
     #: whether it is the shortest geodesic between the frames: "yes" is proved; "none_shorter_found": a search was
-    #: completed; "no": a shorter path was seen; "unknown": a search was not completed, or the discrete problem
+    #: completed; "no": a shorter path was seen; "ended": the budget ended the search, and this is the shortest so far;
+    #: "unknown": a search was not completed, or the discrete problem
     shortest: str
     distinct: int  #: how many different geodesics the search has seen
     trajectory: Optional[Array]  #: the frames, (samples + 1, n, N); None without samples
