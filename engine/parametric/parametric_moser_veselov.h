@@ -58,10 +58,12 @@ class ParametricMoserVeselov {
  private:
   /// Computes M as the skew part of M^μ/h; μΛ² is symmetric.
   void form_momentum(const Point& x) {
-    lu_.factor(x.topRows(N_));
-    lu_.solve(x.bottomRows(N_), inverse_.M());
-    lu_.factor(x.bottomRows(N_));
-    lu_.solve(x.topRows(N_), product_);
+    top_ = x.topRows(N_);
+    product_ = x.bottomRows(N_);
+    lu_.factor(top_);
+    lu_.solve(product_, inverse_.M());
+    lu_.factor(product_);
+    lu_.solve(top_, product_);
     inverse_.M() -= product_;
     inverse_.M() /= 2;  // halves M here, because 2ε may overflow
     inverse_.M() /= epsilon_;
@@ -74,7 +76,7 @@ class ParametricMoserVeselov {
   Scalar growth_;  ///< bounds the factor by which a step can multiply an element
   DiscreteInverse<Scalar> inverse_;
   Lu<Scalar> lu_;
-  Matrix<Scalar> product_, moved_;
+  Matrix<Scalar> top_, product_, moved_;
 };
 
 }  // namespace stiefel

@@ -73,11 +73,13 @@ class ParametricRigidBody {
   void generator(const State& x, Algebra& xi) {
     const Eigen::Index N = lambda_.size();
     stop_point();
-    lu_.factor(x.topRows(N));
-    lu_.solve(x.bottomRows(N), M_);
+    xi = x.topRows(N);
+    D_ = x.bottomRows(N);
+    lu_.factor(xi);
+    lu_.solve(D_, M_);
     stop_point();
-    lu_.factor(x.bottomRows(N));
-    lu_.solve(x.topRows(N), D_);
+    lu_.factor(D_);
+    lu_.solve(xi, D_);
     M_ -= D_;
     M_ /= 2;  // halves M here, because 2ε may overflow
     inverse_inertia(lambda_, M_, epsilon_, xi);

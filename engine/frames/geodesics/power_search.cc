@@ -79,7 +79,7 @@ Velocity corrected(const Posed& p, const Relaxation& relaxation) {
   Velocity best;
   MatrixXd V = relaxation.velocity();
   VectorXd x = V.reshaped();
-  Anderson accelerate(x.size(), 6);
+  Anderson accelerate(x.size(), 1, 6);
   double start = 0;
   int idle = 0;
   for (int k = 0; k < most && idle < 3; ++k) {

@@ -136,7 +136,7 @@ class RoundShooting {
   /// Iterates from x. Returns whether the miss became rounding; x is then the solution.
   bool converge(VectorXd& x) {
     constexpr int most = 60;
-    Anderson accelerate(x.size(), 10);
+    Anderson accelerate(x.size(), 1, 10);
     VectorXd best;
     MatrixXd D;
     double least = std::numeric_limits<double>::infinity();

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "engine/numbers/scalar.h"
 
 namespace stiefel {
@@ -13,17 +15,17 @@ namespace stiefel {
 /// from the normal equations of the Δf_i scaled to unit length. Allocates at construction only.
 class Anderson {
  public:
-  using Numbers = Eigen::Map<const Vector<double>>;
-
-  Anderson(Eigen::Index size, Eigen::Index depth);
+  Anderson(Eigen::Index rows, Eigen::Index cols, Eigen::Index depth);
 
   void restart() { seen_ = 0; }
 
-  /// Remembers g and f of one x.
-  void add(const Numbers& g, const Numbers& f);
+  /// The matrices for g and f of the next x; `keep` remembers them.
+  Matrix<double>& g() { return g_[seen_ % g_.size()]; }
+  Matrix<double>& f() { return f_[seen_ % f_.size()]; }
+  void keep() { ++seen_; }
 
-  /// Sets x, which is the last g, to the next one.
-  void mix(Eigen::Map<Vector<double>> x) const;
+  /// Sets x, which is the g remembered last, to the next one.
+  void mix(Matrix<double>& x);
 
   /// Sets x to the next one from f of this x.
   void operator()(Vector<double>& x, const Vector<double>& f);
@@ -31,9 +33,9 @@ class Anderson {
  private:
   static constexpr Eigen::Index most = 10;
 
-  Eigen::Index depth_, seen_ = 0;
-  Vector<double> g_, f_;
-  Matrix<double> dg_, df_;
+  std::size_t seen_ = 0;
+  std::vector<Matrix<double>> g_, f_;  ///< of the last depth + 1 x
+  Matrix<double> df_;                  ///< the Δf_i as columns
 };
 
 }  // namespace stiefel

@@ -12,8 +12,7 @@ namespace stiefel {
 /// mixes the last few by Anderson's method. Allocates at construction only.
 class FixedPoint {
  public:
-  FixedPoint(Eigen::Index rows, Eigen::Index cols)
-      : anderson_(rows * cols, 5), g_(rows, cols), f_(rows, cols) {}
+  FixedPoint(Eigen::Index rows, Eigen::Index cols) : anderson_(rows, cols, 5) {}
 
   /// Starts from the given z; `sweep(z, g)` sets g = g(z). Ends when the residual is at rounding
   /// level or stagnates just above it. Returns false, and leaves z undefined, if the iteration does
@@ -27,18 +26,19 @@ class FixedPoint {
     anderson_.restart();
     for (int k = 0; k < most; ++k) {
       stop_point(20.0 * static_cast<double>(z.size()));
-      sweep(z, g_);
-      f_ = g_ - z;
-      if (!((0 * f_).sum() == 0)) return false;  // an element is infinite or not a number
-      const double error = f_.cwiseAbs().maxCoeff(), size = g_.cwiseAbs().maxCoeff();
+      Matrix<double>&g = anderson_.g(), &f = anderson_.f();
+      sweep(z, g);
+      f = g - z;
+      if (!((0 * f).sum() == 0)) return false;  // an element is infinite or not a number
+      const double error = f.cwiseAbs().maxCoeff(), size = g.cwiseAbs().maxCoeff();
       const double ratio = k == 0 ? slow : error / last;
       const double expected = mixing || ratio > slow ? slow : ratio;
-      z = g_;
+      z = g;
       if (error * expected <= unit / 2 * size || (ratio > slow && error <= 16 * unit * size))
         return true;
       mixing = mixing || (k > 0 && ratio > swift);
-      anderson_.add({g_.data(), g_.size()}, {f_.data(), f_.size()});
-      if (mixing) anderson_.mix({z.data(), z.size()});
+      anderson_.keep();
+      if (mixing) anderson_.mix(z);
       last = error;
     }
     return false;
@@ -46,7 +46,6 @@ class FixedPoint {
 
  private:
   Anderson anderson_;
-  Matrix<double> g_, f_;
 };
 
 }  // namespace stiefel

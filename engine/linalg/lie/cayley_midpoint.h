@@ -36,7 +36,8 @@ template <class Scalar>
 void CayleyMidpoint<SoN<Scalar>>::midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
                                            Matrix<Scalar>& middle) {
   factor(a);
-  lu_.solve(x.bottomRows(N_), X_);
+  Y_ = x.bottomRows(N_);
+  lu_.solve(Y_, X_);
   Y_ = X_.transpose();
   lu_.solve(Y_, X_);
   middle.bottomRows(N_) = X_.transpose();

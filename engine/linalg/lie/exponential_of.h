@@ -33,14 +33,15 @@ void Exponential<Scalar>::operator()(const Matrix<Scalar>& A, Matrix<Scalar>& D)
   for (Scalar norm = A.cwiseAbs().colwise().sum().maxCoeff(); norm > largest && isfinite(norm);
        norm /= 2)
     ++doublings;
-  scaled_ = ldexp(Scalar(1), -doublings) * A;
+  if (doublings > 0) scaled_ = ldexp(Scalar(1), -doublings) * A;
+  const Matrix<Scalar>& scaled = doublings > 0 ? scaled_ : A;
 
-  stoppable_product(scaled_, scaled_, square_);
+  stoppable_product(scaled, scaled, square_);
   stoppable_product(square_, square_, fourth_);
   stoppable_product(fourth_, square_, sixth_);
   even_ = b[7] * sixth_ + b[5] * fourth_ + b[3] * square_;
   even_.diagonal().array() += b[1];
-  stoppable_product(scaled_, even_, odd_);
+  stoppable_product(scaled, even_, odd_);
   even_ = b[6] * sixth_ + b[4] * fourth_ + b[2] * square_;
   even_.diagonal().array() += b[0];
   stop_point();

@@ -10,10 +10,6 @@
 /// (stiefel/stop.h) is seen before a decomposition and not within it.
 namespace stiefel {
 
-/// A matrix in memory, or a block of one; another expression is computed into a temporary one.
-template <class Scalar>
-using MatrixRef = const Eigen::Ref<const Matrix<Scalar>>&;
-
 /// The factors PA = LU with partial pivoting of an N × N matrix A. For double, long double and
 /// Quad.
 template <class Scalar>
@@ -21,14 +17,14 @@ class Lu {
  public:
   /// Reserves memory; factoring and solving then allocate nothing.
   explicit Lu(Eigen::Index N);
-  explicit Lu(MatrixRef<Scalar> A);
+  explicit Lu(const Matrix<Scalar>& A);
 
-  void factor(MatrixRef<Scalar> A);
+  void factor(const Matrix<Scalar>& A);
 
   /// Sets X = A⁻¹B, by blocks of columns that the threads of the crew share, with a check for a
   /// stop request before each. X must be another matrix than B.
-  void solve(MatrixRef<Scalar> B, Matrix<Scalar>& X) const;
-  Matrix<Scalar> solve(MatrixRef<Scalar> B) const;
+  void solve(const Matrix<Scalar>& B, Matrix<Scalar>& X) const;
+  Matrix<Scalar> solve(const Matrix<Scalar>& B) const;
 
   /// Returns an estimate of 1/(‖A‖₁‖A⁻¹‖₁).
   Scalar inverse_condition() const;

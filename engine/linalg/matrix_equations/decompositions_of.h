@@ -40,15 +40,15 @@ template <class Scalar>
 Lu<Scalar>::Lu(Eigen::Index N) : lu_(N) {}
 
 template <class Scalar>
-Lu<Scalar>::Lu(MatrixRef<Scalar> A) : lu_(A) {}
+Lu<Scalar>::Lu(const Matrix<Scalar>& A) : lu_(A) {}
 
 template <class Scalar>
-void Lu<Scalar>::factor(MatrixRef<Scalar> A) {
+void Lu<Scalar>::factor(const Matrix<Scalar>& A) {
   lu_.compute(A);
 }
 
 template <class Scalar>
-void Lu<Scalar>::solve(MatrixRef<Scalar> B, Matrix<Scalar>& X) const {
+void Lu<Scalar>::solve(const Matrix<Scalar>& B, Matrix<Scalar>& X) const {
   X.resize(B.rows(), B.cols());
   by_blocks<Scalar, false>(
       B.rows(), B.cols(), static_cast<double>(B.rows()),
@@ -59,7 +59,7 @@ void Lu<Scalar>::solve(MatrixRef<Scalar> B, Matrix<Scalar>& X) const {
 }
 
 template <class Scalar>
-Matrix<Scalar> Lu<Scalar>::solve(MatrixRef<Scalar> B) const {
+Matrix<Scalar> Lu<Scalar>::solve(const Matrix<Scalar>& B) const {
   Matrix<Scalar> X;
   solve(B, X);
   return X;

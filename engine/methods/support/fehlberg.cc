@@ -1,6 +1,7 @@
 #include "engine/methods/support/fehlberg.h"
 
 #include <Eigen/Core>
+#include <utility>
 
 namespace stiefel {
 namespace {
@@ -32,33 +33,47 @@ constexpr std::array<Coefficients<S>, 14> tableau = {{
     {S(-41) / 840, 0, 0, 0, 0, 0, 0, 0, 0, 0, S(-41) / 840, S(41) / 840, S(41) / 840},
 }};
 
+/// Sets `sum` to `from`, or 0 where there is none, plus h times the slopes by a row of the tableau.
+/// The terms are unrolled, and eight numbers are summed together.
+template <std::size_t row, class Scalar>
+void add_stages(const std::array<const Scalar*, Fehlberg<Scalar>::stages>& slopes, Scalar h,
+                const Scalar* from, Scalar* sum, std::size_t size) {
+  const auto add = [&]<int count>(std::size_t i) {
+    using Few = Eigen::Array<Scalar, count, 1>;
+    Few numbers = Few::Zero();
+    if (from != nullptr) numbers = Eigen::Map<const Few>(from + i);
+    const auto term = [&]<std::size_t k>() {
+      if constexpr (constexpr Scalar a = tableau<Scalar>[row][k]; a != 0)
+        numbers += (a * h) * Eigen::Map<const Few>(slopes[k] + i);
+    };
+    [&]<std::size_t... k>(std::index_sequence<k...>) { (term.template operator()<k>(), ...); }
+    (std::make_index_sequence<Fehlberg<Scalar>::stages>());
+    Eigen::Map<Few>(sum + i) = numbers;
+  };
+  std::size_t i = 0;
+  for (; i + 8 <= size; i += 8) add.template operator()<8>(i);
+  for (; i + 2 <= size; i += 2) add.template operator()<2>(i);
+  if (i < size) add.template operator()<1>(i);
+}
+
 }  // namespace
 
 template <class Scalar>
 void Fehlberg<Scalar>::step(const Field& field, const Numbers& x, const Numbers& slope, Scalar h,
                             Numbers& next, Numbers& error) {
-  const auto vector = [](auto& numbers) {
-    using Plain = Eigen::Array<Scalar, Eigen::Dynamic, 1>;
-    using Kept = std::conditional_t<std::is_const_v<std::remove_reference_t<decltype(numbers)>>,
-                                    const Plain, Plain>;
-    return Eigen::Map<Kept>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
-  };
-  const auto add_stages = [&](int row, Numbers& sum) {
-    for (int k = 0; k < stages; ++k)
-      if (const Scalar a = tableau<Scalar>[row][k]; a != 0)
-        vector(sum) += (a * h) * vector(k == 0 ? slope : slopes_[k]);
-  };
   next.resize(x.size());
+  error.resize(x.size());
+  std::array<const Scalar*, stages> slopes = {slope.data()};
   for (int k = 1; k < stages; ++k) {
-    vector(next) = vector(x);
-    add_stages(k - 1, next);
     slopes_[k].resize(x.size());
-    field(next, slopes_[k]);
+    slopes[k] = slopes_[k].data();
   }
-  vector(next) = vector(x);
-  add_stages(stages - 1, next);
-  error.assign(x.size(), 0);
-  add_stages(stages, error);
+  [&]<std::size_t... k>(std::index_sequence<k...>) {
+    ((add_stages<k>(slopes, h, x.data(), next.data(), x.size()), field(next, slopes_[k + 1])), ...);
+  }
+  (std::make_index_sequence<stages - 1>());
+  add_stages<stages - 1>(slopes, h, x.data(), next.data(), x.size());
+  add_stages<stages>(slopes, h, static_cast<const Scalar*>(nullptr), error.data(), x.size());
 }
 
 template class Fehlberg<double>;
