@@ -97,6 +97,7 @@ TEST_F(LargeReplies, AConversion) {
   v1::ConvertRequest request;
   *request.mutable_scene() = wide_scene();
   request.set_to("stiefel_costate");
+  request.set_return_scene(true);
   EXPECT_EQ(harness_.convert(request).scene().initial().at("P").values_size(), 2 * columns);
   request.set_to("velocity");
   EXPECT_EQ(harness_.convert(request).blocks(1).value().data().size(),
