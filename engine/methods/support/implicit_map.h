@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/iteration/fixed_point.h"
@@ -70,11 +71,14 @@ class ImplicitMap {
     solver_ = FixedPoint(z_.rows(), z_.cols());
   }
 
-  /// Solves from z_, which must equal found_ at the call.
+  /// Solves from z_, which must equal found_ at the call; in wider numbers than double by Newton's
+  /// method alone.
   bool solve(const Point& x, Scalar h) {
     const auto sweep = [&](const auto& z, auto& g) { derived().sweep(x, z, h, g); };
-    if (solver_.solve(z_, sweep)) return true;
-    z_ = found_;
+    if constexpr (std::is_same_v<Scalar, double>) {
+      if (solver_.solve(z_, sweep)) return true;
+      z_ = found_;
+    }
     return newton_.solve(z_, sweep);
   }
 
