@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from stiefel import v1 as pb
 from stiefel._results.base import Array, RunStatus
 
 Session = Any  # a `stiefel.Session`
@@ -82,16 +81,10 @@ def accuracy(session: Session, to: int, estimate_error: bool = True) -> Accuracy
     return out
 
 
-def described(session: Session) -> pb.DescribeResponse:
-    """Returns the catalogue of the session's server."""
-    found: pb.DescribeResponse = session._connection.call("Describe", pb.DescribeRequest())
-    return found
-
-
 def drawn_fields(session: Session) -> list[str]:
     """Returns the names of the fields that are drawn: the frame, if the scene has one, and a rate."""
     scene = session.scene
-    system = next(one for one in described(session).systems if one.name == scene["system"])
+    system = next(one for one in session._connection.systems() if one.name == scene["system"])
     names = {one.name for one in system.fields}
     given = {*scene.get("initial", {}), *scene.get("initial_tensors", {})}
     frame = [name for name in ("Q", "q") if name in names and ("body" in scene or name in given)]

@@ -11,6 +11,7 @@ from stiefel._given.numbers import numbers
 from stiefel._results import diagram
 from stiefel._results.base import Array, ByValue, Ended, Named, RunStatus, Word
 from stiefel._results.extras import imported
+from stiefel._results.html import ROWS
 from stiefel._results.tables import flat
 
 __all__ = ["Events", "LyapunovSpectrum", "Section", "StateTransition", "Summary", "Verdict"]
@@ -78,6 +79,12 @@ class Section(Events):
     def _columns(self) -> dict[str, Array]:
         points = {f"point[{k}]": values for k, values in enumerate(self.points.T)}
         return {**super()._columns(), **points, "residual": self.residual}
+
+    def _as_table(self) -> Any:
+        columns = [values[:ROWS].tolist() for values in (self.step, self.time, *self.points.T, self.residual)]
+        names = ["step", "time", *(f"point[{k}]" for k in range(self.points.shape[1])), "residual"]
+        left = f", the first {ROWS} of them" if self.count > ROWS else ""
+        return f"{self.count} crossing{'s' * (self.count != 1)}{left}", names, list(zip(*columns))
 
     def plot(self, axes: Any = None, x: int = 0, y: int = 1, **look: Any) -> Any:
         """Draws column `y` of `points` over column `x`, each member of an ensemble in a colour of its own, and returns the axes.

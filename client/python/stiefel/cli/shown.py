@@ -21,7 +21,7 @@ from stiefel._results.html import text_table
 from stiefel._results.save import complete, in_json
 from stiefel._results.tables import table
 from stiefel.cli.given import BadInput
-from stiefel.results import Conservation, Section
+from stiefel.results import Conservation
 
 _LEFT_OUT = ("checkpoint", "computed_steps", "work")  # what a result has beside its numbers, and does not compare
 
@@ -68,19 +68,10 @@ def tell(given: argparse.Namespace, table: Callable[[], str], value: Any) -> Non
 def as_table(result: Any) -> Callable[[], str]:
     """Returns a function that makes a table of a result: how it ended, and its fields or what stands for them."""
     def table() -> str:
-        if isinstance(result, Section):
-            return _crossings(result)
         caption, head, rows = result._as_table()
         known = [row for row in rows if head or row[1] is not None and row[0] not in ("run_status", *_LEFT_OUT)]
         return text_table(caption if head else str(result.outcome), head, known)
     return table
-
-
-def _crossings(found: Section, most: int = 20) -> str:
-    columns = [column[:most].tolist() for column in (found.step, found.time, *found.points.T, found.residual)]
-    names = ["step", "time", *(f"point[{k}]" for k in range(found.points.shape[1])), "residual"]
-    left = f", the first {most} of them" if found.count > most else ""
-    return text_table(f"{found.count} crossing{'s' * (found.count != 1)}{left}", names, list(zip(*columns)))
 
 
 def check_output(file: Any, extensions: Sequence[str]) -> None:
