@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/accuracy/series_equations.h"
+#include "engine/catalogue/system_entry.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -80,6 +82,11 @@ MotionError error_of(const MotionState& state, const MotionState& exact) {
   error.momentum = static_cast<double>(largest(state.momentum - exact.momentum, complex) /
                                        (size > 0 ? size : 1));
   return error;
+}
+
+std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need) {
+  const MotionStart* motion = system_entry(scene.system())->motion;
+  return motion ? motion->equations->taylor(motion->extended(scene), need) : nullptr;
 }
 
 std::unique_ptr<Reference> make_reference(const Scene& scene, const ReferenceNeed& need) {

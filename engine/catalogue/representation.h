@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/rigid_body/body/outside_domain.h"
+#include "engine/catalogue/outside_domain.h"
 #include "stiefel/conversion.h"
 
 namespace stiefel {
@@ -45,9 +45,13 @@ struct Representation {
   bool has_epsilon = false, has_parameter = false;  ///< whether `write` takes ε and μ of the target
 };
 
-/// The representations of `other_targets` (conversion.h), which are not systems.
 namespace representations {
+/// Those of `other_targets` (conversion.h), which are not systems.
 extern const Representation velocity, angular_velocity, interpolation;
+/// That of moser_veselov_pair: two consecutive frames Q_prev and Q, n = N.
+extern const Representation moser_veselov_pair;
+/// The name of the system of (Q, M), rigid_body.
+extern const char* const body_system;
 }  // namespace representations
 
 /// Returns the phase of (Q, M), n = N.

@@ -6,13 +6,9 @@
 
 namespace stiefel {
 
-/// The equations that the motion of a system obeys in the variables of its start.
-/// engine/accuracy/series_equations.h has the references for them.
+/// The equations that the motion of a system obeys in the variables of its start, with the
+/// references for them (engine/accuracy/series_equations.h).
 struct SeriesEquations;
-
-namespace series_equations {
-extern const SeriesEquations rigid_body, parametric_rigid_body, stiefel, double_bracket;
-}  // namespace series_equations
 
 /// How a scene reports a motion that a reference computes in its own variables.
 template <class Scalar>
@@ -39,7 +35,6 @@ struct Presentation {
 template <class Scalar_>
 struct SeriesStart {
   using Scalar = Scalar_;
-  const SeriesEquations* equations;
   Vector<Scalar> lambda, lambda_v;  ///< Λ in lambda; or Λ_U in lambda and Λ_V in lambda_v
   Scalar mu;
   Matrix<Scalar> x;
@@ -57,15 +52,11 @@ struct Given {
 
   static auto numbers(const auto& v) { return v.template cast<Scalar>().eval(); }
   Dense block(const char* name) const { return numbers(scene.block(name)); }
-  Start start(const SeriesEquations& equations, const Dense& frame, const Dense& momentum) const {
-    Start start{&equations, lambda, {}, mu, Dense(frame.rows() + momentum.rows(), momentum.cols()),
-                {}};
+  Start start(const Dense& frame, const Dense& momentum) const {
+    Start start{lambda, {}, mu, Dense(frame.rows() + momentum.rows(), momentum.cols()), {}};
     if (frame.size() > 0) start.x.topRows(frame.rows()) = frame;  // a scene with M alone has none
     start.x.bottomRows(momentum.rows()) = momentum;
     return start;
-  }
-  Start body(const Dense& Q, const Dense& M) const {
-    return start(series_equations::rigid_body, Q, M);
   }
 
   const Scene& scene;
@@ -75,14 +66,15 @@ struct Given {
 
 /// Computes the start of a system's motion in either precision of a reference.
 struct MotionStart {
+  const SeriesEquations* equations;
   SeriesStart<long double> (*extended)(const Scene&);
   SeriesStart<Quad> (*quadruple)(const Scene&);
 };
 
 /// The start of a motion, for SystemEntry::motion, by a function of Given<Scalar>.
-template <auto start>
+template <const SeriesEquations& equations, auto start>
 inline constexpr MotionStart in_both = {
-    [](const Scene& scene) { return start(Given<long double>(scene)); },
+    &equations, [](const Scene& scene) { return start(Given<long double>(scene)); },
     [](const Scene& scene) { return start(Given<Quad>(scene)); }};
 
 }  // namespace stiefel

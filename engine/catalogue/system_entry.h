@@ -14,7 +14,9 @@ namespace stiefel {
 
 class SceneDraft;
 struct BodyView;
+struct MotionRates;
 struct MotionStart;
+struct Packs;
 struct Representation;
 struct Tangents;
 struct TwoForm;
@@ -68,8 +70,10 @@ struct SystemEntry {
   /// For a discrete system: the continuous system with the same state, which is defined for every
   /// step.
   std::string_view continuous = {};
-  /// Whether bodies of three and four dimensions advance together in vector registers.
-  bool packed = false;
+  /// How its bodies of three and four dimensions advance together in vector registers.
+  const Packs* packs = nullptr;
+  /// How fast its motions change, for recommendations and warnings.
+  const MotionRates* rates = nullptr;
   /// Returns the size by which the table of prices is read; null: `frame_size` (price.h).
   FrameSize (*size)(const Scene&) = nullptr;
   /// For tests and weights: returns a scene without method and step, seeded by `seed`;

@@ -56,8 +56,9 @@ std::string of_body(const Scene& scene) {
 /// its motion.
 std::string of_separatrix(const Scene& scene) {
   const SystemEntry& entry = *system_entry(scene.system());
-  if (!entry.packed || entry.info.discrete || scene.dimension() != 3) return "";
-  const double parameter = separatrix_parameter(scene);
+  if (!entry.rates || !entry.rates->separatrix || entry.info.discrete || scene.dimension() != 3)
+    return "";
+  const double parameter = entry.rates->separatrix(scene);
   if (!(parameter < next_to_separatrix)) return "";
   const std::string where =
       "the motion is next to a separatrix: 1 - k^2 = " + short_text(parameter) +

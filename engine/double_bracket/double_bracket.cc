@@ -7,6 +7,9 @@
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
+
+extern const SeriesEquations double_bracket_equations;
+
 namespace {
 
 bool check_positive(SceneDraft& draft, const std::string& field, const std::vector<double>& l) {
@@ -53,7 +56,7 @@ constexpr auto start = [](const auto& g) {
     return g.numbers(
         Eigen::Map<const Eigen::VectorXd>(l.data(), static_cast<Eigen::Index>(l.size())));
   };
-  auto made = g.start(series_equations::double_bracket, g.block("Q"), g.block("P"));
+  auto made = g.start(g.block("Q"), g.block("P"));
   made.lambda = vector(g.scene.description().inertia_u);
   made.lambda_v = vector(g.scene.description().inertia_v);
   made.presentation.complex = true;
@@ -99,7 +102,7 @@ SystemEntry double_bracket_entry() {
   return {.info = info,
           .check = check,
           .recommended = recommendations,
-          .motion = &in_both<start>,
+          .motion = &in_both<double_bracket_equations, start>,
           .size = size};
 }
 

@@ -6,7 +6,7 @@
 #include "engine/catalogue/system_entry.h"
 #include "engine/double_bracket/double_bracket.h"
 #include "engine/double_bracket/double_bracket_invariants.h"
-#include "engine/rigid_body/body/body_invariants.h"
+#include "engine/linalg/matrix_equations/skew_spectrum.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 #include "engine/stepping/stacked_observables.h"

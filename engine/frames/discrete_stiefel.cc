@@ -1,6 +1,5 @@
 #include "engine/frames/frame_tangents.h"
 #include "engine/frames/stiefel_forms.h"
-#include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -21,20 +20,13 @@ OutsideDomain not_square(const Eigen::MatrixXd& Q) {
 }
 
 WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
-  const Eigen::MatrixXd &Q_prev = scene.block("Q_prev"), &Q = scene.Q();
+  const Eigen::MatrixXd& Q = scene.Q();
   if (Q.rows() != Q.cols()) return outside(not_square(Q), "initial.Q");
-  margins.push_back({"S_L", margin_S_L(scene.inertia(), Q_prev, Q)});
-  Eigen::MatrixXd M = Sigma_L(scene.inertia(), Q_prev, Q, scene.step());
-  add_condition(M, inverse_condition_Sigma_L(scene.inertia(), M, scene.step()), margins);
-  return phase_of_body(scene, Q, std::move(M));
+  return representations::moser_veselov_pair.read(scene, margins);
 }
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins& margins) {
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget& target, Margins& margins) {
   if (!x.square()) return outside(not_square(x.Q), "to");
-  auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
-  if (!Q_prev) return outside(Q_prev.error(), "step");
-  margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
-  add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
-  return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
+  return representations::moser_veselov_pair.write(x, target, margins);
 }
 constexpr Representation representation = {.square = false, .read = read, .write = write};
 

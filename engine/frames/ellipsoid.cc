@@ -45,7 +45,7 @@ constexpr Representation representation = {false, read, write};
 constexpr auto start = [](const auto& g) {
   if (has_costate(g.scene)) return start_of_costate(g, "q", "p");
   const decltype(g.block("q")) q = g.block("q"), qdot = g.block("qdot");
-  return g.start(series_equations::stiefel, q, S_of_Qdot(g.lambda, qdot));
+  return g.start(q, S_of_Qdot(g.lambda, qdot));
 };
 
 }  // namespace
@@ -79,7 +79,7 @@ SystemEntry ellipsoid_entry() {
           .check = check,
           .recommended = recommendations,
           .representation = &representation,
-          .motion = &in_both<start>};
+          .motion = &in_both<frame_equations, start>};
 }
 
 }  // namespace stiefel

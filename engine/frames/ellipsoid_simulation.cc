@@ -1,8 +1,8 @@
 #include "engine/frames/body/ellipsoid_invariants.h"
 #include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/stiefel_forms.h"
+#include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
-#include "engine/stepping/shared_maps.h"
 #include "engine/stepping/stacked_observables.h"
 #include "stiefel/invariant_names.h"
 

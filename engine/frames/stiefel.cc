@@ -23,9 +23,7 @@ WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&
 }
 constexpr Representation representation = {false, read, write};
 
-constexpr auto start = [](const auto& g) {
-  return g.start(series_equations::stiefel, g.block("Q"), g.block("S"));
-};
+constexpr auto start = [](const auto& g) { return g.start(g.block("Q"), g.block("S")); };
 
 constexpr TwoForm form_of_pairs = {
     {"omega_pairs",
@@ -110,8 +108,9 @@ SystemEntry stiefel_entry() {
           .two_forms = {&form_of_pairs, &form_of_cotangent_pairs},
           .representation = &representation,
           .tangents = &stiefel_tangents,
-          .motion = &in_both<start>,
-          .rate = Rate::frame_speed};
+          .motion = &in_both<frame_equations, start>,
+          .rate = Rate::frame_speed,
+          .rates = &frame_rates};
 }
 
 }  // namespace stiefel

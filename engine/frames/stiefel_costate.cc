@@ -48,7 +48,7 @@ SystemEntry stiefel_costate_entry() {
           .recommended = for_costates,
           .two_forms = {&form_of_pairs},
           .representation = &representation,
-          .motion = &in_both<start>,
+          .motion = &in_both<frame_equations, start>,
           .rate = Rate::frame_speed};
 }
 

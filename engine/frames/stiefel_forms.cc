@@ -5,8 +5,8 @@
 #include "engine/frames/body/stiefel_invariants.h"
 #include "engine/frames/body/stiefel_momenta.h"
 #include "engine/linalg/lie/orthogonal.h"
+#include "engine/linalg/matrix_equations/angular_velocity.h"
 #include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
-#include "engine/rigid_body/body/angular_velocity.h"
 #include "engine/stepping/stacked_observables.h"
 #include "stiefel/invariant_names.h"
 
@@ -152,8 +152,7 @@ SeriesStart<Scalar> start_of_costate(const Given<Scalar>& g, const char* frame,
     const Matrix<Scalar> defect = Matrix<Scalar>::Identity(Q.rows(), Q.rows()) - Q * Q.transpose();
     Q += (defect * Q / 2).eval();
   }
-  return g.start(series_equations::stiefel, Q,
-                 Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
+  return g.start(Q, Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
 }
 template SeriesStart<long double> start_of_costate(const Given<long double>&, const char*,
                                                    const char*);

@@ -48,7 +48,7 @@ SystemEntry stiefel_momentum_entry() {
           .check = check,
           .recommended = for_costates,
           .representation = &representation,
-          .motion = &in_both<start>,
+          .motion = &in_both<frame_equations, start>,
           .rate = Rate::frame_speed};
 }
 

@@ -1,8 +1,8 @@
 #include "engine/frames/body/stiefel_momenta.h"
 #include "engine/frames/stiefel_forms.h"
 #include "engine/frames/stiefel_maps.h"
+#include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
-#include "engine/stepping/shared_maps.h"
 
 namespace stiefel {
 namespace {

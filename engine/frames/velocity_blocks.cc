@@ -1,6 +1,6 @@
 #include "engine/catalogue/representation.h"
 #include "engine/frames/body/stiefel_legendre.h"
-#include "engine/rigid_body/body/angular_velocity.h"
+#include "engine/linalg/matrix_equations/angular_velocity.h"
 
 namespace stiefel {
 namespace {

@@ -40,7 +40,7 @@ constexpr Representation representation = {true, read, write};
 
 constexpr auto start = [](const auto& g) {
   const auto Q = g.block("Q");
-  return g.body(Q, M_of_B(Q, g.block("B")));
+  return g.start(Q, M_of_B(Q, g.block("B")));
 };
 
 BodyView view(const Scene& scene) {
@@ -75,9 +75,10 @@ SystemEntry mclachlan_scovel_entry() {
           .representation = &representation,
           .view = view,
           .priced_as = "rigid_body",
-          .motion = &in_both<start>,
+          .motion = &in_both<body_equations, start>,
           .rate = Rate::angular_speed,
-          .packed = true};
+          .packs = &body_packs,
+          .rates = &body_rates};
 }
 
 Simulations mclachlan_scovel_simulations() { return rigid_body_simulations(); }

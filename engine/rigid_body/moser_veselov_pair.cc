@@ -41,12 +41,10 @@ WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&
   add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
   return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
 }
-constexpr Representation representation = {.square = true, .read = read, .write = write};
-
 constexpr auto start = [](const auto& g) {
   using Dense = decltype(g.block("Q"));
   const Dense Q = g.block("Q"), W = g.lambda.asDiagonal() * (g.block("Q_prev").transpose() * Q);
-  return g.body(Q, (W - W.transpose()) / typename Dense::Scalar(g.scene.step()));
+  return g.start(Q, (W - W.transpose()) / typename Dense::Scalar(g.scene.step()));
 };
 
 constexpr TwoForm form = {
@@ -82,6 +80,9 @@ BodyView view(const Scene& scene) {
 
 }  // namespace
 
+constinit const Representation representations::moser_veselov_pair = {
+    .square = true, .read = read, .write = write};
+
 SystemEntry moser_veselov_pair_entry() {
   SystemInfo info = rigid_form_info({"M", "N x N", false, ""}, false);
   info.blocks = {{"Q_prev", "N x N", true, "frame one step before"},
@@ -104,12 +105,13 @@ SystemEntry moser_veselov_pair_entry() {
   return {.info = info,
           .check = check,
           .two_forms = {&form},
-          .representation = &representation,
+          .representation = &representations::moser_veselov_pair,
           .view = view,
           .priced_as = "moser_veselov",
-          .motion = &in_both<start>,
+          .motion = &in_both<body_equations, start>,
           .rate = Rate::angular_speed,
-          .packed = true};
+          .packs = &body_packs,
+          .rates = &body_rates};
 }
 
 Simulations moser_veselov_pair_simulations() { return moser_veselov_simulations(); }

@@ -9,7 +9,7 @@ namespace {
 constexpr auto start = [](const auto& g) {
   using Dense = decltype(g.block("Q"));
   const Dense Q = g.block("Q"), A = constant_A(Q, g.block("P")), of_m = A - A.transpose();
-  return g.body(Q, Q.transpose() * of_m * Q / g.epsilon);
+  return g.start(Q, Q.transpose() * of_m * Q / g.epsilon);
 };
 
 }  // namespace
@@ -23,7 +23,7 @@ SystemEntry reduced_rigid_body_entry() {
   info.source = "[RB] (8.2)";
   info.file = "engine/rigid_body/reduced_rigid_body.cc";
   as_view_of_pair(entry);
-  entry.motion = &in_both<start>;
+  entry.motion = &in_both<body_equations, start>;
   return entry;
 }
 

@@ -18,7 +18,7 @@ WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&
 constexpr Representation representation = {true, read, write};
 
 constexpr auto start = [](const auto& g) {
-  auto of_left = g.body(g.block("Q").transpose(), -g.block("M"));
+  auto of_left = g.start(g.block("Q").transpose(), -g.block("M"));
   of_left.presentation.right = true;
   return of_left;
 };
@@ -48,9 +48,10 @@ SystemEntry right_rigid_body_entry() {
           .representation = &representation,
           .view = view,
           .priced_as = "rigid_body",
-          .motion = &in_both<start>,
+          .motion = &in_both<body_equations, start>,
           .rate = Rate::angular_speed,
-          .packed = true};
+          .packs = &body_packs,
+          .rates = &body_rates};
 }
 
 Simulations right_rigid_body_simulations() { return rigid_body_simulations(); }

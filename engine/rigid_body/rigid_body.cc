@@ -1,4 +1,5 @@
-#include "engine/catalogue/methods/motion_rates.h"
+#include "engine/rigid_body/body/rigid_body.h"
+#include "engine/catalogue/representation.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/tangents/rigid_tangents.h"
 
@@ -8,7 +9,7 @@ namespace {
 bool in_4d(const Scene& scene) { return scene.dimension() == 4; }
 bool in_4d_without_frame(const Scene& scene) { return in_4d(scene) && !scene.has_frame(); }
 bool away_from_separatrix(const Scene& scene) {
-  return scene.dimension() == 3 && separatrix_parameter(scene) >= next_to_separatrix;
+  return scene.dimension() == 3 && body_rates.separatrix(scene) >= next_to_separatrix;
 }
 
 constexpr std::array recommendations = {
@@ -32,6 +33,8 @@ constexpr std::array recommendations = {
     with_error_control(1e-12, 0.15)};
 
 }  // namespace
+
+const char* const representations::body_system = RigidBody<SoN<double>>::name;
 
 SystemEntry rigid_body_entry() {
   SystemEntry entry = rigid_body_family();

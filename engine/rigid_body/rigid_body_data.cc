@@ -110,7 +110,7 @@ SeriesStart<Scalar> start_of_given(const Given<Scalar>& g, const BodyDescription
   const Vector3<Scalar> m = I.cwiseProduct(R.transpose() * omega);
   using std::sqrt;
   const Dense attitude = rotation_matrix<Scalar>((q / sqrt(Scalar(q.squaredNorm()))).eval()) * R;
-  auto start = g.body(attitude, hat(m));
+  auto start = g.start(attitude, hat(m));
   start.lambda =
       PrincipalMoments3<Scalar>(I, Vector3<Scalar>(I(1) - I(2), I(2) - I(0), I(0) - I(1))).lambda();
   start.presentation.axes = R;
@@ -119,7 +119,7 @@ SeriesStart<Scalar> start_of_given(const Given<Scalar>& g, const BodyDescription
 
 constexpr auto start = [](const auto& g) {
   if (const auto& given = g.scene.description().body) return start_of_given(g, *given);
-  return g.body(g.block("Q"), g.block("M"));
+  return g.start(g.block("Q"), g.block("M"));
 };
 
 WithinDomain<Phase> read(const Scene& scene, Margins&) {
@@ -186,9 +186,10 @@ SystemEntry rigid_body_family() {
           .check = check_momentum_or_body,
           .two_forms = {&form},
           .representation = &representation,
-          .motion = &in_both<start>,
+          .motion = &in_both<body_equations, start>,
           .rate = Rate::angular_speed,
-          .packed = true};
+          .packs = &body_packs,
+          .rates = &body_rates};
 }
 
 }  // namespace stiefel

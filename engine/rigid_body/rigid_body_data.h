@@ -2,10 +2,16 @@
 
 #include <array>
 
+#include "engine/catalogue/methods/motion_rates.h"
+#include "engine/catalogue/series_start.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {
+
+extern const SeriesEquations body_equations;
+extern const MotionRates body_rates;
+extern const Packs body_packs;
 
 /// Returns the data that rigid_body and moser_veselov share, the systems of (Q, M). Their check
 /// accepts (Q, M), M alone, or a body in three dimensions given by `body`: inertia tensor or

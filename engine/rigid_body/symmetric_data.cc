@@ -76,11 +76,11 @@ constexpr Representation right_pair = {
 
 constexpr auto start = [](const auto& g) {
   const auto Q = g.block("Q");
-  return g.body(Q, Psi(Q, g.block("P"), g.epsilon));
+  return g.start(Q, Psi(Q, g.block("P"), g.epsilon));
 };
 constexpr auto start_on_the_right = [](const auto& g) {
   const decltype(g.block("Q")) Q = g.block("Q").transpose(), P = g.block("P").transpose();
-  auto of_left = g.body(Q, Psi(Q, P, g.epsilon));
+  auto of_left = g.start(Q, Psi(Q, P, g.epsilon));
   of_left.presentation.right = true;
   return of_left;
 };
@@ -101,7 +101,8 @@ SystemEntry symmetric_family(Side side) {
           .check = left ? check_left : check_right,
           .two_forms = {&form},
           .representation = left ? &left_pair : &right_pair,
-          .motion = left ? &in_both<start> : &in_both<start_on_the_right>,
+          .motion =
+              left ? &in_both<body_equations, start> : &in_both<body_equations, start_on_the_right>,
           .rate = Rate::angular_speed};
 }
 
@@ -176,7 +177,8 @@ void as_view_of_pair(SystemEntry& entry) {
   entry.recommended = for_views;
   entry.view = view_of_pair;
   entry.priced_as = "rigid_body";
-  entry.packed = true;
+  entry.packs = &body_packs;
+  entry.rates = &body_rates;
 }
 
 StackedObservables symmetric_observables(const Scene& scene) {

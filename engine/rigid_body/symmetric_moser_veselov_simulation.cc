@@ -2,8 +2,8 @@
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/symmetric/psi.h"
 #include "engine/rigid_body/symmetric_data.h"
+#include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
-#include "engine/stepping/shared_maps.h"
 
 namespace stiefel {
 namespace {

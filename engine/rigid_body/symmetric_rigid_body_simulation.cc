@@ -1,8 +1,8 @@
 #include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/symmetric_data.h"
+#include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
-#include "engine/stepping/shared_maps.h"
 
 namespace stiefel {
 namespace {

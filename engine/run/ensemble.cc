@@ -6,7 +6,6 @@
 
 #include "engine/catalogue/system_entry.h"
 #include "engine/numbers/parallel.h"
-#include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/run/groups.h"
 #include "stiefel/stop.h"
 
@@ -53,8 +52,7 @@ Ensemble::Group Ensemble::form_group(std::span<const Scene> scenes, std::size_t 
   for (std::size_t k = 0; k * each < group.states.size(); ++k)
     members_[first + std::min(k, group.count - 1)]->save(
         std::span(group.states).subspan(each * k, each));
-  group.packed =
-      is_exact_body(scenes[0]) ? pack_closed_forms(scenes, group.states) : pack_bodies(scenes);
+  group.packed = system_entry(scenes[0].system())->packs->make(scenes, group.states);
   return group;
 }
 

@@ -57,11 +57,6 @@ auto groups_of(const Members& members, const Make& make) {
   return all;
 }
 
-/// Packs at most `body_lanes` bodies by their closed form. `start` holds the states at step 0 of as
-/// many bodies as there are lanes. `advance` makes all steps as one.
-std::unique_ptr<PackedBodies> pack_closed_forms(std::span<const Scene> bodies,
-                                                std::span<const double> start);
-
 /// Returns a rough number of nanoseconds for a step of a group, for slicing. `one` is the
 /// simulation of one of its members.
 inline double group_cost(std::span<const Scene> group, const Simulation& one) {

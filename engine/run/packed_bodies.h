@@ -1,12 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
-#include "engine/numbers/isa.h"
-#include "engine/rigid_body/j_d/discrete_inertia.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
@@ -30,48 +28,20 @@ class PackedBodies {
   virtual Progress advance(std::span<double> states, std::int64_t steps) = 0;
 };
 
-/// The data of bodies that advance side by side in packs of Scalars, double, or float for N = 3.
-/// Two of the last three members are empty.
-template <class Scalar_>
-struct BodiesSideBySide {
-  using Scalar = Scalar_;
-
-  int N;  ///< 3 or 4
-  bool frame;
-  Arithmetic arithmetic;
-  int substeps;
-  Scalar h;
-  std::vector<Vector<Scalar>> lambda;  ///< for Packing::vector_field, lane by lane
-  /// For the discrete body: stage by stage, and in each stage lane by lane.
-  template <class Inertia>
-  using Stages = std::vector<std::vector<Inertia>>;
-  Stages<DiscreteInertia3<Scalar>> stages_3;
-  Stages<DiscreteInertia4<Scalar>> stages_4;
+/// How scenes of a system advance together, for SystemEntry::packs.
+struct Packs {
+  /// Whether a scene can advance together with others like it.
+  bool (*takes)(const Scene&);
+  /// Returns the number of lanes on this machine for scenes like this one.
+  int (*lanes)(const Scene&);
+  /// Packs at most as many scenes of one ensemble as there are lanes. `start` holds their states at
+  /// step 0, and in the lanes without a scene that of the last one.
+  std::unique_ptr<PackedBodies> (*make)(std::span<const Scene>, std::span<const double> start);
 };
 
-/// Returns the number of lanes on this machine for bodies like this one.
+/// Returns Packs::lanes of a scene's system, which must have packs.
 int body_lanes(const Scene& scene);
-/// Whether a scene can advance together with others like it: the processor has packs (on x86-64
-/// with AVX2), its system (SystemEntry::packed) and method (MethodTraits::packing) allow it, N is 3
-/// or 4, and products of its numbers neither overflow nor become denormal.
+/// Whether a scene can advance together with others like it: its system has packs, which take it.
 bool can_be_packed(const Scene& scene);
-/// Packs at most `body_lanes` bodies of one ensemble. The lanes without a body repeat the last one.
-std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies);
-/// Returns the data of the bodies for pack_bodies_on; pack_bodies calls it.
-template <class Scalar>
-BodiesSideBySide<Scalar> side_by_side(std::span<const Scene> bodies, int lanes);
-extern template BodiesSideBySide<float> side_by_side(std::span<const Scene>, int);
-extern template BodiesSideBySide<double> side_by_side(std::span<const Scene>, int);
-
-/// Packs bodies with the code compiled for `isa`. packed_bodies.cc.in is compiled to a file for
-/// each set of template arguments, because the compiler limits how much it inlines in one file.
-template <Isa isa, int N, class Scalar>
-std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies);
-template <Isa isa, class Scalar>
-std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies) {
-  if constexpr (std::is_same_v<Scalar, double>)
-    if (bodies.N == 4) return pack_bodies_on<isa, 4>(bodies);
-  return pack_bodies_on<isa, 3>(bodies);
-}
 
 }  // namespace stiefel

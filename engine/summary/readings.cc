@@ -81,7 +81,7 @@ class EnergyReading final : public Reading {
   /// step 0 differs in a bit from that among the invariants of `start`.
   static std::unique_ptr<Reading> make(const Scene& scene, const Simulation& start) {
     const std::size_t first = scene.has_frame() ? 4 : 0;
-    if (!system_entry(scene.system())->packed || scene.dimension() != 3 || scene.in_float() ||
+    if (!system_entry(scene.system())->packs || scene.dimension() != 3 || scene.in_float() ||
         start.saved_size() < first + 3)
       return nullptr;
     const std::vector<std::string> only{std::string(family::energy)};

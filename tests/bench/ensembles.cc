@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "engine/numbers/pack.h"
-#include "engine/run/packed_bodies.h"
+#include "engine/rigid_body/packs/body_packs.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/scenes/ensemble_of.h"

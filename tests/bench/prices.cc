@@ -80,7 +80,7 @@ std::string answer(const std::string& line) {
 
 void list() {
   for (const auto& system : catalogue().systems) {
-    const bool packed = system_entry(system.name)->packed;
+    const bool packed = system_entry(system.name)->packs;
     if (system.discrete)
       std::cout << system.name << " - discrete 0 no " << (packed ? "packed" : "no") << " -\n";
     for (const auto& on : system.methods) {

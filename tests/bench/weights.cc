@@ -206,7 +206,7 @@ void count_packs(const SystemInfo& system, bool frame) {
 int main(int argc, char** argv) {
   for (const auto& system : catalogue().systems) {
     const std::string packed = "packed_" + std::string(system.name), alone = packed + "_momentum";
-    const bool in_packs = system_entry(system.name)->packed;
+    const bool in_packs = system_entry(system.name)->packs;
     if (argc == 1)
       std::cout << system.name << '\n' << (in_packs ? packed + "\n" + alone + "\n" : "");
     else if (system.name == argv[1])

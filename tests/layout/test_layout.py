@@ -14,22 +14,9 @@ ENGINE = [
     ["engine/linalg"],
     ["engine/laws"],
     ["engine/methods"],
-    # The rooms of the wings have the mathematics of a family of systems.
-    ["engine/rigid_body/body"],
-    ["engine/rigid_body/j_d"],
-    ["engine/rigid_body/symmetric"],
-    ["engine/rigid_body/moser_veselov"],
-    ["engine/rigid_body/exact"],
-    ["engine/rigid_body/maps"],
-    ["engine/frames/body"],
-    ["engine/frames/passes"],
-    ["engine/frames/geodesics"],
     ["engine/scene"],
     ["engine/stepping"],
     ["engine/catalogue"],
-    # The tops of the wings have one entry a system.
-    ["engine/rigid_body"],
-    ["engine/frames", "engine/double_bracket", "engine/parametric"],
     ["engine/run"],
     ["engine/tangent"],
     ["engine/accuracy"],
@@ -37,12 +24,14 @@ ENGINE = [
     ["engine/diagnosis"],
     ["engine/summary"],
 ]
+# Each has a family of systems and hands out a SystemEntry for each of them. No other folder includes from a wing.
+WINGS = ["engine/rigid_body", "engine/frames", "engine/double_bracket"]
 # None of these may include from another.
 TOP = {"engine/accuracy", "engine/conversion", "engine/diagnosis", "engine/summary"}
 # Headers that write numbers and names as text. Every folder may include them, for error messages.
 TEXT = {"engine/numbers/to_text.h", "engine/scene/near_name.h"}
 
-ENGINE_FOLDERS = [folder for line in ENGINE for folder in line]
+ENGINE_FOLDERS = [*(folder for line in ENGINE for folder in line), *WINGS]
 PUBLIC, CLIENT = r"stiefel/[a-z_]+\.h", r"stiefel/client/.*"
 PROTO = r"stiefel/v1/.*"
 # The only folder that sees both messages and the engine.
@@ -80,9 +69,10 @@ def may_include(file: str, included: str) -> bool:
         return True
     if folder := folder_of(file, ENGINE_FOLDERS):
         other = folder_of(included, ENGINE_FOLDERS)
-        level = {name: k for k, line in enumerate(ENGINE) for name in line}
-        return bool(re.fullmatch(PUBLIC, included)) or other == folder or (
-            other != "" and not {folder, other} <= TOP and level[other] <= level[folder])
+        if other == folder or re.fullmatch(PUBLIC, included):
+            return True
+        level = {name: k for k, line in enumerate([*ENGINE, WINGS]) for name in line}
+        return other != "" and other not in WINGS and not {folder, other} <= TOP and level[other] <= level[folder]
     folder, other = folder_of(file, list(OTHERS)), folder_of(included, list(OTHERS))
     inside = other == folder and (folder != "server" or re.fullmatch(r"server/[a-z_]+\.h", included))
     return bool(inside) or any(re.fullmatch(allowed, included) for allowed in OTHERS[folder])

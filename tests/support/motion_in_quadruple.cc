@@ -3,12 +3,14 @@
 #include <memory>
 
 #include "engine/accuracy/presentation.h"
-#include "engine/accuracy/series_equations.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/double_bracket/taylor_double_bracket.h"
 #include "engine/frames/body/taylor_stiefel.h"
-#include "engine/parametric/taylor_parametric_rigid_body.h"
+#include "engine/frames/stiefel_forms.h"
 #include "engine/rigid_body/body/taylor_rigid_body.h"
+#include "engine/rigid_body/parametric/parametric_forms.h"
+#include "engine/rigid_body/parametric/taylor_parametric_rigid_body.h"
+#include "engine/rigid_body/rigid_body_data.h"
 #include "tests/support/linalg/quadruple.h"
 
 namespace stiefel::testing {
@@ -29,13 +31,14 @@ std::function<MotionState(double)> motion(Series series, const SeriesStart<Quad>
 }  // namespace
 
 std::function<MotionState(double)> motion_in_quadruple(const Scene& scene) {
-  const auto start = system_entry(scene.system())->motion->quadruple(scene);
+  const MotionStart& motion_of = *system_entry(scene.system())->motion;
+  const auto start = motion_of.quadruple(scene);
   const int order = taylor_order(epsilon);
-  if (start.equations == &series_equations::rigid_body)
+  if (motion_of.equations == &body_equations)
     return motion(TaylorRigidBody<Quad>(start.lambda, order), start);
-  if (start.equations == &series_equations::parametric_rigid_body)
+  if (motion_of.equations == &parametric_equations)
     return motion(TaylorParametricRigidBody<Quad>(start.lambda, start.mu, order), start);
-  if (start.equations == &series_equations::stiefel)
+  if (motion_of.equations == &frame_equations)
     return motion(TaylorStiefel<Quad>(start.lambda, start.x.rows() / 2, order), start);
   return motion(TaylorDoubleBracket<Quad>(start.lambda, start.lambda_v, order), start);
 }

@@ -1,34 +1,31 @@
 #pragma once
 
-#include <Eigen/Core>
-
 namespace stiefel {
 
 class Scene;
 
-// Functions that return how fast a motion changes. They follow it for some rotations by the
-// explicit midpoint rule, with momentum and Λ scaled to 1 so that no square overflows, and return 0
-// at rest.
+/// Functions that return how fast a motion of a system changes, for SystemEntry::rates; null where
+/// nothing asks for it. They follow the motion for some rotations by the explicit midpoint rule,
+/// with momentum and Λ scaled to 1 so that no square overflows, and return 0 at rest.
+struct MotionRates {
+  /// For a body in three dimensions: returns the largest of |ω| along the whole motion and of the
+  /// frequency λ of Jacobi's functions. Where the moments violate the triangle inequality, both may
+  /// be many times |ω| at the start.
+  double (*turning)(const Scene&) = nullptr;
+  /// For a body in four dimensions: returns the mean of (‖M̈‖/‖M‖)^{1/2} over four rotations, as the
+  /// fourth root of the mean of its fourth powers.
+  double (*momentum)(const Scene&, double angular_speed) = nullptr;
+  /// For a geodesic on V(1, N): returns the largest (‖q⃛‖/‖q̇‖)^{1/2} in sixteen rotations.
+  double (*velocity)(const Scene&) = nullptr;
+  /// For a body in three dimensions: returns the complementary parameter 1 − k² of Jacobi's
+  /// functions, in which its motion is expressed: 0 on the separatrix and for a rotation about the
+  /// middle axis, 1 for a symmetric body and for a rotation about another axis.
+  double (*separatrix)(const Scene&) = nullptr;
+};
 
-/// For a body in three dimensions: returns the complementary parameter 1 − k² of Jacobi's
-/// functions, in which its motion is expressed: 0 on the separatrix and for a rotation about the
-/// middle axis, 1 for a symmetric body and for a rotation about another axis.
-double separatrix_parameter(const Scene& scene);
-/// Members of an ensemble whose separatrix_parameter is below this bound are next to the
+/// Members of an ensemble whose MotionRates::separatrix is below this bound are next to the
 /// separatrix. Plain arithmetic then loses more than 1e-8 in 100 rotations: the error is about
 /// 1e-14 divided by the parameter.
 constexpr double next_to_separatrix = 1e-5;
-
-/// For a body in three dimensions: returns the largest of |ω| along the whole motion and of the
-/// frequency λ of Jacobi's functions. Where the moments violate the triangle inequality, both may
-/// be many times |ω| at the start.
-double largest_turning_rate(const Scene& scene);
-
-/// For a body in four dimensions: returns the mean of (‖M̈‖/‖M‖)^{1/2} over four rotations, as the
-/// fourth root of the mean of its fourth powers.
-double mean_momentum_rate(const Scene& scene, double angular_speed);
-
-/// For a geodesic on V(1, N): returns the largest (‖q⃛‖/‖q̇‖)^{1/2} in sixteen rotations.
-double largest_velocity_rate(const Scene& scene);
 
 }  // namespace stiefel

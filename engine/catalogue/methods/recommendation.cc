@@ -44,14 +44,15 @@ int Recommendation::substeps(const Scene& scene) const {
   const auto keep = [&](double bound, const auto& rate) {
     if (bound > 0) needed = std::max(needed, std::ceil(std::abs(scene.step()) * rate() / bound));
   };
+  const SystemEntry& entry = *system_entry(scene.system());
   const auto Omega = [&] {
-    const SystemEntry& entry = *system_entry(scene.system());
-    return entry.packed && scene.dimension() == 3 ? largest_turning_rate(scene)
-                                                  : entry.simulations.make(scene)->rate();
+    return entry.rates && entry.rates->turning && scene.dimension() == 3
+               ? entry.rates->turning(scene)
+               : entry.simulations.make(scene)->rate();
   };
   keep(largest_h_omega, Omega);
-  keep(largest_h_momentum_rate, [&] { return mean_momentum_rate(scene, Omega()); });
-  keep(largest_h_velocity_rate, [&] { return largest_velocity_rate(scene); });
+  keep(largest_h_momentum_rate, [&] { return entry.rates->momentum(scene, Omega()); });
+  keep(largest_h_velocity_rate, [&] { return entry.rates->velocity(scene); });
   return static_cast<int>(std::min(needed, most_substeps));
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/frames/body/stiefel_momenta.h"
-#include "engine/rigid_body/body/angular_velocity.h"
+#include "engine/linalg/matrix_equations/angular_velocity.h"
 
 namespace stiefel {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/rigid_body/body/outside_domain.h"
+#include "engine/catalogue/outside_domain.h"
 
 namespace stiefel {
 

@@ -90,7 +90,7 @@ bool TaylorStiefel<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& seri
   return true;
 }
 
-// Compiled once, in taylor_stiefel.cc.
+// Compiled once, in frame_references.cc.
 extern template class TaylorStiefel<long double>;
 extern template class TaylorMotion<TaylorStiefel<long double>>;
 

@@ -5,8 +5,8 @@
 #include <stop_token>
 #include <vector>
 
-#include "engine/linalg/matrix_equations/decompositions.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
+#include "engine/linalg/matrix_equations/skew_spectrum.h"
 #include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
@@ -24,13 +24,6 @@ Scalar energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
 template <class Scalar>
 Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
   return Q * M * Q.transpose();
-}
-
-/// Returns the Casimirs of so(N)*: w ≥ 0 of the eigenvalues ±iw of M, in descending order, one for
-/// each pair. Computed from MᵀM they would keep only half the digits.
-template <class Scalar>
-Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
-  return skew_eigenvalues(M).reverse().head(M.cols() / 2);
 }
 
 /// Returns the coefficients of μ^j in tr((M + μB)^k), j = 0..k, for a square M and a B of the same
@@ -67,9 +60,6 @@ std::vector<std::vector<Scalar>> manakov(const Vector<Scalar>& lambda, const Mat
   const Vector<Scalar> lambda2 = lambda.cwiseAbs2();
   return pencil_traces<Scalar>(M, lambda2.asDiagonal(), K, stop);
 }
-
-// Compiled once, in instances.cc.
-extern template Vector<double> casimirs(const Matrix<double>& M);
 
 /// Returns the discrete Hamiltonian [RB] (6.17), tr exp(asinh(K/2)) − tr ΛU for K = hM and U =
 /// J_D⁻¹(K). The first term is Σ √(1 − w²/4) over all eigenvalues ±iw of K; returns nullopt for

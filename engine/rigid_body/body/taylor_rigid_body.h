@@ -67,7 +67,7 @@ bool TaylorRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& se
   return true;
 }
 
-// Compiled once, in taylor_rigid_body.cc.
+// Compiled once, in body_references.cc.
 extern template class TaylorRigidBody<long double>;
 extern template class TaylorMotion<TaylorRigidBody<long double>>;
 

@@ -28,8 +28,7 @@ const std::vector<BodyByMethod>& bodies_by_methods();
 /// that of `variational` of order 2.
 std::unique_ptr<Simulation> make_body_simulation(const Scene& scene);
 
-/// Whether a scene has the method `exact` and a body in three dimensions of a system whose bodies
-/// advance together (SystemEntry::packed).
+/// Whether a scene of a rigid body has the method `exact` and three dimensions.
 bool is_exact_body(const Scene& scene);
 
 /// Returns the simulation of such a scene. A body given by `body` moves with the caller's numbers;

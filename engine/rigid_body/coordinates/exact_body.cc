@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "engine/catalogue/system_entry.h"
 #include "engine/methods/exact.h"
 #include "engine/rigid_body/exact/euler_top.h"
 #include "engine/rigid_body/rigid_body_data.h"
@@ -91,8 +90,7 @@ class ExactBody final : public ObservedSimulation, public MovesToTimes {
 }  // namespace
 
 bool is_exact_body(const Scene& scene) {
-  return scene.dimension() == 3 && scene.method() == Exact::traits.name &&
-         system_entry(scene.system())->packed;
+  return scene.dimension() == 3 && scene.method() == Exact::traits.name;
 }
 
 std::unique_ptr<Simulation> exact_body(const Scene& scene) {

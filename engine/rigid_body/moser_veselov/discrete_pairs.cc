@@ -5,7 +5,7 @@
 
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/rigid_body/body/skew_norm.h"
+#include "engine/linalg/matrix_equations/skew_spectrum.h"
 #include "engine/rigid_body/j_d/cayley_n.h"
 
 namespace stiefel {

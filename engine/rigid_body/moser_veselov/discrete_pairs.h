@@ -1,7 +1,7 @@
 #pragma once
 
+#include "engine/catalogue/outside_domain.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
-#include "engine/rigid_body/body/outside_domain.h"
 #include "engine/rigid_body/symmetric/psi.h"
 
 namespace stiefel {

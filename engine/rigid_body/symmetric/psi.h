@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "engine/rigid_body/body/outside_domain.h"
-#include "engine/rigid_body/body/skew_norm.h"
+#include "engine/catalogue/outside_domain.h"
+#include "engine/linalg/matrix_equations/skew_spectrum.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

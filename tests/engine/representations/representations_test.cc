@@ -3,8 +3,8 @@
 #include <Eigen/Eigenvalues>
 
 #include "engine/linalg/lie/so_3.h"
+#include "engine/linalg/matrix_equations/angular_velocity.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/rigid_body/body/angular_velocity.h"
 #include "engine/rigid_body/symmetric/left_right.h"
 #include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
 #include "engine/rigid_body/symmetric/scaling.h"

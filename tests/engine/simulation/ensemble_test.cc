@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "engine/numbers/pack.h"
-#include "engine/run/packed_bodies.h"
+#include "engine/rigid_body/packs/body_packs.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/price.h"
 #include "tests/support/scenes/ensemble_of.h"

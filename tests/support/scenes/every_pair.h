@@ -26,7 +26,7 @@ struct Pair {
 inline bool in_dimension(std::string_view system, const MethodOnSystem& on, int N) {
   if (on.takes && !on.takes(Eigen::VectorXd::Ones(N))) return false;
   const bool in_3d_only = on.takes && !on.takes(Eigen::VectorXd::Ones(4));
-  return N == 4 || in_3d_only || system_entry(system)->packed;
+  return N == 4 || in_3d_only || system_entry(system)->packs;
 }
 
 /// Returns whether the method chooses its own steps.

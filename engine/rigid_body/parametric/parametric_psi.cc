@@ -1,4 +1,4 @@
-#include "engine/parametric/parametric_psi.h"
+#include "engine/rigid_body/parametric/parametric_psi.h"
 
 #include <cmath>
 #include <complex>

@@ -1,11 +1,11 @@
-#include "engine/parametric/parametric_forms.h"
+#include "engine/rigid_body/parametric/parametric_forms.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/parametric/parametric_psi.h"
+#include "engine/rigid_body/parametric/parametric_psi.h"
 #include "engine/rigid_body/rigid_body_invariants.h"
 #include "engine/rigid_body/rigid_forms.h"
 #include "engine/scene/scene_draft.h"

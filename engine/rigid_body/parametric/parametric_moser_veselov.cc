@@ -1,4 +1,4 @@
-#include "engine/parametric/parametric_forms.h"
+#include "engine/rigid_body/parametric/parametric_forms.h"
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {
@@ -22,7 +22,7 @@ SystemEntry parametric_moser_veselov_entry() {
   info.equations =
       "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k (U + mu Lambda), P_{k+1} = P_k (U + mu Lambda)";
   info.source = "[RB] (8.10)-(8.11)";
-  info.file = "engine/parametric/parametric_moser_veselov.h";
+  info.file = "engine/rigid_body/parametric/parametric_moser_veselov.h";
   info.discrete = true;
   return {.info = info,
           .check = [](SceneDraft& draft) { check_parametric(draft, draft.step()); },

@@ -5,7 +5,7 @@
 #include "engine/rigid_body/j_d/discrete_body_3.h"
 #include "engine/rigid_body/j_d/discrete_body_4.h"
 #include "engine/rigid_body/moser_veselov/discrete_bodies.h"
-#include "engine/run/packed_bodies.h"
+#include "engine/rigid_body/packs/body_packs.h"
 
 namespace stiefel {
 

@@ -20,7 +20,15 @@ Scalar skew_norm(const Matrix<Scalar>& M) {
   return size * sqrt(symmetric_eigenvalues(square)(M.cols() - 1));
 }
 
-// Compiled once, in instances.cc.
+/// Returns the Casimirs of so(N)*: w ≥ 0 of the eigenvalues ±iw of M, in descending order, one for
+/// each pair. Computed from MᵀM they would keep only half the digits.
+template <class Scalar>
+Vector<Scalar> casimirs(const Matrix<Scalar>& M) {
+  return skew_eigenvalues(M).reverse().head(M.cols() / 2);
+}
+
+// Compiled once, in angular_velocity.cc.
 extern template double skew_norm(const Matrix<double>& M);
+extern template Vector<double> casimirs(const Matrix<double>& M);
 
 }  // namespace stiefel

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "engine/rigid_body/coordinates/body_by_method.h"
-#include "engine/run/groups.h"
+#include "engine/rigid_body/packs/body_packs.h"
 
 namespace stiefel {
 namespace {

@@ -1,5 +1,3 @@
-#include "engine/catalogue/methods/motion_rates.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,10 +5,12 @@
 #include <tuple>
 
 #include "engine/catalogue/body_view.h"
+#include "engine/catalogue/methods/motion_rates.h"
 #include "engine/linalg/lie/principal_moments_3.h"
 #include "engine/linalg/lie/so_3.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/rigid_body/exact/sorted_top.h"
+#include "engine/rigid_body/rigid_body_data.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
@@ -41,49 +41,6 @@ class Momentum {
   Eigen::Vector4d lambda_;
 };
 
-constexpr int geodesic_rotations = 16, geodesic_steps = 128 * geodesic_rotations;
-
-/// Geodesics on V(1, N) in Lagrangian form, [ST] (16): q̈ = −(q̇ᵀq̇ / qᵀΛ⁻¹q) Λ⁻¹q. Ellipsoid has
-/// the same field with divisions by λ; the products with 1/λ here take less time.
-template <int N>
-class Geodesic {
- public:
-  using Row = Eigen::Vector<double, N>;
-
-  explicit Geodesic(const Row& lambda) : lambda_(lambda), inverse_(lambda.cwiseInverse()) {}
-
-  /// Returns the largest (‖q⃛‖/‖q̇‖)^{1/2} in sixteen rotations; v is q̇, of norm 1.
-  double largest_rate(Row q, Row v) const {
-    constexpr double dt = 2 * std::numbers::pi * geodesic_rotations / geodesic_steps;
-    const double E = energy(v);
-    Row a = q, half_q = q, half_v = v, before = q;
-    double largest = 0;  // largest ‖q⃛‖²/‖q̇‖²
-    for (int k = 0; k < geodesic_steps; ++k) {
-      acceleration(q, v, a);
-      if (k > 0) largest = std::max(largest, (a - before).squaredNorm() / v.squaredNorm());
-      before = a;
-      half_q = q + dt / 2 * v;
-      half_v = v + dt / 2 * a;
-      acceleration(half_q, half_v, a);
-      q += dt * half_v;
-      v += dt * a;
-      // Restores ‖q‖ = 1, q·q̇ = 0 and the energy.
-      q /= q.norm();
-      v -= v.dot(q) * q;
-      v *= std::sqrt(E / energy(v));
-    }
-    return std::sqrt(std::sqrt(largest) / dt);
-  }
-
- private:
-  double energy(const Row& v) const { return v.cwiseAbs2().dot(lambda_); }
-  void acceleration(const Row& q, const Row& v, Row& a) const {
-    a = -v.squaredNorm() / q.cwiseAbs2().dot(inverse_) * q.cwiseProduct(inverse_);
-  }
-
-  Row lambda_, inverse_;
-};
-
 /// Returns the body of a scene in three dimensions along its principal axes in the order of their
 /// moments. Moments and momentum are divided by their largest element, so that no square overflows.
 SortedTop<double> sorted_top(const Scene& scene) {
@@ -107,8 +64,6 @@ struct JacobiAxes {
   int i, k;
   explicit JacobiAxes(const SortedTop<double>& top) : i(top.Delta(1) < 0 ? 0 : 2), k(2 - i) {}
 };
-
-}  // namespace
 
 double separatrix_parameter(const Scene& scene) {
   if (body_momentum(scene).isZero(0)) return 1;
@@ -154,16 +109,10 @@ double mean_momentum_rate(const Scene& scene, double angular_speed) {
   return size / inertia * std::sqrt(std::sqrt(sum / steps));
 }
 
-double largest_velocity_rate(const Scene& scene) {
-  const double size = scene.block("S").cwiseAbs().maxCoeff(), inertia = scene.inertia().maxCoeff();
-  if (size == 0) return 0;
-  const Eigen::VectorXd lambda = scene.inertia() / inertia, q = scene.Q().transpose(),
-                        v = (scene.block("S") / size).transpose().cwiseQuotient(lambda);
-  const double speed = v.norm(),
-               rate = lambda.size() == 3
-                          ? Geodesic<3>(lambda).largest_rate(q, v / speed)
-                          : Geodesic<Eigen::Dynamic>(lambda).largest_rate(q, v / speed);
-  return rate * speed * (size / inertia);
-}
+}  // namespace
+
+const MotionRates body_rates = {.turning = largest_turning_rate,
+                                .momentum = mean_momentum_rate,
+                                .separatrix = separatrix_parameter};
 
 }  // namespace stiefel

@@ -66,7 +66,7 @@ Matrix<Scalar> AngularVelocity<Scalar>::dense() const {
   return R - R.transpose();
 }
 
-// Compiled once, in instances.cc.
+// Compiled once, in angular_velocity.cc.
 extern template class AngularVelocity<double>;
 extern template class AngularVelocity<long double>;
 extern template class AngularVelocity<Quad>;

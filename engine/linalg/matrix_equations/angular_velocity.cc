@@ -1,6 +1,5 @@
-#include "engine/rigid_body/body/angular_velocity.h"
-#include "engine/rigid_body/body/body_invariants.h"
-#include "engine/rigid_body/body/skew_norm.h"
+#include "engine/linalg/matrix_equations/angular_velocity.h"
+#include "engine/linalg/matrix_equations/skew_spectrum.h"
 
 namespace stiefel {
 

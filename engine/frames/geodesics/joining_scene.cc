@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/catalogue/representation.h"
 #include "engine/frames/body/stiefel.h"
 #include "engine/frames/geodesics/round_logarithm.h"
 #include "engine/methods/variational.h"
 #include "engine/numbers/to_text.h"
-#include "engine/rigid_body/body/rigid_body.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -22,7 +22,7 @@ std::expected<Scene, ConnectRefusal> scene_of(const TwoPointProblem& problem, co
                                               double step) {
   const bool body = answer.M.size() > 0;
   SceneDescription d;
-  d.system = body ? RigidBody<SoN<double>>::name : Stiefel<double>::name;
+  d.system = body ? representations::body_system : Stiefel<double>::name;
   d.method = std::move(method);
   if (problem.beta)
     d.inertia.assign(static_cast<std::size_t>(Q_0.cols()), body ? *problem.beta : 1.0);

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "engine/catalogue/outside_domain.h"
 #include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/rigid_body/body/outside_domain.h"
 
 namespace stiefel {
 

@@ -1,18 +1,16 @@
-// Taylor series in extended precision as references.
+#pragma once
+
 #include <algorithm>
 #include <cmath>
 
 #include "engine/accuracy/presentation.h"
 #include "engine/accuracy/series_equations.h"
-#include "engine/catalogue/system_entry.h"
-#include "engine/double_bracket/taylor_double_bracket.h"
-#include "engine/frames/body/taylor_stiefel.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
-#include "engine/parametric/taylor_parametric_rigid_body.h"
-#include "engine/rigid_body/body/taylor_rigid_body.h"
 
 namespace stiefel {
-namespace {
+
+/// The constants of Taylor series as references.
+namespace taylor {
 
 /// Units of work of an operation: the instructions of an addition or a multiplication.
 constexpr double operation_work = 8;
@@ -24,20 +22,22 @@ constexpr double epsilon = 1e-18;
 /// precision can meet.
 constexpr double coarse_epsilon = 1e2 * epsilon;
 
+}  // namespace taylor
+
 template <class Series>
 class TaylorReference final : public Reference {
  public:
   /// `make(order)` returns the series.
   template <class Make>
-  TaylorReference(Make make, const SeriesStart<long double>& start, double budget)
+  TaylorReference(const Make& make, const SeriesStart<long double>& start, double budget)
       : presentation_(start.presentation),
         budget_(budget),
         work_(series_work(start.x, order)),
         coarse_work_(series_work(start.x, coarse_order)),
         momentum_rows_(make(order).momentum_rows()),
-        fine_(make(order), start.x, epsilon),
+        fine_(make(order), start.x, taylor::epsilon),
         coarse_(make(coarse_order), perturbed_by_rounding(start.x, momentum_rows_),
-                coarse_epsilon) {}
+                taylor::coarse_epsilon) {}
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
     // Begins no series that exceeds the budget.
@@ -62,7 +62,7 @@ class TaylorReference final : public Reference {
   }
   /// Both series by Horner's rule, two operations for each coefficient of each number.
   double answer_work() const override {
-    return operation_work * 4 * order * static_cast<double>(fine_.state().size());
+    return taylor::operation_work * 4 * order * static_cast<double>(fine_.state().size());
   }
 
   /// Predicts the work from the time that the first series spans. If the first series of both
@@ -78,11 +78,11 @@ class TaylorReference final : public Reference {
   }
 
  private:
-  inline static const int order = taylor_order(epsilon),
-                          coarse_order = taylor_order(coarse_epsilon);
+  inline static const int order = taylor_order(taylor::epsilon),
+                          coarse_order = taylor_order(taylor::coarse_epsilon);
 
   static double series_work(const Matrix<long double>& start, int of_order) {
-    return operation_work * Series::operations(start.rows(), start.cols(), of_order);
+    return taylor::operation_work * Series::operations(start.rows(), start.cols(), of_order);
   }
   /// Returns the start of the second solution, which has a momentum larger by `order` roundings.
   /// The start and its first series are rounded in the same way in both solutions, so only a
@@ -119,59 +119,11 @@ class TaylorReference final : public Reference {
   double error_ = 0, answers_ = 0;
 };
 
-/// `make(order)` returns the series.
+/// Returns Taylor series in extended precision as reference; `make(order)` returns the series.
 template <class Make>
-std::unique_ptr<Reference> reference(const Make& make, const SeriesStart<long double>& start,
-                                     const ReferenceNeed& need) {
+std::unique_ptr<Reference> taylor_reference(const Make& make, const SeriesStart<long double>& start,
+                                            const ReferenceNeed& need) {
   return std::make_unique<TaylorReference<decltype(make(1))>>(make, start, need.budget);
 }
 
-}  // namespace
-
-std::unique_ptr<Reference> taylor_rigid_body(const SeriesStart<long double>& start,
-                                             const ReferenceNeed& need) {
-  return reference([&](int order) { return TaylorRigidBody<long double>(start.lambda, order); },
-                   start, need);
-}
-
-std::unique_ptr<Reference> taylor_parametric_rigid_body(const SeriesStart<long double>& start,
-                                                        const ReferenceNeed& need) {
-  const auto make = [&](int order) {
-    return TaylorParametricRigidBody<long double>(start.lambda, start.mu, order);
-  };
-  return reference(make, start, need);
-}
-
-std::unique_ptr<Reference> taylor_stiefel(const SeriesStart<long double>& start,
-                                          const ReferenceNeed& need) {
-  const auto make = [&](int order) {
-    return TaylorStiefel<long double>(start.lambda, start.x.rows() / 2, order);
-  };
-  return reference(make, start, need);
-}
-
-std::unique_ptr<Reference> taylor_double_bracket(const SeriesStart<long double>& start,
-                                                 const ReferenceNeed& need) {
-  const auto make = [&](int order) {
-    return TaylorDoubleBracket<long double>(start.lambda, start.lambda_v, order);
-  };
-  return reference(make, start, need);
-}
-
-std::unique_ptr<Reference> make_taylor_reference(const Scene& scene, const ReferenceNeed& need) {
-  const MotionStart* motion = system_entry(scene.system())->motion;
-  if (motion == nullptr) return nullptr;
-  const SeriesStart<long double> start = motion->extended(scene);
-  return start.equations->taylor(start, need);
-}
-
 }  // namespace stiefel
-
-namespace stiefel::series_equations {
-
-constinit const SeriesEquations rigid_body = {taylor_rigid_body, closed_form_of_body};
-constinit const SeriesEquations parametric_rigid_body = {taylor_parametric_rigid_body};
-constinit const SeriesEquations stiefel = {taylor_stiefel, closed_form_of_geodesic};
-constinit const SeriesEquations double_bracket = {taylor_double_bracket};
-
-}  // namespace stiefel::series_equations

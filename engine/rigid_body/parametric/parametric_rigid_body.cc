@@ -1,8 +1,8 @@
 #include <array>
 
 #include "engine/catalogue/series_start.h"
-#include "engine/parametric/parametric_forms.h"
-#include "engine/parametric/parametric_psi.h"
+#include "engine/rigid_body/parametric/parametric_forms.h"
+#include "engine/rigid_body/parametric/parametric_psi.h"
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {
@@ -19,8 +19,7 @@ constexpr Representation representation = {.square = true,
 
 constexpr auto start = [](const auto& g) {
   const auto Q = g.block("Q");
-  auto made = g.start(series_equations::parametric_rigid_body, Q,
-                      parametric_momentum(Q, g.block("P")) / g.epsilon);
+  auto made = g.start(Q, parametric_momentum(Q, g.block("P")) / g.epsilon);
   made.presentation.diagonal = g.mu * g.lambda.cwiseAbs2();
   return made;
 };
@@ -46,12 +45,12 @@ SystemEntry parametric_rigid_body_entry() {
   info.summary = "rigid body in GL(N) with the spectral parameter mu";
   info.equations = "Q' = Q (Omega + mu Lambda), P' = P (Omega + mu Lambda), Omega = J^-1(M)";
   info.source = "[RB] (8.4)-(8.6)";
-  info.file = "engine/parametric/parametric_rigid_body.h";
+  info.file = "engine/rigid_body/parametric/parametric_rigid_body.h";
   return {.info = info,
           .check = [](SceneDraft& draft) { check_parametric(draft, 1); },
           .recommended = recommendations,
           .representation = &representation,
-          .motion = &in_both<start>,
+          .motion = &in_both<parametric_equations, start>,
           .example_step = 0.4};
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 
 #include "engine/catalogue/representation.h"
+#include "engine/catalogue/series_start.h"
 #include "engine/catalogue/system_entry.h"
 #include "engine/stepping/stacked_observables.h"
 
 namespace stiefel {
+
+extern const SeriesEquations parametric_equations;
 
 /// Returns the common data of parametric_rigid_body and parametric_moser_veselov; [RB] (8.4)–(8.6),
 /// (8.10). `momentum` is the formula of the field M, which also defines epsilon.

@@ -1,5 +1,5 @@
-#include "engine/parametric/parametric_forms.h"
-#include "engine/parametric/parametric_rigid_body.h"
+#include "engine/rigid_body/parametric/parametric_forms.h"
+#include "engine/rigid_body/parametric/parametric_rigid_body.h"
 #include "engine/stepping/make_simulation.h"
 #include "engine/stepping/methods_on.h"
 
