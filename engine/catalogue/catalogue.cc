@@ -12,9 +12,7 @@
 
 namespace stiefel {
 
-#define SYSTEM(name)          \
-  SystemEntry name##_entry(); \
-  Simulations name##_simulations();
+#define SYSTEM(name) SystemEntry name##_entry();
 #include "engine/catalogue/systems.inc"
 #undef SYSTEM
 
@@ -28,9 +26,8 @@ MethodInfo info_of(const MethodTraits& t) {
           orders, t.default_order, t.reversible, t.default_tolerance};
 }
 
-SystemEntry complete(SystemEntry entry, const Simulations& simulations) {
-  entry.simulations = simulations;
-  entry.info.methods = simulations.methods(entry.info);
+SystemEntry complete(SystemEntry entry) {
+  entry.info.methods = entry.methods(entry.info);
   for (MethodOnSystem& on : entry.info.methods) {
     on.in_float = entry.in_float && method_entry(on.method)->traits.in_float;
     if (entry.tangents)
@@ -53,7 +50,7 @@ const T* find(const std::vector<T>& all, std::string_view name, Name name_of) {
 
 const std::vector<SystemEntry>& system_entries() {
   static const std::vector<SystemEntry> all = {
-#define SYSTEM(name) complete(name##_entry(), name##_simulations()),
+#define SYSTEM(name) complete(name##_entry()),
 #include "engine/catalogue/systems.inc"
 #undef SYSTEM
   };

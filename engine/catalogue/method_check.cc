@@ -142,8 +142,8 @@ void check_method_accepts_scene(SceneDraft& draft, const SystemInfo& system) {
                  "sums the rate of the momentum, which underflows in these units: choose other "
                  "units of mass, length and time, or " +
                      takes_every_inertia(system));
-  if (!draft.sound() || entry.simulations.refusal == nullptr) return;
-  const std::string rule = entry.simulations.refusal(draft.scene(), method->name);
+  if (!draft.sound() || entry.refusal == nullptr) return;
+  const std::string rule = entry.refusal(draft.scene(), method->name);
   if (!rule.empty()) draft.refuse("method.name", '"' + method->name + '"', rule);
 }
 

@@ -9,7 +9,7 @@ namespace stiefel {
 void check_method(SceneDraft& draft, const SystemInfo& system);
 
 /// Checks that the method of a draft, if it has one, accepts the scene: Λ, and what
-/// Simulations::refusal says. Call it once the system has checked its own fields.
+/// SystemEntry::refusal says. Call it once the system has checked its own fields.
 void check_method_accepts_scene(SceneDraft& draft, const SystemInfo& system);
 
 /// Makes a scene from the description of a single motion. It adds to SceneDraft what needs the

@@ -28,24 +28,21 @@ enum class Rate {
   frame_speed,    ///< ||Q'||_F, of a 3 x 3 frame sqrt(2) |omega|
 };
 
-/// What makes a system's simulations, in a file of its own beside the system's entry.
-struct Simulations {
-  std::unique_ptr<Simulation> (*make)(const Scene&) = nullptr;
-  /// Returns the methods that apply, and what they do to the invariants of `info`.
-  std::vector<MethodOnSystem> (*methods)(const SystemInfo& info) = nullptr;
-  /// Returns the rule by which one of these methods refuses a scene; empty if it accepts it.
-  std::string (*refusal)(const Scene&, std::string_view method) = nullptr;
-};
-
 /// A system in the catalogue: everything that the library knows about it. No other file refers to a
 /// system by its name. A null or empty member means that the system does without. Of a system NAME
-/// of systems.inc, NAME_entry() returns all but `simulations`, and NAME_simulations() those.
+/// of systems.inc, NAME_entry() returns it.
 struct SystemEntry {
-  /// The system's entry in Describe. The catalogue fills in `methods` and `forms`, from
-  /// `simulations` and `two_forms`.
+  /// The system's entry in Describe. The catalogue fills in its `methods` and `forms`, from
+  /// `methods` and `two_forms` of this entry.
   SystemInfo info;
   /// Checks a description, and fills in inertia and blocks of the resulting scene.
   void (*check)(SceneDraft&);
+  /// Makes the simulation of a scene, by its method.
+  std::unique_ptr<Simulation> (*make)(const Scene&);
+  /// Returns the methods that apply, and what they do to the invariants of `info`.
+  std::vector<MethodOnSystem> (*methods)(const SystemInfo& info);
+  /// Returns the rule by which one of these methods refuses a scene; empty if it accepts it.
+  std::string (*refusal)(const Scene&, std::string_view method) = nullptr;
 
   /// Recommended methods for scenes that name none, in order; the last takes every scene. If empty,
   /// such scenes get the method that chooses its own steps, with its default tolerance.
@@ -81,7 +78,6 @@ struct SystemEntry {
   /// Null: tests/support/scenes/any_scene.cc has scenes of the system.
   SceneDescription (*example)(unsigned seed) = nullptr;
   double example_step = 0.1;
-  Simulations simulations = {};
 };
 
 /// Returns the systems of systems.inc, in its order. Built once.

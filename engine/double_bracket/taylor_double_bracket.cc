@@ -7,7 +7,6 @@ namespace stiefel {
 template class TaylorDoubleBracket<long double>;
 template class TaylorMotion<TaylorDoubleBracket<long double>>;
 
-extern const SeriesEquations double_bracket_equations;
 constinit const SeriesEquations double_bracket_equations = {
     [](const SeriesStart<long double>& start, const ReferenceNeed& need) {
       const auto make = [&](int order) {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/catalogue/series_start.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
 #include "engine/numbers/complex_as_real.h"
@@ -111,6 +112,9 @@ void TaylorDoubleBracket<Scalar>::generate(int k) {
   inverse_inertia(lambda_u_, real_A_, Scalar(1), U_[at(k)]);
   inverse_inertia(lambda_v_, real_B_, Scalar(1), V_[at(k)]);
 }
+
+/// The references of these equations.
+extern const SeriesEquations double_bracket_equations;
 
 // Compiled once, in taylor_double_bracket.cc.
 extern template class TaylorDoubleBracket<long double>;

@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "engine/frames/frame_tangents.h"
 #include "engine/frames/passes/rattle_tangent_pass.h"
+#include "engine/frames/rattle_tangent.h"
 #include "engine/linalg/iteration/continuation.h"
 #include "engine/linalg/matrix_equations/constraint_riccati.h"
 #include "engine/linalg/matrix_equations/symmetric_solve.h"

@@ -1,13 +1,25 @@
 #include "engine/catalogue/two_form.h"
 #include "engine/frames/body/stiefel_momenta.h"
-#include "engine/frames/frame_tangents.h"
+#include "engine/frames/rattle_tangent.h"
 #include "engine/frames/stiefel_forms.h"
+#include "engine/frames/stiefel_maps.h"
 #include "engine/laws/tangent_spaces.h"
+#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
+#include "engine/stepping/make_simulation.h"
+#include "engine/stepping/methods_on.h"
+#include "stiefel/invariant_names.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
+
+template std::unique_ptr<Simulation> simulation_of(
+    const Scene&, const MapOfLength<Composition<RattleStiefel<double>>>&, const SharedObservables&,
+    bool);
+
 namespace {
 
 using Dense = Eigen::MatrixXd;
+using Index = Eigen::Index;
 
 void check(SceneDraft& draft) {
   if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);
@@ -92,6 +104,58 @@ constexpr std::array recommendations = {
     restricted("N = 4", has_four_dimensions, with_error_control(5e-13, 0.15)),
     with_error_control(2e-12, 0.14)};
 
+std::unique_ptr<Simulation> make_stiefel(const Scene& scene) {
+  const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
+  StackedObservables observables(stacked(scene, "Q", "S"));
+  observables.block("Q", 0, static_cast<int>(n));
+  observables.block("S", static_cast<int>(n), static_cast<int>(n));
+  report_geodesic(
+      observables, scene, n, [n](const auto& x) { return x.bottomRows(n).eval(); },
+      terms_of_S(scene, n, false));
+  if (N <= largest_written_M)
+    observables.field(
+        {"M", static_cast<int>(N), static_cast<int>(N)},
+        [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
+  return make_simulation(scene, Stiefel<double>(scene.inertia(), n),
+                         shared(std::move(observables)));
+}
+
+/// QQᵀ = I, any lower block.
+Dense tangent_to_costates(const Dense& x, const Dense& G) {
+  Dense T = G;
+  const Index n = x.rows() / 2;
+  T.topRows(n) = tangent_to_frames<double>(x.topRows(n), G.topRows(n));
+  return T;
+}
+
+/// A scene makes S tangent: QΛ⁻¹Sᵀ + SΛ⁻¹Qᵀ = 0 for S − YQ, so that dS = −dY Q with
+///
+///     K dY + dY K = −(C + Cᵀ),   C = Q (dΛ/Λ²) Sᵀ,   K = QΛ⁻¹Qᵀ.
+Dense frames_by_inertia(const Eigen::VectorXd& lambda, const Dense& x) {
+  const Index n = x.rows() / 2;
+  const auto Q = x.topRows(n), S = x.bottomRows(n);
+  SymmetricLyapunov<double> lyapunov(n);
+  lyapunov.factor(Q * lambda.cwiseInverse().asDiagonal() * Q.transpose());
+  Dense out = Dense::Zero(x.size(), x.cols()), dY(n, n);
+  for (Index k = 0; k < x.cols(); ++k) {
+    stop_point(2 * static_cast<double>(n * Q.size()));
+    const Dense C = Q.col(k) * S.col(k).transpose() / (lambda(k) * lambda(k));
+    lyapunov.solve(-(C + C.transpose()), dY);
+    out.col(k).reshaped(x.rows(), x.cols()).bottomRows(n) = -dY * Q;
+  }
+  return out;
+}
+
+TangentSpace cotangent_of_frames(const Scene& scene) {
+  const CotangentOfFrames<double> frames{scene.inertia()};
+  return {[frames](const Dense& x, const Dense& G) { return frames.tangent(x, G); },
+          tangent_to_costates,
+          [lambda = frames.lambda](const Dense& x) { return frames_by_inertia(lambda, x); }};
+}
+
+constexpr MethodTangent tangent_of_variational[] = {{Variational::traits.name, rattle_tangent}};
+constexpr Tangents tangents = {cotangent_of_frames, tangent_of_variational};
+
 }  // namespace
 
 SystemEntry stiefel_entry() {
@@ -104,10 +168,12 @@ SystemEntry stiefel_entry() {
   info.file = "engine/frames/body/stiefel.h";
   return {.info = info,
           .check = check,
+          .make = make_stiefel,
+          .methods = methods_on<Stiefel<double>>,
           .recommended = recommendations,
           .two_forms = {&form_of_pairs, &form_of_cotangent_pairs},
           .representation = &representation,
-          .tangents = &stiefel_tangents,
+          .tangents = &tangents,
           .motion = &in_both<frame_equations, start>,
           .rate = Rate::frame_speed,
           .rates = &frame_rates};

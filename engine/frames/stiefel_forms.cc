@@ -126,11 +126,8 @@ void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen:
       out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * lambda.maxCoeff()) : E);
     }
     if (!out.wants(family::spatial_momentum)) return;
-    const Matrix<Wide> m = frame_momentum<Wide>(wide_Q, wide_S);
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = i + 1; j < n; ++j)
-        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j), m(i, j),
-                at_rest ? of_terms : of_S);
+    out.add_skew(family::spatial_momentum, frame_momentum<Wide>(wide_Q, wide_S),
+                 at_rest ? of_terms : of_S);
   };
   observables.frame_defect = [n](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(x.topRows(n)));

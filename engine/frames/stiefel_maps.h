@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/frames/body/ellipsoid.h"
 #include "engine/frames/body/stiefel.h"
 #include "engine/frames/geodesics/isotropic_geodesic.h"
 #include "engine/frames/passes/rattle_stiefel.h"
@@ -33,6 +34,24 @@ struct Exact::MotionOf<Stiefel<Scalar>> {
 template <class Scalar>
 struct SpecialMethods<Stiefel<Scalar>> {
   using type = TypeList<Variational, Exact>;
+};
+
+// The map of a method that is made for geodesics on the ellipsoid, by velocity.
+
+template <class Scalar>
+struct Variational::MapOf<Ellipsoid<Scalar>> {
+  static constexpr bool keeps(std::string_view invariant) {
+    return invariant == family::orthogonality;
+  }
+  static RattleStiefel<Scalar> make(const Ellipsoid<Scalar>& system, Scalar h,
+                                    Arithmetic arithmetic) {
+    return {system.lambda(), 1, h, arithmetic, LowerBlock::Qdot};
+  }
+};
+
+template <class Scalar>
+struct SpecialMethods<Ellipsoid<Scalar>> {
+  using type = TypeList<Variational>;
 };
 
 }  // namespace stiefel

@@ -3,7 +3,7 @@
 #include "engine/catalogue/representation.h"
 #include "engine/catalogue/series_start.h"
 #include "engine/rigid_body/rigid_body_data.h"
-#include "engine/rigid_body/symmetric_data.h"
+#include "engine/rigid_body/rigid_forms.h"
 #include "engine/rigid_body/view.h"
 
 namespace stiefel {
@@ -69,18 +69,8 @@ SystemEntry mclachlan_scovel_entry() {
   info.equations = "Q' = Q J^-1(Q^T B), B' = B J^-1(Q^T B), M = Q^T B";
   info.source = "[RB] (5.5)";
   info.file = "engine/rigid_body/mclachlan_scovel.cc";
-  return {.info = info,
-          .check = check,
-          .recommended = for_views,
-          .representation = &representation,
-          .view = view,
-          .priced_as = "rigid_body",
-          .motion = &in_both<body_equations, start>,
-          .rate = Rate::angular_speed,
-          .packs = &body_packs,
-          .rates = &body_rates};
+  return view_of_rigid_body(std::move(info), check, representation, view,
+                            in_both<body_equations, start>);
 }
-
-Simulations mclachlan_scovel_simulations() { return rigid_body_simulations(); }
 
 }  // namespace stiefel

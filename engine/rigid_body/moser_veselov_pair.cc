@@ -4,11 +4,13 @@
 #include "engine/catalogue/series_start.h"
 #include "engine/catalogue/two_form.h"
 #include "engine/laws/tangent_spaces.h"
+#include "engine/rigid_body/coordinates/body_by_method.h"
 #include "engine/rigid_body/moser_veselov/discrete_pairs.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "engine/rigid_body/rigid_forms.h"
 #include "engine/rigid_body/view.h"
 #include "engine/scene/scene_draft.h"
+#include "engine/stepping/methods_on.h"
 
 namespace stiefel {
 namespace {
@@ -104,6 +106,8 @@ SystemEntry moser_veselov_pair_entry() {
   info.invariants.push_back(discrete_hamiltonian_info);
   return {.info = info,
           .check = check,
+          .make = make_body_simulation,
+          .methods = keeps_all,
           .two_forms = {&form},
           .representation = &representations::moser_veselov_pair,
           .view = view,
@@ -113,7 +117,5 @@ SystemEntry moser_veselov_pair_entry() {
           .packs = &body_packs,
           .rates = &body_rates};
 }
-
-Simulations moser_veselov_pair_simulations() { return moser_veselov_simulations(); }
 
 }  // namespace stiefel

@@ -13,17 +13,22 @@ extern const SeriesEquations body_equations;
 extern const MotionRates body_rates;
 extern const Packs body_packs;
 
-/// Returns the data that rigid_body and moser_veselov share, the systems of (Q, M). Their check
-/// accepts (Q, M), M alone, or a body in three dimensions given by `body`: inertia tensor or
-/// moments, attitude quaternion, angular velocity.
-SystemEntry rigid_body_family();
+/// What moves rigid bodies, and the methods that do.
+std::unique_ptr<Simulation> make_rigid_body(const Scene& scene);
+std::vector<MethodOnSystem> methods_of_rigid_bodies(const SystemInfo& info);
 
-/// What moves rigid_body and moser_veselov, and their views.
-Simulations rigid_body_simulations();
-Simulations moser_veselov_simulations();
+/// Returns the entry of a continuous system that is the rigid body in other variables.
+SystemEntry view_of_rigid_body(SystemInfo info, void (*check)(SceneDraft&),
+                               const Representation& representation, BodyView (*view)(const Scene&),
+                               const MotionStart& motion);
 
 /// Checks Λ for n = N, and (Q, M), or M alone unless the frame is required.
 void check_rigid_body(SceneDraft& draft, bool frame_required);
+
+/// Checks Λ for n = N and the frame Q. Returns false if there is a violation.
+bool check_symmetric_frame(SceneDraft& draft);
+/// Checks that the scene has exactly one of the two blocks.
+bool check_either(SceneDraft& draft, const std::string& one, const std::string& other);
 
 // Recommendations that several systems share. tests/engine/long/recommendation_for_long_test.cc
 // measures their bounds (recommendation.h).

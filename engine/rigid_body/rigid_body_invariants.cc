@@ -61,9 +61,7 @@ void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen
   if (out.wants(family::spatial_momentum) && Q.size() > 0) {
     const Eigen::MatrixXd m =
         side == Side::left ? spatial_momentum<double>(Q, M) : right_momentum<double>(Q, M);
-    for (Eigen::Index i = 0; i < m.rows(); ++i)
-      for (Eigen::Index j = i + 1; j < m.cols(); ++j)
-        out.add(family::spatial_momentum, indexed(family::spatial_momentum, i, j), m(i, j), norm);
+    out.add_skew(family::spatial_momentum, m, norm);
   }
   if (out.wants(family::casimirs))
     for (Eigen::Index k = 0; k < w.size(); ++k)

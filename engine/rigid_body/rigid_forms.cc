@@ -51,10 +51,7 @@ void report_rigid_form(StackedObservables& observables, const Scene& scene, Rigi
     rigid_body_invariants(form.side, lambda, Q, M, out, form.terms ? form.terms(x) : 0);
     if (!form.A || !out.wants(family::PQt)) return;
     const Eigen::MatrixXd A = form.A(x);
-    const double scale = A.norm();
-    for (Eigen::Index i = 0; i < N; ++i)
-      for (Eigen::Index j = 0; j < N; ++j)
-        out.add(family::PQt, indexed(family::PQt, i, j), A(i, j), scale);
+    out.add_elements(family::PQt, A, A.norm());
   };
   observables.frame_defect = [Q = form.Q](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(Q(x)));

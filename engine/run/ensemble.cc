@@ -19,7 +19,7 @@ constexpr std::int64_t between_looks = 4096;
 
 std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
   if (!scene.members().empty()) return std::make_unique<Ensemble>(scene.members());
-  return system_entry(scene.system())->simulations.make(scene);
+  return system_entry(scene.system())->make(scene);
 }
 
 Ensemble::Ensemble(const Members& scenes) : members_(scenes.size()) {

@@ -1,5 +1,6 @@
 #include "engine/stepping/invariant_list.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace stiefel {
@@ -33,6 +34,19 @@ void InvariantList::add(std::string_view family, std::string name, long double v
 
 void InvariantList::add(std::string_view family, long double value, long double scale) {
   add(family, std::string(family), value, scale);
+}
+
+void InvariantList::add_coefficients(std::string_view family,
+                                     const std::vector<std::vector<long double>>& coefficients,
+                                     bool laurent) {
+  for (std::size_t k = 1; k <= coefficients.size(); ++k) {
+    long double size = 0;
+    for (const long double c : coefficients[k - 1]) size = std::max(size, std::abs(c));
+    for (std::size_t j = 0; j < coefficients[k - 1].size(); ++j) {
+      const auto power = static_cast<long>(j) - (laurent ? static_cast<long>(k) : 0);
+      add(family, indexed(family, static_cast<long>(k), power), coefficients[k - 1][j], size);
+    }
+  }
 }
 
 }  // namespace stiefel

@@ -37,6 +37,24 @@ class InvariantList {
   /// Adds a family that has a single invariant.
   void add(std::string_view family, long double value, long double scale);
 
+  /// Adds the elements of a matrix, "PQt[i,j]".
+  template <class Matrix>
+  void add_elements(std::string_view family, const Matrix& A, long double scale) {
+    for (long i = 0; i < A.rows(); ++i)
+      for (long j = 0; j < A.cols(); ++j) add(family, indexed(family, i, j), A(i, j), scale);
+  }
+  /// Adds the elements of a skew matrix above its diagonal.
+  template <class Matrix>
+  void add_skew(std::string_view family, const Matrix& A, long double scale) {
+    for (long i = 0; i < A.rows(); ++i)
+      for (long j = i + 1; j < A.cols(); ++j) add(family, indexed(family, i, j), A(i, j), scale);
+  }
+  /// Adds the coefficients of tr L(μ)ᵏ, k = 1, 2, …, with the scale of the largest of each k. The
+  /// powers of μ are counted from 0, or from −k if `laurent`.
+  void add_coefficients(std::string_view family,
+                        const std::vector<std::vector<long double>>& coefficients,
+                        bool laurent = false);
+
   const std::vector<Entry>& entries() const { return entries_; }
 
  private:

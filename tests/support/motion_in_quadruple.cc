@@ -8,7 +8,6 @@
 #include "engine/frames/body/taylor_stiefel.h"
 #include "engine/frames/stiefel_forms.h"
 #include "engine/rigid_body/body/taylor_rigid_body.h"
-#include "engine/rigid_body/parametric/parametric_forms.h"
 #include "engine/rigid_body/parametric/taylor_parametric_rigid_body.h"
 #include "engine/rigid_body/rigid_body_data.h"
 #include "tests/support/linalg/quadruple.h"

@@ -48,7 +48,7 @@ int Recommendation::substeps(const Scene& scene) const {
   const auto Omega = [&] {
     return entry.rates && entry.rates->turning && scene.dimension() == 3
                ? entry.rates->turning(scene)
-               : entry.simulations.make(scene)->rate();
+               : entry.make(scene)->rate();
   };
   keep(largest_h_omega, Omega);
   keep(largest_h_momentum_rate, [&] { return entry.rates->momentum(scene, Omega()); });

@@ -1,7 +1,6 @@
 #include "engine/rigid_body/parametric/taylor_parametric_rigid_body.h"
 
 #include "engine/accuracy/taylor_reference.h"
-#include "engine/rigid_body/parametric/parametric_forms.h"
 
 namespace stiefel {
 

@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "engine/catalogue/series_start.h"
 #include "engine/linalg/matrix_equations/inertia_operator.h"
 #include "engine/linalg/special_functions/taylor_motion.h"
 #include "engine/numbers/stoppable_product.h"
@@ -69,6 +70,9 @@ bool TaylorParametricRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<S
   }
   return true;
 }
+
+/// The references of these equations.
+extern const SeriesEquations parametric_equations;
 
 // Compiled once, in taylor_parametric_rigid_body.cc.
 extern template class TaylorParametricRigidBody<long double>;

@@ -4,8 +4,6 @@
 
 namespace stiefel {
 
-extern const Tangents rigid_body_tangents, moser_veselov_tangents;
-
 /// Returns the tangent of the discrete rigid bodies, `variational` of every order and
 /// `preprocessed_variational`.
 std::unique_ptr<TangentMap> discrete_body_tangent(const Scene& scene, const TangentParameters& at);

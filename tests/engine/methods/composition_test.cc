@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "engine/frames/body/stiefel.h"
-#include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/stiefel_maps.h"
 #include "engine/methods/variational.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"

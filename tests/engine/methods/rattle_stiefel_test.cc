@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "engine/frames/body/stiefel_invariants.h"
-#include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/stiefel_maps.h"
 #include "engine/linalg/lie/orthogonal.h"
 #include "engine/methods/variational.h"

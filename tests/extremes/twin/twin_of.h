@@ -1,6 +1,5 @@
 #pragma once
 
-#include "engine/frames/ellipsoid_maps.h"
 #include "engine/frames/stiefel_maps.h"
 #include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "methods/all_methods.h"

@@ -14,7 +14,6 @@ MethodEntry heun_method() { return method_entry_of<Heun>(); }
 MethodEntry lie_midpoint_method() { return method_entry_of<LieMidpoint>(); }
 
 SystemEntry brockett_entry();
-Simulations brockett_simulations();
 
 namespace testing {
 

@@ -4,8 +4,6 @@
 
 namespace stiefel {
 
-extern const Tangents stiefel_tangents, discrete_stiefel_tangents;
-
 /// Returns the tangent of the variational step on V(n, N), of any order.
 std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const TangentParameters& at);
 
