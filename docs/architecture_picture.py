@@ -15,22 +15,19 @@ INK, GREY, ENGINE, SERVER, CLIENT = "#1b1f24", "#57606a", "#ddf4ff", "#fff8c5", 
 PATH = [
     ("Scene", "JSON or proto", "client, proto", CLIENT),
     ("Scene", "checked, immutable", "engine/scene", ENGINE),
-    ("Map", "System + Method", "engine/catalogue", ENGINE),
-    ("Simulation", "Map, state, step k", "engine/run", ENGINE),
+    ("Map", "System + Method", "engine/motion", ENGINE),
+    ("Simulation", "Map, state, step k", "engine/motion", ENGINE),
     ("Session", "step k to state", "server/sessions", SERVER),
     ("Samples", "tensors, streamed", "server/calls, proto", CLIENT),
 ]
 ARROWS = ["check", "look up", "iterate", "hold under an id", "convert"]
 
-# A folder may include the folders to its left, and those above it in its own column: (parent, folders, colour).
-# tests/layout compares these names and their order with tests/layout/layout.py.
+# A folder may include the folders to its left; in the first column of the engine and in those of the server also the
+# ones above it: (parent, folders, colour). tests/layout/test_layout.py has the same order.
 ORDER = [
-    ("engine", ["numbers", "linalg", "laws", "methods"], ENGINE),
-    ("engine/rigid_body", ["body", "j_d", "symmetric", "moser_veselov", "exact", "maps"], ENGINE),
-    ("engine/frames", ["body", "passes", "geodesics"], ENGINE),
-    ("engine", ["scene", "stepping", "catalogue"], ENGINE),
-    ("engine", ["rigid_body", "frames", "double_bracket", "parametric", "run"], ENGINE),
-    ("engine", ["tangent", "accuracy", "conversion", "diagnosis", "summary"], ENGINE),
+    ("engine", ["numbers", "dense", "methods", "scene", "motion"], ENGINE),
+    ("engine", ["structure", "growth", "accuracy", "summary"], ENGINE),
+    ("engine", ["body", "frame", "bracket"], ENGINE),
     ("server", ["scheduling", "sessions", "sessions/store", "convert"], SERVER),
     ("server", ["connections", "calls", "program"], SERVER),
     ("client", ["cpp", "python", "examples"], CLIENT),

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/catalogue/methods/step_weight.h"
+#include "engine/motion/step_weight.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/invariant_names.h"

@@ -4,8 +4,8 @@
 #include <functional>
 
 #include "engine/accuracy/measured_motions.h"
-#include "engine/catalogue/methods/step_weight.h"
-#include "engine/catalogue/resolve.h"
+#include "engine/motion/resolve.h"
+#include "engine/motion/step_weight.h"
 #include "engine/numbers/to_text.h"
 
 namespace stiefel {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/catalogue/system_entry.h"
+#include "engine/motion/system_entry.h"
 
 namespace stiefel {
 namespace {

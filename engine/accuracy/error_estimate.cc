@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/accuracy/measurement.h"
-#include "engine/catalogue/methods/step_weight.h"
+#include "engine/motion/step_weight.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"

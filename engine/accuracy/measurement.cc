@@ -1,5 +1,5 @@
 #include "engine/accuracy/measurement.h"
-#include "engine/stepping/invariant_list.h"
+#include "engine/motion/invariant_list.h"
 #include "stiefel/diagnosis.h"
 
 #include <ctime>

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/accuracy/series_equations.h"
-#include "engine/catalogue/system_entry.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/accuracy/reference.h"
-#include "engine/catalogue/series_start.h"
+#include "engine/motion/series_start.h"
 
 namespace stiefel {
 

@@ -5,7 +5,7 @@
 
 #include "engine/accuracy/presentation.h"
 #include "engine/accuracy/series_equations.h"
-#include "engine/linalg/special_functions/taylor_motion.h"
+#include "engine/dense/taylor_motion.h"
 
 namespace stiefel {
 

@@ -6,7 +6,7 @@
 #include "engine/accuracy/error_growth.h"
 #include "engine/accuracy/measured_motions.h"
 #include "engine/accuracy/pareto_front.h"
-#include "engine/catalogue/methods/step_weight.h"
+#include "engine/motion/step_weight.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/version.h"
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "engine/methods/support/adaptive_substeps.h"
-#include "engine/methods/support/concepts.h"
-#include "engine/methods/support/method.h"
+#include "engine/methods/adaptive_substeps.h"
+#include "engine/methods/concepts.h"
+#include "engine/methods/method.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "engine/methods/support/method.h"
+#include "engine/methods/method.h"
 
 namespace stiefel {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/methods/support/implicit_map.h"
+#include "engine/methods/implicit_map.h"
 
 namespace stiefel {
 

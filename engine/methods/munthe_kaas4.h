@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/methods/support/concepts.h"
-#include "engine/methods/support/method.h"
+#include "engine/methods/concepts.h"
+#include "engine/methods/method.h"
 
 namespace stiefel {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/methods/support/method.h"
+#include "engine/methods/method.h"
 
 namespace stiefel {
 

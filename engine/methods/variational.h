@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/methods/support/composition.h"
-#include "engine/methods/support/method.h"
+#include "engine/methods/composition.h"
+#include "engine/methods/method.h"
 
 namespace stiefel {
 

@@ -1,7 +1,7 @@
 #include "engine/scene/given_body.h"
 
-#include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/so_3.h"
 
 namespace stiefel {
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "engine/linalg/lie/principal_moments_3.h"
+#include "engine/dense/principal_moments_3.h"
 #include "engine/numbers/quadruple.h"
 #include "engine/numbers/scalar.h"
 #include "stiefel/scene.h"

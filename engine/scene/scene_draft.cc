@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/dense/so_3.h"
 #include "engine/scene/near_name.h"
 
 namespace stiefel {

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "engine/run/ensemble.h"
+#include "engine/motion/ensemble.h"
 
 namespace stiefel {
 namespace {

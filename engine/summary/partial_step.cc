@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "engine/motion/moves_to_times.h"
 #include "engine/scene/scene_draft.h"
-#include "engine/stepping/moves_to_times.h"
 
 namespace stiefel {
 namespace {

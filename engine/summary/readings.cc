@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/catalogue/system_entry.h"
-#include "engine/stepping/invariant_list.h"
+#include "engine/motion/invariant_list.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/invariant_names.h"
 

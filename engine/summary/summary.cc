@@ -4,9 +4,9 @@
 #include <cmath>
 #include <tuple>
 
+#include "engine/motion/groups.h"
+#include "engine/motion/rounds.h"
 #include "engine/numbers/parallel.h"
-#include "engine/run/groups.h"
-#include "engine/run/rounds.h"
 #include "engine/summary/member_group.h"
 
 namespace stiefel {

@@ -3,8 +3,8 @@
 // ensemble's Simulation. h‖Ω‖ = 0.1. Arguments: repeats, seconds per measurement.
 #include <stdexcept>
 
+#include "engine/body/body_packs.h"
 #include "engine/numbers/pack.h"
-#include "engine/rigid_body/packs/body_packs.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/measure.h"
 #include "tests/support/scenes/ensemble_of.h"

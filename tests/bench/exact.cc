@@ -6,8 +6,8 @@
 #include <array>
 #include <random>
 
+#include "engine/body/exact/top_in_time.h"
 #include "engine/numbers/pack.h"
-#include "engine/rigid_body/exact/top_in_time.h"
 #include "tests/bench/measure.h"
 #include "tests/support/scenes/random_top.h"
 

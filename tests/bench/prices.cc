@@ -15,8 +15,8 @@
 #include <sstream>
 #include <vector>
 
-#include "engine/catalogue/system_entry.h"
-#include "engine/stepping/method_entry.h"
+#include "engine/motion/method_entry.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/connect.h"
 #include "stiefel/price.h"
 #include "stiefel/simulation.h"

@@ -8,10 +8,10 @@
 #include <numeric>
 #include <set>
 
-#include "engine/catalogue/methods/step_weight.h"
-#include "engine/catalogue/system_entry.h"
-#include "engine/run/packed_bodies.h"
-#include "engine/stepping/method_entry.h"
+#include "engine/motion/method_entry.h"
+#include "engine/motion/packed_bodies.h"
+#include "engine/motion/step_weight.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/bench/sized_scene.h"

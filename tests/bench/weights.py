@@ -3,7 +3,7 @@
     /usr/bin/python3 tests/bench/weights.py build/release                          (compares prices with counts, as make bench)
     /usr/bin/python3 tests/bench/weights.py build/release --fit rigid_body exact   (prints lines for step_prices.inc)
 
-The prices are in engine/catalogue/methods/step_prices.inc; step_weight.cc in that folder tells how they are read. A line with
+The prices are in engine/motion/step_prices.inc; step_weight.cc in that folder tells how they are read. A line with
 an empty arithmetic holds for both. Factors at other h‖Ω‖, of methods that iterate, are the counts there over that at 0.1.
 """
 from __future__ import annotations

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <random>
 
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/dense/so_3.h"
 #include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel::extremes {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/linalg/lie/orthogonal.h"
+#include "engine/dense/orthogonal.h"
 #include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"

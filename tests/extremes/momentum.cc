@@ -5,8 +5,8 @@
 #include <sstream>
 
 #include "engine/accuracy/reference.h"
-#include "engine/linalg/lie/so_3.h"
-#include "engine/rigid_body/symmetric/psi.h"
+#include "engine/body/psi.h"
+#include "engine/dense/so_3.h"
 #include "stiefel/catalogue.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"

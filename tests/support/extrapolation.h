@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
 #include "engine/numbers/scalar.h"
 #include "tests/support/linalg/quadruple.h"
 

@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "engine/methods/support/concepts.h"
+#include "engine/methods/concepts.h"
 #include "engine/numbers/scalar.h"
 
 namespace stiefel::testing {

@@ -3,13 +3,13 @@
 #include <memory>
 
 #include "engine/accuracy/presentation.h"
-#include "engine/catalogue/system_entry.h"
-#include "engine/double_bracket/taylor_double_bracket.h"
-#include "engine/frames/body/taylor_stiefel.h"
-#include "engine/frames/stiefel_forms.h"
-#include "engine/rigid_body/body/taylor_rigid_body.h"
-#include "engine/rigid_body/parametric/taylor_parametric_rigid_body.h"
-#include "engine/rigid_body/rigid_body_data.h"
+#include "engine/body/rigid_body_data.h"
+#include "engine/body/taylor_parametric_rigid_body.h"
+#include "engine/body/taylor_rigid_body.h"
+#include "engine/bracket/taylor_double_bracket.h"
+#include "engine/frame/stiefel_forms.h"
+#include "engine/frame/taylor_stiefel.h"
+#include "engine/motion/system_entry.h"
 #include "tests/support/linalg/quadruple.h"
 
 namespace stiefel::testing {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "engine/linalg/lie/principal_moments_3.h"
+#include "engine/dense/principal_moments_3.h"
 
 namespace stiefel::testing {
 

@@ -129,7 +129,7 @@ struct Recommendation {
   double tolerance = 0;  ///< for methods that choose their own steps, else 0
   /// Bounds for a substep h, which determine the number of substeps: on |h|‖Ω‖ in the initial
   /// state, for a body in three dimensions on |h| times its largest turning rate; on |h| times the
-  /// rates of change of its momentum and velocity (engine/catalogue/methods/motion_rates.h). 0: no
+  /// rates of change of its momentum and velocity (engine/motion/motion_rates.h). 0: no
   /// bound.
   double largest_h_omega = 0, largest_h_momentum_rate = 0, largest_h_velocity_rate = 0;
 

@@ -11,7 +11,7 @@ namespace stiefel {
 
 // What simulations cost, known before they run: work in instructions, as callgrind counts them, and
 // bytes. A list has the instructions of a step of each method as a polynomial in the size, fitted
-// to counted steps and within 25 % of them (engine/catalogue/methods/step_prices.inc). It is the
+// to counted steps and within 25 % of them (engine/motion/step_prices.inc). It is the
 // same on every CPU, so that every machine chooses the same method.
 
 /// Returns the rough number of nanoseconds that so many instructions take.

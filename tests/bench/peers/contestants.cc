@@ -3,7 +3,7 @@
 #include <boost/version.hpp>
 #include <iostream>
 
-#include "engine/run/ensemble.h"
+#include "engine/motion/ensemble.h"
 #include "tests/bench/peers/odeint.h"
 #include "tests/bench/peers/ours.h"
 #include "tests/bench/peers/reference.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/frames/geodesics/geodesic_series.h"
+#include "engine/frame/geodesics/geodesic_series.h"
 #include "stiefel/client/client.h"
 #include "tests/bench/measure.h"
 #include "tests/support/scenes/two_frames.h"

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/inertia_operator.h"
-#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/body/moser_veselov.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/inertia_operator.h"
+#include "engine/dense/orthogonal.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"

@@ -2,14 +2,14 @@
 
 #include <random>
 
-#include "engine/linalg/iteration/continuation.h"
-#include "engine/linalg/iteration/history.h"
-#include "engine/linalg/iteration/lagged_anderson.h"
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/lie/so_n.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/lyapunov_equation.h"
+#include "engine/dense/continuation.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/history.h"
+#include "engine/dense/lagged_anderson.h"
+#include "engine/dense/lyapunov_equation.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/dense/so_3.h"
+#include "engine/dense/so_n.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/split_product.h"
 #include "tests/support/scenes/random_matrices.h"

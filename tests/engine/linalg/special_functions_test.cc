@@ -12,8 +12,8 @@
 #include <random>
 #include <sstream>
 
-#include "engine/linalg/special_functions/carlson.h"
-#include "engine/linalg/special_functions/jacobi_elliptic.h"
+#include "engine/dense/carlson.h"
+#include "engine/dense/jacobi_elliptic.h"
 #include "engine/numbers/quadruple.h"
 
 namespace stiefel {

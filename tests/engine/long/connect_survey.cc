@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "engine/frames/geodesics/geodesic_series.h"
+#include "engine/frame/geodesics/geodesic_series.h"
 #include "tests/support/scenes/two_frames.h"
 
 namespace {

@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "engine/frames/body/ellipsoid.h"
-#include "engine/frames/body/stiefel.h"
-#include "engine/frames/body/stiefel_costate.h"
-#include "engine/frames/body/stiefel_invariants.h"
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/body/rigid_body.h"
+#include "engine/body/rigid_body.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/frame/ellipsoid.h"
+#include "engine/frame/stiefel.h"
+#include "engine/frame/stiefel_costate.h"
+#include "engine/frame/stiefel_invariants.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/body_state.h"
 #include "tests/support/scenes/random_frame.h"

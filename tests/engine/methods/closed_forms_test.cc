@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "engine/frames/body/stiefel.h"
-#include "engine/linalg/lie/orthogonal.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/frame/stiefel.h"
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/integrate.h"

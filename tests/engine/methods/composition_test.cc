@@ -1,11 +1,11 @@
-#include "engine/methods/support/composition.h"
+#include "engine/methods/composition.h"
 
 #include <gtest/gtest.h>
 
-#include "engine/frames/body/stiefel.h"
-#include "engine/frames/stiefel_maps.h"
+#include "engine/body/rigid_body_maps.h"
+#include "engine/frame/stiefel.h"
+#include "engine/frame/stiefel_maps.h"
 #include "engine/methods/variational.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/body_state.h"
 #include "tests/support/scenes/random_frame.h"

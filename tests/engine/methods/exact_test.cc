@@ -5,12 +5,12 @@
 #include <cmath>
 #include <random>
 
-#include "engine/frames/stiefel_maps.h"
-#include "engine/linalg/special_functions/carlson.h"
-#include "engine/linalg/special_functions/jacobi_elliptic.h"
+#include "engine/body/exact/top_in_time.h"
+#include "engine/body/rigid_body_maps.h"
+#include "engine/dense/carlson.h"
+#include "engine/dense/jacobi_elliptic.h"
+#include "engine/frame/stiefel_maps.h"
 #include "engine/methods/variational.h"
-#include "engine/rigid_body/exact/top_in_time.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/reference_cases.h"

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "engine/frames/passes/frame_pass.h"
+#include "engine/frame/frame_pass.h"
 #include "tests/support/scenes/random_frame.h"
 
 namespace stiefel {

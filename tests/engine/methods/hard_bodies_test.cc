@@ -3,11 +3,11 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "engine/linalg/iteration/newton_krylov.h"
-#include "engine/linalg/lie/exponential.h"
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/body/rigid_body.h"
-#include "engine/rigid_body/j_d/cayley_n.h"
+#include "engine/body/j_d/cayley_n.h"
+#include "engine/body/rigid_body.h"
+#include "engine/dense/exponential.h"
+#include "engine/dense/newton_krylov.h"
+#include "engine/dense/orthogonal.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/stop.h"
 #include "tests/support/scenes/random_scene.h"

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "engine/body/rigid_body_maps.h"
 #include "engine/methods/implicit_midpoint.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/scenes/body_state.h"
 
 namespace stiefel {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/body/rigid_body_maps.h"
 #include "methods/all_methods.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/random_scene.h"

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
+#include "engine/body/rigid_body_maps.h"
 #include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "stiefel/simulation.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/printed_series.h"

@@ -1,12 +1,12 @@
-#include "engine/frames/passes/rattle_stiefel.h"
+#include "engine/frame/rattle_stiefel.h"
 
 #include <gtest/gtest.h>
 
-#include "engine/frames/body/stiefel_invariants.h"
-#include "engine/frames/stiefel_maps.h"
-#include "engine/linalg/lie/orthogonal.h"
+#include "engine/body/rigid_body_maps.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/frame/stiefel_invariants.h"
+#include "engine/frame/stiefel_maps.h"
 #include "engine/methods/variational.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/integrate.h"
 #include "tests/support/linalg/constraint_riccati_spectral.h"
 #include "tests/support/linalg/quadruple.h"

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "engine/frames/stiefel_maps.h"
-#include "engine/laws/symplectic_defect.h"
+#include "engine/body/rigid_body_maps.h"
+#include "engine/frame/stiefel_maps.h"
 #include "engine/methods/rk4.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/structure/symplectic_defect.h"
 #include "stiefel/linearization.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/random_frame.h"

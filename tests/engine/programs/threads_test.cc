@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "engine/frames/passes/blocked_pass.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
+#include "engine/frame/blocked_pass.h"
 #include "engine/numbers/stoppable_product.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "engine/accuracy/reference.h"
-#include "engine/catalogue/methods/step_weight.h"
-#include "engine/catalogue/system_entry.h"
+#include "engine/motion/step_weight.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/error_estimate.h"

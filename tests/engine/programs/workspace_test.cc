@@ -41,11 +41,10 @@ bool expect_price(const SceneDescription& description, const std::string& what) 
   }
   const double actual = counted(*scene);
   const auto priced = static_cast<double>(simulation_bytes(*scene));
-  const auto rule = ::testing::Message()
-                    << what << ": malloc has given out " << actual
-                    << " bytes; the row of the method "
-                    << "in engine/catalogue/methods/workspaces.inc must predict that or "
-                    << "up to twice as much";
+  const auto rule = ::testing::Message() << what << ": malloc has given out " << actual
+                                         << " bytes; the row of the method "
+                                         << "in engine/motion/workspaces.inc must predict that or "
+                                         << "up to twice as much";
   EXPECT_GE(priced, actual - slack) << rule;
   EXPECT_LE(priced, 2 * actual + 8 * slack) << rule;
   return true;

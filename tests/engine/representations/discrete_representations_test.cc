@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "engine/laws/dirac_bracket.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/rigid_body/moser_veselov/discrete_pairs.h"
-#include "engine/rigid_body/moser_veselov/interpolation.h"
+#include "engine/body/discrete_pairs.h"
+#include "engine/body/interpolation.h"
+#include "engine/dense/decompositions.h"
+#include "engine/structure/dirac_bracket.h"
 #include "tests/support/linalg/j_d_inverse.h"
 #include "tests/support/scenes/random_matrices.h"
 

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "engine/frames/body/stiefel_legendre.h"
-#include "engine/laws/derivative.h"
-#include "engine/laws/tangent_spaces.h"
-#include "engine/rigid_body/moser_veselov/discrete_pairs.h"
+#include "engine/body/discrete_pairs.h"
+#include "engine/frame/stiefel_legendre.h"
+#include "engine/structure/derivative.h"
+#include "engine/structure/tangent_spaces.h"
 #include "tests/support/linalg/j_d_inverse.h"
 #include "tests/support/scenes/random_matrices.h"
 

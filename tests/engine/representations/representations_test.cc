@@ -2,12 +2,12 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/matrix_equations/angular_velocity.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/rigid_body/symmetric/left_right.h"
-#include "engine/rigid_body/symmetric/mclachlan_scovel_blocks.h"
-#include "engine/rigid_body/symmetric/scaling.h"
+#include "engine/body/left_right.h"
+#include "engine/body/mclachlan_scovel_blocks.h"
+#include "engine/body/scaling.h"
+#include "engine/dense/angular_velocity.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/so_3.h"
 #include "tests/support/representations/rigid_formulas.h"
 #include "tests/support/scenes/random_matrices.h"
 

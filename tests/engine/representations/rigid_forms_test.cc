@@ -2,9 +2,9 @@
 
 #include <cmath>
 
+#include "engine/body/psi.h"
+#include "engine/body/symmetric_rigid_body.h"
 #include "engine/methods/munthe_kaas4.h"
-#include "engine/rigid_body/symmetric/psi.h"
-#include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 #include "stiefel/simulation.h"
 #include "tests/support/integrate.h"
 #include "tests/support/linalg/j_d_schur.h"

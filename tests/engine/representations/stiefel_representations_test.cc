@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "engine/frames/body/stiefel_legendre.h"
-#include "engine/linalg/matrix_equations/angular_velocity.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/angular_velocity.h"
+#include "engine/dense/decompositions.h"
+#include "engine/frame/stiefel_legendre.h"
 #include "tests/support/representations/frame_formulas.h"
 #include "tests/support/representations/rigid_formulas.h"
 #include "tests/support/scenes/random_matrices.h"

@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
-#include "engine/laws/symplectic_defect.h"
-#include "engine/laws/tangent_spaces.h"
+#include "engine/body/moser_veselov.h"
+#include "engine/body/psi.h"
+#include "engine/body/rigid_body.h"
 #include "engine/methods/rk4.h"
-#include "engine/rigid_body/body/rigid_body.h"
-#include "engine/rigid_body/moser_veselov/moser_veselov.h"
-#include "engine/rigid_body/symmetric/psi.h"
+#include "engine/structure/symplectic_defect.h"
+#include "engine/structure/tangent_spaces.h"
 #include "tests/support/linalg/j_d_inverse.h"
 #include "tests/support/scenes/random_matrices.h"
 

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "engine/tangent/confirmation.h"
-#include "engine/tangent/growth_vectors.h"
-#include "engine/tangent/tangent_of.h"
+#include "engine/growth/confirmation.h"
+#include "engine/growth/growth_vectors.h"
+#include "engine/growth/tangent_of.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/spectra.h"

@@ -14,7 +14,7 @@
 #include <numbers>
 #include <random>
 
-#include "engine/frames/geodesics/geodesic_series.h"
+#include "engine/frame/geodesics/geodesic_series.h"
 #include "tests/support/scenes/random_ray.h"
 
 namespace stiefel {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/rigid_body/moser_veselov/moser_veselov.h"
+#include "engine/body/moser_veselov.h"
 #include "stiefel/connect.h"
 #include "tests/support/scenes/two_frames.h"
 

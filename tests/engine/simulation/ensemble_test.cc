@@ -1,11 +1,11 @@
-#include "engine/run/ensemble.h"
+#include "engine/motion/ensemble.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "engine/body/body_packs.h"
 #include "engine/numbers/pack.h"
-#include "engine/rigid_body/packs/body_packs.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/price.h"
 #include "tests/support/scenes/ensemble_of.h"

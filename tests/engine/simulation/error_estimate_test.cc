@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "engine/linalg/lie/so_3.h"
+#include "engine/dense/so_3.h"
 #include "stiefel/price.h"
 #include "stiefel/simulation.h"
 #include "tests/support/motion_in_quadruple.h"

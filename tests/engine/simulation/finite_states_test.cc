@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "engine/stepping/method_entry.h"
+#include "engine/motion/method_entry.h"
 #include "stiefel/simulation.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/ensemble_of.h"

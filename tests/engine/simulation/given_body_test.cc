@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/rigid_body/exact/euler_top.h"
+#include "engine/body/exact/euler_top.h"
 #include "engine/scene/given_body.h"
 #include "stiefel/conversion.h"
 #include "stiefel/simulation.h"

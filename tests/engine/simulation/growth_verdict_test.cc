@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/tangent/verdict.h"
+#include "engine/growth/verdict.h"
 
 namespace stiefel {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/catalogue/system_entry.h"
-#include "engine/catalogue/two_form.h"
-#include "engine/laws/derivative.h"
+#include "engine/motion/system_entry.h"
+#include "engine/motion/two_form.h"
+#include "engine/structure/derivative.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_matrices.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "engine/accuracy/reference.h"
-#include "engine/catalogue/system_entry.h"
-#include "engine/rigid_body/symmetric/scaling.h"
+#include "engine/body/scaling.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/conversion.h"
 #include "stiefel/simulation.h"

@@ -1,4 +1,4 @@
-#include "engine/catalogue/methods/recommendation.h"
+#include "engine/motion/recommendation.h"
 
 #include <gtest/gtest.h>
 

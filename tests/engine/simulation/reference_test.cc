@@ -5,15 +5,15 @@
 
 #include <cmath>
 
-#include "engine/catalogue/system_entry.h"
-#include "engine/double_bracket/taylor_double_bracket.h"
-#include "engine/frames/body/taylor_stiefel.h"
-#include "engine/frames/stiefel_maps.h"
-#include "engine/linalg/special_functions/taylor_motion.h"
+#include "engine/body/rigid_body_maps.h"
+#include "engine/body/taylor_parametric_rigid_body.h"
+#include "engine/body/taylor_rigid_body.h"
+#include "engine/bracket/taylor_double_bracket.h"
+#include "engine/dense/taylor_motion.h"
+#include "engine/frame/stiefel_maps.h"
+#include "engine/frame/taylor_stiefel.h"
 #include "engine/methods/variational.h"
-#include "engine/rigid_body/body/taylor_rigid_body.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
-#include "engine/rigid_body/parametric/taylor_parametric_rigid_body.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/simulation.h"
 #include "tests/support/extrapolation.h"

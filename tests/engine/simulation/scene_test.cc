@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "engine/linalg/lie/so_3.h"
+#include "engine/dense/so_3.h"
 #include "stiefel/simulation.h"
 #include "tests/support/scenes/random_scene.h"
 

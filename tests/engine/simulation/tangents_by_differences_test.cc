@@ -2,10 +2,10 @@
 // differences of the states of simulations: of scenes that differ in one number.
 #include <gtest/gtest.h>
 
-#include "engine/laws/derivative.h"
-#include "engine/linalg/lie/so_3.h"
-#include "engine/stepping/observed_simulation.h"
-#include "engine/tangent/tangent_of.h"
+#include "engine/dense/so_3.h"
+#include "engine/growth/tangent_of.h"
+#include "engine/motion/observed_simulation.h"
+#include "engine/structure/derivative.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/linearization.h"
 #include "tests/support/scenes/any_scene.h"

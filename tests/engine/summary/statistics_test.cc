@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/stepping/invariant_list.h"
+#include "engine/motion/invariant_list.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
 #include "tests/engine/summary/finished_summary.h"

@@ -1,12 +1,12 @@
-#include "engine/frames/body/discrete_stiefel.h"
+#include "engine/frame/discrete_stiefel.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "engine/frames/body/stiefel.h"
-#include "engine/frames/body/stiefel_invariants.h"
-#include "engine/linalg/lie/orthogonal.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/frame/stiefel.h"
+#include "engine/frame/stiefel_invariants.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_frame.h"

@@ -1,14 +1,14 @@
-#include "engine/double_bracket/double_bracket.h"
+#include "engine/bracket/double_bracket.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "engine/double_bracket/double_bracket_invariants.h"
+#include "engine/body/body_invariants.h"
+#include "engine/body/symmetric_rigid_body.h"
+#include "engine/bracket/double_bracket_invariants.h"
 #include "engine/methods/munthe_kaas4.h"
-#include "engine/rigid_body/body/body_invariants.h"
-#include "engine/rigid_body/symmetric/symmetric_rigid_body.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_scene.h"

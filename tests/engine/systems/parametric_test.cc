@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/linalg/lie/exponential.h"
+#include "engine/body/moser_veselov.h"
+#include "engine/body/parametric_moser_veselov.h"
+#include "engine/body/parametric_psi.h"
+#include "engine/body/parametric_rigid_body.h"
+#include "engine/dense/exponential.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
-#include "engine/rigid_body/moser_veselov/moser_veselov.h"
-#include "engine/rigid_body/parametric/parametric_moser_veselov.h"
-#include "engine/rigid_body/parametric/parametric_psi.h"
-#include "engine/rigid_body/parametric/parametric_rigid_body.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
 #include "tests/support/exact_motion.h"

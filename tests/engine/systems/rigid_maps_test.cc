@@ -2,14 +2,14 @@
 
 #include <cmath>
 
-#include "engine/frames/body/stiefel_invariants.h"
-#include "engine/linalg/lie/orthogonal.h"
+#include "engine/body/body_invariants.h"
+#include "engine/body/psi.h"
+#include "engine/body/rigid_body_maps.h"
+#include "engine/body/symmetric_invariants.h"
+#include "engine/body/symmetric_rigid_body_maps.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/frame/stiefel_invariants.h"
 #include "engine/methods/variational.h"
-#include "engine/rigid_body/body/body_invariants.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
-#include "engine/rigid_body/maps/symmetric_rigid_body_maps.h"
-#include "engine/rigid_body/symmetric/psi.h"
-#include "engine/rigid_body/symmetric/symmetric_invariants.h"
 #include "tests/support/linalg/j_d_schur.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_matrices.h"

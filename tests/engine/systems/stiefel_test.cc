@@ -1,12 +1,12 @@
-#include "engine/frames/body/stiefel.h"
+#include "engine/frame/stiefel.h"
 
 #include <gtest/gtest.h>
 
 #include <unsupported/Eigen/AutoDiff>
-#include "engine/frames/body/ellipsoid.h"
-#include "engine/frames/body/ellipsoid_invariants.h"
-#include "engine/frames/body/stiefel_costate.h"
-#include "engine/frames/body/stiefel_invariants.h"
+#include "engine/frame/ellipsoid.h"
+#include "engine/frame/ellipsoid_invariants.h"
+#include "engine/frame/stiefel_costate.h"
+#include "engine/frame/stiefel_invariants.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"
 #include "tests/support/scenes/random_frame.h"

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "engine/accuracy/reference.h"
-#include "engine/methods/support/concepts.h"
+#include "engine/methods/concepts.h"
 
 namespace stiefel::extremes {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/rigid_body/body/body_invariants.h"
+#include "engine/body/body_invariants.h"
+#include "engine/dense/orthogonal.h"
 #include "tests/extremes/twin/twin_of.h"
 
 namespace stiefel::extremes {

@@ -1,4 +1,4 @@
-#include "engine/rigid_body/body/body_invariants.h"
+#include "engine/body/body_invariants.h"
 #include "tests/extremes/twin/twin_of.h"
 #include "tests/support/linalg/quadruple.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/frames/stiefel_maps.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
+#include "engine/body/rigid_body_maps.h"
+#include "engine/frame/stiefel_maps.h"
 #include "methods/all_methods.h"
 #include "tests/extremes/twin/twin.h"
 

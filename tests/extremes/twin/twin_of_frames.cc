@@ -1,6 +1,6 @@
-#include "engine/frames/body/stiefel_invariants.h"
-#include "engine/frames/passes/frame_pass_on.h"
-#include "engine/linalg/lie/orthogonal.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/frame/frame_pass_on.h"
+#include "engine/frame/stiefel_invariants.h"
 #include "tests/extremes/twin/twin_of.h"
 #include "tests/support/linalg/quadruple.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
 #include "engine/numbers/scalar.h"
 
 namespace stiefel::testing {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
 
 extern "C" void dgees_(const char* jobvs, const char* sort,
                        int (*select)(const double* re, const double* im), const int* n, double* a,

@@ -1,9 +1,9 @@
 #include "tests/support/linalg/quadruple.h"
 
-#include "engine/frames/passes/frame_pass_on.h"
-#include "engine/linalg/lie/exponential_of.h"
-#include "engine/linalg/matrix_equations/decompositions_of.h"
-#include "engine/linalg/matrix_equations/lyapunov_equation_of.h"
+#include "engine/dense/decompositions_of.h"
+#include "engine/dense/exponential_of.h"
+#include "engine/dense/lyapunov_equation_of.h"
+#include "engine/frame/frame_pass_on.h"
 
 namespace stiefel {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "engine/frames/passes/rattle_stiefel.h"
+#include "engine/body/j_d/cayley_n.h"
+#include "engine/frame/rattle_stiefel.h"
 #include "engine/numbers/quadruple.h"
-#include "engine/rigid_body/j_d/cayley_n.h"
 
 namespace stiefel {
 

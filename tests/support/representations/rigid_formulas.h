@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/rigid_body/symmetric/psi.h"
+#include "engine/body/psi.h"
+#include "engine/dense/decompositions.h"
 
 /// Formulas of the rigid body that the engine does not need, for tests of those that it has. All
 /// matrices are N × N.

@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "engine/catalogue/system_entry.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"

@@ -4,8 +4,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "engine/linalg/lie/so_3.h"
-#include "engine/linalg/lie/so_n.h"
+#include "engine/dense/so_3.h"
+#include "engine/dense/so_n.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel::testing {

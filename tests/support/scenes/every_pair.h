@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/catalogue/system_entry.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
 
 namespace stiefel::testing {

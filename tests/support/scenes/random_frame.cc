@@ -4,9 +4,9 @@
 #include <random>
 #include <type_traits>
 
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
-#include "engine/linalg/matrix_equations/symmetric_lyapunov.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/dense/symmetric_lyapunov.h"
 
 namespace stiefel::testing {
 

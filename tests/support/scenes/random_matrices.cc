@@ -1,7 +1,7 @@
 #include "tests/support/scenes/random_matrices.h"
 
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/orthogonal.h"
 
 namespace stiefel::testing {
 

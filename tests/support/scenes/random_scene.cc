@@ -3,8 +3,8 @@
 #include <cmath>
 #include <random>
 
-#include "engine/linalg/lie/orthogonal.h"
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/orthogonal.h"
 #include "tests/support/scenes/rigid_forms.h"
 
 namespace stiefel::testing {

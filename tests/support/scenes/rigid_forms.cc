@@ -3,7 +3,7 @@
 #include <cmath>
 #include <complex>
 
-#include "engine/linalg/matrix_equations/decompositions.h"
+#include "engine/dense/decompositions.h"
 
 namespace stiefel::testing {
 

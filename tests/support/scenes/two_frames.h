@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <random>
 
-#include "engine/frames/geodesics/path.h"
+#include "engine/frame/geodesics/path.h"
 #include "stiefel/connect.h"
 
 namespace stiefel::testing {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/body/exact/top_in_time.h"
+#include "engine/body/rigid_body_maps.h"
 #include "engine/methods/exact.h"
-#include "engine/rigid_body/exact/top_in_time.h"
-#include "engine/rigid_body/maps/rigid_body_maps.h"
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/scenes/random_top.h"
 

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "engine/accuracy/measurement.h"
-#include "engine/catalogue/system_entry.h"
+#include "engine/motion/system_entry.h"
 #include "stiefel/price.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_matrices.h"

@@ -1,11 +1,11 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "engine/catalogue/system_entry.h"
+#include "engine/motion/make_simulation.h"
+#include "engine/motion/methods_on.h"
+#include "engine/motion/stacked_observables.h"
+#include "engine/motion/system_entry.h"
 #include "engine/scene/scene_draft.h"
-#include "engine/stepping/make_simulation.h"
-#include "engine/stepping/methods_on.h"
-#include "engine/stepping/stacked_observables.h"
 
 namespace stiefel {
 namespace {
@@ -89,7 +89,8 @@ SystemEntry brockett_entry() {
   info.blocks = {{"H", "N x N", true, "symmetric"}};
   info.fields = {{"H", "N x N", "symmetric"}};
   info.invariants = {{"eigenvalues", "of H, ascending", "Brockett 1991"}};
-  return {.info = info, .check = check,
+  return {.info = info,
+          .check = check,
           .make = make_brockett,
           .methods = methods_on<Brockett<double>>,
           .example = example};

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "engine/catalogue/system_entry.h"
-#include "engine/stepping/method_entry_of.h"
+#include "engine/motion/method_entry_of.h"
+#include "engine/motion/system_entry.h"
 #include "tests/support/toys/heun.h"
 #include "tests/support/toys/lie_midpoint.h"
 

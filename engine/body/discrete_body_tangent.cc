@@ -1,0 +1,290 @@
+#include "engine/body/rigid_tangents.h"
+
+#include "engine/body/body_columns.h"
+#include "engine/body/moser_veselov.h"
+#include "engine/body/preprocessed_moser_veselov.h"
+#include "engine/methods/preprocessed_variational.h"
+#include "engine/methods/symmetric_stages.h"
+#include "engine/methods/variational.h"
+#include "engine/numbers/dual.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+using Index = Eigen::Index;
+
+/// Turns U into D = U − I, whose diagonal follows from its other elements: 2D_jj = −Σ_i D_ij².
+template <class Square>
+void subtract_identity(Square& U) {
+  for (Index j = 0; j < U.cols(); ++j) {
+    U(j, j) -= 1;
+    U(j, j) = -U.col(j).squaredNorm() / 2;
+  }
+}
+
+/// The values of a step from (I, M): U − I and M′, and conversions of M.
+template <class Space>
+struct Turned;
+
+template <>
+struct Turned<So3<double, true>> {
+  static constexpr int N = 3;
+  using Point = So3<double, true>::State;
+  using Square = Eigen::Matrix3d;
+
+  static Square M(const Dense& point) { return hat(Eigen::Vector3d(point.bottomRows(3))); }
+  static void set(const Square& M, Point& x) { x << 1, 0, 0, 0, vee(M); }
+  static void get(const Accumulator<Point>& x, Square& D, Square& M) {
+    // U = I + 2w v̂ + 2v̂² of the quaternion (w, v)
+    const Eigen::Vector4d q = x.value.head<4>();
+    const Square v = hat(q.tail<3>());
+    D = 2 * (q(0) * v + v.lazyProduct(v));
+    M = hat(x.value.tail<3>());
+  }
+};
+
+template <>
+struct Turned<So4<double, true>> {
+  static constexpr int N = 4;
+  using Point = So4<double, true>::State;
+  using Square = Eigen::Matrix4d;
+
+  static Square M(const Dense& point) { return point.bottomRows(4); }
+  static void set(const Square& M, Point& x) {
+    x.head<16>() = Square::Identity().reshaped();
+    for (int k = 0; k < 6; ++k) x(16 + k) = M(skew4_rows[k], skew4_columns[k]);
+  }
+  static void get(const Accumulator<Point>& x, Square& D, Square& M) {
+    D.reshaped() = x.value.head<16>();
+    subtract_identity(D);
+    for (int k = 0; k < 6; ++k) {
+      M(skew4_rows[k], skew4_columns[k]) = x.value(16 + k);
+      M(skew4_columns[k], skew4_rows[k]) = -x.value(16 + k);
+    }
+    M.diagonal().setZero();
+  }
+};
+
+template <>
+struct Turned<SoN<double>> {
+  static constexpr int N = Eigen::Dynamic;
+  using Point = Dense;
+  using Square = Dense;
+
+  static Square M(const Dense& point) { return point.bottomRows(point.cols()); }
+  static void set(const Square& M, Point& x) {
+    x.resize(2 * M.rows(), M.rows());
+    x.topRows(M.rows()).setIdentity();
+    x.bottomRows(M.rows()) = M;
+  }
+  static void get(const Accumulator<Point>& x, Square& D, Square& M) {
+    const Index N = x.value.cols();
+    D = x.value.topRows(N);
+    subtract_identity(D);
+    M = x.value.bottomRows(N);
+  }
+};
+
+/// The discrete bodies as stages of a step, with the Λ of their equation UΛ − ΛUᵀ = hM.
+template <class Space>
+struct Stages {
+  using Map = MoserVeselov<Space>;
+  Stages(const Scene& scene, const TangentParameters& at)
+      : gamma(symmetric_stages<double>(scene.order() > 0 ? scene.order() : 2)),
+        lambda(at.lambda),
+        by_lambda(at.by_lambda) {
+    for (const double g : gamma) maps.emplace_back(at.lambda, g * at.h, Arithmetic::plain);
+  }
+  /// For vectors at a momentum.
+  void start(const Eigen::MatrixXd&, const Eigen::MatrixXd&) {}
+
+  std::vector<double> gamma;
+  std::vector<Map> maps;
+  Eigen::VectorXd lambda;
+  Dense by_lambda;
+};
+
+/// Λ and its derivatives are those of the modified moments J, functions of the m at the start.
+struct ModifiedStage {
+  using Map = PreprocessedMoserVeselov<double, true>;
+  static constexpr int lanes = 4;
+  using Wide = Dual<long double, lanes>;
+
+  ModifiedStage(const Scene& scene, const TangentParameters& given)
+      : order(scene.order() > 0 ? scene.order() : PreprocessedVariational::traits.default_order),
+        at(given),
+        by_lambda(given.by_lambda) {
+    maps.emplace_back(at.lambda, at.h, order, Arithmetic::plain);
+  }
+  void start(const Dense& M, const Dense& V) {
+    for (Index first = 0; first < V.cols(); first += lanes) {
+      Vector3<Wide> m = vee(M).cast<Wide>(), l = at.lambda.cast<Wide>();
+      Wide h = at.h;
+      const Index width = std::min<Index>(lanes, V.cols() - first);
+      for (Index k = 0; k < width; ++k) {
+        const auto lane = static_cast<int>(k);
+        const Index v = first + k;
+        const Eigen::Vector3d dm = vee(V.col(v).reshaped(V.rows() / 3, 3).bottomRows(3));
+        for (int i = 0; i < 3; ++i) {
+          m(i).d[lane] = dm(i);
+          l(i).d[lane] = at.by_lambda(i, v);
+        }
+        h.d[lane] = at.by_h(v);
+      }
+      const Vector3<Wide> of_J =
+          ModifiedSeries<Wide>(PrincipalMoments3<Wide>(l), m, order)(h).lambda();
+      lambda = values_of(of_J).cast<double>();
+      for (Index k = 0; k < width; ++k)
+        by_lambda.col(first + k) = lane_of(of_J, static_cast<int>(k)).cast<double>();
+    }
+  }
+
+  int order;
+  TangentParameters at;
+  std::vector<double> gamma = {1};
+  std::vector<Map> maps;
+  Eigen::VectorXd lambda;
+  Dense by_lambda;
+};
+
+/// Moves (η, δM) by steps Q ↦ QU, M ↦ M′ = UᵀMU with UΛ − ΛUᵀ = hM: δU = Uυ, A = ΛU,
+///
+///     υA + Aᵀυ = hUᵀδMU + δh M′ + UᵀδΛ − δΛU,
+///     η′ = UᵀηU + υ,   δM′ = UᵀδMU + [M′, υ].
+template <class Space, class Stages>
+class DiscreteBodyTangent final : public TangentMap {
+ public:
+  DiscreteBodyTangent(const Scene& scene, const TangentParameters& at)
+      : substeps_(scene.substeps()),
+        N_(scene.dimension()),
+        parameters_(at),
+        stages_(scene, at),
+        columns_(N_, scene.arithmetic() == Arithmetic::compensated),
+        rotation_(N_),
+        lu_(static_cast<std::size_t>(Columns::size(N_))),
+        D_(N_, N_),
+        M_(N_, N_),
+        upsilon_(lu_size()),
+        sum_(lu_size()) {}
+
+  void start(const Dense& point, const Dense& V) override {
+    columns_.set(point, V);
+    M_ = Values::M(point);
+    stages_.start(M_, V);
+    typename Values::Point x;
+    Values::set(M_, x);
+    states_.clear();
+    for (std::size_t stage = 0; stage < count(); ++stage)
+      states_.push_back(stages_.maps[folded(stage)].start(x));
+    varies_.assign(columns_.pairs().size(), false);
+    for (Index v = 0; v < V.cols(); ++v)
+      if (!stages_.by_lambda.col(v).isZero(0) || parameters_.by_h(v) != 0)
+        varies_[static_cast<std::size_t>(v / 2)] = true;
+  }
+
+  RunStatus step(const Dense& point) override {
+    M_ = Values::M(point);
+    for (int k = 0; k < substeps_; ++k)
+      for (std::size_t stage = 0; stage < count(); ++stage) {
+        auto& state = states_[stage];
+        Values::set(M_, state.x.value);
+        if (const auto status = stages_.maps[folded(stage)].step(state); !status.reached())
+          return status;
+        Values::get(state.x, D_, M_);
+        move(stages_.gamma[folded(stage)]);
+      }
+    return {};
+  }
+  void read(const Dense& point, Dense& V) const override { columns_.read(point, V); }
+
+ private:
+  using Values = Turned<Space>;
+  using Columns = BodyColumns<Values::N>;
+  using Rotation = RotationOfColumns<Values::N>;
+
+  std::size_t lu_size() const { return static_cast<std::size_t>(Columns::size(N_)); }
+  std::size_t count() const { return 2 * stages_.gamma.size() - 1; }
+  std::size_t folded(std::size_t stage) const { return std::min(stage, count() - 1 - stage); }
+  double U(Index i, Index j) const { return (i == j ? 1 : 0) + D_(i, j); }
+
+  void move(double gamma) {
+    const auto size = static_cast<Index>(lu_size());
+    stop_point(static_cast<double>(size * size * size) / 3);
+    rotation_.set(D_, M_);
+    lu_.set_zero();
+    for (Index j = 0; j < N_; ++j)
+      for (Index i = 0; i < j; ++i)
+        for (Index k = 0; k < N_; ++k) {
+          add(i, j, i, k, stages_.lambda(k) * U(k, j));
+          add(i, j, k, j, stages_.lambda(k) * U(k, i));
+        }
+    lu_.factor();
+    const Pair h = gamma * parameters_.h;
+    for (std::size_t p = 0; p < columns_.pairs().size(); ++p) {
+      stop_point(8 * static_cast<double>(size * size));
+      auto& x = columns_.pairs()[p];
+      const Pair* const m = x.m.values();
+      std::fill(sum_.begin(), sum_.end(), Pair(0));
+      rotation_.add_turn(m, sum_.data());
+      for (std::size_t i = 0; i < sum_.size(); ++i) upsilon_[i] = h * (m[i] + sum_[i]);
+      if (varies_[p]) add_parameters(p, gamma);
+      lu_.solve(upsilon_.data());
+      rotation_.add_bracket(upsilon_.data(), sum_.data());
+      for (std::size_t i = 0; i < sum_.size(); ++i) x.m.add(i, sum_[i]);
+      if (!columns_.has_frame()) continue;
+      rotation_.add_turn(x.eta.values(), upsilon_.data());
+      for (std::size_t i = 0; i < sum_.size(); ++i) x.eta.add(i, upsilon_[i]);
+    }
+  }
+
+  void add(Index i, Index j, Index k, Index l, double value) {
+    const auto row = static_cast<std::size_t>(Columns::at(i, j));
+    if (k < l) lu_(row, static_cast<std::size_t>(Columns::at(k, l))) += value;
+    if (k > l) lu_(row, static_cast<std::size_t>(Columns::at(l, k))) -= value;
+  }
+
+  void add_parameters(std::size_t p, double gamma) {
+    const auto first = static_cast<Index>(2 * p), last = stages_.by_lambda.cols() - 1;
+    const auto pair = [&](const auto& row) {
+      return Pair(row(first), first < last ? row(first + 1) : 0);
+    };
+    const Pair dh = Pair(gamma) * pair(parameters_.by_h);
+    for (Index j = 0; j < N_; ++j)
+      for (Index i = 0; i < j; ++i)
+        upsilon_[static_cast<std::size_t>(Columns::at(i, j))] +=
+            dh * Pair(M_(i, j)) + pair(stages_.by_lambda.row(j)) * Pair(U(j, i)) -
+            pair(stages_.by_lambda.row(i)) * Pair(U(i, j));
+  }
+
+  int substeps_;
+  Index N_;
+  TangentParameters parameters_;
+  Stages stages_;
+  Columns columns_;
+  Rotation rotation_;
+  PairLu lu_;
+  std::vector<typename Stages::Map::State> states_;
+  std::vector<bool> varies_;
+  typename Values::Square D_, M_;  ///< U − I and M′ of the last stage
+  std::vector<Pair> upsilon_, sum_;
+};
+
+template <class Space, template <class> class Stages>
+std::unique_ptr<TangentMap> made(const Scene& scene, const TangentParameters& at) {
+  return std::make_unique<DiscreteBodyTangent<Space, Stages<Space>>>(scene, at);
+}
+
+}  // namespace
+
+std::unique_ptr<TangentMap> discrete_body_tangent(const Scene& scene, const TangentParameters& at) {
+  constexpr Index largest_by_elements = 10;
+  if (scene.method() == PreprocessedVariational::traits.name)
+    return std::make_unique<DiscreteBodyTangent<So3<double, true>, ModifiedStage>>(scene, at);
+  if (scene.dimension() > largest_by_elements) return large_body_tangent(scene, at);
+  if (scene.dimension() == 3) return made<So3<double, true>, Stages>(scene, at);
+  if (scene.dimension() == 4) return made<So4<double, true>, Stages>(scene, at);
+  return made<SoN<double>, Stages>(scene, at);
+}
+
+}  // namespace stiefel

@@ -1,0 +1,114 @@
+// The references for motions of rigid bodies.
+#include <cmath>
+
+#include "engine/accuracy/closed_form_reference.h"
+#include "engine/accuracy/taylor_reference.h"
+#include "engine/body/exact/euler_top.h"
+#include "engine/body/exact/two_valued_body.h"
+#include "engine/body/rigid_body_data.h"
+#include "engine/body/taylor_rigid_body.h"
+
+namespace stiefel {
+
+template class TaylorRigidBody<long double>;
+template class TaylorMotion<TaylorRigidBody<long double>>;
+
+namespace {
+
+using Start = SeriesStart<Quad>;
+
+constexpr double top_in_quadruple = 1.4e6;  // units of work, as top_in_extended
+
+/// Returns the motion of Euler's top that starts at Q = I, multiplied by Q_0 from the left.
+template <class Scalar, bool frame>
+Solution top(const Start& start) {
+  typename So3<Scalar, frame>::State x;
+  x.setZero();
+  if constexpr (frame) x(0) = 1;
+  const Matrix<Quad> M = start.x.bottomRows(3);
+  x.template tail<3>() = vee(rounded<Scalar>(M));
+  const PrincipalMoments3<Quad> I(start.lambda);
+  const PrincipalMoments3<Scalar> moments(rounded<Scalar>(I.moments),
+                                          rounded<Scalar>(I.differences));
+  using Wide = Shown<Scalar>;
+  return
+      [as = presentation<Scalar>(start), Q_0 = rounded<Wide>(start.x.topRows(start.x.rows() - 3)),
+       motion = EulerTop<Scalar, frame>(moments, x)](double t) {
+        const auto at = motion.at(Scalar(t));
+        Matrix<Wide> now(frame ? 6 : 3, 3);
+        if constexpr (frame)
+          now.topRows(3) = Q_0 * rounded<Wide>(rotation_matrix<Scalar>(at.template head<4>()));
+        now.bottomRows(3) = rounded<Wide>(hat(Vector3<Scalar>(at.template tail<3>())));
+        return present(as, now, 3);
+      };
+}
+template <class Scalar>
+Solution top(const Start& start) {
+  return start.x.rows() > 3 ? top<Scalar, true>(start) : top<Scalar, false>(start);
+}
+
+template <class Scalar>
+Solution two_valued(const Start& start) {
+  return [as = presentation<Scalar>(start), N = start.x.cols(),
+          motion = TwoValuedBody<Scalar>(rounded<Scalar>(start.lambda), rounded<Scalar>(start.x))](
+             double t) mutable {
+    return present<Shown<Scalar>>(as, rounded<Shown<Scalar>>(motion.at(Scalar(t))), N);
+  };
+}
+
+/// Returns ‖Ω‖_F, Ω_ij = M_ij/(λ_i + λ_j).
+double body_rate(const Start& start) {
+  const Eigen::Index N = start.x.cols();
+  const auto M = start.x.bottomRows(N);
+  double sum = 0;
+  for (Eigen::Index j = 0; j < N; ++j)
+    for (Eigen::Index i = 0; i < j; ++i) {
+      const auto Omega =
+          static_cast<double>(M(i, j)) / static_cast<double>(start.lambda(i) + start.lambda(j));
+      sum += 2 * Omega * Omega;
+    }
+  return std::sqrt(sum);
+}
+
+ClosedForm top_form(const Start& start, bool quadruple) {
+  if (quadruple)
+    return {top<Quad>(start), top<long double>(start),
+            in_quadruple,     body_rate(start),
+            top_in_quadruple, "Jacobi's closed form in quadruple precision"};
+  return {
+      top<long double>(start), top<double>(start), in_extended,
+      body_rate(start),        top_in_extended,    "Jacobi's closed form in extended precision"};
+}
+
+/// Whether a body with this Λ has a closed form.
+bool has_closed_form(const Eigen::VectorXd& lambda) {
+  return lambda.size() == 3 || (lambda.size() > 1 && TwoValuedBody<double>::has(lambda));
+}
+
+std::unique_ptr<Reference> closed_form(const Start& start, const ReferenceNeed& need, double time,
+                                       double allowed) {
+  const Eigen::Index N = start.x.cols();
+  const double work = N == 3 ? top_in_extended : eigenvectors_work(N, N);
+  if (work > allowed) return nullptr;
+  if (N == 3) {
+    for (const bool quadruple : {need.quadruple, true})
+      if (auto made = closed_form_reference(top_form(start, quadruple), need, time)) return made;
+    return nullptr;
+  }
+  return closed_form_reference(
+      {two_valued<long double>(start), two_valued<double>(start), in_extended, body_rate(start),
+       work, "closed form for Lambda of two values in extended precision"},
+      need, time);
+}
+
+std::unique_ptr<Reference> series(const SeriesStart<long double>& start,
+                                  const ReferenceNeed& need) {
+  return taylor_reference(
+      [&](int order) { return TaylorRigidBody<long double>(start.lambda, order); }, start, need);
+}
+
+}  // namespace
+
+constinit const SeriesEquations body_equations = {series, has_closed_form, closed_form};
+
+}  // namespace stiefel

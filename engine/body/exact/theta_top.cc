@@ -1,0 +1,339 @@
+#include "engine/body/exact/theta_top.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/body/exact/sorted_top.h"
+#include "engine/body/exact/theta_constants.h"
+#include "engine/dense/carlson.h"
+#include "engine/dense/so_3.h"
+#include "engine/numbers/pack.h"
+
+namespace stiefel {
+namespace {
+
+using namespace theta;
+using Wide = long double;
+
+constexpr double far = 0x1p300;  ///< products of two words within this range are exact
+constexpr double most_turns = 0x1p90;
+constexpr double most_K = 130;  ///< over K′, where e^{−πK/2K′} is still within this range
+constexpr double most_nome = 0.15;  ///< above it, the series next to the separatrix converge faster
+
+constexpr Wide wide_pi = 3.14159265358979323846264338327950288L;
+Quad pi() {
+  static const Quad pi = 4 * atan(Quad(1));
+  return pi;
+}
+
+bool within(Quad x) { return abs(x) > 1 / far && abs(x) < far; }
+
+/// Returns √x by one Newton step from extended precision.
+Quad root(Quad x) {
+  const Quad y = std::sqrt(static_cast<Wide>(x));
+  return y == 0 ? y : Quad((y + x / y) / 2);
+}
+
+/// Returns the complete integral of the first kind for the parameter 1 − k².
+Quad complete_integral(Quad k) {
+  Quad a = 1, b = k;
+  while (a - b > two_to<Quad>(-56) * a) {
+    const Quad next = (a + b) / 2;
+    b = root(a * b);
+    a = next;
+  }
+  return pi() / (a + b);
+}
+
+/// Returns the incomplete integral of the first kind of the angle with sine s and cosine c.
+template <class Scalar>
+Scalar incomplete_integral(Scalar s, Scalar c, const Scalar& mc, const Scalar& K) {
+  const Scalar size = s < 0 ? Scalar(-s) : s;
+  const Scalar first = size * carlson::R_F<Scalar>(c * c, c * c + mc * s * s, 1);
+  const Scalar whole = c < 0 ? Scalar(2 * K - first) : first;
+  return s < 0 ? Scalar(-whole) : whole;
+}
+
+template <class Scalar>
+Scalar power(Scalar x, int n) {
+  Scalar product = 1;
+  for (; n > 0; n /= 2, x *= x)
+    if (n % 2 == 1) product *= x;
+  return product;
+}
+
+/// Writes constants into their places. Those too small for exact products become 0.
+class Places {
+ public:
+  explicit Places(std::array<double, ThetaTop::constants>& to) : to_(to) { to_.fill(0); }
+
+  template <class Scalar>
+  void number(int place, Scalar x) {
+    const auto rounded = static_cast<double>(x);
+    to_[place] = std::abs(rounded) < 1 / far ? 0 : rounded;
+  }
+  template <class Scalar>
+  void word(int place, Scalar x) {
+    number(place, x);
+    number(place + 1, to_[place] == 0 ? Scalar(0) : Scalar(x - Scalar(to_[place])));
+  }
+  /// Writes the sum of c_n f_n as a polynomial in S = sin²z, where f_{n+1} = (2 − 4S) f_n − f_{n−1}
+  /// from the constants f_0 and f_{−1}, the latter plus `slope` S.
+  template <std::size_t count>
+  void series(int place, Wide factor, const std::array<Wide, count>& c, int first, int before,
+              int slope = 0) {
+    std::array<Wide, degree + 1> sum{}, f{Wide(first)}, last{Wide(before), Wide(slope)};
+    for (const Wide c_n : c) {
+      for (int i = degree; i >= 0; --i) {
+        sum[i] += factor * c_n * f[i];
+        last[i] = 2 * f[i] - last[i] - (i > 0 ? 4 * f[i - 1] : 0);
+      }
+      std::swap(f, last);
+    }
+    for (int i = 0; i < words; ++i) word(place + 2 * i, sum[i]);
+    for (int i = words; i <= degree; ++i) number(place + words + i, sum[i]);
+  }
+
+ private:
+  std::array<double, ThetaTop::constants>& to_;
+};
+
+/// What the series are made of; B along a, b and c.
+struct Series {
+  Quad K, K_dual, y, nome, u_0;
+  std::array<Wide, 3> B;
+};
+
+/// Z₁ at time 0 up to a positive factor, and d arg Z₁/du at u = 0.
+struct Phase {
+  Wide re = 0, im = 0;
+  Quad slope;
+};
+
+/// The coefficients of Z₁ and Z₂ away from the separatrix, n = 0, 1, …: of cos 2nz, sin 2nz, sin
+/// (2n+1)z and cos (2n+1)z; W = exp(−πy/2K), V = e^{−2β} = nome/W².
+template <class Scalar>
+struct InSines {
+  Scalar cosh_even, sinh_even, cosh_odd, sinh_odd;
+
+  InSines(const Scalar& nome, const Scalar& W, const Scalar& V, int n) {
+    const int sign = n % 2 == 0 ? 1 : -1;
+    const Scalar even = sign * power(nome, 2 * n * n - n) * power(W, 2 * n);
+    const Scalar odd = sign * power(nome, 2 * n * n + n) * power(W, 2 * n + 1);
+    const Scalar V_even = power(V, 2 * n), V_odd = V_even * V;
+    cosh_even = n == 0 ? Scalar(1) : Scalar(even * (1 + V_even));
+    sinh_even = even * (V_even - 1);
+    cosh_odd = odd * (1 + V_odd);
+    sinh_odd = odd * (1 - V_odd);
+  }
+};
+
+Phase put_sines(Places& to, const Series& of) {
+  const Quad W = exp(-pi() * of.y / (2 * of.K)), V = of.nome / (W * W);
+  Quad value = 0, slope = 0;
+  for (int n = 0; n < 6; ++n) {
+    const InSines<Quad> c(of.nome, W, V, n);
+    value += c.cosh_even;
+    slope += 2 * n * c.sinh_even;
+  }
+  Phase phase{.slope = slope / value * pi() / (2 * of.K)};
+  const auto q = static_cast<Wide>(of.nome);
+  const Wide z = wide_pi * static_cast<Wide>(of.u_0 / (2 * of.K));
+  std::array<Wide, 4> cosh_even, sinh_even, cosh_odd, sinh_odd;
+  Wide Z_1 = 0, Z_2 = 0;  // at u = 0
+  for (int n = 0; n < 4; ++n) {
+    const InSines<Wide> c(q, static_cast<Wide>(W), static_cast<Wide>(V), n);
+    Z_1 += cosh_even[n] = c.cosh_even;
+    Z_2 += sinh_odd[n] = c.sinh_odd;
+    sinh_even[n] = c.sinh_even;
+    cosh_odd[n] = c.cosh_odd;
+    phase.re += c.cosh_even * std::cos(2 * n * z);
+    phase.im += c.sinh_even * std::sin(2 * n * z);
+  }
+  // θ₁ and θ₂ over 2 nome^¼, θ₃ and θ₄, with the nome exp(−πK′/K)
+  std::array<Wide, 5> theta_1, theta_2, theta_3, theta_4;
+  Wide D_0 = 0, D_K = 0, most = 0;
+  for (int n = 0; n < 5; ++n) {
+    const int sign = n % 2 == 0 ? 1 : -1;
+    D_K += theta_3[n] = (n == 0 ? 1 : 2) * power(q, n * n);
+    D_0 += theta_4[n] = sign * theta_3[n];
+    most += theta_2[n] = power(q, n * n + n);
+    theta_1[n] = sign * theta_2[n];
+  }
+  const Wide scale = std::sqrt(D_0 / (Z_1 * Z_1 + Z_2 * Z_2));
+  to.series(Z_w, scale, cosh_even, 1, 1, -2);
+  to.series(Z_a, scale, sinh_even, 0, -2);
+  to.series(Z_b, scale, sinh_odd, 1, 1);
+  to.series(Z_c, -scale, cosh_odd, 1, -1);
+  to.series(D, 1, theta_4, 1, 1, -2);
+  to.series(m_a, of.B[0] * D_0 / D_K, theta_3, 1, 1, -2);
+  to.series(m_b, of.B[1] * D_K / most, theta_1, 1, -1);
+  to.series(m_c, of.B[2] * D_0 / most, theta_2, 1, 1);
+  return phase;
+}
+
+Phase put_exponentials(Places& to, const Series& of) {
+  const Quad Q = exp(-pi() * of.K / (2 * of.K_dual)), y = pi() / 4 * (1 - of.y / of.K_dual);
+  Quad C = cos(y), S = sin(y), C_before = C, S_before = -S, value = 0, slope = 0;
+  const Quad twice = 2 * (C * C - S * S);
+  // as the kernel does: a half period back where |u₀| > K
+  const Quad u = abs(of.u_0) <= of.K ? of.u_0 : of.u_0 - copysign(2 * of.K, of.u_0);
+  const auto q = static_cast<Wide>(Q * Q), sign = std::copysign(Wide(1), static_cast<Wide>(u));
+  const Wide h = std::exp(-wide_pi * static_cast<Wide>(abs(u) / (2 * of.K_dual))), w = q / h;
+  Wide re = 0, im = 0, Z_1 = 0, Z_2 = 0;
+  std::array<Wide, 4> cos_y, sin_y;
+  for (int n = 0; n < 6; ++n) {
+    const Quad size = power(Q, n * n + n);
+    value += size * C;
+    slope += (2 * n + 1) * size * S;
+    if (n < 4) {
+      const auto c = cos_y[n] = static_cast<Wide>(C), s = sin_y[n] = static_cast<Wide>(S);
+      const Wide growing = power(q, n * (n - 1) / 2) * power(w, n),
+                 decaying = power(q, n * (n + 1) / 2) * power(h, n + 1);
+      re += c * (growing + decaying);
+      im += sign * s * (growing - decaying);
+      Z_1 += 2 * static_cast<Wide>(size) * c;
+      Z_2 += 2 * static_cast<Wide>(size) * (n % 2 == 0 ? s : -s);
+    }
+    C_before = std::exchange(C, twice * C - C_before);
+    S_before = std::exchange(S, twice * S - S_before);
+  }
+  const Wide D_0 = 2 * (1 + power(q, 2) + power(q, 6));
+  const Wide scale = std::sqrt(D_0 / (Z_1 * Z_1 + Z_2 * Z_2));
+  to.word(rate, 2 * pi() * of.K / of.K_dual);
+  to.word(y_turns, 2 * y / pi());
+  to.word(Q2, Q * Q);
+  for (const auto& [place, f] : {std::pair(cosines, &cos_y), std::pair(sines, &sin_y)}) {
+    to.word(place, scale * (*f)[0]);
+    to.word(place + 2, scale * (*f)[1]);
+    to.number(place + 4, scale * (*f)[2]);
+    to.number(place + 5, scale * (*f)[3]);
+  }
+  // m at u = 0, and m_b at u = K, where e^{−2|x|} = Q
+  const Wide up = 1 + 2 * power(q, 4), down = 2 * q + power(q, 9);
+  const Wide D_K = 1 + 2 * q + 2 * power(q, 4) + power(q, 9);
+  const Wide most = 1 - 2 * q + 2 * power(q, 4) - power(q, 9);
+  to.word(B, of.B[0] * D_0 / (up + down));
+  to.word(B + 2, of.B[1] * D_K / most);
+  to.word(B + 4, of.B[2] * D_0 / (up - down));
+  const Wide turn = static_cast<Wide>(y * u / of.K), c = std::cos(turn), s = std::sin(turn);
+  return {re * c + im * s, im * c - re * s, slope / value * pi() / (4 * of.K_dual) - y / of.K};
+}
+
+template <Isa isa, bool side_by_side>
+void compute(const double* constants, const ThetaTop::Times& times, double* out) {
+  if constexpr (side_by_side)
+    theta_states_side_by_side<isa>(constants, times, out);
+  else
+    theta_states_of_one<isa>(constants, times, out);
+}
+template <bool side_by_side>
+void on_this_machine(const double* constants, const ThetaTop::Times& times, double* out) {
+#ifdef STIEFEL_X86_64
+  if (widest_isa() == Isa::avx512) return compute<Isa::avx512, side_by_side>(constants, times, out);
+  if (widest_isa() == Isa::avx2) return compute<Isa::avx2, side_by_side>(constants, times, out);
+#endif
+  compute<Isa::baseline, side_by_side>(constants, times, out);
+}
+
+}  // namespace
+
+std::optional<ThetaTop> ThetaTop::of(const PrincipalMoments3<Quad>& body,
+                                     const Eigen::Matrix<Quad, 7, 1>& start) {
+  using Vec = Vector3<Quad>;
+  const auto& [moments, differences] = body;
+  const Vec m = start.tail<3>();
+  const auto difference = [&](int a, int b) -> Quad {  // I_a − I_b
+    if (a == b) return 0;
+    return b == (a + 1) % 3 ? differences((a + 2) % 3) : Quad(-differences((b + 2) % 3));
+  };
+  std::array<int, 3> axes{0, 1, 2};
+  std::ranges::sort(axes, [&](int a, int b) { return difference(a, b) < 0; });
+  const auto along = [&](const Vec& v) { return Vec(v(axes[0]), v(axes[1]), v(axes[2])); };
+  const SortedTop<Quad> top(along(moments), difference(axes[1], axes[0]),
+                            difference(axes[2], axes[1]), along(m));
+  if (top.Delta(1) == 0) return std::nullopt;
+  const int i = top.Delta(1) < 0 ? 0 : 2, k = 2 - i;
+  constexpr int j = 1;
+
+  ThetaTop made;
+  made.axis_ = {axes[i], axes[j], axes[k]};
+  const bool back = m(axes[i]) < 0, even = (axes[i] + 1) % 3 == axes[j];
+  made.sign_ = {back ? -1. : 1., back == even ? -1. : 1., 1.};
+  const Quad G2 = m.squaredNorm(), G = root(G2);
+  const Quad B2_a = top.I(i) * top.Delta(k) / top.difference(i, k),
+             B2_b = top.I(j) * top.Delta(i) / top.difference(j, i),
+             B2_c = top.I(k) * top.Delta(i) / top.difference(k, i), B_a = root(B2_a);
+  const Quad mc = std::min(
+      Quad(1), Quad(top.Delta(1) * top.difference(k, i) / (top.Delta(k) * top.difference(j, i))));
+  const Quad k2 = top.Delta(i) * top.difference(j, k) / (top.Delta(k) * top.difference(j, i));
+  for (const Quad& ratio : {Quad(B2_a / G2), Quad(B2_b / G2), Quad(B2_c / G2)})
+    if (!within(root(ratio))) return std::nullopt;
+  if (!within(G) || !(mc > 0)) return std::nullopt;
+
+  Series of;
+  of.B = {static_cast<Wide>(B_a), static_cast<Wide>(root(B2_b)), static_cast<Wide>(root(B2_c))};
+  of.K = complete_integral(root(mc));
+  of.K_dual = k2 > 0 ? complete_integral(root(k2)) : Quad(0);
+  of.nome = k2 > 0 ? Quad(exp(-pi() * of.K_dual / of.K)) : Quad(0);
+  of.y = B_a * carlson::R_F<Quad>(B2_c, B2_b, G2);
+  const bool near = of.nome > most_nome;
+  const std::array<Wide, 3> m_0{static_cast<Wide>(made.sign_[0] * m(axes[i])),
+                                static_cast<Wide>(made.sign_[1] * m(axes[j])),
+                                static_cast<Wide>(m(axes[k]))};
+  const Wide s = m_0[1] * of.B[2], c = m_0[2] * of.B[1], norm = std::hypot(s, c);
+  of.u_0 = near ? incomplete_integral<Quad>(s / norm, c / norm, mc, of.K)
+                : Quad(incomplete_integral<Wide>(s / norm, c / norm, static_cast<Wide>(mc),
+                                                 static_cast<Wide>(of.K)));
+  Places to(made.constants_);
+  const Phase phase = near ? put_exponentials(to, of) : put_sines(to, of);
+
+  const Quad size = root(top.Delta(k) * top.difference(i, j) / (top.I(0) * top.I(1) * top.I(2)));
+  const Quad u_rate = i == 0 ? size : Quad(-size);
+  const Quad psi_rate = (top.two_E + G * B_a / top.I(i)) / (G + B_a);
+  const Quad turns = u_rate / (4 * of.K);
+  const Quad precession = (psi_rate / 2 - phase.slope * u_rate) / (2 * pi());
+  if (!within(turns) || !within(precession) || (near && !(of.K < most_K * of.K_dual)))
+    return std::nullopt;
+  made.longest_ =
+      std::min(far, most_turns / static_cast<double>(std::max(abs(turns), abs(precession))));
+  to.number(near_separatrix, Wide(near ? 1 : 0));
+  to.word(theta::turns, turns);
+  to.word(theta::start, of.u_0 / (4 * of.K));
+  to.word(theta::precession, precession);
+
+  // A = q(0) ∘ P(m(0))* ∘ e^{−i arg Z₁(0)}, P(m) the shortest rotation of m/|m| to e_a
+  using Quaternion = Eigen::Matrix<Wide, 4, 1>;
+  const auto product = [](const Quaternion& a, const Quaternion& b) {
+    return So3<Wide, true>::quaternion_times(a, b(0), b.tail<3>());
+  };
+  const Wide reach = static_cast<Wide>(G) + m_0[0];
+  const Wide scale = std::hypot(phase.re, phase.im) * std::sqrt(2 * static_cast<Wide>(G) * reach);
+  const auto q = [&](int n) { return static_cast<Wide>(start(n)); };
+  const Quaternion q_0(q(0), made.sign_[0] * q(1 + axes[i]), made.sign_[1] * q(1 + axes[j]),
+                       q(1 + axes[k]));
+  const Quaternion P(reach, 0, -m_0[2], m_0[1]), turn(phase.re, -phase.im, 0, 0);
+  const Quaternion A = product(product(q_0, P), turn) / scale;
+  for (int n = 0; n < 4; ++n) to.word(theta::A + 2 * n, A(n));
+  return made;
+}
+
+int ThetaTop::lanes() { return vector_width<double>(widest_isa()); }
+
+void ThetaTop::at(const Times& times, Lanes& states) const {
+  on_this_machine<false>(constants_.data(), times, states.words.data());
+  states.width = lanes();
+}
+
+void ThetaTops::put(int lane, const ThetaTop& body) {
+  for (int i = 0; i < ThetaTop::constants; ++i)
+    constants_[i * ThetaTop::lanes() + lane] = body.constants_[i];
+}
+
+void ThetaTops::at(const ThetaTop::Times& times, ThetaTop::Lanes& states) const {
+  on_this_machine<true>(constants_.data(), times, states.words.data());
+  states.width = ThetaTop::lanes();
+}
+
+}  // namespace stiefel

@@ -1,0 +1,118 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+#include "engine/body/exact/sorted_top.h"
+#include "engine/body/rigid_body_data.h"
+#include "engine/dense/inertia_operator.h"
+#include "engine/dense/principal_moments_3.h"
+#include "engine/dense/so_3.h"
+#include "engine/motion/body_view.h"
+#include "engine/motion/motion_rates.h"
+#include "stiefel/scene.h"
+
+namespace stiefel {
+namespace {
+
+/// The equations dM/dt = [M, Ω], M = ΛΩ + ΩΛ, of a body in four dimensions, [RB] (2.2), (2.3), and
+/// their derivative.
+class Momentum {
+ public:
+  explicit Momentum(const Eigen::Vector4d& lambda) : lambda_(lambda) {}
+
+  Eigen::Matrix4d field(const Eigen::Matrix4d& M) const { return bracket(M, Omega(M)); }
+  /// Returns (‖M̈‖/‖M‖)^{1/2}.
+  double rate(const Eigen::Matrix4d& M) const {
+    const Eigen::Matrix4d dM = field(M), ddM = bracket(dM, Omega(M)) + bracket(M, Omega(dM));
+    return std::sqrt(ddM.norm() / M.norm());
+  }
+
+ private:
+  Eigen::Matrix4d Omega(const Eigen::Matrix4d& M) const {
+    Eigen::Matrix4d Omega;
+    inverse_inertia(lambda_, M, Omega);
+    return Omega;
+  }
+  static Eigen::Matrix4d bracket(const Eigen::Matrix4d& A, const Eigen::Matrix4d& B) {
+    return A * B - B * A;
+  }
+  Eigen::Vector4d lambda_;
+};
+
+/// Returns the body of a scene in three dimensions along its principal axes in the order of their
+/// moments. Moments and momentum are divided by their largest element, so that no square overflows.
+SortedTop<double> sorted_top(const Scene& scene) {
+  const auto [I, differences] = PrincipalMoments3<double>(scene.inertia());
+  const Eigen::Vector3d m = vee(body_momentum(scene));
+  const Eigen::Vector3d& lambda = scene.inertia();
+  std::array<int, 3> axis{0, 1, 2};
+  std::ranges::sort(axis, {}, [&, moments = I](int a) { return moments(a); });
+  const auto along = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return Eigen::Vector3d(v(axis[0]), v(axis[1]), v(axis[2])) / v.cwiseAbs().maxCoeff();
+  };
+  // I_a − I_b = λ_b − λ_a
+  const auto difference = [&, largest = I.maxCoeff()](int a, int b) {
+    return (lambda(axis[b]) - lambda(axis[a])) / largest;
+  };
+  return {along(I), difference(1, 0), difference(2, 1), along(m)};
+}
+
+/// The axes (i, j, k) of Jacobi's functions, counted from 0: m circles the axis i, j = 1.
+struct JacobiAxes {
+  int i, k;
+  explicit JacobiAxes(const SortedTop<double>& top) : i(top.Delta(1) < 0 ? 0 : 2), k(2 - i) {}
+};
+
+double separatrix_parameter(const Scene& scene) {
+  if (body_momentum(scene).isZero(0)) return 1;
+  const auto top = sorted_top(scene);
+  const auto [i, k] = JacobiAxes(top);
+  const double mc = top.Delta(1) * top.difference(k, i) / (top.Delta(k) * top.difference(1, i));
+  return mc < 1 ? mc : 1;  // 0/0 for a symmetric body that does not wobble
+}
+
+double largest_turning_rate(const Scene& scene) {
+  if (body_momentum(scene).isZero(0)) return 0;
+  const auto top = sorted_top(scene);
+  const auto [i, k] = JacobiAxes(top);
+  const auto& [I, m, Delta] = std::tie(top.I, top.m, top.Delta);
+  const auto quotient = [](double a, double b) { return b != 0 ? a / b : 0; };
+  // The squares of m where m_j = 0, and where |m_j| is largest.
+  const double B_i = quotient(I(i) * Delta(k), top.difference(i, k)),
+               B_k = quotient(I(k) * Delta(i), top.difference(k, i)),
+               B_j = std::min(quotient(I(1) * Delta(i), top.difference(1, i)), top.G * top.G);
+  const auto square = [&](double m_i, double m_j, double m_k) {
+    return m_i / (I(i) * I(i)) + m_j / (I(1) * I(1)) + m_k / (I(k) * I(k));
+  };
+  const double now = m.cwiseQuotient(I).squaredNorm();
+  const double omega = std::max({now, square(B_i, 0, B_k), square(top.G * top.G - B_j, B_j, 0)});
+  const double lambda = std::abs(Delta(k) * top.difference(i, 1)) / (I(0) * I(1) * I(2));
+  const double unit = vee(body_momentum(scene)).cwiseAbs().maxCoeff() /
+                      PrincipalMoments3<double>(scene.inertia()).moments.maxCoeff();
+  return unit * std::sqrt(std::max(omega, lambda));
+}
+
+double mean_momentum_rate(const Scene& scene, double angular_speed) {
+  constexpr int rotations = 4, steps = 16 * rotations;
+  const double size = scene.M().cwiseAbs().maxCoeff(), inertia = scene.inertia().maxCoeff();
+  if (size == 0 || angular_speed == 0) return 0;
+  const double dt = rotations * 2 * std::numbers::pi / steps * (size / inertia / angular_speed);
+  const Momentum momentum(scene.inertia() / inertia);
+  Eigen::Matrix4d M = scene.M() / size;
+  double sum = 0;
+  for (int k = 0; k < steps; ++k) {
+    sum += std::pow(momentum.rate(M), 4);
+    M += dt * momentum.field(M + dt / 2 * momentum.field(M));
+  }
+  return size / inertia * std::sqrt(std::sqrt(sum / steps));
+}
+
+}  // namespace
+
+const MotionRates body_rates = {.turning = largest_turning_rate,
+                                .momentum = mean_momentum_rate,
+                                .separatrix = separatrix_parameter};
+
+}  // namespace stiefel

@@ -1,0 +1,116 @@
+#pragma once
+
+#include "engine/body/body_packs.h"
+#include "engine/body/discrete_bodies.h"
+#include "engine/body/j_d/discrete_body_3.h"
+#include "engine/body/j_d/discrete_body_4.h"
+#include "engine/body/rigid_body.h"
+#include "engine/methods/rk4.h"
+
+namespace stiefel {
+
+/// Implements PackedBodies by a map of packs.
+template <class P, class Map>
+class PackedBodiesOn final : public PackedBodies {
+ public:
+  /// `given` are the arguments of the map's constructor.
+  template <class... Given>
+  PackedBodiesOn(Arithmetic arithmetic, int substeps, Given&&... given)
+      : map_(std::forward<Given>(given)...),
+        compensated_(arithmetic == Arithmetic::compensated),
+        substeps_(substeps) {}
+
+  int lanes() const override { return P::lanes; }
+
+  Progress advance(std::span<double> states, std::int64_t steps) override {
+    double* numbers = states.data();
+    const auto stride = static_cast<std::ptrdiff_t>(states.size()) / P::lanes;
+    State x{}, before{};
+    x.x.compensated = before.x.compensated = compensated_;
+    each_number(x, [&](P& number, std::ptrdiff_t i) { number = P::gather(numbers + i, stride); });
+    std::int64_t step = 0;
+    unsigned further = every_lane;
+    for (int k = 0; step < steps;) {
+      if (k == 0) before.x.assign(x.x);
+      further &= map_.step_where_easy(x).lanes_set();
+      if (++k < substeps_) continue;
+      if (further != every_lane) break;
+      k = 0;
+      ++step;
+    }
+    const auto write = [&](State& from, unsigned lanes) {
+      each_number(from,
+                  [&](P& number, std::ptrdiff_t i) { number.scatter(numbers + i, stride, lanes); });
+    };
+    write(x, further);
+    if (further != every_lane) write(before, every_lane & ~further);
+    return {step, further};
+  }
+
+ private:
+  using State = typename Map::State;
+  static constexpr unsigned every_lane = P::Mask::every_lane;
+
+  template <class Visit>
+  static void each_number(State& x, Visit&& visit) {
+    std::ptrdiff_t at = 0;
+    x.each([&](auto& block) {
+      for (Eigen::Index i = 0; i < block.size(); ++i) visit(block(i), at++);
+    });
+  }
+
+  Map map_;
+  bool compensated_;
+  int substeps_;
+};
+
+/// The types for bodies of packs P in N dimensions. They have the states of the Simulations of one
+/// body: that of a discrete body always holds Q.
+template <class P, int N>
+struct BodyOf;
+template <class P>
+struct BodyOf<P, 3> {
+  template <bool frame>
+  using Space = So3<P, frame>;
+  using Discrete = DiscreteBody3<P, true>;
+  static const auto& stages(const auto& bodies) { return bodies.stages_3; }
+};
+template <class P>
+struct BodyOf<P, 4> {
+  template <bool frame>
+  using Space = So4<P, frame>;
+  using Discrete = DiscreteBody4<P, true>;
+  static const auto& stages(const auto& bodies) { return bodies.stages_4; }
+};
+
+/// The only method with Packing::vector_field. A second one would need its name in
+/// BodiesSideBySide.
+using OfVectorField = Rk4;
+static_assert(OfVectorField::traits.packing == Packing::vector_field);
+
+template <class P, class Space>
+std::unique_ptr<PackedBodies> pack_by_field(const BodiesSideBySide<typename P::Scalar>& bodies) {
+  using Body = RigidBody<Space>;
+  using Map = OfVectorField::Map<Body>;
+  typename Body::Lambda lambda;
+  for (int i = 0; i < lambda.size(); ++i)
+    lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
+  return std::make_unique<PackedBodiesOn<P, Map>>(bodies.arithmetic, bodies.substeps, Body(lambda),
+                                                  P(bodies.h), OfVectorField::traits.default_order);
+}
+
+template <Isa isa, int N, class Scalar>
+std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies) {
+  using P = Pack<Scalar, isa, vector_width<Scalar>(isa)>;
+  using These = BodyOf<P, N>;
+  if (!bodies.lambda.empty())
+    return bodies.frame ? pack_by_field<P, typename These::template Space<true>>(bodies)
+                        : pack_by_field<P, typename These::template Space<false>>(bodies);
+  using Map = DiscreteBodies<typename These::Discrete>;
+  std::vector<typename Map::Inertia> stages;
+  for (const auto& stage : These::stages(bodies)) stages.emplace_back(stage.data());
+  return std::make_unique<PackedBodiesOn<P, Map>>(bodies.arithmetic, bodies.substeps,
+                                                  std::move(stages), bodies.frame);
+}
+
+}  // namespace stiefel

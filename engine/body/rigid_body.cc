@@ -1,0 +1,347 @@
+#include "engine/body/rigid_body_data.h"
+
+#include <cmath>
+
+#include "engine/body/body_by_method.h"
+#include "engine/body/exact/turned_body.h"
+#include "engine/body/rigid_body.h"
+#include "engine/body/rigid_body_invariants.h"
+#include "engine/body/rigid_forms.h"
+#include "engine/body/rigid_tangents.h"
+#include "engine/body/view.h"
+#include "engine/dense/principal_moments_3.h"
+#include "engine/dense/so_3.h"
+#include "engine/methods/exact.h"
+#include "engine/methods/preprocessed_variational.h"
+#include "engine/methods/rk4.h"
+#include "engine/methods/variational.h"
+#include "engine/motion/methods_on.h"
+#include "engine/motion/representation.h"
+#include "engine/motion/series_start.h"
+#include "engine/motion/system_entry.h"
+#include "engine/motion/two_form.h"
+#include "engine/scene/given_body.h"
+#include "engine/structure/tangent_spaces.h"
+#include "stiefel/invariant_names.h"
+
+namespace stiefel {
+namespace {
+
+std::string list_text(const std::vector<double>& list) {
+  return list.empty() ? "absent" : to_text(list);
+}
+
+/// Returns the principal axes of an inertia tensor or of moments; adds violations if they are
+/// invalid.
+PrincipalAxes check_moments(SceneDraft& draft, const BodyDescription& body) {
+  const bool tensor = !body.inertia_tensor.empty();
+  if (tensor == !body.moments.empty()) {
+    draft.refuse("body",
+                 tensor ? "inertia_tensor and moments" : "neither inertia_tensor nor moments",
+                 "needs exactly one of inertia_tensor and moments");
+    return {};
+  }
+  const std::string field = tensor ? "body.inertia_tensor" : "body.moments";
+  const auto& given = tensor ? body.inertia_tensor : body.moments;
+  if (given.size() != (tensor ? 6u : 3u)) {
+    draft.refuse(
+        field, to_text(given),
+        tensor ? "must have 6 numbers: Ixx, Iyy, Izz, Ixy, Ixz, Iyz" : "must have 3 numbers");
+    return {};
+  }
+  if (!draft.all_finite(field, given)) return {};
+  Eigen::Matrix3d I = Eigen::Vector3d(given.data()).asDiagonal();
+  if (tensor) {
+    I(0, 1) = I(1, 0) = given[3];
+    I(0, 2) = I(2, 0) = given[4];
+    I(1, 2) = I(2, 1) = given[5];
+  }
+  const PrincipalAxes axes = principal_axes(I);
+  if (!(axes.moments.minCoeff() > 0))
+    draft.refuse(field, "smallest principal moment " + to_text(axes.moments.minCoeff()),
+                 "every principal moment must be > 0");
+  else if (draft.check_number(field, "the smallest moment", axes.moments.minCoeff()))
+    draft.check_number(field, "the largest moment", axes.moments.maxCoeff());
+  return axes;
+}
+
+void check_body(SceneDraft& draft) {
+  auto& body = *draft.given().body;
+  if (!draft.given().inertia.empty())
+    draft.refuse("inertia", to_text(draft.given().inertia), "must be absent when `body` is given");
+  if (!draft.given().initial.empty())
+    draft.refuse("initial", std::to_string(draft.given().initial.size()) + " blocks",
+                 "must be absent when `body` is given");
+  const PrincipalAxes axes = check_moments(draft, body);
+  if (body.angular_velocity.size() != 3)
+    draft.refuse("body.angular_velocity", list_text(body.angular_velocity), "must have 3 numbers");
+  else
+    draft.all_finite("body.angular_velocity", body.angular_velocity);
+  if (body.attitude.empty()) body.attitude = {1, 0, 0, 0};
+  if (body.attitude.size() != 4)
+    draft.refuse("body.attitude", to_text(body.attitude), "must have 4 numbers: w, x, y, z");
+  else if (draft.all_finite("body.attitude", body.attitude)) {
+    const double norm = Eigen::Vector4d(body.attitude.data()).stableNorm();
+    if (!(std::abs(norm - 1) <= draft.largest_repair()))
+      draft.refuse("body.attitude", to_text(body.attitude) + " of norm " + to_text(norm),
+                   "must have norm 1 to " + to_text(draft.largest_repair()));
+  }
+  if (!draft.sound()) return;
+
+  const Eigen::Vector3d given_omega(body.angular_velocity.data());
+  if (!draft.check_velocity("body.angular_velocity", "max |ω|", given_omega.cwiseAbs().maxCoeff()))
+    return;
+  const Eigen::Matrix3d& R = axes.rotation;
+  const Eigen::Vector3d omega = R.transpose() * given_omega;
+  Eigen::Matrix<double, 7, 1> q = Eigen::Matrix<double, 7, 1>::Zero();
+  q.head<4>() = Eigen::Vector4d(body.attitude.data()).normalized();
+  const Eigen::Vector3d m = axes.moments.cwiseProduct(omega);
+  if (!draft.check_size("body.angular_velocity", "max |Iω|", m.cwiseAbs().maxCoeff())) return;
+  const Eigen::Vector4d r = quaternion_of(R);
+  draft.set_body(axes, So3<double, true>::quaternion_times(q, r(0), r.tail<3>()),
+                 inertia_of_moments(axes.moments), hat(m));
+}
+
+void check_momentum_or_body(SceneDraft& draft) {
+  const SceneDescription& given = draft.given();
+  if (!given.body && given.inertia.empty() && given.initial.empty())
+    return draft.refuse("body", "absent", "must be given, or inertia and initial");
+  if (!given.body) return check_rigid_body(draft, false);
+  draft.refuse_other_numbers();
+  check_body(draft);
+}
+
+/// Returns the start of a body given in engineers' terms; [I, R] are its principal axes.
+template <class Scalar>
+SeriesStart<Scalar> start_of_given(const Given<Scalar>& g, const BodyDescription& given) {
+  using Dense = Matrix<Scalar>;
+  const auto [I, R] = given_axes<Scalar>(given);
+  const auto q = g.numbers(Eigen::Vector4d(given.attitude.data()));
+  const auto omega = g.numbers(Eigen::Vector3d(given.angular_velocity.data()));
+  const Vector3<Scalar> m = I.cwiseProduct(R.transpose() * omega);
+  using std::sqrt;
+  const Dense attitude = rotation_matrix<Scalar>((q / sqrt(Scalar(q.squaredNorm()))).eval()) * R;
+  auto start = g.start(attitude, hat(m));
+  start.lambda =
+      PrincipalMoments3<Scalar>(I, Vector3<Scalar>(I(1) - I(2), I(2) - I(0), I(0) - I(1))).lambda();
+  start.presentation.axes = R;
+  return start;
+}
+
+constexpr auto start = [](const auto& g) {
+  if (const auto& given = g.scene.description().body) return start_of_given(g, *given);
+  return g.start(g.block("Q"), g.block("M"));
+};
+
+WithinDomain<Phase> read(const Scene& scene, Margins&) {
+  return phase_of_body(scene, scene.Q(), scene.M());
+}
+WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q}, {"M", x.M}}};
+}
+constexpr Representation representation = {true, read, write};
+
+constexpr TwoForm form = {
+    {"omega",
+     {"Q", "M"},
+     "<Z_2, xi_1> - <Z_1, xi_2> + <M, [xi_1, xi_2]> of (Q xi_i, Z_i), <A, B> = -1/2 tr(A B)",
+     "[RB] (3.13)"},
+    {"Q", "M"},
+    [](const Scene&) { return space_of(CotangentOfRotations<double>()); }};
+
+TangentSpace body_space(const Scene&) { return {}; }
+
+constexpr MethodTangent of_methods[] = {
+    {Exact::traits.name, exact_body_tangent, 3},
+    {Variational::traits.name, discrete_body_tangent},
+    {PreprocessedVariational::traits.name, discrete_body_tangent},
+    {Rk4::traits.name, rk4_body_tangent}};
+constexpr MethodTangent of_map[] = {{"", discrete_body_tangent}};
+constexpr Tangents body_tangents = {body_space, of_methods},
+                   discrete_tangents = {body_space, of_map};
+
+bool in_4d(const Scene& scene) { return scene.dimension() == 4; }
+bool in_4d_without_frame(const Scene& scene) { return in_4d(scene) && !scene.has_frame(); }
+bool away_from_separatrix(const Scene& scene) {
+  return scene.dimension() == 3 && body_rates.separatrix(scene) >= next_to_separatrix;
+}
+
+constexpr std::array recommendations = {
+    Recommendation{.where = "ensembles, N = 3, no member next to the separatrix",
+                   .takes = away_from_separatrix,
+                   .members_only = true,
+                   .method = "preprocessed_variational",
+                   .order = 14,
+                   .largest_h_omega = 0.3},
+    closed_form_of_body,
+    Recommendation{.where = "N = 4, without Q",
+                   .takes = in_4d_without_frame,
+                   .method = "rk4",
+                   .order = 4,
+                   .largest_h_momentum_rate = 0.0034},
+    Recommendation{.where = "N = 4",
+                   .takes = in_4d,
+                   .method = "variational",
+                   .order = 8,
+                   .largest_h_omega = 0.15},
+    with_error_control(1e-12, 0.15)};
+
+// The motion is that of the left-invariant body with Qᵀ and −M, [RB] Prop. 2.1.
+
+WithinDomain<Phase> read_right(const Scene& scene, Margins&) {
+  return phase_of_body(scene, scene.Q().transpose(), -scene.M());
+}
+WithinDomain<Expression> write_right(const Phase& x, const ConversionTarget&, Margins&) {
+  return Expression{{{"Q", x.Q.transpose()}, {"M", -x.M}}};
+}
+constexpr Representation right_representation = {true, read_right, write_right};
+
+constexpr auto start_on_the_right = [](const auto& g) {
+  auto of_left = g.start(g.block("Q").transpose(), -g.block("M"));
+  of_left.presentation.right = true;
+  return of_left;
+};
+
+BodyView right_view(const Scene&) {
+  const auto other_side = [](const Eigen::MatrixXd& x) {
+    const Eigen::Index N = x.cols();
+    Eigen::MatrixXd y(2 * N, N);
+    y << x.topRows(N).transpose(), -x.bottomRows(N);
+    return y;
+  };
+  return {.body = other_side, .blocks = other_side};
+}
+
+/// Returns the data that rigid_body and moser_veselov share, the systems of (Q, M). Their check
+/// accepts (Q, M), M alone, or a body in three dimensions given by `body`: inertia tensor or
+/// moments, attitude quaternion, angular velocity.
+SystemEntry rigid_body_family() {
+  SystemInfo info{};
+  info.blocks = {
+      {"Q", "N x N", false, "frame, orthogonal, body to space; absent in a momentum-only scene"},
+      {"M", "N x N", true, "body momentum, skew"},
+  };
+  info.fields = {
+      {"Q", "N x N", "frame, orthogonal"},
+      {"M", "N x N", "body momentum, skew"},
+      {"Omega", "N x N",
+       "body angular velocity: Omega_ij = M_ij / (lambda_i + lambda_j) in principal axes"},
+      {"quaternion", "1 x 4", "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous"},
+      {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
+      {"angular_velocity_space", "1 x 3", "N = 3: the vector of Q Omega Q^T, in space axes"},
+      {"momentum_space", "1 x 3", "N = 3: the vector of Q M Q^T, in space axes"},
+      {"euler_angles_SEQUENCE", "1 x 3",
+       "N = 3, det Q = 1: angles in rad in one of SciPy's sequences, euler_angles_ZXZ about axes "
+       "of "
+       "the body, euler_angles_zxz of space; the first and the third jump by 2 pi, and a client "
+       "unwraps them along a run; within 1e-7 of gimbal lock the third is 0"},
+      {"euler_rates_SEQUENCE", "1 x 3",
+       "N = 3, det Q = 1: the time derivatives of these angles; the largest double where infinite, "
+       "at gimbal lock"},
+  };
+  info.invariants = rigid_body_invariant_infos();
+  info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});
+  info.side = Side::left;
+  info.momentum = "M";
+  info.velocity = "Omega";
+  return {.info = info,
+          .check = check_momentum_or_body,
+          .make = make_rigid_body,
+          .methods = methods_of_rigid_bodies,
+          .two_forms = {&form},
+          .representation = &representation,
+          .motion = &in_both<body_equations, start>,
+          .rate = Rate::angular_speed,
+          .packs = &body_packs,
+          .rates = &body_rates};
+}
+
+}  // namespace
+
+const char* const representations::body_system = RigidBody<SoN<double>>::name;
+
+bool has_closed_form(const Scene& scene) { return BodyRotation<long double>::has(scene.inertia()); }
+
+void check_rigid_body(SceneDraft& draft, bool frame_required) {
+  draft.refuse_other_numbers();
+  draft.refuse_if(draft.given().body.has_value(), "body");
+  if (!draft.set_inertia()) return;
+  draft.check_inertia_sums();
+  draft.check_block_names();
+  const Eigen::Index N = draft.scene().dimension();
+  if (const RowMatrix* M = draft.block("M", N, N)) draft.set_skew("M", *M);
+  if (const RowMatrix* Q = draft.block("Q", N, N, frame_required)) draft.set_frame("Q", *Q);
+}
+
+std::unique_ptr<Simulation> make_rigid_body(const Scene& scene) {
+  return is_exact_body(scene) ? exact_body(scene) : make_body_simulation(scene);
+}
+
+std::vector<MethodOnSystem> methods_of_rigid_bodies(const SystemInfo& info) {
+  std::vector<MethodOnSystem> all;
+  for (const BodyByMethod& body : bodies_by_methods()) all.push_back(body.declared(info));
+  return all;
+}
+
+SystemEntry view_of_rigid_body(SystemInfo info, void (*check)(SceneDraft&),
+                               const Representation& representation, BodyView (*view)(const Scene&),
+                               const MotionStart& motion) {
+  return {.info = std::move(info),
+          .check = check,
+          .make = make_rigid_body,
+          .methods = methods_of_rigid_bodies,
+          .recommended = for_views,
+          .representation = &representation,
+          .view = view,
+          .priced_as = "rigid_body",
+          .motion = &motion,
+          .rate = Rate::angular_speed,
+          .packs = &body_packs,
+          .rates = &body_rates};
+}
+
+SystemEntry rigid_body_entry() {
+  SystemEntry entry = rigid_body_family();
+  SystemInfo& info = entry.info;
+  info.name = "rigid_body";
+  info.summary = "free rigid body in N dimensions";
+  info.equations = "Q' = Q Omega, M' = [M, Omega], M = Lambda Omega + Omega Lambda";
+  info.source = "[RB] (2.2), (2.3)";
+  info.file = "engine/body/rigid_body.h";
+  entry.recommended = recommendations;
+  entry.in_float = true;
+  entry.tangents = &body_tangents;
+  return entry;
+}
+
+SystemEntry right_rigid_body_entry() {
+  SystemInfo info = rigid_form_info({"M", "N x N", true, "momentum, skew"}, false, Side::right);
+  info.name = "right_rigid_body";
+  info.summary = "free rigid body in N dimensions, right-invariant";
+  info.equations = "Q' = Omega Q, M' = [Omega, M], M = Lambda Omega + Omega Lambda";
+  info.source = "[RB] (RightRBn), Prop. 2.1";
+  info.file = "engine/body/rigid_body.cc";
+  return view_of_rigid_body(
+      std::move(info), [](SceneDraft& draft) { check_rigid_body(draft, true); },
+      right_representation, right_view, in_both<body_equations, start_on_the_right>);
+}
+
+SystemEntry moser_veselov_entry() {
+  SystemEntry entry = rigid_body_family();
+  SystemInfo& info = entry.info;
+  info.name = "moser_veselov";
+  info.summary = "discrete rigid body of Moser and Veselov, its own step as the time";
+  info.equations = "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k U, M_{k+1} = U^T M_k U";
+  info.source = "[RB] (4.5)";
+  info.file = "engine/body/moser_veselov.h";
+  info.discrete = true;
+  info.velocity = {};
+  info.invariants.push_back(discrete_hamiltonian_info);
+  entry.continuous = "rigid_body";
+  entry.tangents = &discrete_tangents;
+  entry.make = make_body_simulation;
+  entry.methods = keeps_all;
+  return entry;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,267 @@
+// The systems of (Q, P): the symmetric representation, left- and right-invariant, reduced,
+// discrete.
+#include <cmath>
+
+#include "engine/body/left_right.h"
+#include "engine/body/psi.h"
+#include "engine/body/rigid_body_data.h"
+#include "engine/body/rigid_forms.h"
+#include "engine/body/scaling.h"
+#include "engine/body/symmetric_invariants.h"
+#include "engine/body/symmetric_rigid_body_maps.h"
+#include "engine/body/view.h"
+#include "engine/motion/make_simulation.h"
+#include "engine/motion/methods_on.h"
+#include "engine/motion/representation.h"
+#include "engine/motion/two_form.h"
+#include "engine/structure/tangent_spaces.h"
+#include "stiefel/invariant_names.h"
+
+namespace stiefel {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+
+void set_P_of_M(SceneDraft& draft, const RowMatrix& given_M, bool right) {
+  draft.set_skew("M", given_M);
+  if (!draft.sound()) return;
+  const Dense &Q = draft.scene().Q(), &M = draft.scene().M();
+  auto& epsilon = draft.given().epsilon;
+  if (!epsilon) epsilon = unit_epsilon(M);
+  auto P = right ? Psi_right_inverse(Q, M, *epsilon) : Psi_inverse(Q, M, *epsilon);
+  if (!P)
+    return draft.refuse("epsilon", to_text(*epsilon),
+                        "epsilon ‖M‖_op = " + to_text(P.error().value) + " must be < 2; without " +
+                            "epsilon the scene takes " + to_text(unit_epsilon(M)));
+  draft.set_block("P", std::move(*P));
+}
+
+/// Checks Λ for n = N and (Q, P) or (Q, M). Fills in the blocks Q and P, and `epsilon` if it is
+/// absent: with P it is `of_paper`; with M it is the power of two with ½ < ε‖M‖_op ≤ 1 (scaling.h).
+void check_pair(SceneDraft& draft, bool right, double of_paper) {
+  if (!check_symmetric_frame(draft)) return;
+  auto& epsilon = draft.given().epsilon;
+  if (epsilon && !(std::isfinite(*epsilon) && *epsilon != 0))
+    return draft.refuse("epsilon", to_text(*epsilon), "must be finite and not 0");
+  if (!check_either(draft, "P", "M")) return;
+  const Eigen::Index N = draft.scene().dimension();
+  if (const RowMatrix* M = draft.block("M", N, N, false)) set_P_of_M(draft, *M, right);
+  if (const RowMatrix* P = draft.block("P", N, N, false)) {
+    if (!epsilon) epsilon = of_paper;
+    if (!draft.sound()) return;
+    const Dense& Q = draft.scene().Q();
+    const Dense M = right ? Psi_right<double>(Q, *P, *epsilon) : Psi<double>(Q, *P, *epsilon);
+    if (draft.check_momentum("initial.P", M)) draft.set_block("P", *P);
+  }
+}
+
+/// A form of (Q, P), left- or right-invariant: the right one is the left one with Qᵀ and Pᵀ.
+template <bool right>
+struct Pair {
+  template <class Block>
+  static Block left(const Block& block) {
+    if constexpr (right)
+      return block.transpose();
+    else
+      return block;
+  }
+
+  static void check(SceneDraft& draft) { check_pair(draft, right, 1); }
+
+  /// Reads (Q, P) by Ψ.
+  static WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
+    const Dense Q = left(scene.Q()), P = left(scene.block("P"));
+    margins.push_back({"S", margin_S(Q, P)});
+    margins.push_back({"Re spec(Q^T P) > 0", principal_cosine(Q, P)});
+    Dense M = Psi(Q, P, scene.epsilon());
+    add_condition(M, inverse_condition_Psi(M, scene.epsilon()), margins);
+    return phase_of_body(scene, Q, std::move(M));
+  }
+
+  /// Writes (Q, P) by Ψ⁻¹, with the ε of the target, or chosen for M.
+  static WithinDomain<Expression> write(const Phase& x, const ConversionTarget& target,
+                                        Margins& margins) {
+    const double epsilon = target.epsilon.value_or(unit_epsilon(x.M));
+    const auto P = Psi_inverse(x.Q, x.M, epsilon);
+    if (!P) return outside(P.error(), "epsilon");
+    margins.push_back({"S_M", margin_S_M(x.M, epsilon)});
+    add_condition(x.M, inverse_condition_Psi(x.M, epsilon), margins);
+    return Expression{{{"Q", left(x.Q)}, {"P", left(*P)}}, epsilon};
+  }
+
+  static constexpr Representation representation = {
+      .square = true, .read = read, .write = write, .has_epsilon = true};
+
+  static constexpr auto start = [](const auto& g) {
+    const auto Q = left(g.block("Q"));
+    auto of_left = g.start(Q, Psi(Q, left(g.block("P")), g.epsilon));
+    of_left.presentation.right = right;
+    return of_left;
+  };
+
+  /// M = Ψ(Q, P), and P = AQ with the constant A = PQᵀ of the scene, [RB] (8.2).
+  static BodyView view(const Scene& scene) {
+    const Eigen::Index N = scene.dimension();
+    const auto over = [=](const Dense& top, const Dense& bottom) {
+      Dense x(2 * N, N);
+      x << top, bottom;
+      return x;
+    };
+    return {
+        .body =
+            [=, epsilon = scene.epsilon()](const Dense& x) {
+              const Dense Q = left(x.topRows(N).eval()), P = left(x.bottomRows(N).eval());
+              return over(Q, Psi(Q, P, epsilon));
+            },
+        .blocks =
+            [=, A = constant_A<double>(left(scene.Q()), left(scene.block("P")))](const Dense& x) {
+              const Dense Q = x.topRows(N), P = A * Q;
+              return over(left(Q), left(P));
+            }};
+  }
+
+  static SystemInfo info() {
+    const BlockInfo P = {
+        "P", "N x N", false,
+        right ? "costate, P Q^T - Q P^T = epsilon M" : "costate, Q^T P - P^T Q = epsilon M"};
+    return rigid_form_info(P, true, right ? Side::right : Side::left);
+  }
+};
+
+/// Returns the entry of a view of (Q, P), which has neither the two-form, whose states have every P
+/// and not those of one PQᵀ alone, nor the drift of PQᵀ, which is 0 by construction.
+template <bool right>
+SystemEntry view_of_pair(SystemInfo info, const MotionStart& motion) {
+  std::erase_if(info.invariants, [](const auto& i) { return i.name == family::PQt; });
+  return view_of_rigid_body(std::move(info), Pair<right>::check, Pair<right>::representation,
+                            Pair<right>::view, motion);
+}
+
+constexpr TwoForm form = {
+    {"Omega_gl", {"Q", "P"}, "1/2 tr(eta_2^T xi_1 - eta_1^T xi_2) of (xi_i, eta_i)", "[RB] (3.5)"},
+    {"Q", "P"},
+    [](const Scene&) { return space_of(PairsOfRotations<double>()); }};
+
+/// Returns the observables of (Q, P), stacked to 2N × N: the blocks, M = (QᵀP − PᵀQ)/ε, the
+/// constant PQᵀ, and the invariants of M.
+StackedObservables symmetric_observables(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  StackedObservables observables(stacked(scene, "Q", "P"));
+  observables.block("Q", 0, N).block("P", N, N);
+  report_rigid_form(
+      observables, scene,
+      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
+       .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
+       .scaled = true,
+       // The size of the matrices whose difference is M, since ‖Q‖_op = 1.
+       .terms = [=](const auto& x) { return x.bottomRows(N).stableNorm() / std::abs(epsilon); }});
+  return observables;
+}
+
+std::unique_ptr<Simulation> make_symmetric_rigid_body(const Scene& scene) {
+  return make_simulation(scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
+                         shared(symmetric_observables(scene)));
+}
+
+std::unique_ptr<Simulation> make_symmetric_moser_veselov(const Scene& scene) {
+  const int N = scene.dimension();
+  const double epsilon = scene.epsilon();
+  StackedObservables observables = symmetric_observables(scene);
+  observables.all_invariants = [=, lambda = scene.inertia(), h = scene.step(),
+                                of_body = std::move(observables.all_invariants)](
+                                   const Dense& x, InvariantList& out) {
+    of_body(x, out);
+    add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
+  };
+  return make_simulation_by<Variational>(
+      scene, SymmetricRigidBody<double>(scene.inertia(), epsilon), shared(observables));
+}
+
+constexpr auto reduced_start = [](const auto& g) {
+  using Block = decltype(g.block("Q"));
+  const Block Q = g.block("Q"), A = constant_A(Q, g.block("P")), of_m = A - A.transpose();
+  return g.start(Q, Q.transpose() * of_m * Q / g.epsilon);
+};
+
+}  // namespace
+
+bool check_symmetric_frame(SceneDraft& draft) {
+  draft.refuse_if(draft.given().body.has_value(), "body");
+  draft.refuse_if(!draft.given().inertia_u.empty(), "inertia_u");
+  draft.refuse_if(!draft.given().inertia_v.empty(), "inertia_v");
+  draft.refuse_if(draft.given().parameter.has_value(), "parameter");
+  if (!draft.set_inertia()) return false;
+  draft.check_inertia_sums();
+  draft.check_block_names();
+  const Eigen::Index N = draft.scene().dimension();
+  if (const RowMatrix* Q = draft.block("Q", N, N)) draft.set_frame("Q", *Q);
+  return draft.sound();
+}
+
+bool check_either(SceneDraft& draft, const std::string& one, const std::string& other) {
+  if (draft.has_block(one) != draft.has_block(other)) return true;
+  draft.refuse("initial", draft.has_block(one) ? one + " and " + other : "neither",
+               "must hold exactly one of " + one + " and " + other);
+  return false;
+}
+
+SystemEntry symmetric_rigid_body_entry() {
+  SystemInfo info = Pair<false>::info();
+  info.name = "symmetric_rigid_body";
+  info.summary = "symmetric representation of the rigid body";
+  info.equations = "Q' = Q Omega, P' = P Omega, M = (Q^T P - P^T Q) / epsilon";
+  info.source = "[RB] (3.1), Prop. 3.13";
+  info.file = "engine/body/symmetric_rigid_body.h";
+  return {.info = info,
+          .check = Pair<false>::check,
+          .make = make_symmetric_rigid_body,
+          .methods = methods_on<SymmetricRigidBody<double>>,
+          .recommended = for_products,
+          .two_forms = {&form},
+          .dirac_bracket = true,
+          .representation = &Pair<false>::representation,
+          .motion = &in_both<body_equations, Pair<false>::start>,
+          .rate = Rate::angular_speed};
+}
+
+SystemEntry right_symmetric_rigid_body_entry() {
+  SystemInfo info = Pair<true>::info();
+  info.name = "right_symmetric_rigid_body";
+  info.summary = "symmetric representation of the rigid body, right-invariant";
+  info.equations = "Q' = Omega Q, P' = Omega P, M = (P Q^T - Q P^T) / epsilon";
+  info.source = "[RB] Prop. 3.4";
+  info.file = "engine/body/symmetric_rigid_body.cc";
+  return view_of_pair<true>(std::move(info), in_both<body_equations, Pair<true>::start>);
+}
+
+SystemEntry reduced_rigid_body_entry() {
+  SystemInfo info = Pair<false>::info();
+  info.name = "reduced_rigid_body";
+  info.summary = "symmetric representation with its constant P Q^T taken out";
+  info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
+  info.source = "[RB] (8.2)";
+  info.file = "engine/body/symmetric_rigid_body.cc";
+  return view_of_pair<false>(std::move(info), in_both<body_equations, reduced_start>);
+}
+
+SystemEntry symmetric_moser_veselov_entry() {
+  SystemEntry entry = symmetric_rigid_body_entry();
+  SystemInfo& info = entry.info;
+  info.name = "symmetric_moser_veselov";
+  info.summary = "symmetric representation of the discrete rigid body";
+  info.equations = "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k U, P_{k+1} = P_k U";
+  info.source = "[RB] (4.7)";
+  info.file = "engine/body/symmetric_moser_veselov.h";
+  info.discrete = true;
+  info.velocity = {};
+  info.invariants.push_back(discrete_hamiltonian_info);
+  entry.check = [](SceneDraft& draft) { check_pair(draft, false, draft.step()); };
+  entry.make = make_symmetric_moser_veselov;
+  entry.methods = keeps_all;
+  entry.recommended = {};
+  return entry;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <string_view>
+
+#include "engine/dense/exponential.h"
+#include "engine/dense/inertia_operator.h"
+#include "engine/dense/so_n.h"
+#include "engine/methods/concepts.h"
+#include "engine/numbers/stoppable_product.h"
+#include "stiefel/invariant_names.h"
+
+namespace stiefel {
+
+/// The symmetric representation of the rigid body, left-invariant: [RB] (3.1) = (SRBn), with the
+/// scaling of Prop. 3.13,
+///
+///     Q̇ = QΩ,   Ṗ = PΩ,   Ω = J⁻¹(M),   M = (QᵀP − PᵀQ)/ε.
+///
+/// On SO(N) × SO(N) it is the rigid body with ‖M‖_op ≤ 2/ε. The motion keeps PQᵀ, hence m = QMQᵀ =
+/// (PQᵀ − QPᵀ)/ε, the energy and every other invariant of the rigid body. State: Q over P, 2N × N.
+/// SO(N) acts from the right on both blocks, x ↦ x exp Θ.
+template <class Scalar_>
+class SymmetricRigidBody {
+ public:
+  static constexpr const char* name = "symmetric_rigid_body";
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+  using Algebra = Matrix<Scalar>;
+
+  explicit SymmetricRigidBody(Vector<Scalar> lambda, Scalar epsilon = 1)
+      : lambda_(std::move(lambda)),
+        epsilon_(epsilon),
+        Omega_(zero()),
+        G_(Omega_),
+        exponential_(lambda_.size(), MatrixKind::skew),
+        D_(Omega_) {}
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+  Scalar epsilon() const { return epsilon_; }
+
+  /// Whether an invariant is constant along the orbits of the group: functions of PQᵀ and of QQᵀ
+  /// are, and both are quadratic in the state.
+  static constexpr bool conserved_on_orbits(std::string_view invariant) {
+    return invariant == family::spatial_momentum || invariant == family::casimirs ||
+           invariant == family::orthogonality || invariant == family::PQt;
+  }
+  static constexpr bool quadratic(std::string_view invariant) {
+    return conserved_on_orbits(invariant);
+  }
+
+  void field(const State& x, State& dx) {
+    generator(x, Omega_);
+    stoppable_product(x, Omega_, dx);
+  }
+
+  Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
+  void generator(const State& x, Algebra& Omega) {
+    const Eigen::Index N = lambda_.size();
+    stoppable_product(x.topRows(N).transpose(), x.bottomRows(N), G_);
+    inverse_inertia(lambda_, G_, epsilon_, Omega);
+  }
+  static void bracket(const Algebra& a, const Algebra& b, Algebra& c) {
+    SoN<Scalar>::bracket(a, b, c);
+  }
+  void displacement(const State& x, const Algebra& Theta, State& dx) {
+    exponential_(Theta, D_);
+    stoppable_product(x, D_, dx);
+  }
+
+ private:
+  Vector<Scalar> lambda_;
+  Scalar epsilon_;
+  Algebra Omega_, G_;
+  Exponential<Scalar> exponential_;
+  Matrix<Scalar> D_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,98 @@
+#include <Eigen/SVD>
+#include <algorithm>
+
+#include "engine/dense/decompositions_of.h"
+#include "engine/numbers/quadruple.h"
+
+namespace stiefel {
+
+using Eigen::Index;
+
+template class Lu<double>;
+template class Lu<long double>;
+template class Lu<Quad>;
+
+template bool factor_positive(Matrix<double>& A);
+template bool factor_positive(Matrix<long double>& A);
+template bool factor_positive(Matrix<Quad>& A);
+template void solve_positive(const Matrix<double>& L, Matrix<double>& B);
+template void solve_positive(const Matrix<long double>& L, Matrix<long double>& B);
+template void solve_positive(const Matrix<Quad>& L, Matrix<Quad>& B);
+
+template class SymmetricEigen<double>;
+template class SymmetricEigen<long double>;
+
+template Vector<double> symmetric_eigenvalues(const Matrix<double>& A);
+
+template SkewEigen<double> skew_eigen(const Matrix<double>& A);
+template SkewEigen<long double> skew_eigen(const Matrix<long double>& A);
+template Vector<double> skew_eigenvalues(const Matrix<double>& A);
+
+template Matrix<double> orthonormal_columns(const Matrix<double>&, Index, Index);
+template Matrix<long double> orthonormal_columns(const Matrix<long double>&, Index, Index);
+
+template <class Scalar>
+SymmetricEigen3<Scalar> symmetric_eigen_3(const Eigen::Matrix<Scalar, 3, 3>& A) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<Scalar, 3, 3>> solver(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+template SymmetricEigen3<double> symmetric_eigen_3(const Eigen::Matrix<double, 3, 3>& A);
+template SymmetricEigen3<long double> symmetric_eigen_3(const Eigen::Matrix<long double, 3, 3>& A);
+template SymmetricEigen3<Quad> symmetric_eigen_3(const Eigen::Matrix<Quad, 3, 3>& A);
+
+double determinant(const Matrix<double>& A) { return A.determinant(); }
+
+void solve_positive(const Matrix<double>& L, Vector<double>& b) {
+  L.triangularView<Eigen::Lower>().solveInPlace(b);
+  L.adjoint().triangularView<Eigen::Upper>().solveInPlace(b);
+}
+
+void divide_by_lower(const Matrix<double>& L, Matrix<double>& B) {
+  constexpr Index columns = 32;
+  for (Index k = 0; k < B.cols(); k += columns) {
+    const Index now = std::min(columns, B.cols() - k);
+    stop_point(0.7 * static_cast<double>(now * L.size()));
+    auto some = B.middleCols(k, now);
+    L.triangularView<Eigen::Lower>().solveInPlace(some);
+  }
+}
+
+Matrix<double> triangular_factor(const Matrix<double>& A) {
+  const Eigen::HouseholderQR<Matrix<double>> qr(A);
+  return qr.matrixQR().topRows(A.cols()).triangularView<Eigen::Upper>();
+}
+
+Vector<double> least_squares(const Matrix<double>& A, const Vector<double>& b, double threshold) {
+  Eigen::ColPivHouseholderQR<Matrix<double>> qr(A);
+  qr.setThreshold(threshold);
+  return qr.solve(b);
+}
+
+RealSchur real_schur(const Matrix<double>& A) {
+  const Eigen::RealSchur<Matrix<double>> schur(A);
+  return {schur.matrixT(), schur.matrixU()};
+}
+
+RightSingular right_singular(const Matrix<double>& A) {
+  const Eigen::JacobiSVD<Matrix<double>> svd(A, Eigen::ComputeFullV);
+  return {svd.singularValues(), svd.matrixV()};
+}
+
+Matrix<double> principal_root(const Matrix<double>& A) {
+  constexpr int most = 60;
+  const Matrix<double> I = Matrix<double>::Identity(A.rows(), A.cols());
+  Matrix<double> X = A, Y = I;
+  for (int k = 0; k < most; ++k) {
+    stop_point(3 * static_cast<double>(A.rows() * A.size()));
+    const Matrix<double> next = (X + Lu<double>(Y).solve(I)) / 2;
+    stop_point();
+    Y = ((Y + Lu<double>(X).solve(I)) / 2).eval();
+    const double change = (next - X).cwiseAbs().maxCoeff();
+    X = next;
+    if (!(change > 1e-15 * X.cwiseAbs().maxCoeff())) break;
+  }
+  return X;
+}
+
+}  // namespace stiefel

@@ -1,0 +1,343 @@
+#include "stiefel/connect.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "engine/dense/decompositions.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/frame/geodesics/closed_geodesic.h"
+#include "engine/frame/geodesics/geodesic_search.h"
+#include "engine/frame/geodesics/geodesic_series.h"
+#include "engine/frame/geodesics/metric.h"
+#include "engine/frame/geodesics/path.h"
+#include "engine/frame/geodesics/relaxation.h"
+#include "engine/frame/geodesics/round_logarithm.h"
+#include "engine/frame/geodesics/shoot.h"
+#include "engine/numbers/to_text.h"
+#include "stiefel/conjugate_points.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+bool is_body(const MatrixXd& Q) { return Q.rows() == Q.cols(); }
+
+/// Returns max |QQᵀ − I| from QQᵀ; infinite where it is not finite.
+double defect(const MatrixXd& product) {
+  const double largest =
+      (product - MatrixXd::Identity(product.rows(), product.rows())).cwiseAbs().maxCoeff();
+  return product.allFinite() ? largest : std::numeric_limits<double>::infinity();
+}
+
+/// Whether the metric is one of β whose geodesics are not those of Λ = I.
+bool is_bent(const TwoPointProblem& p) {
+  return p.beta && *p.beta != 1 && p.Q_0.rows() > 1 && !is_body(p.Q_0);
+}
+
+std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
+  const auto invalid = [](std::string field, std::string value, std::string rule) {
+    return ConnectRefusal(refusal::Invalid{std::move(field), std::move(value), std::move(rule)});
+  };
+  const auto shape = [](const MatrixXd& Q) {
+    return std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
+  };
+  const Index n = p.Q_0.rows(), N = p.Q_0.cols();
+  if (n < 1 || n > N || N < 2)
+    return invalid("Q_0", shape(p.Q_0), "must have 1 <= n <= N rows of N >= 2 numbers");
+  if (p.Q_T.rows() != n || p.Q_T.cols() != N)
+    return invalid("Q_T", shape(p.Q_T), "must have the shape of Q_0, " + shape(p.Q_0));
+  if (auto fault = metric_fault(p.inertia, n, N)) return fault;
+  if (!(std::isfinite(p.time) && p.time > 0))
+    return invalid("time", to_text(p.time), "must be positive and finite");
+  if (p.restarts < 0)
+    return invalid("restarts", std::to_string(p.restarts), "must not be negative");
+  return {};
+}
+
+/// Refuses what is no frame, and frames that no path joins.
+std::optional<ConnectRefusal> refused(const TwoPointProblem& p, const FrameProducts& products) {
+  for (const auto& [field, product] :
+       {std::pair("Q_0", &products.of_Q_0), std::pair("Q_T", &products.of_Q_T)})
+    if (const double error = defect(*product); !(error <= Scene::frame_tolerance))
+      return refusal::NotOrthonormal{field, error};
+  if (is_body(p.Q_0)) {
+    const int first = determinant(p.Q_0) < 0 ? -1 : 1, last = determinant(p.Q_T) < 0 ? -1 : 1;
+    if (first != last) return refusal::UnequalDeterminants{first, last};
+  }
+  return {};
+}
+
+/// Refuses a path of K steps whose relaxation would need too much memory. Dense: five d × d blocks
+/// and a basis of d directions for every inner frame, for all starts at once; else the equations of
+/// the multipliers, and the eigenvectors of K n.
+std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
+  const double nN = static_cast<double>(p.Q_0.size()), n = static_cast<double>(p.Q_0.rows());
+  const double d = nN - n * (n + 1) / 2;
+  const bool dense = d <= most_dense_degrees || !(p.inertia.minCoeff() > 0);
+  const double unknowns =
+      std::min(K * n * (n + 1) / 2, static_cast<double>(Relaxation::most_dense));
+  const double each =
+      8 * (dense ? 5 * d * d + nN * d + nN * (p.restarts + 3.0)
+                 : 2 * unknowns * unknowns / K + 6 * n * n * K + nN * (p.restarts + 12.0));
+  if (each * K <= static_cast<double>(TwoPointProblem::most_bytes)) return {};
+  const auto most = static_cast<int>(static_cast<double>(TwoPointProblem::most_bytes) / each);
+  return refusal::Invalid{"steps", std::to_string(K),
+                          "must be at most " + std::to_string(most) + " for frames of " +
+                              std::to_string(p.Q_0.size()) + " numbers and " +
+                              std::to_string(p.restarts) + " restarts: a step takes " +
+                              std::to_string(static_cast<int>(each / 1024)) + " KiB of " +
+                              std::to_string(TwoPointProblem::most_bytes >> 20) + " MiB"};
+}
+
+/// Returns the bytes of a search by the multipliers: two sets of their equations and factors at 17
+/// nodes, for a wide Λ at up to 129, the paths, and a Taylor series.
+double search_bytes(const TwoPointProblem& p) {
+  const double n = static_cast<double>(p.Q_0.rows()), nN = static_cast<double>(p.Q_0.size());
+  const bool wide = is_wide(p.inertia);
+  const double each = n * (n + 1) / 2, nodes = 15, most = Relaxation::most_dense,
+               unknowns = std::min((wide ? 127 : nodes) * each, most),
+               modes = n * std::max(nodes, unknowns / each);
+  const double starts = std::max(p.restarts, 4) + 1 + n / 2;
+  return 8 * ((wide ? 5 : 4) * unknowns * unknowns + 8 * modes * modes +
+              nN * ((nodes + 2) * starts + 12 * nodes + 160));
+}
+
+std::optional<ConnectRefusal> too_large(const TwoPointProblem& p) {
+  const double most = static_cast<double>(TwoPointProblem::most_bytes), bytes = search_bytes(p);
+  if (bytes <= most || is_round(p.inertia)) return {};
+  return refusal::Invalid{
+      "Q_0", std::to_string(p.Q_0.rows()) + " x " + std::to_string(p.Q_0.cols()),
+      "a search with different inertias and " + std::to_string(p.restarts) +
+          " restarts must take at most " + std::to_string(TwoPointProblem::most_bytes >> 20) +
+          " MiB, and takes " + std::to_string(static_cast<std::int64_t>(bytes) >> 20)};
+}
+
+/// Whether `repaired` leaves a frame as it is.
+bool is_orthonormal(const MatrixXd& Q, const MatrixXd& product) {
+  return defect(product) <= 4 * static_cast<double>(Q.cols()) * 0x1p-53;
+}
+
+Posed posed(const TwoPointProblem& p, const FrameProducts& products) {
+  const auto frame = [](const MatrixXd& Q, const MatrixXd& product) {
+    return is_orthonormal(Q, product) ? Q : nearest_orthogonal<double>(Q);
+  };
+  const double scale = std::exp2(std::ilogb(p.inertia.cwiseAbs().maxCoeff()));
+  return {p.inertia / scale, scale, frame(p.Q_0, products.of_Q_0), frame(p.Q_T, products.of_Q_T)};
+}
+
+/// Calls `solve` with a problem that can be solved and has a Λ, the products of its frames, and the
+/// scope of its work and stop token; or returns what is wrong. A metric of β gets
+/// the Λ of the same geodesics and energy, or Λ = I where `is_bent`. `K`: of the discrete problem.
+template <class Answer, class Solve>
+std::expected<Answer, ConnectRefusal> checked(const TwoPointProblem& given, std::optional<int> K,
+                                              const Solve& solve) {
+  using refusal::Invalid;
+  TwoPointProblem with_inertia;
+  if (given.beta) {
+    if (!(std::isfinite(*given.beta) && *given.beta > 0))
+      return std::unexpected(Invalid{"beta", to_text(*given.beta), "must be positive and finite"});
+    if (given.inertia.size() > 0)
+      return std::unexpected(Invalid{"inertia", std::to_string(given.inertia.size()) + " numbers",
+                                     "must be absent with beta"});
+    with_inertia = given;
+    with_inertia.inertia =
+        VectorXd::Constant(given.Q_0.cols(), is_body(given.Q_0) ? *given.beta : 1);
+  }
+  const TwoPointProblem& problem = given.beta ? with_inertia : given;
+  if (auto fault = refused(problem)) return std::unexpected(*fault);
+  if (K && *K < 1) return std::unexpected(Invalid{"K", std::to_string(*K), "must be at least 1"});
+  if (K && is_bent(problem))
+    return std::unexpected(
+        Invalid{"steps", std::to_string(*K), "must be 0 in a metric of beta without a Lambda"});
+  const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
+  if (auto fault = refused(problem, products)) return std::unexpected(*fault);
+  if (auto fault = K ? too_large(problem, *K) : too_large(problem)) return std::unexpected(*fault);
+  const StopScope scope(problem.stop, problem.most_work);
+  try {
+    return solve(problem, products, scope);
+  } catch (const Stopped&) {
+    if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
+    if (!scope.used_up()) throw;
+    return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity(), true});
+  }
+}
+
+/// Finds what the logarithm of β does. For Λ = I it goes beyond the injectivity radius only where
+/// it is `thorough`.
+void logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0, const MatrixXd& Q_T,
+               const FrameProducts& products, bool thorough, Found& best) {
+  if (is_bent(problem))
+    round_logarithm(Q_0, Q_T, products, {*problem.beta, true, problem.restarts, problem.seed},
+                    best);
+  else
+    round_logarithm(Q_0, Q_T, products, {1, thorough}, best);
+}
+
+/// Searches where no closed form is the answer. `best` has what the logarithm of Λ = λI found.
+void search(const Posed& p, const TwoPointProblem& problem, bool is_round, Found& best) {
+  constexpr double most_of_round =
+      3e7;  // bytes of a search beyond the radius that nobody asked for
+  const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
+  const bool known = best.V.size() > 0;
+  const double most = known && problem.restarts == 0
+                          ? most_of_round
+                          : static_cast<double>(TwoPointProblem::most_bytes);
+  if (known && search_bytes(problem) > most) return;
+  Found other;
+  Found& found = known ? other : best;
+  if (p.lambda.minCoeff() > 0 && search_bytes(problem) <= most) by_multipliers(p, problem, found);
+  if (found.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_dense_degrees)
+    by_paths(p, problem, found);
+  if (found.V.size() == 0 && is_round && !known)
+    logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true, found);
+  if (known && found.V.size() > 0) {
+    if (*best.length < (1 - 1e-12) * found.V.norm()) {
+      found.V = best.V;
+      found.residual = best.residual;
+    }
+    best = std::move(found);
+  }
+  if (is_round && best.V.norm() <= (1 + 1e-12) * std::numbers::pi) best.shortest = Shortest::yes;
+}
+
+/// Says more of a geodesic than the search did: it is the shortest where it is no longer than a
+/// proven bound of the injectivity radius, and is not where it passes a conjugate point.
+void judge(const Posed& p, Found& best) {
+  constexpr double most_work = 1e10, nearly_there = 1 - 1e-6;
+  constexpr double most_degrees = 32;
+  const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
+  if (best.V.size() == 0 || best.shortest == Shortest::yes) return;
+  if (std::sqrt(2 * energy(p.lambda, best.V)) <= injectivity_bound(p.lambda, p.Q_0.rows()))
+    best.shortest = Shortest::yes;
+  // A local minimum of the action passes none.
+  if (best.shortest != Shortest::unknown || n * N - n * (n + 1) / 2 > most_degrees) return;
+  const auto passed = conjugate_points({p.lambda, p.Q_0, best.V, nearly_there, {}, most_work});
+  if (passed && !passed->points.empty()) best.shortest = Shortest::no;
+}
+
+/// Finds a geodesic by the first that does: a closed form, the logarithm of the metrics of β, a
+/// search. `best` has what the logarithm found already.
+void find(const Posed& p, const TwoPointProblem& problem, Found& best) {
+  if (p.Q_0 == p.Q_T) {
+    best = {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0, 0};
+  } else if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T)) {
+    best = *std::move(closed);
+  } else {
+    const bool shoots = is_round(p.lambda) && !is_body(p.Q_0);
+    if (shoots && best.V.size() == 0)
+      logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), false, best);
+    if (is_bent(problem) || (best.V.size() > 0 && best.shortest == Shortest::yes)) return;
+    search(p, problem, shoots, best);
+    judge(p, best);
+  }
+}
+
+/// Returns max |Q(T) − Q_T| of an answer.
+double residual_of(const TwoPointProblem& problem, const Geodesic& answer, const MatrixXd& Q_T) {
+  if (is_body(answer.Q)) return miss(problem.inertia, answer.Q, answer.M, Q_T, problem.time);
+  const auto end = geodesic_end(problem.inertia, answer.Q, answer.Qdot * problem.time);
+  return end ? (*end - Q_T).cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
+}
+
+/// Returns what was found from the frame Q_0 as an answer.
+std::expected<Geodesic, ConnectRefusal> answered(const TwoPointProblem& problem, Found best,
+                                                 const MatrixXd& Q_0, const MatrixXd& Q_T) {
+  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
+  if (best.V.size() == 0) return std::unexpected(refusal::NotConverged{best.residual});
+  Geodesic answer;
+  answer.shortest = best.shortest;
+  answer.distinct = best.distinct;
+  answer.start = best.start;
+  answer.Q = Q_0;
+  answer.Qdot = std::move(best.V);
+  if (problem.time != 1) answer.Qdot /= problem.time;
+  if (!is_bent(problem)) answer.S = answer.Qdot * problem.inertia.asDiagonal();
+  if (is_body(Q_0)) answer.M = momentum(problem.inertia, Q_0, answer.Qdot);
+  answer.energy = best.length ? *best.length * (*best.length * problem.inertia(0)) / 2 /
+                                    (problem.time * problem.time)
+                              : energy(problem.inertia, answer.Qdot);
+  if (!std::isfinite(answer.energy))
+    return std::unexpected(
+        refusal::Invalid{"time", to_text(problem.time), "makes an energy that is not finite"});
+  answer.residual =
+      std::isfinite(best.residual) ? best.residual : residual_of(problem, answer, Q_T);
+  if (!(answer.residual <= TwoPointProblem::joined))
+    return std::unexpected(refusal::NotConverged{answer.residual});
+  return answer;
+}
+
+std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem,
+                                               const FrameProducts& products,
+                                               const StopScope& scope) {
+  const MatrixXd &Q_0 = problem.Q_0, &Q_T = problem.Q_T;
+  Found best;
+  std::optional<Posed> p;  // where the frames are not those of the problem
+  try {
+    if (1 < Q_0.rows() && Q_0.rows() < Q_0.cols() && is_round(problem.inertia) && Q_0 != Q_T &&
+        is_orthonormal(Q_0, products.of_Q_0) && is_orthonormal(Q_T, products.of_Q_T))
+      logarithm(problem, Q_0, Q_T, products, false, best);
+    const bool is_done = best.V.size() > 0 && (best.shortest == Shortest::yes || is_bent(problem));
+    if (!is_done) find(p.emplace(posed(problem, products)), problem, best);
+  } catch (const Stopped&) {
+    if (!scope.used_up() || problem.stop.stop_requested() || best.V.size() == 0) throw;
+    if (best.shortest != Shortest::yes) best.shortest = Shortest::ended;
+  }
+  const StopScope rest = scope.used_up() ? StopScope::nothing() : StopScope(problem.stop);
+  return answered(problem, std::move(best), p ? p->Q_0 : Q_0, p ? p->Q_T : Q_T);
+}
+
+std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& problem,
+                                                       const FrameProducts& products, int K) {
+  constexpr double tolerance = 1e-10, stationary = 1e-12;
+  const Posed p = posed(problem, products);
+  std::vector<RelaxedPath> all = relaxed(p, problem, K, tolerance);
+  std::erase_if(all, [](const RelaxedPath& c) { return !c.settled; });
+  if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});
+  if (all.empty())
+    return std::unexpected(refusal::NotConverged{std::numeric_limits<double>::infinity()});
+
+  const RelaxedPath& best = all.front();
+  const double residual = largest_gradient(p.lambda, best.path);
+  if (!(residual <= stationary)) return std::unexpected(refusal::NotConverged{residual});
+  DiscreteGeodesic result;
+  result.Q = best.path;
+  const MatrixXd V = initial_velocity(p.lambda, best.path) / problem.time;
+  result.S = V * problem.inertia.asDiagonal();
+  if (is_body(p.Q_0)) result.M = momentum(problem.inertia, p.Q_0, V);
+  result.energy = best.action * p.scale / (problem.time * problem.time);
+  result.residual = residual;
+  result.distinct = static_cast<int>(all.size());
+  result.start = best.start;
+  return result;
+}
+
+}  // namespace
+
+std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& given) {
+  const auto fine =
+      checked<bool>(given, {}, [](const auto&, const auto&, const auto&) { return true; });
+  return fine ? std::nullopt : std::optional(fine.error());
+}
+
+std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& given) {
+  return checked<Geodesic>(
+      given, {}, [](const TwoPointProblem& problem, const auto& products, const auto& scope) {
+        return search(problem, products, scope);
+      });
+}
+
+std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& given, int K) {
+  return checked<DiscreteGeodesic>(
+      given, K, [K](const TwoPointProblem& problem, const auto& products, const auto&) {
+        return search(problem, products, K);
+      });
+}
+
+}  // namespace stiefel

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <algorithm>
+
+#include "engine/dense/orthogonal.h"
+#include "engine/dense/skew_flow.h"
+
+namespace stiefel {
+
+/// The geodesic flow on V(n, N) with Λ = λI in closed form (Edelman, Arias and Smith 1998): with Y
+/// = Qᵀ, H = Q̇ᵀ = YA + KR, A = YᵀH skew and K orthonormal columns that complete Y,
+///
+///     Y(t) = [Y K] exp(tW) [I; 0] e^{−tA},   Ẏ(t) = [Y K] exp(tW) [A; R] e^{−tA},
+///     W = [[2A, −Rᵀ], [R, 0]].
+///
+/// Costs O(Nn² + n³). States are Q over S = λQ̇.
+template <class Scalar>
+class IsotropicGeodesic {
+ public:
+  using Point = Matrix<Scalar>;
+
+  static bool has(const Vector<double>& lambda) { return (lambda.array() == lambda(0)).all(); }
+
+  IsotropicGeodesic(const Vector<Scalar>& lambda, const Point& start);
+
+  const Point& at(Scalar t);
+
+ private:
+  IsotropicGeodesic(Scalar lambda, const Point& start, Eigen::Index n);
+  IsotropicGeodesic(Scalar lambda, const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
+
+  static Matrix<Scalar> skew(const Matrix<Scalar>& A);
+  /// Returns [Y K], with K from the QR factors of [Y H].
+  static Matrix<Scalar> completed(const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
+  static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR);
+
+  Eigen::Index n_;
+  Scalar lambda_;
+  Matrix<Scalar> YK_;  ///< [Y K]
+  Matrix<Scalar> AR_;  ///< [A; R]
+  SkewFlow<Scalar> by_W_, by_A_;
+  Matrix<Scalar> E_, turned_, product_, back_, AR_back_;
+  Point x_;
+};
+
+template <class Scalar>
+IsotropicGeodesic<Scalar>::IsotropicGeodesic(const Vector<Scalar>& lambda, const Point& start)
+    : IsotropicGeodesic(lambda(0), start, start.rows() / 2) {}
+
+template <class Scalar>
+IsotropicGeodesic<Scalar>::IsotropicGeodesic(Scalar lambda, const Point& start, Eigen::Index n)
+    : IsotropicGeodesic(lambda, Matrix<Scalar>(start.topRows(n).transpose()),
+                        Matrix<Scalar>(start.bottomRows(n).transpose() / lambda)) {}
+
+template <class Scalar>
+IsotropicGeodesic<Scalar>::IsotropicGeodesic(Scalar lambda, const Matrix<Scalar>& Y,
+                                             const Matrix<Scalar>& H)
+    : n_(Y.cols()),
+      lambda_(lambda),
+      YK_(completed(Y, H)),
+      AR_(YK_.transpose() * H),
+      by_W_(W(n_, AR_)),
+      by_A_(skew(AR_.topRows(n_))),
+      turned_(YK_),
+      product_(Y),
+      AR_back_(AR_),
+      x_(2 * n_, Y.rows()) {}
+
+template <class Scalar>
+auto IsotropicGeodesic<Scalar>::at(Scalar t) -> const Point& {
+  by_W_(t, E_);
+  turned_.noalias() = YK_ * E_;
+  by_A_(-t, back_);
+  product_.noalias() = turned_.leftCols(n_) * back_;
+  x_.topRows(n_) = product_.transpose();
+  AR_back_.noalias() = AR_ * back_;
+  product_.noalias() = turned_ * AR_back_;
+  x_.bottomRows(n_) = lambda_ * product_.transpose();
+  return x_;
+}
+template <class Scalar>
+Matrix<Scalar> IsotropicGeodesic<Scalar>::skew(const Matrix<Scalar>& A) {
+  return (A - A.transpose()) / 2;
+}
+
+template <class Scalar>
+Matrix<Scalar> IsotropicGeodesic<Scalar>::completed(const Matrix<Scalar>& Y,
+                                                    const Matrix<Scalar>& H) {
+  const Eigen::Index N = Y.rows(), n = Y.cols(), k = std::min(n, N - n);
+  Matrix<Scalar> both(N, 2 * n);
+  both << Y, H;
+  Matrix<Scalar> YK = orthonormal_columns(both, n + k);
+  YK.leftCols(n) = Y;
+  return YK;
+}
+
+template <class Scalar>
+Matrix<Scalar> IsotropicGeodesic<Scalar>::W(Eigen::Index n, const Matrix<Scalar>& AR) {
+  const Eigen::Index k = AR.rows() - n;
+  Matrix<Scalar> W = Matrix<Scalar>::Zero(n + k, n + k);
+  W.topLeftCorner(n, n) = 2 * skew(AR.topRows(n));
+  W.bottomLeftCorner(k, n) = AR.bottomRows(k);
+  W.topRightCorner(n, k) = -AR.bottomRows(k).transpose();
+  return W;
+}
+
+// Compiled once, in isotropic_geodesic.cc.
+extern template class IsotropicGeodesic<double>;
+extern template class IsotropicGeodesic<long double>;
+
+}  // namespace stiefel

@@ -1,0 +1,151 @@
+#include "engine/frame/geodesics/nodes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/dense/decompositions.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/frame/geodesics/connect_work.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+struct Legendre {
+  double value, before;  ///< P_K(x), P_{K−1}(x)
+};
+
+Legendre legendre(int K, double x) {
+  double before = 1, value = x;
+  for (int k = 2; k <= K; ++k) {
+    const double next = ((2 * k - 1) * x * value - (k - 1) * before) / k;
+    before = value;
+    value = next;
+  }
+  return {value, before};
+}
+
+/// Returns the matrix that takes the values at the nodes to those of their polynomials at `times`.
+MatrixXd interpolation(const Nodes& nodes, const VectorXd& times) {
+  const Index K = (nodes.times.size() - 1) / (nodes.breaks.size() - 1);
+  MatrixXd L = MatrixXd::Zero(times.size(), nodes.times.size());
+  for (Index i = 0; i < times.size(); ++i) {
+    Index piece = 0;
+    while (piece + 2 < nodes.breaks.size() && nodes.breaks(piece + 1) <= times(i)) ++piece;
+    const auto t = nodes.times.segment(piece * K, K + 1);
+    for (Index j = 0; j <= K; ++j) {
+      double& value = L(i, piece * K + j) = 1;
+      for (Index k = 0; k <= K; ++k)
+        if (k != j) value *= (times(i) - t(k)) / (t(j) - t(k));
+    }
+  }
+  return L;
+}
+
+MatrixXd combined(const Path& path, const Eigen::RowVectorXd& factors) {
+  MatrixXd Q = MatrixXd::Zero(path[0].rows(), path[0].cols());
+  for (Index j = 0; j < factors.size(); ++j)
+    if (factors(j) != 0) Q += factors(j) * path[static_cast<std::size_t>(j)];
+  return Q;
+}
+
+}  // namespace
+
+Nodes lobatto(int K) {
+  Nodes nodes;
+  VectorXd x(K + 1), P(K + 1);
+  for (int k = 0; k <= K; ++k) {
+    x(k) = -std::cos(std::numbers::pi * k / K);
+    if (k > 0 && k < K)  // roots of P_K', with (1−x²)P_K' = K(P_{K−1} − xP_K)
+      for (int i = 0; i < 20; ++i) {
+        const auto [value, before] = legendre(K, x(k));
+        x(k) += (before - x(k) * value) / ((K + 1) * value);
+      }
+    if (2 * k == K) x(k) = 0;
+    P(k) = legendre(K, x(k)).value;
+  }
+  nodes.times = (x.array() + 1) / 2;
+  nodes.weights = 1 / (K * (K + 1.0) * P.array().square());
+  MatrixXd D = MatrixXd::Zero(K + 1, K + 1);
+  for (int i = 0; i <= K; ++i)
+    for (int j = 0; j <= K; ++j)
+      if (i != j) D(i, j) = 2 * P(i) / (P(j) * (x(i) - x(j)));
+  D.diagonal() = -D.rowwise().sum();
+  nodes.start = D.row(0);
+  nodes.stiffness = D.transpose() * nodes.weights.asDiagonal() * D;
+  const MatrixXd inner = nodes.stiffness.block(1, 1, K - 1, K - 1);
+  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
+  nodes.breaks = VectorXd::LinSpaced(2, 0, 1);
+  return nodes;
+}
+
+Nodes pieces(const VectorXd& breaks, int K) {
+  const Index count = breaks.size() - 1, size = count * K + 1;
+  const Nodes one = lobatto(K);
+  Nodes nodes;
+  nodes.times = nodes.weights = VectorXd::Zero(size);
+  nodes.stiffness = MatrixXd::Zero(size, size);
+  nodes.start = Eigen::RowVectorXd::Zero(size);
+  for (Index i = 0; i < count; ++i) {
+    const double length = breaks(i + 1) - breaks(i);
+    nodes.times.segment(i * K, K + 1) = breaks(i) + length * one.times.array();
+    nodes.weights.segment(i * K, K + 1) += length * one.weights;
+    nodes.stiffness.block(i * K, i * K, K + 1, K + 1) += one.stiffness / length;
+  }
+  nodes.times(size - 1) = 1;
+  nodes.start.head(K + 1) = one.start / breaks(1);
+  const MatrixXd inner = nodes.stiffness.block(1, 1, size - 2, size - 2);
+  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
+  nodes.breaks = breaks;
+  return nodes;
+}
+
+Nodes equally_spaced(int K) {
+  Nodes nodes;
+  nodes.times = VectorXd::LinSpaced(K + 1, 0, 1);
+  nodes.weights = VectorXd::Constant(K + 1, 1.0 / K);
+  nodes.weights(0) = nodes.weights(K) = 0.5 / K;
+  nodes.start = Eigen::RowVectorXd::Zero(K + 1);
+  nodes.start(0) = -K;
+  nodes.start(1) = K;
+  nodes.stiffness = MatrixXd::Zero(K + 1, K + 1);
+  nodes.stiffness.diagonal().setConstant(2 * K);
+  nodes.stiffness(0, 0) = nodes.stiffness(K, K) = K;
+  nodes.stiffness.diagonal(1).setConstant(-K);
+  nodes.stiffness.diagonal(-1).setConstant(-K);
+  const MatrixXd inner = nodes.stiffness.block(1, 1, K - 1, K - 1);
+  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
+  return nodes;
+}
+
+Path moved(const Path& path, const Nodes& from, const Nodes& to) {
+  const Index n = path[0].rows(), N = path[0].cols();
+  const MatrixXd L = interpolation(from, to.times);
+  Path out = {path.front()};
+  for (Index i = 1; i + 1 < L.rows(); ++i) {
+    stop_point(connect_work::frame(n, N) + connect_work::sums(L.cols(), n, N));
+    out.push_back(polar(combined(path, L.row(i))));
+  }
+  out.push_back(path.back());
+  return out;
+}
+
+VectorXd defects(const Path& path, const Nodes& nodes) {
+  const Index count = nodes.breaks.size() - 1, steps = nodes.times.size() - 1;
+  const MatrixXd L = interpolation(nodes, (nodes.times.head(steps) + nodes.times.tail(steps)) / 2);
+  VectorXd out = VectorXd::Zero(count);
+  for (Index i = 0; i < steps; ++i) {
+    stop_point(connect_work::sums(L.cols(), path[0].rows(), path[0].cols()));
+    double& defect = out(i / (steps / count));
+    defect = std::max(defect, orthogonality_defect(combined(path, L.row(i))));
+  }
+  return out;
+}
+
+}  // namespace stiefel

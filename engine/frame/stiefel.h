@@ -1,0 +1,76 @@
+#pragma once
+
+#include "engine/dense/frame_projection.h"
+#include "engine/dense/symmetric_lyapunov.h"
+#include "engine/methods/concepts.h"
+#include "engine/numbers/stoppable_product.h"
+
+namespace stiefel {
+
+/// Geodesics on the Stiefel manifold V(n, N) of frames QQᵀ = I_n with the energy ½ tr(ΛQ̇ᵀQ̇), 1 ≤ n
+/// ≤ N, in variational form; [ST] (37)–(39):
+///
+///     Q̇ = SΛ⁻¹,   Ṡ = BQ,   KB + BK = −2Q̇Q̇ᵀ,   K = QΛ⁻¹Qᵀ.
+///
+/// Q and S = Q̇Λ are n × N, B and K are n × n; every λ_i > 0. (Erratum: the paper also prints S =
+/// Q̇Λ⁻¹.) A state is Q over S, 2n × N, with QS̄ᵀ + S̄Qᵀ = 0 for S̄ = SΛ⁻¹. The motion keeps the
+/// energy ½ tr(SΛ⁻¹Sᵀ), m = SQᵀ − QSᵀ, and QQᵀ = I. O(Nn² + n³) operations.
+template <class Scalar_>
+class Stiefel {
+ public:
+  static constexpr const char* name = "stiefel";
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+
+  Stiefel(Vector<Scalar> lambda, Eigen::Index n)
+      : lambda_(std::move(lambda)),
+        n_(n),
+        lyapunov_(n),
+        onto_frames_(n),
+        K_(n, n),
+        B_(n, n),
+        Y_(n, n) {}
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+  Eigen::Index n() const { return n_; }
+
+  void field(const State& x, State& dx) {
+    const auto Q = x.topRows(n_), S = x.bottomRows(n_);
+    auto Qdot = dx.topRows(n_), Sdot = dx.bottomRows(n_);
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      Qdot.col(j) = S.col(j) / lambda_(j);
+      Sdot.col(j) = Q.col(j) / lambda_(j);
+    }
+    stoppable_product(Sdot, Q.transpose(), K_);
+    stoppable_product(Scalar(-2) * Qdot, Qdot.transpose(), B_);
+    lyapunov_.factor(K_);
+    lyapunov_.solve(B_, B_);
+    stoppable_product(B_, Q, Sdot);
+  }
+
+  /// Moves Q onto the frames, and S onto its constraint: S ← S − YQ with KY + YK = QS̄ᵀ + S̄Qᵀ.
+  void project(State& x) {
+    onto_frames_(x);
+    const auto Q = x.topRows(n_);
+    auto S = x.bottomRows(n_);
+    K_.setZero();
+    B_.setZero();
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      K_.noalias() += (1 / lambda_(j)) * Q.col(j) * Q.col(j).transpose();
+      B_.noalias() += (1 / lambda_(j)) * Q.col(j) * S.col(j).transpose();
+    }
+    Y_ = B_ + B_.transpose();
+    lyapunov_.factor(K_);
+    lyapunov_.solve(Y_, Y_);
+    for (Eigen::Index j = 0; j < x.cols(); ++j) S.col(j).noalias() -= Y_ * Q.col(j);
+  }
+
+ private:
+  Vector<Scalar> lambda_;
+  Eigen::Index n_;
+  SymmetricLyapunov<Scalar> lyapunov_;
+  FrameProjection<Scalar> onto_frames_;
+  Matrix<Scalar> K_, B_, Y_;
+};
+
+}  // namespace stiefel

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "engine/dense/frame_projection.h"
+#include "engine/dense/optimal_control.h"
+#include "engine/methods/concepts.h"
+
+namespace stiefel {
+
+/// Geodesics on V(n, N) as the optimal control problem of [ST] Theorem 4, (68)–(69):
+///
+///     Q̇ = QU,   Ṗ = PU − QA,   A = [QᵀQ, UΛU],
+///
+/// where U is the OptimalControl of (Q, P), for any costate P (n × N). A state is Q over P, 2n × N,
+/// every λ_i > 0. The motion keeps PQᵀ, hence k = PQᵀ + QPᵀ and m = PQᵀ − QPᵀ; QQᵀ = I; and the
+/// energy ½ tr(SΛ⁻¹Sᵀ), S = QUΛ. The case k = 0 is the generalised McLachlan–Scovel system. O(Nn² +
+/// n³) operations.
+template <class Scalar_>
+class StiefelCostate {
+ public:
+  static constexpr const char* name = "stiefel_costate";
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+
+  StiefelCostate(Vector<Scalar> lambda, Eigen::Index n)
+      : lambda_(std::move(lambda)),
+        n_(n),
+        U_(lambda_, n),
+        S_(n, lambda_.size()),
+        SU_(S_),
+        SQdot_(n, n),
+        onto_frames_(n) {}
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+  Eigen::Index n() const { return n_; }
+
+  /// Uses QA = SU + (SΛ⁻¹Sᵀ)Q, which holds because QQᵀ = I and UQᵀ = −Q̇ᵀ.
+  void field(const State& x, State& dx) {
+    const auto Q = x.topRows(n_), P = x.bottomRows(n_);
+    U_.set(Q, P);
+    U_.apply(Q, dx.topRows(n_));
+    U_.apply(P, dx.bottomRows(n_));
+    S_ = dx.topRows(n_) * lambda_.asDiagonal();
+    SQdot_.noalias() = S_ * dx.topRows(n_).transpose();
+    U_.apply(S_, SU_);
+    dx.bottomRows(n_) -= SU_;
+    dx.bottomRows(n_).noalias() -= SQdot_ * Q;
+  }
+
+  /// Moves Q onto the frames, with P so that QᵀP − PᵀQ stays.
+  void project(State& x) { onto_frames_(x); }
+
+ private:
+  Vector<Scalar> lambda_;
+  Eigen::Index n_;
+  OptimalControl<Scalar> U_;
+  Matrix<Scalar> S_, SU_, SQdot_;
+  FrameProjection<Scalar> onto_frames_;
+};
+
+}  // namespace stiefel

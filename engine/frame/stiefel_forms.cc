@@ -1,0 +1,158 @@
+#include "engine/frame/stiefel_forms.h"
+
+#include <cmath>
+
+#include "engine/dense/angular_velocity.h"
+#include "engine/dense/orthogonal.h"
+#include "engine/dense/symmetric_lyapunov.h"
+#include "engine/frame/stiefel_invariants.h"
+#include "engine/frame/stiefel_momenta.h"
+#include "engine/motion/stacked_observables.h"
+#include "stiefel/invariant_names.h"
+
+namespace stiefel {
+
+SystemInfo stiefel_info(BlockInfo other) {
+  SystemInfo info{};
+  info.momentum = other.name;
+  info.velocity = "Qdot";
+  info.blocks = {{"Q", "n x N", true, "frame, orthonormal rows"}, other};
+  info.fields = {{"Q", "n x N", "frame, orthonormal rows"},
+                 {other.name, other.shape, other.description},
+                 {"Qdot", "n x N", "Q', velocity of the frame"}};
+  info.invariants = {
+      {family::energy, "1/2 tr(S Lambda^-1 S^T), S = Q' Lambda", "[ST] (3)"},
+      {family::spatial_momentum, "S Q^T - Q S^T, n x n", "[ST] (44)"},
+      {family::orthogonality, "Q Q^T = I", ""},
+  };
+  return info;
+}
+
+bool check_stiefel_frame(SceneDraft& draft, const char* frame) {
+  draft.refuse_other_numbers();
+  draft.refuse_if(draft.given().body.has_value(), "body");
+  draft.check_block_names();
+  const auto found = draft.given().initial.find(frame);
+  const Eigen::Index n = found == draft.given().initial.end() ? 1 : found->second.values.rows();
+  if (!draft.set_inertia(2, Scene::max_elements)) return false;
+  draft.check_inertia_positive();
+  const Eigen::Index N = draft.scene().dimension();
+  if (found != draft.given().initial.end() && n == N && found->second.values.cols() < N) {
+    const Eigen::Index columns = found->second.values.cols();
+    draft.refuse("initial." + std::string(frame), shape_text(n, columns),
+                 "is the transpose of a frame, whose rows are orthonormal: must be " +
+                     shape_text(columns, N));
+    return false;
+  }
+  if (n > N || n > Scene::max_dimension || n * N > Scene::max_elements) {
+    draft.refuse("initial." + std::string(frame), shape_text(n, N),
+                 "must have n ≤ N, n ≤ " + std::to_string(Scene::max_dimension) + " and n N ≤ " +
+                     std::to_string(Scene::max_elements));
+    return false;
+  }
+  if (const RowMatrix* Q = draft.block(frame, n, N)) draft.set_frame(frame, *Q);
+  return draft.sound();
+}
+
+void set_costate(SceneDraft& draft, const std::string& name, const RowMatrix& P) {
+  const Eigen::VectorXd inverse = draft.scene().inertia().cwiseInverse();
+  const double velocity = (P * inverse.asDiagonal()).cwiseAbs().maxCoeff();
+  if (draft.check_velocity("initial." + name, "max |" + name + "Λ⁻¹|", velocity))
+    draft.set_block(name, P);
+}
+
+void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
+  const Eigen::MatrixXd& Q = draft.scene().Q();
+  const Eigen::VectorXd& lambda = draft.scene().inertia();
+  const RowMatrix* given = draft.block(name, Q.rows(), Q.cols());
+  if (given == nullptr) return;
+  Eigen::MatrixXd V = *given;
+  if (!is_velocity) V *= lambda.cwiseInverse().asDiagonal();
+  if (!draft.check_velocity("initial." + std::string(name), "max |Q̇|", V.cwiseAbs().maxCoeff()))
+    return;
+  const Eigen::MatrixXd product = V * Q.transpose(), defect = product + product.transpose();
+  const double size = defect.cwiseAbs().maxCoeff(), speed = V.stableNorm();
+  if (!(size <= draft.largest_repair() * speed))
+    return draft.refuse(
+        "initial." + std::string(name), "max |Q̇Qᵀ + QQ̇ᵀ| = " + to_text(size),
+        "must be tangent: Q̇Qᵀ skew-symmetric to " + to_text(draft.largest_repair()) + " ‖Q̇‖");
+  if (size > 4 * static_cast<double>(Q.cols()) * 0x1p-53 * speed) {
+    // V ← V − YQΛ⁻¹ with KY + YK = defect, K = QΛ⁻¹Qᵀ: the projection in the metric Λ.
+    const Eigen::MatrixXd G = Q * lambda.cwiseInverse().asDiagonal();
+    SymmetricLyapunov<double> lyapunov(Q.rows());
+    lyapunov.factor(G * Q.transpose());
+    Eigen::MatrixXd Y = defect;
+    lyapunov.solve(Y, Y);
+    V -= Y * G;
+  } else {
+    return draft.set_block(name, *given);
+  }
+  if (!is_velocity) V *= lambda.asDiagonal();
+  draft.set_block(name, V);
+}
+
+Phase phase_of_costate(const Scene& scene, const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
+  Phase x{scene.inertia(), scene.step(), Q, {}, {}};
+  if (x.square())
+    x.M = dense_M(Q, P);
+  else
+    x.S = Legendre_inverse(x.lambda, Q, P);
+  return x;
+}
+
+WithinDomain<Phase> read_costate(const Scene& scene, Margins&) {
+  return phase_of_costate(scene, scene.Q(), scene.block("P"));
+}
+
+Eigen::MatrixXd S_of(const Phase& x) {
+  return x.square() ? S_of_Qdot<double>(x.lambda, Qdot_of_M(x.lambda, x.Q, x.M)) : x.S;
+}
+
+void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
+                     std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms) {
+  const Eigen::VectorXd lambda = scene.inertia();
+  const auto Qdot = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
+    return S(x) * lambda.cwiseInverse().asDiagonal();
+  };
+  observables.field({"Qdot", static_cast<int>(n), scene.dimension()},
+                    [Qdot](const auto& x, auto out) { out = Qdot(x); });
+  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+    using Wide = long double;
+    const Matrix<Wide> wide_Q = x.topRows(n).cast<Wide>(), wide_S = S(x).cast<Wide>();
+    const Wide of_terms = terms(x), of_S = wide_S.stableNorm();
+    const bool at_rest = is_rounding(static_cast<double>(of_S), static_cast<double>(of_terms));
+    if (out.wants(family::energy)) {
+      const Wide E = stiefel_energy<Wide>(lambda.cast<Wide>(), wide_S);
+      out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * lambda.maxCoeff()) : E);
+    }
+    if (!out.wants(family::spatial_momentum)) return;
+    out.add_skew(family::spatial_momentum, frame_momentum<Wide>(wide_Q, wide_S),
+                 at_rest ? of_terms : of_S);
+  };
+  observables.frame_defect = [n](const Eigen::MatrixXd& x) {
+    return std::optional(orthogonality_defect(x.topRows(n)));
+  };
+  observables.speed = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).stableNorm(); };
+}
+
+SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate) {
+  const double kappa = costate ? scene.inertia().maxCoeff() / scene.inertia().minCoeff() : 0;
+  return
+      [=](const Eigen::MatrixXd& x) { return costate ? kappa * x.bottomRows(n).stableNorm() : 0; };
+}
+
+template <class Scalar>
+SeriesStart<Scalar> start_of_costate(const Given<Scalar>& g, const char* frame,
+                                     const char* costate) {
+  Matrix<Scalar> Q = g.block(frame);
+  for (int k = 0; k < 2; ++k) {
+    const Matrix<Scalar> defect = Matrix<Scalar>::Identity(Q.rows(), Q.rows()) - Q * Q.transpose();
+    Q += (defect * Q / 2).eval();
+  }
+  return g.start(Q, Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
+}
+template SeriesStart<long double> start_of_costate(const Given<long double>&, const char*,
+                                                   const char*);
+template SeriesStart<Quad> start_of_costate(const Given<Quad>&, const char*, const char*);
+
+}  // namespace stiefel

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "engine/motion/outside_domain.h"
+
+namespace stiefel {
+
+/// The momenta of a pair (Q, P), n × N both, on V(n, N); [ST] (45), (77)–(79). P, P_0 and S give
+/// the same m and M:
+///
+///     m = PQᵀ − QPᵀ,   k = PQᵀ + QPᵀ  (n × n),   M = QᵀP − PᵀQ  (N × N, of rank ≤ 2n).
+template <class Scalar>
+Matrix<Scalar> momentum_m(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  const Matrix<Scalar> R = P * Q.transpose();
+  return R - R.transpose();
+}
+template <class Scalar>
+Matrix<Scalar> momentum_k(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  const Matrix<Scalar> R = P * Q.transpose();
+  return R + R.transpose();
+}
+
+/// Returns M as an N × N matrix; only for output.
+template <class Scalar>
+Matrix<Scalar> dense_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  const Matrix<Scalar> R = Q.transpose() * P;
+  return R - R.transpose();
+}
+
+/// Ξ, [ST] (81): returns P_0 = P − ½kQ, the costate with QP_0ᵀ + P_0Qᵀ = 0 and the same m and M as
+/// P.
+template <class Scalar>
+Matrix<Scalar> Xi(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  return P - momentum_k(Q, P) * Q / 2;
+}
+
+/// Returns the P_0 of an N × N matrix M, [ST] (82): P_0 = QM − ½mQ, m = QMQᵀ. A skew M is a
+/// momentum at Q if (I − QᵀQ)M(I − QᵀQ) = 0; fails if that matrix has an element above
+/// `tolerance`·max|M|.
+template <class Scalar>
+MatrixWithin<Scalar> P_0_of_M(const Matrix<Scalar>& Q, const Matrix<Scalar>& M,
+                              double tolerance = 1e-8) {
+  const Matrix<Scalar> QM = Q * M;
+  const Matrix<Scalar> P_0 = QM - (QM * Q.transpose()) * Q / 2;
+  const double left = static_cast<double>((M - dense_M(Q, P_0)).cwiseAbs().maxCoeff());
+  const double bound = tolerance * static_cast<double>(M.cwiseAbs().maxCoeff());
+  if (!(left <= bound)) return std::unexpected(OutsideDomain{"T*V(n, N)", left, bound});
+  return P_0;
+}
+
+/// Returns S̄ = S(I − ½QᵀQ), [ST] (103). M̄ = QᵀS̄ − S̄ᵀQ = M − ½QᵀmQ (83), (100), and P_0 = QM̄.
+template <class Scalar>
+Matrix<Scalar> S_bar(const Matrix<Scalar>& Q, const Matrix<Scalar>& S) {
+  return S - (S * Q.transpose()) * Q / 2;
+}
+
+}  // namespace stiefel

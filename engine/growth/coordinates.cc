@@ -1,0 +1,167 @@
+#include "engine/growth/coordinates.h"
+
+#include <Eigen/Householder>
+#include <cmath>
+
+#include "engine/dense/decompositions.h"
+#include "engine/dense/so_3.h"
+#include "engine/growth/tangent_of.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+
+using Dense = Eigen::MatrixXd;
+
+Dense by_columns(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
+  Dense out(V.rows(), V.cols());
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    stop_point();
+    out.col(k).reshaped(rows, cols) = V.col(k).reshaped<Eigen::RowMajor>(rows, cols);
+  }
+  return out;
+}
+Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
+  Dense out(V.rows(), V.cols());
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    stop_point();
+    out.col(k) = V.col(k).reshaped(rows, cols).reshaped<Eigen::RowMajor>();
+  }
+  return out;
+}
+
+Dense TangentChart::unit(Eigen::Index k) const {
+  if (cols_ == 3) return hat(Eigen::Vector3d(Eigen::Vector3d::Unit(k)));
+  Dense E = Dense::Zero(cols_, cols_);
+  for (Eigen::Index i = 0, at = 0; i < cols_; ++i)
+    for (Eigen::Index j = i + 1; j < cols_; ++j, ++at)
+      if (at == k) {
+        E(i, j) = 1;
+        E(j, i) = -1;
+      }
+  return E;
+}
+
+void TangentChart::write_skew(const Dense& A, Eigen::Ref<Eigen::VectorXd> out) const {
+  if (cols_ == 3) {
+    out = vee(A);
+    return;
+  }
+  for (Eigen::Index i = 0, at = 0; i < cols_; ++i)
+    for (Eigen::Index j = i + 1; j < cols_; ++j) out(at++) = A(i, j);
+}
+
+/// Householder's reflections of the longest column that is left.
+Dense orthonormal_range(Dense A) {
+  constexpr double least = 1e-7;
+  const Eigen::Index m = A.rows();
+  Eigen::VectorXd factors(m), workspace(m);
+  double first = 0, beta = 0;
+  Eigen::Index rank = 0;
+  for (; rank < A.cols(); ++rank) {
+    const Eigen::Index left = m - rank, others = A.cols() - rank;
+    stop_point(3 * static_cast<double>(left * others));
+    Eigen::Index longest;
+    const double length =
+        std::sqrt(A.bottomRightCorner(left, others).colwise().squaredNorm().maxCoeff(&longest));
+    if (rank == 0) first = length;
+    if (!(length > least * first)) break;
+    A.col(rank).swap(A.col(rank + longest));
+    A.col(rank).tail(left).makeHouseholderInPlace(factors(rank), beta);
+    A.bottomRightCorner(left, others - 1)
+        .applyHouseholderOnTheLeft(A.col(rank).tail(left - 1), factors(rank), workspace.data());
+  }
+  Dense Q = Dense::Identity(m, rank);
+  for (Eigen::Index k = rank - 1; k >= 0; --k) {
+    stop_point(2 * static_cast<double>((m - k) * (rank - k)));
+    Q.bottomRightCorner(m - k, rank - k)
+        .applyHouseholderOnTheLeft(A.col(k).tail(m - k - 1), factors(k), workspace.data());
+  }
+  return Q;
+}
+
+template <class Tangent>
+Dense TangentChart::tangents(const Dense& x, const Tangent& tangent) const {
+  const Eigen::Index size = rows_ * cols_;
+  Dense all(size, size);
+  for (Eigen::Index k = 0; k < size; ++k) {
+    stop_point(static_cast<double>(rows_ * size));
+    Dense G = Dense::Zero(rows_, cols_);
+    G(k) = 1;
+    all.col(k) = tangent(x, G).reshaped();
+  }
+  return all;
+}
+
+Dense TangentChart::basis_of_every_inertia(const Dense& x) const {
+  Dense B = basis(x);
+  if (!space_.tangent_of_every_inertia) return B;
+  Dense rest = tangents(x, space_.tangent_of_every_inertia);
+  for (int pass = 0; pass < 2; ++pass) rest -= (B * (B.transpose() * rest)).eval();
+  rest = orthonormal_range(std::move(rest));
+  const Eigen::Index d = B.cols();
+  B.conservativeResize(Eigen::NoChange, d + rest.cols());
+  B.rightCols(rest.cols()) = rest;
+  return B;
+}
+
+Dense TangentChart::basis(const Dense& x) const {
+  const Eigen::Index size = rows_ * cols_;
+  if (!is_body()) return orthonormal_range(tangents(x, space_.tangent));
+  const Eigen::Index half = cols_ * (cols_ - 1) / 2, frame = rows_ > cols_ ? half : 0;
+  Dense out = Dense::Zero(size, frame + half);
+  for (Eigen::Index k = 0; k < half; ++k) {
+    Dense block = Dense::Zero(rows_, cols_);
+    const Dense E = unit(k);
+    if (frame > 0) {
+      block.topRows(cols_) = x.topRows(cols_) * E;
+      out.col(k) = block.reshaped();
+    }
+    block.setZero();
+    block.bottomRows(cols_) = E;
+    out.col(frame + k) = block.reshaped();
+  }
+  return out;
+}
+
+Dense TangentChart::coordinates(const Dense& x, const Dense& V, bool of_every_inertia) const {
+  if (!is_body()) return (of_every_inertia ? basis_of_every_inertia(x) : basis(x)).transpose() * V;
+  const Eigen::Index half = cols_ * (cols_ - 1) / 2, frame = rows_ > cols_ ? half : 0;
+  Dense out(frame + half, V.cols());
+  const Lu<double> Q(frame > 0 ? Dense(x.topRows(cols_)) : Dense(Dense::Identity(cols_, cols_)));
+  for (Eigen::Index k = 0; k < V.cols(); ++k) {
+    const Dense block = V.col(k).reshaped(rows_, cols_);
+    if (frame > 0) {
+      const Dense eta = Q.solve(block.topRows(cols_));
+      write_skew(skew_part(eta), out.col(k).head(half));
+    }
+    write_skew(skew_part(block.bottomRows(cols_)), out.col(k).tail(half));
+  }
+  return out;
+}
+
+Dense TangentChart::tangent(const Dense& x, const Dense& G) const {
+  stop_point(4 * static_cast<double>(cols_ * G.size()));
+  if (!is_body()) return space_.tangent(x, G);
+  Dense out(rows_, cols_);
+  out.bottomRows(cols_) = skew_part(G.bottomRows(cols_));
+  if (rows_ == cols_) return out;
+  const Dense Q = x.topRows(cols_), dQ = G.topRows(cols_);
+  const Lu<double> lu(Q);
+  out.topRows(cols_) = Q * skew_part(lu.solve(dQ));
+  return out;
+}
+
+StateExtent extent_of(const Scene& scene) {
+  const SceneDescription& description = scene.description();
+  constexpr double of_body = 18;  // Q and M
+  StateExtent out{description.body ? of_body : 0, 0, false};
+  for (const auto& [name, block] : description.initial)
+    out.size += static_cast<double>(block.values.size());
+  const double N = static_cast<double>(scene.dimension()),
+               n = static_cast<double>(scene.Q().rows());
+  out.is_body = !tangents_of(scene.system())->space(scene).tangent;
+  out.dimension = out.is_body ? N * (N - 1) : out.size - n * (n + 1) / 2;
+  return out;
+}
+
+}  // namespace stiefel

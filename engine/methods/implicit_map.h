@@ -1,0 +1,127 @@
+#pragma once
+
+#include <cmath>
+#include <type_traits>
+
+#include "engine/dense/continuation.h"
+#include "engine/dense/fixed_point.h"
+#include "engine/dense/history.h"
+#include "engine/dense/newton_krylov.h"
+#include "engine/methods/method.h"
+
+namespace stiefel {
+
+/// Base class of implicit methods: a map x ← x + Δ(x, z), where z is the solution of z = g(x, z, h)
+/// on the branch that starts at h = 0. `Derived` has
+///
+///     begin(x, z)             sets z to the solution at h = 0, with the shape of the unknown,
+///     sweep(x, z, h, g)       sets g = g(x, z, h),
+///     displacement(x, z, dx)  sets dx = Δ.
+///
+/// The iteration starts from the solution extrapolated from the last steps and ends at rounding
+/// level. Newton's method takes over where the fixed-point iteration does not converge, because a
+/// widely spread Λ makes the equation stiff. If both fail, the solution is followed from h = 0; if
+/// its branch ends before h, the step ends with left_domain.
+template <class Derived, class S>
+class ImplicitMap {
+ public:
+  using Point = typename S::State;
+  using Scalar = typename S::Scalar;
+
+  using Memory = History<Scalar, 4>;
+
+  struct State {
+    Accumulator<Point> x;
+    Memory memory;
+
+    template <class Visitor>
+    void each(Visitor&& visit) {
+      x.each(visit);
+      memory.each(visit);
+    }
+  };
+
+  ImplicitMap(S system, Scalar h, Arithmetic arithmetic)
+      : system_(std::move(system)), h_(h), arithmetic_(arithmetic), solver_(0, 0) {}
+
+  State start(const Point& x) {
+    prepare(x);
+    return {Accumulator<Point>(x, arithmetic_), Memory(z_.rows(), z_.cols())};
+  }
+
+  RunStatus step(State& state);
+
+  /// Returns the largest |h| up to `limit` to which the solution can be followed from `state`, to
+  /// 1e-3.
+  std::optional<double> largest_step(const State& state, double limit);
+
+ protected:
+  S system_;
+  Scalar h_;
+
+ private:
+  Derived& derived() { return static_cast<Derived&>(*this); }
+  double length() const { return std::abs(static_cast<double>(h_)); }
+
+  /// Allocates at the first call, because `Derived` determines the shape of the unknown.
+  void prepare(const Point& x) {
+    if (z_.size() > 0) return;
+    dx_ = x;
+    derived().begin(x, z_);
+    solver_ = FixedPoint(z_.rows(), z_.cols());
+  }
+
+  /// Solves from z_, which must equal found_ at the call; in wider numbers than double by Newton's
+  /// method alone.
+  bool solve(const Point& x, Scalar h) {
+    const auto sweep = [&](const auto& z, auto& g) { derived().sweep(x, z, h, g); };
+    if constexpr (std::is_same_v<Scalar, double>) {
+      if (solver_.solve(z_, sweep)) return true;
+      z_ = found_;
+    }
+    return newton_.solve(z_, sweep);
+  }
+
+  double follow(const Point& x, double end) {
+    derived().begin(x, z_);
+    return continuation(end, [&](double t) {
+      found_ = z_;
+      if (solve(x, static_cast<Scalar>(t) * h_)) return true;
+      z_ = found_;
+      return false;
+    });
+  }
+
+  Arithmetic arithmetic_;
+  FixedPoint solver_;
+  NewtonKrylov<Scalar> newton_;
+  Matrix<Scalar> z_, found_;
+  Point dx_;
+};
+
+template <class Derived, class S>
+RunStatus ImplicitMap<Derived, S>::step(State& state) {
+  const Point& x = state.x.value;
+  prepare(x);
+  if (!state.memory.predict(z_)) derived().begin(x, z_);
+  found_ = z_;
+  if (!solve(x, h_)) {
+    if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
+    const double reached = follow(x, 1);
+    if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
+    if (reached < 1) return {Outcome::left_domain, reached * length()};
+  }
+  derived().displacement(x, z_, dx_);
+  if (!(x + dx_).allFinite()) return {Outcome::not_finite, std::nullopt};
+  state.x.add(dx_);
+  state.memory.push(z_);
+  return {};
+}
+
+template <class Derived, class S>
+std::optional<double> ImplicitMap<Derived, S>::largest_step(const State& state, double limit) {
+  prepare(state.x.value);
+  return follow(state.x.value, limit / length()) * length();
+}
+
+}  // namespace stiefel

@@ -1,0 +1,74 @@
+#include "engine/motion/recommendation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "engine/motion/motion_rates.h"
+#include "engine/motion/system_entry.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+namespace {
+
+constexpr double most_substeps = 1e6;
+
+/// Returns the method for a system without a recommendation: the adaptive method, else the last
+/// method that takes every scene.
+Recommendation by_default(const SystemInfo& system) {
+  const MethodInfo* chosen = nullptr;
+  for (const MethodOnSystem& on : system.methods) {
+    if (on.takes || (chosen && chosen->default_tolerance > 0)) continue;
+    chosen = catalogue().method(on.method);
+  }
+  if (chosen == nullptr)
+    throw std::logic_error(std::string(system.name) + " has no method that takes every scene");
+  return {.method = chosen->name,
+          .order = chosen->default_order,
+          .arithmetic = "compensated",
+          .tolerance = chosen->default_tolerance};
+}
+
+}  // namespace
+
+MethodDescription Recommendation::description() const {
+  MethodDescription out{std::string(method), std::nullopt, 1, std::string(arithmetic)};
+  if (order > 0) out.order = order;
+  if (tolerance > 0) out.tolerance = tolerance;
+  return out;
+}
+
+int Recommendation::substeps(const Scene& scene) const {
+  stop_point();
+  double needed = 1;
+  const auto keep = [&](double bound, const auto& rate) {
+    if (bound > 0) needed = std::max(needed, std::ceil(std::abs(scene.step()) * rate() / bound));
+  };
+  const SystemEntry& entry = *system_entry(scene.system());
+  const auto Omega = [&] {
+    return entry.rates && entry.rates->turning && scene.dimension() == 3
+               ? entry.rates->turning(scene)
+               : entry.make(scene)->rate();
+  };
+  keep(largest_h_omega, Omega);
+  keep(largest_h_momentum_rate, [&] { return entry.rates->momentum(scene, Omega()); });
+  keep(largest_h_velocity_rate, [&] { return entry.rates->velocity(scene); });
+  return static_cast<int>(std::min(needed, most_substeps));
+}
+
+std::vector<Recommendation> recommended(std::string_view system) {
+  const SystemEntry* entry = system_entry(system);
+  if (entry == nullptr || entry->info.discrete) return {};
+  if (entry->recommended.empty()) return {by_default(entry->info)};
+  return {entry->recommended.begin(), entry->recommended.end()};
+}
+
+void Recommender::take(const Scene& scene) {
+  std::erase_if(left_, [&](const Recommendation& r) { return r.takes && !r.takes(scene); });
+  if (left_.empty())
+    throw std::logic_error("no recommendation of " + scene.system() + " takes this scene");
+}
+
+Recommendation Recommender::chosen() const { return left_.front(); }
+
+}  // namespace stiefel

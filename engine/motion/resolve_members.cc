@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/motion/recommendation.h"
+#include "engine/motion/resolve.h"
+#include "engine/motion/scene_resolver.h"
+#include "engine/scene/members.h"
+#include "stiefel/stop.h"
+
+namespace stiefel {
+namespace {
+
+constexpr std::size_t most_violations = 16;
+
+/// A violation, the first member that has it, and whether later ones have the same.
+struct OfMembers {
+  Violation violation;
+  int first;
+  bool others = false;
+
+  bool is(const Violation& other) const {
+    return violation.field == other.field && violation.value == other.value &&
+           violation.rule == other.rule;
+  }
+};
+
+/// Calls `violations_of` with the description of each member, one after another. Returns the
+/// violations of the ensemble as a whole, else those of the first members that have any, at
+/// most 16. One that several members have is returned once.
+template <class ViolationsOf>
+Violations check_each(const SceneDescription& ensemble, const Place& place,
+                      const ViolationsOf& violations_of) {
+  Violations wrong = check_members(ensemble, place);
+  if (!wrong.empty()) return wrong;
+  std::vector<OfMembers> found;
+  std::size_t count = 0;
+  for (int b = 0; b < *ensemble.members && count < most_violations; ++b) {
+    stop_point();
+    for (Violation& violation : violations_of(member_of(ensemble, b))) {
+      ++count;
+      const auto before = std::ranges::find_if(found, [&](auto& one) { return one.is(violation); });
+      if (before == found.end())
+        found.push_back({std::move(violation), b});
+      else
+        before->others = true;
+    }
+  }
+  for (auto& [violation, first, others] : found) {
+    violation.value += " (member " + std::to_string(first) + (others ? " and others)" : ")");
+    wrong.push_back(std::move(violation));
+  }
+  return wrong;
+}
+
+}  // namespace
+
+Violations check_members_before_choice(const SceneDescription& ensemble, double largest_repair,
+                                       const Place& place) {
+  return check_each(ensemble, place, [&](const SceneDescription& member) {
+    return check_before_choice(member, largest_repair, place);
+  });
+}
+
+std::expected<MethodDescription, Violations> recommended_for_members(
+    const SceneDescription& ensemble, double largest_repair, const Place& place) {
+  Recommender recommender(ensemble.system, Recommender::Scenes::members);
+  Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
+    SceneResolver resolver(std::move(member), largest_repair, place);
+    resolver.check();
+    if (resolver.violations().empty()) recommender.take(resolver.scene());
+    return resolver.violations();
+  });
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+
+  const Recommendation one = recommender.chosen();
+  MethodDescription method = one.description();
+  int substeps = 1;
+  wrong = check_each(ensemble, place, [&](SceneDescription member) {
+    member.method = method;
+    const auto scene = Scene::resolve(std::move(member), largest_repair, place);
+    if (!scene) return scene.error();
+    substeps = std::max(substeps, one.substeps(*scene));
+    return Violations();
+  });
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+  method.substeps = substeps;
+  return method;
+}
+
+std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble, double largest_repair,
+                                                 const Place& place) {
+  if (lacks_method(ensemble)) {
+    Violations wrong = check_members_before_choice(ensemble, largest_repair, place);
+    if (wrong.empty()) wrong.push_back(method_not_chosen(ensemble, place));
+    return std::unexpected(std::move(wrong));
+  }
+  std::optional<double> epsilon;
+  bool common_epsilon = true, any = false;
+  Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
+    const auto scene = Scene::resolve(std::move(member), largest_repair, place);
+    if (!scene) return scene.error();
+    const auto& own = scene->description().epsilon;
+    if (!std::exchange(any, true)) epsilon = own;
+    common_epsilon = common_epsilon && own == epsilon;
+    return Violations();
+  });
+  if (!wrong.empty()) return std::unexpected(std::move(wrong));
+
+  if (common_epsilon) ensemble.epsilon = epsilon;  // otherwise each member chooses its own again
+  auto first = Scene::resolve(member_of(ensemble, 0), largest_repair, place);
+  if (!first) return first;
+  ensemble.method = first->description().method;
+  if (ensemble.body && ensemble.body->attitude.empty())
+    ensemble.body->attitude = first->description().body->attitude;
+  return first;
+}
+
+}  // namespace stiefel

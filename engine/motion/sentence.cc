@@ -1,0 +1,143 @@
+#include "stiefel/simulation.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "engine/methods/adaptive.h"
+#include "engine/motion/system_entry.h"
+#include "engine/numbers/to_text.h"
+#include "stiefel/catalogue.h"
+
+namespace stiefel {
+namespace {
+
+/// Returns |ω| of a scene whose frames are rotations of three dimensions and whose steps are times;
+/// else nullopt.
+std::optional<double> angular_speed(const Scene& scene, double rate) {
+  if (scene.dimension() != 3) return std::nullopt;
+  switch (system_entry(scene.system())->rate) {
+    case Rate::other:
+      return std::nullopt;
+    case Rate::angular_speed:
+      return rate;
+    case Rate::frame_speed:
+      if (scene.Q().rows() != 3) return std::nullopt;
+      return rate / std::numbers::sqrt2;
+  }
+  return std::nullopt;
+}
+
+/// Returns "; the largest |h| that has one here is 0.512", rounded down, because a longer step has
+/// none; "" where none was found.
+std::string largest(const RunStatus& status) {
+  if (!status.largest_step) return "";
+  const double unit = std::pow(10, std::floor(std::log10(*status.largest_step)) - 3);
+  return "; the largest |h| that has one here is " +
+         to_text(std::floor(*status.largest_step / unit) * unit, 4);
+}
+
+/// Describes the edge of the domain in degrees: "the step of 0.5 turns the body by 143° and has
+/// ...".
+std::string left_domain(const RunStatus& status, const Scene& scene, double speed) {
+  const double h = std::abs(scene.step()) / scene.substeps();
+  const auto degrees = [&](double time) {
+    const double angle = time * speed * 180 / std::numbers::pi;
+    return (angle < 100 ? to_text(angle, 3) : to_text(std::round(angle), 6)) + "°";
+  };
+  std::string sentence = scene.substeps() > 1 ? "the substep of " : "the step of ";
+  sentence += to_text(h, 4) + " turns the body by " + degrees(h) +
+              " and has no solution on the principal branch" + largest(status);
+  if (status.largest_step) sentence += ", which turns it by " + degrees(*status.largest_step);
+  return sentence;
+}
+
+std::string member_of(const RunStatus& status) {
+  return status.member ? "member " + std::to_string(*status.member) + ": " : "";
+}
+
+bool chooses_own_steps(const MethodInfo& method) { return method.default_tolerance > 0; }
+
+/// Describes the end of a method that chooses its own substeps.
+std::string no_substeps_left(const Scene& scene) {
+  return "the step-size control of " + scene.method() + " did not reach the end of the step of " +
+         to_text(scene.step() / scene.substeps(), 4) + ": it needs more than " +
+         std::to_string(Adaptive::most_substeps) +
+         " substeps, or shorter ones than 1e-12 of it; a shorter step or a larger "
+         "method.tolerance needs fewer";
+}
+
+/// Returns "; the method NAME" and what it `does` (" takes every step"), for the first of the
+/// system's methods that is among these, takes the scene and is not the scene's own; "" if there is
+/// none.
+template <class Among>
+std::string other_method(const Scene& scene, const SystemInfo& system, Among&& among,
+                         const std::string& does) {
+  const std::string of =
+      system.name == scene.system() ? "" : " of the system " + std::string(system.name);
+  for (const auto& on : system.methods)
+    if (among(*catalogue().method(on.method)) && scene.method() != on.method &&
+        (!on.takes || on.takes(scene.inertia())))
+      return "; the method " + std::string(on.method) + of + does;
+  return "";
+}
+
+/// Names a method that can go on where the scene's own cannot: the closed form where there is one,
+/// else the adaptive method. For a discrete system these are methods of its continuous counterpart.
+std::string neighbour(const Scene& scene) {
+  const SystemEntry& entry = *system_entry(scene.system());
+  const SystemInfo* system =
+      entry.info.discrete ? catalogue().system(entry.continuous) : &entry.info;
+  if (system == nullptr) return "";
+  const auto closed_form = [](const MethodInfo& method) { return method.orders.empty(); };
+  const std::string text = other_method(scene, *system, closed_form, " takes every step");
+  return text.empty() ? other_method(scene, *system, chooses_own_steps, " chooses its own steps")
+                      : text;
+}
+
+}  // namespace
+
+std::string to_sentence(const RunStatus& status) {
+  if (status.member) {
+    RunStatus of_one = status;
+    of_one.member.reset();
+    return member_of(status) + to_sentence(of_one);
+  }
+  switch (status.outcome) {
+    case Outcome::reached:
+      return "";
+    case Outcome::left_domain:
+      return "the step has no solution on the principal branch" + largest(status);
+    case Outcome::solver_stalled:
+      return "the solver of the implicit step did not converge";
+    case Outcome::not_finite:
+      return "the next state is not finite";
+    case Outcome::cancelled:
+      return "the run was cancelled";
+  }
+  return "";
+}
+
+std::string to_sentence(const RunStatus& status, const Scene& scene) {
+  const bool stopped = !status.reached() && status.outcome != Outcome::cancelled;
+  const MethodInfo* method = catalogue().method(scene.method());
+  const bool out_of_substeps =
+      status.outcome == Outcome::solver_stalled && method && chooses_own_steps(*method);
+  return (out_of_substeps ? member_of(status) + no_substeps_left(scene) : to_sentence(status)) +
+         (stopped ? neighbour(scene) : "");
+}
+
+double rate_at(const RunStatus& status, const Simulation& last) {
+  const auto members = last.members();
+  if (!status.member || static_cast<std::size_t>(*status.member) >= members.size())
+    return last.rate();
+  return members[static_cast<std::size_t>(*status.member)]->rate();
+}
+
+std::string to_sentence(const RunStatus& status, const Scene& scene, double rate) {
+  if (status.outcome != Outcome::left_domain) return to_sentence(status, scene);
+  const auto speed = angular_speed(scene, rate);
+  if (!speed || !std::isfinite(*speed)) return to_sentence(status, scene);
+  return member_of(status) + left_domain(status, scene, *speed) + neighbour(scene);
+}
+
+}  // namespace stiefel
