@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "engine/accuracy/presentation.h"
+#include "engine/accuracy/reported_form.h"
 #include "engine/accuracy/series_equations.h"
 
 namespace stiefel {
@@ -45,8 +45,8 @@ template <class Scalar>
 using Shown = std::conditional_t<std::is_same_v<Scalar, Quad>, Quad, long double>;
 
 template <class Scalar>
-Presentation<Shown<Scalar>> presentation(const SeriesStart<Quad>& start) {
-  const Presentation<Quad>& as = start.presentation;
+ReportedForm<Shown<Scalar>> reported_form(const SeriesStart<Quad>& start) {
+  const ReportedForm<Quad>& as = start.reported;
   return {as.right, as.complex, rounded<Shown<Scalar>>(as.diagonal),
           rounded<Shown<Scalar>>(as.axes)};
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/accuracy/presentation.h"
+#include "engine/accuracy/reported_form.h"
 #include "engine/accuracy/series_equations.h"
 #include "engine/dense/taylor_motion.h"
 
@@ -30,7 +30,7 @@ class TaylorReference final : public Reference {
   /// `make(order)` returns the series.
   template <class Make>
   TaylorReference(const Make& make, const SeriesStart<long double>& start, double budget)
-      : presentation_(start.presentation),
+      : reported_(start.reported),
         budget_(budget),
         work_(series_work(start.x, order)),
         coarse_work_(series_work(start.x, coarse_order)),
@@ -94,7 +94,7 @@ class TaylorReference final : public Reference {
   }
 
   MotionState present(const TaylorMotion<Series>& motion) const {
-    return stiefel::present(presentation_, motion.state(), momentum_rows_);
+    return stiefel::present(reported_, motion.state(), momentum_rows_);
   }
 
   /// Returns a bound on the rounding error, which the two solutions may have in common. A series is
@@ -111,7 +111,7 @@ class TaylorReference final : public Reference {
     return order * unit * std::max({1.0, largest(state.attitude), part});
   }
 
-  Presentation<long double> presentation_;
+  ReportedForm<long double> reported_;
   double budget_;
   double work_, coarse_work_;
   Eigen::Index momentum_rows_;

@@ -7,7 +7,7 @@ namespace stiefel {
 namespace {
 
 /// Writes [RB] (7.15)–(7.21) in the paper's variables.
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins& margins) {
+WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins& margins) {
   auto P = Psi_inverse(x.Q, x.M, x.step);
   if (!P) return outside(P.error(), "step");
   auto before = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
@@ -17,7 +17,7 @@ WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&
   const Eigen::MatrixXd next = x.Q * *U;
   margins.push_back({"S_L", margin_S_L(x.lambda, *before, x.Q)});
   margins.push_back({"E_L", margin_E_L(x.lambda, before->transpose() * x.Q)});
-  Expression out{{{"Q", x.Q}, {"Q_next", next}}};
+  FormBlocks out{{{"Q", x.Q}, {"Q_next", next}}};
   out.blocks["Sigma"] = weight_behind(x.lambda, *before, x.Q, *P);
   out.blocks["Lambda_k"] = weight_ahead(x.lambda, x.Q, *P, next);
   out.blocks["Q_prev"] = std::move(*before);

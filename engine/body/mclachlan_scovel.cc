@@ -33,8 +33,8 @@ void check(SceneDraft& draft) {
 WithinDomain<Phase> read(const Scene& scene, Margins&) {
   return phase_of_body(scene, scene.Q(), M_of_B(scene.Q(), scene.block("B")));
 }
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
-  return Expression{{{"Q", x.Q}, {"B", B_of_M(x.Q, x.M)}}};
+WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return FormBlocks{{{"Q", x.Q}, {"B", B_of_M(x.Q, x.M)}}};
 }
 constexpr Representation representation = {true, read, write};
 

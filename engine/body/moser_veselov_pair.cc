@@ -35,13 +35,13 @@ WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
   add_condition(M, inverse_condition_Sigma_L(scene.inertia(), M, scene.step()), margins);
   return phase_of_body(scene, Q, std::move(M));
 }
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins& margins) {
+WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins& margins) {
   auto Q_prev = Sigma_L_inverse(x.lambda, x.Q, x.M, x.step);
   if (!Q_prev) return outside(Q_prev.error(), "step");
   margins.push_back({"S_L", margin_S_L(x.lambda, *Q_prev, x.Q)});
   margins.push_back({"E_L", margin_E_L(x.lambda, Q_prev->transpose() * x.Q)});
   add_condition(x.M, inverse_condition_Sigma_L(x.lambda, x.M, x.step), margins);
-  return Expression{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
+  return FormBlocks{{{"Q_prev", std::move(*Q_prev)}, {"Q", x.Q}}};
 }
 constexpr auto start = [](const auto& g) {
   using Dense = decltype(g.block("Q"));

@@ -126,7 +126,7 @@ WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins) {
   return phase_of_body(scene, Q, std::move(M));
 }
 
-WithinDomain<Expression> write_parametric(double h, const Phase& x, const ConversionTarget& target,
+WithinDomain<FormBlocks> write_parametric(double h, const Phase& x, const ConversionTarget& target,
                                           Margins& margins) {
   const double mu = target.parameter.value_or(0);
   const double epsilon = target.epsilon.value_or(parametric_epsilon(x.lambda, x.M, mu / h));
@@ -134,7 +134,7 @@ WithinDomain<Expression> write_parametric(double h, const Phase& x, const Conver
   if (!P) return outside(P.error(), target.epsilon ? "epsilon" : "parameter");
   margins.push_back({"S_M^mu", margin_parametric(x.lambda, x.M, mu / h, epsilon)});
   add_condition(x.M, inverse_condition_parametric(x.Q, *P, x.M, epsilon), margins);
-  return Expression{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon, mu};
+  return FormBlocks{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon, mu};
 }
 
 /// Returns the observables of Q over P: the blocks, M and epsilon, and the invariants.
@@ -178,7 +178,7 @@ constexpr Representation representation = {
 constexpr auto start = [](const auto& g) {
   const auto Q = g.block("Q");
   auto made = g.start(Q, parametric_momentum(Q, g.block("P")) / g.epsilon);
-  made.presentation.diagonal = g.mu * g.lambda.cwiseAbs2();
+  made.reported.diagonal = g.mu * g.lambda.cwiseAbs2();
   return made;
 };
 

@@ -113,7 +113,7 @@ void check_momentum_or_body(SceneDraft& draft) {
 
 /// Returns the start of a body given in engineers' terms; [I, R] are its principal axes.
 template <class Scalar>
-SeriesStart<Scalar> start_of_given(const Given<Scalar>& g, const BodyDescription& given) {
+SeriesStart<Scalar> start_of_given(const SceneNumbers<Scalar>& g, const BodyDescription& given) {
   using Dense = Matrix<Scalar>;
   const auto [I, R] = given_axes<Scalar>(given);
   const auto q = g.numbers(Eigen::Vector4d(given.attitude.data()));
@@ -124,7 +124,7 @@ SeriesStart<Scalar> start_of_given(const Given<Scalar>& g, const BodyDescription
   auto start = g.start(attitude, hat(m));
   start.lambda =
       PrincipalMoments3<Scalar>(I, Vector3<Scalar>(I(1) - I(2), I(2) - I(0), I(0) - I(1))).lambda();
-  start.presentation.axes = R;
+  start.reported.axes = R;
   return start;
 }
 
@@ -136,8 +136,8 @@ constexpr auto start = [](const auto& g) {
 WithinDomain<Phase> read(const Scene& scene, Margins&) {
   return phase_of_body(scene, scene.Q(), scene.M());
 }
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
-  return Expression{{{"Q", x.Q}, {"M", x.M}}};
+WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return FormBlocks{{{"Q", x.Q}, {"M", x.M}}};
 }
 constexpr Representation representation = {true, read, write};
 
@@ -191,14 +191,14 @@ constexpr std::array recommendations = {
 WithinDomain<Phase> read_right(const Scene& scene, Margins&) {
   return phase_of_body(scene, scene.Q().transpose(), -scene.M());
 }
-WithinDomain<Expression> write_right(const Phase& x, const ConversionTarget&, Margins&) {
-  return Expression{{{"Q", x.Q.transpose()}, {"M", -x.M}}};
+WithinDomain<FormBlocks> write_right(const Phase& x, const ConversionTarget&, Margins&) {
+  return FormBlocks{{{"Q", x.Q.transpose()}, {"M", -x.M}}};
 }
 constexpr Representation right_representation = {true, read_right, write_right};
 
 constexpr auto start_on_the_right = [](const auto& g) {
   auto of_left = g.start(g.block("Q").transpose(), -g.block("M"));
-  of_left.presentation.right = true;
+  of_left.reported.right = true;
   return of_left;
 };
 

@@ -79,14 +79,14 @@ struct Pair {
   }
 
   /// Writes (Q, P) by Ψ⁻¹, with the ε of the target, or chosen for M.
-  static WithinDomain<Expression> write(const Phase& x, const ConversionTarget& target,
+  static WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget& target,
                                         Margins& margins) {
     const double epsilon = target.epsilon.value_or(unit_epsilon(x.M));
     const auto P = Psi_inverse(x.Q, x.M, epsilon);
     if (!P) return outside(P.error(), "epsilon");
     margins.push_back({"S_M", margin_S_M(x.M, epsilon)});
     add_condition(x.M, inverse_condition_Psi(x.M, epsilon), margins);
-    return Expression{{{"Q", left(x.Q)}, {"P", left(*P)}}, epsilon};
+    return FormBlocks{{{"Q", left(x.Q)}, {"P", left(*P)}}, epsilon};
   }
 
   static constexpr Representation representation = {
@@ -95,7 +95,7 @@ struct Pair {
   static constexpr auto start = [](const auto& g) {
     const auto Q = left(g.block("Q"));
     auto of_left = g.start(Q, Psi(Q, left(g.block("P")), g.epsilon));
-    of_left.presentation.right = right;
+    of_left.reported.right = right;
     return of_left;
   };
 

@@ -67,7 +67,7 @@ constexpr auto start = [](const auto& g) {
   auto made = g.start(g.block("Q"), g.block("P"));
   made.lambda = vector(g.scene.description().inertia_u);
   made.lambda_v = vector(g.scene.description().inertia_v);
-  made.presentation.complex = true;
+  made.reported.complex = true;
   return made;
 };
 

@@ -35,7 +35,7 @@ WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
   if (Q.rows() != Q.cols()) return outside(not_square(Q), "initial.Q");
   return representations::moser_veselov_pair.read(scene, margins);
 }
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget& target, Margins& margins) {
+WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget& target, Margins& margins) {
   if (!x.square()) return outside(not_square(x.Q), "to");
   return representations::moser_veselov_pair.write(x, target, margins);
 }

@@ -46,10 +46,10 @@ WithinDomain<Phase> read(const Scene& scene, Margins&) {
   x.S = S_of_Qdot<double>(x.lambda, scene.block("qdot"));
   return x;
 }
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
+WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
   const auto n = static_cast<double>(x.Q.rows());
   if (x.Q.rows() != 1) return outside({"V(1, N)", n, 1}, "to");
-  return Expression{{{"q", x.Q}, {"qdot", Qdot_of_S(x.lambda, x.S)}}};
+  return FormBlocks{{{"q", x.Q}, {"qdot", Qdot_of_S(x.lambda, x.S)}}};
 }
 constexpr Representation representation = {false, read, write};
 

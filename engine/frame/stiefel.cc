@@ -30,8 +30,8 @@ WithinDomain<Phase> read(const Scene& scene, Margins&) {
   if (!x.square()) x.S = scene.block("S");
   return x;
 }
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
-  return Expression{{{"Q", x.Q}, {"S", S_of(x)}}};
+WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return FormBlocks{{{"Q", x.Q}, {"S", S_of(x)}}};
 }
 constexpr Representation representation = {false, read, write};
 

@@ -19,8 +19,8 @@ void check(SceneDraft& draft) {
 }
 
 /// Writes P_0 by 𝔐, [ST] Prop. 6.
-WithinDomain<Expression> write(const Phase& x, const ConversionTarget&, Margins&) {
-  return Expression{{{"Q", x.Q}, {"P", Legendre(x.Q, S_of(x))}}};
+WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
+  return FormBlocks{{{"Q", x.Q}, {"P", Legendre(x.Q, S_of(x))}}};
 }
 constexpr Representation representation = {false, read_costate, write};
 
@@ -53,10 +53,10 @@ void check_momentum(SceneDraft& draft) {
   draft.set_block("P", *P_0);
 }
 
-WithinDomain<Expression> write_momentum(const Phase& x, const ConversionTarget&, Margins&) {
+WithinDomain<FormBlocks> write_momentum(const Phase& x, const ConversionTarget&, Margins&) {
   const auto N = static_cast<double>(x.Q.cols());
   if (x.Q.cols() > largest_written_M) return outside({"N", N, largest_written_M}, "to");
-  return Expression{{{"Q", x.Q}, {"M", dense_M(x.Q, S_of(x))}}};
+  return FormBlocks{{{"Q", x.Q}, {"M", dense_M(x.Q, S_of(x))}}};
 }
 /// Reads P_0, [ST] (82).
 constexpr Representation momentum_representation = {false, read_costate, write_momentum};

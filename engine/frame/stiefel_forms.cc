@@ -142,7 +142,7 @@ SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate) {
 }
 
 template <class Scalar>
-SeriesStart<Scalar> start_of_costate(const Given<Scalar>& g, const char* frame,
+SeriesStart<Scalar> start_of_costate(const SceneNumbers<Scalar>& g, const char* frame,
                                      const char* costate) {
   Matrix<Scalar> Q = g.block(frame);
   for (int k = 0; k < 2; ++k) {
@@ -151,8 +151,8 @@ SeriesStart<Scalar> start_of_costate(const Given<Scalar>& g, const char* frame,
   }
   return g.start(Q, Legendre_inverse<Scalar>(g.lambda, Q, g.block(costate)));
 }
-template SeriesStart<long double> start_of_costate(const Given<long double>&, const char*,
+template SeriesStart<long double> start_of_costate(const SceneNumbers<long double>&, const char*,
                                                    const char*);
-template SeriesStart<Quad> start_of_costate(const Given<Quad>&, const char*, const char*);
+template SeriesStart<Quad> start_of_costate(const SceneNumbers<Quad>&, const char*, const char*);
 
 }  // namespace stiefel

@@ -45,12 +45,13 @@ inline constexpr Eigen::Index largest_lax_unasked = 8;
 /// of the frame, which are orthonormal to rounding in double precision, orthonormal in Scalar: each
 /// of two iterations of Newton and Schulz squares the defect, which is 1e-16 at first.
 template <class Scalar>
-SeriesStart<Scalar> start_of_costate(const Given<Scalar>& g, const char* frame,
+SeriesStart<Scalar> start_of_costate(const SceneNumbers<Scalar>& g, const char* frame,
                                      const char* costate);
 // Compiled once, in stiefel_forms.cc.
-extern template SeriesStart<long double> start_of_costate(const Given<long double>&, const char*,
-                                                          const char*);
-extern template SeriesStart<Quad> start_of_costate(const Given<Quad>&, const char*, const char*);
+extern template SeriesStart<long double> start_of_costate(const SceneNumbers<long double>&,
+                                                          const char*, const char*);
+extern template SeriesStart<Quad> start_of_costate(const SceneNumbers<Quad>&, const char*,
+                                                   const char*);
 
 /// Recommendations for costates on V(n, N). At n = 1 the motion is integrable, and its condition
 /// stays small while its speed varies up to the root of λ_max/λ_min.

@@ -11,16 +11,16 @@ constexpr Eigen::Index largest_written = 4096;
 Eigen::MatrixXd Qdot_of(const Phase& x) {
   return x.square() ? Qdot_of_M(x.lambda, x.Q, x.M) : Qdot_of_S(x.lambda, x.S);
 }
-WithinDomain<Expression> write_velocity(const Phase& x, const ConversionTarget&, Margins&) {
-  return Expression{{{"Q", x.Q}, {"Qdot", Qdot_of(x)}}};
+WithinDomain<FormBlocks> write_velocity(const Phase& x, const ConversionTarget&, Margins&) {
+  return FormBlocks{{{"Q", x.Q}, {"Qdot", Qdot_of(x)}}};
 }
 
 /// Writes U by 𝒵, [ST] Theorem 2.
-WithinDomain<Expression> write_angular_velocity(const Phase& x, const ConversionTarget&, Margins&) {
-  if (x.square()) return Expression{{{"Q", x.Q}, {"U", x.Q.transpose() * Qdot_of(x)}}};
+WithinDomain<FormBlocks> write_angular_velocity(const Phase& x, const ConversionTarget&, Margins&) {
+  if (x.square()) return FormBlocks{{{"Q", x.Q}, {"U", x.Q.transpose() * Qdot_of(x)}}};
   const auto N = static_cast<double>(x.Q.cols());
   if (x.Q.cols() > largest_written) return outside({"N", N, largest_written}, "to");
-  return Expression{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
+  return FormBlocks{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ struct Phase {
 };
 
 /// A state in the blocks of a form, with the numbers that its scene needs in addition.
-struct Expression {
+struct FormBlocks {
   std::map<std::string, Eigen::MatrixXd> blocks;
   std::optional<double> epsilon = {}, parameter = {};
 };
@@ -41,7 +41,7 @@ inline std::unexpected<OutsideDomain> outside(OutsideDomain refusal, std::string
 struct Representation {
   bool square;  ///< for n = N only
   WithinDomain<Phase> (*read)(const Scene&, Margins&);
-  WithinDomain<Expression> (*write)(const Phase&, const ConversionTarget&, Margins&);
+  WithinDomain<FormBlocks> (*write)(const Phase&, const ConversionTarget&, Margins&);
   bool has_epsilon = false, has_parameter = false;  ///< whether `write` takes ε and μ of the target
 };
 

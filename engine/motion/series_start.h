@@ -12,7 +12,7 @@ struct SeriesEquations;
 
 /// How a scene reports a motion that a reference computes in its own variables.
 template <class Scalar>
-struct Presentation {
+struct ReportedForm {
   bool right = false;            ///< reported as Qᵀ and −M, [RB] Prop. 2.1
   bool complex = false;          ///< each block is stored as its real part over its imaginary part
   Vector<Scalar> diagonal = {};  ///< μΛ², the part of M_μ = M + μΛ² to be subtracted
@@ -38,16 +38,16 @@ struct SeriesStart {
   Vector<Scalar> lambda, lambda_v;  ///< Λ in lambda; or Λ_U in lambda and Λ_V in lambda_v
   Scalar mu;
   Matrix<Scalar> x;
-  Presentation<Scalar> presentation;
+  ReportedForm<Scalar> reported;
 };
 
 /// The numbers of a scene in Scalar.
 template <class Scalar>
-struct Given {
+struct SceneNumbers {
   using Dense = Matrix<Scalar>;
   using Start = SeriesStart<Scalar>;
 
-  explicit Given(const Scene& of)
+  explicit SceneNumbers(const Scene& of)
       : scene(of), lambda(numbers(of.inertia())), mu(of.parameter()), epsilon(of.epsilon()) {}
 
   static auto numbers(const auto& v) { return v.template cast<Scalar>().eval(); }
@@ -71,10 +71,10 @@ struct MotionStart {
   SeriesStart<Quad> (*quadruple)(const Scene&);
 };
 
-/// The start of a motion, for SystemEntry::motion, by a function of Given<Scalar>.
+/// The start of a motion, for SystemEntry::motion, by a function of SceneNumbers<Scalar>.
 template <const SeriesEquations& equations, auto start>
 inline constexpr MotionStart in_both = {
-    &equations, [](const Scene& scene) { return start(Given<long double>(scene)); },
-    [](const Scene& scene) { return start(Given<Quad>(scene)); }};
+    &equations, [](const Scene& scene) { return start(SceneNumbers<long double>(scene)); },
+    [](const Scene& scene) { return start(SceneNumbers<Quad>(scene)); }};
 
 }  // namespace stiefel

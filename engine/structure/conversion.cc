@@ -76,7 +76,7 @@ std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene
 }
 
 SceneDescription describe(const Scene& scene, const SystemInfo& system, const Phase& phase,
-                          const Expression& expression) {
+                          const FormBlocks& expression) {
   SceneDescription out;
   out.system = system.name;
   out.method = method_on(system, scene);

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "engine/accuracy/presentation.h"
+#include "engine/accuracy/reported_form.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/taylor_parametric_rigid_body.h"
 #include "engine/body/taylor_rigid_body.h"
@@ -21,7 +21,7 @@ template <class Series>
 std::function<MotionState(double)> motion(Series series, const SeriesStart<Quad>& start) {
   const Eigen::Index momentum_rows = series.momentum_rows();
   const auto made = std::make_shared<TaylorMotion<Series>>(std::move(series), start.x, epsilon);
-  return [=, as = start.presentation](double t) {
+  return [=, as = start.reported](double t) {
     if (!made->go_to(t, [] { return false; })) throw std::runtime_error("the motion ends");
     return present(as, made->state(), momentum_rows);
   };

@@ -32,7 +32,7 @@ Solution top(const Start& start) {
                                           rounded<Scalar>(I.differences));
   using Wide = Shown<Scalar>;
   return
-      [as = presentation<Scalar>(start), Q_0 = rounded<Wide>(start.x.topRows(start.x.rows() - 3)),
+      [as = reported_form<Scalar>(start), Q_0 = rounded<Wide>(start.x.topRows(start.x.rows() - 3)),
        motion = EulerTop<Scalar, frame>(moments, x)](double t) {
         const auto at = motion.at(Scalar(t));
         Matrix<Wide> now(frame ? 6 : 3, 3);
@@ -49,7 +49,7 @@ Solution top(const Start& start) {
 
 template <class Scalar>
 Solution two_valued(const Start& start) {
-  return [as = presentation<Scalar>(start), N = start.x.cols(),
+  return [as = reported_form<Scalar>(start), N = start.x.cols(),
           motion = TwoValuedBody<Scalar>(rounded<Scalar>(start.lambda), rounded<Scalar>(start.x))](
              double t) mutable {
     return present<Shown<Scalar>>(as, rounded<Shown<Scalar>>(motion.at(Scalar(t))), N);

@@ -16,7 +16,7 @@ using Start = SeriesStart<Quad>;
 
 template <class Scalar>
 Solution isotropic_geodesic(const Start& start) {
-  return [as = presentation<Scalar>(start), n = start.x.rows() / 2,
+  return [as = reported_form<Scalar>(start), n = start.x.rows() / 2,
           motion = IsotropicGeodesic<Scalar>(rounded<Scalar>(start.lambda),
                                              rounded<Scalar>(start.x))](double t) mutable {
     return present<Shown<Scalar>>(as, rounded<Shown<Scalar>>(motion.at(Scalar(t))), n);

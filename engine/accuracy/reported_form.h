@@ -22,7 +22,7 @@ Matrix<long double> in_columns(const Matrix<Scalar>& block, bool complex) {
 /// Returns the state of a series, the frame over `momentum_rows` rows of momentum, as the scene
 /// reports it.
 template <class Scalar>
-MotionState present(const Presentation<Scalar>& as, const Matrix<Scalar>& x,
+MotionState present(const ReportedForm<Scalar>& as, const Matrix<Scalar>& x,
                     Eigen::Index momentum_rows) {
   Matrix<Scalar> momentum = x.bottomRows(momentum_rows);
   if (as.diagonal.size() > 0) momentum.diagonal() -= as.diagonal;
