@@ -2,6 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/householder.h"
@@ -19,8 +22,12 @@ Vector<Scalar> skew_eigenvalues(const Matrix<Scalar>& A, Matrix<Scalar>* H, Matr
   const Eigen::Index n = A.rows();
   if (n == 0) return {};
   stop_point(4 * static_cast<double>(n * n * n));
-  const Scalar largest = A.cwiseAbs().maxCoeff(), scale = largest > 0 ? largest : Scalar(1);
-  const Eigen::HessenbergDecomposition<Matrix<Scalar>> reduced(A / scale);
+  using std::frexp, std::ldexp;
+  int exponent = 0;
+  frexp(A.cwiseAbs().maxCoeff(), &exponent);
+  exponent = std::max(exponent, std::numeric_limits<Scalar>::min_exponent);
+  const Scalar scale = ldexp(Scalar(1), exponent);  // a power of two, so that A is not rounded
+  const Eigen::HessenbergDecomposition<Matrix<Scalar>> reduced(ldexp(Scalar(1), -exponent) * A);
   if (H != nullptr) {
     stop_point(4 * static_cast<double>(n * n * n));
     Vector<Scalar> workspace(n);
