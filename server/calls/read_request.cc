@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <new>
+#include <string>
 #include <unordered_map>
+#include <vector>
 
 namespace stiefel::server {
 namespace {
@@ -24,10 +26,13 @@ constexpr std::uint64_t of_entry = 128;    // of a map, without its value
 constexpr std::uint64_t of_unknown = 96;   // a field of a later version
 constexpr std::uint64_t small_list = 256;  // a packed list that may be one of many for its field
 
-/// The bytes above which the memory of the pieces of a request goes back to the system at once.
-constexpr std::size_t large = 4 << 20;
 /// The bytes of a call in gRPC, and those up to which a request is never refused.
 constexpr std::uint64_t request_object = 4 << 10, never_refused = 64 << 10;
+/// The bytes up to which a request keeps fields of later versions, which cost less than a search
+/// for them.
+constexpr std::size_t keeps_unknown = 4 << 10;
+/// The bytes above which the memory of the pieces of a request goes back to the system at once.
+constexpr std::size_t large = 4 << 20;
 
 /// Returns the bytes of an empty message.
 std::uint64_t object_bytes(const MessageType& type) {
@@ -64,7 +69,7 @@ class Walk {
       const auto wire_type = static_cast<WireType>(tag & 7);
       if (wire_type == group_begin) {
         ++groups;
-        count(of_unknown);
+        count_unknown(0);
       } else if (wire_type == group_end) {
         if (--groups < 0) return false;
       } else if (wire_type == length_delimited ? !delimited(field) : !number(wire_type, field)) {
@@ -73,13 +78,17 @@ class Walk {
     }
     return in_.ConsumedEntireMessage();
   }
-  std::uint64_t counted() const { return counted_; }
+  const ParsedBytes& found() const { return found_; }
 
  private:
-  void count(std::uint64_t bytes) { counted_ += bytes; }
+  void count(std::uint64_t bytes) { found_.memory += bytes; }
+  void count_unknown(std::uint64_t bytes) {
+    found_.unknown += of_unknown;
+    count(of_unknown + bytes);
+  }
   bool number(WireType type, const FieldDescriptor* field) {
     if (field == nullptr)
-      count(of_unknown);
+      count_unknown(0);
     else if (field->is_repeated())
       count(of_element);
     std::uint64_t ignored;
@@ -91,10 +100,11 @@ class Walk {
     std::uint32_t length = 0;
     if (!in_.ReadVarint32(&length)) return false;
     if (field == nullptr) {
-      count(of_unknown + length);
+      count_unknown(length);
     } else if (const MessageType* type = field->message_type()) {
       return submessage(*field, *type, length);
     } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
+      found_.strings += of_string + length;
       count(of_string + length + (field->is_repeated() ? of_element : 0));
     } else {
       count(packed_bytes(*field, length));
@@ -116,15 +126,41 @@ class Walk {
   }
 
   CodedInputStream in_;
-  std::uint64_t counted_ = 0;
+  ParsedBytes found_;
 };
+
+/// Joins the pieces in which bytes arrived and frees each as it is copied. From many pieces,
+/// protobuf would read a packed field of numbers into twice its size. A ByteBuffer frees every
+/// piece: where gRPC's memory quota is used up, ~Slice of gRPC 1.51 uses a null pointer.
+std::string joined(grpc::ByteBuffer& bytes) {
+  std::vector<grpc::ByteBuffer> pieces;
+  std::string all;
+  all.reserve(bytes.Length());
+  {
+    std::vector<grpc::Slice> slices;
+    if (!bytes.Dump(&slices).ok()) throw std::bad_alloc();
+    for (const grpc::Slice& slice : slices) pieces.emplace_back(&slice, std::size_t{1});
+  }
+  bytes.Clear();
+  for (grpc::ByteBuffer& piece : pieces) {
+    grpc::Slice slice;
+    if (!piece.TrySingleSlice(&slice).ok()) throw std::bad_alloc();
+    all.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+    slice = {};
+    piece.Clear();
+  }
+  if (all.size() > large) malloc_trim(0);
+  return all;
+}
 
 }  // namespace
 
-std::uint64_t parsed_bytes(std::span<const char> bytes, const MessageType& type) {
+ParsedBytes parsed_bytes(std::span<const char> bytes, const google::protobuf::Descriptor& type) {
   Walk walk(bytes);
   walk.message(type);
-  return object_bytes(type) + walk.counted();
+  ParsedBytes found = walk.found();
+  found.memory += object_bytes(type);
+  return found;
 }
 
 const ReadRequest::Message* ReadRequest::read(grpc::ByteBuffer& bytes, const Message& prototype,
@@ -136,24 +172,20 @@ const ReadRequest::Message* ReadRequest::read(grpc::ByteBuffer& bytes, const Mes
   drop();
   const std::size_t size = bytes.Length();
   const std::uint64_t itself = size > never_refused ? size : 0;
-  grpc::Slice whole;
-  if (!bytes.TrySingleSlice(&whole).ok()) {
-    // From many pieces, protobuf would read a packed field of numbers into twice its size.
-    if (itself > 0) hold(budget, 2 * itself);
-    if (!bytes.DumpToSingleSlice(&whole).ok()) throw std::bad_alloc();
-    bytes.Clear();
-    if (size > large) malloc_trim(0);
-  }
-  const auto* begin = reinterpret_cast<const char*>(whole.begin());
-  hold(budget, request_object + itself + parsed_bytes({begin, size}, *prototype.GetDescriptor()));
+  if (itself > 0) hold(budget, itself);
+  grpc::Slice only;
+  std::string copy;
+  const bool is_one = bytes.TrySingleSlice(&only).ok();
+  if (!is_one) copy = joined(bytes);
+  const char* begin = is_one ? reinterpret_cast<const char*>(only.begin()) : copy.data();
+  const ParsedBytes found = parsed_bytes({begin, size}, *prototype.GetDescriptor());
+  hold(budget, request_object + itself + found.memory);
   Message* message = prototype.New(&arena_.emplace());
   if (!message->ParseFromArray(begin, static_cast<int>(size))) return nullptr;
-  if (itself > 0) {  // gives back what is more than the message
-    message->DiscardUnknownFields();
-    const std::uint64_t used = request_object + std::max<std::uint64_t>(message->SpaceUsedLong(),
-                                                                        arena_->SpaceAllocated());
-    memory_.shrink(memory_.bytes() - std::min(used, memory_.bytes()));
-  }
+  if (found.unknown > 0 && size > keeps_unknown) message->DiscardUnknownFields();
+  const std::uint64_t used =
+      request_object + arena_->SpaceAllocated() + found.strings + found.unknown;
+  if (memory_.bytes() > used) memory_.shrink(memory_.bytes() - used);
   return message;
 }
 

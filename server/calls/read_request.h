@@ -12,11 +12,17 @@
 
 namespace stiefel::server {
 
-/// Returns a bound on what a message of that type takes when it is parsed from the bytes, without
-/// parsing it. Two bytes of an empty submessage become an object of 100 bytes, so that a request
-/// may take fifty times its size. Returns what was counted so far where the bytes are not such a
-/// message.
-std::uint64_t parsed_bytes(std::span<const char> bytes, const google::protobuf::Descriptor& type);
+/// What a message takes when it is parsed.
+struct ParsedBytes {
+  std::uint64_t memory = 0;   ///< a bound on all of it
+  std::uint64_t strings = 0;  ///< the part of strings, which protobuf keeps outside an arena
+  std::uint64_t unknown = 0;  ///< that of fields of a later version, without their contents
+};
+
+/// Returns what a message of that type takes when it is parsed from the bytes, without parsing it.
+/// Two bytes of an empty submessage become an object of 100 bytes, so that a request may take fifty
+/// times its size. Returns what was counted so far where the bytes are not such a message.
+ParsedBytes parsed_bytes(std::span<const char> bytes, const google::protobuf::Descriptor& type);
 
 /// A request that was read. gRPC itself would read it before anybody knows who pays for its memory,
 /// and end a call whose bytes are not a message of the right type with UNIMPLEMENTED, unseen by the
