@@ -32,8 +32,10 @@
 namespace stiefel::server {
 namespace {
 
-// The time that running calls get to end their slices, and that to deliver their last message.
+// The time that running calls get to end their slices, that to end one decomposition of a large
+// matrix, and that to deliver their last message: together less than 2 s.
 constexpr auto slice_time = std::chrono::milliseconds(100);
+constexpr auto decomposition_time = std::chrono::milliseconds(1200);
 constexpr auto delivery_time = std::chrono::milliseconds(500);
 
 std::string with_port(const std::string& address, int port) {
@@ -269,7 +271,7 @@ void Server::shutdown() {
     host.lifecycle.wait_idle(slice_time);
     host.lifecycle.interrupt();
     // The in-process transport closes at once and would drop the last messages.
-    host.lifecycle.wait_idle(delivery_time);
+    host.lifecycle.wait_idle(decomposition_time);
     parts_->acceptor.reset();
     parts_->grpc->Shutdown(std::chrono::system_clock::now() + delivery_time);
     host.lifecycle.wait_idle(std::chrono::hours(1));
