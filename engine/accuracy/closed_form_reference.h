@@ -31,8 +31,8 @@ inline constexpr ClosedForm::Precision in_extended = {0x1p-6, 0x1p-62};  // 64 b
 /// Units of work of a state of Euler's top in both precisions, as callgrind counts them. A closed
 /// form of at most so much work is constructed whatever the budget, to report its price.
 inline constexpr double top_in_extended = 1.6e4;
-/// The same for the eigenvectors of a complex n × n matrix with the products of `rows` × n matrices
-/// with them.
+/// Returns the units of work that the eigenvectors of a skew n × n matrix take in both precisions,
+/// and their products with `rows` × n matrices.
 double eigenvectors_work(Eigen::Index n, Eigen::Index rows);
 
 template <class Scalar, class Derived>
