@@ -14,10 +14,12 @@ from typing import Any
 import grpc
 import pytest
 import yaml
+from google.protobuf import descriptor_pb2
 
 import stiefel
 from cluster import ROOT, envoy_configuration, find_haproxy, free_ports, haproxy_environment, wait_for
 from conftest import long
+from stiefel.v1 import simulation_pb2
 
 DOCKER = ROOT / "docker"
 KUBERNETES = DOCKER / "kubernetes"
@@ -50,13 +52,23 @@ def test_the_proxies_know_the_servers_of_compose() -> None:
     compose = yaml.safe_load((DOCKER / "replicas.yaml").read_text())
     servers = sorted(name for name in compose["services"] if name != "proxy")
     assert servers == ["stiefel-1", "stiefel-2", "stiefel-3"]
-    assert re.findall(r"STIEFEL_REPLICAS_\d-(stiefel-\d):50551", (DOCKER / "haproxy.cfg").read_text()) == servers
+    haproxy = (DOCKER / "haproxy.cfg").read_text()
+    assert re.findall(r"STIEFEL_REPLICAS_\d-(stiefel-\d):50551", haproxy) == servers * 2, "for calls and for streams"
     cluster, = yaml.safe_load((DOCKER / "envoy.yaml").read_text())["static_resources"]["clusters"]
     addresses = [endpoint["endpoint"]["address"]["socket_address"] for endpoint in
                  cluster["load_assignment"]["endpoints"][0]["lb_endpoints"]]
     assert [address["address"] for address in addresses] == servers
     assert {address["port_value"] for address in addresses} == {50551}
     assert compose["networks"]["servers"] == {"internal": True}
+
+
+def test_haproxy_knows_every_call_with_a_stream_of_replies() -> None:
+    service = simulation_pb2.DESCRIPTOR.services_by_name["SimulationService"]
+    declared = descriptor_pb2.ServiceDescriptorProto()
+    service.CopyToProto(declared)
+    streams = {method.name for method in declared.method if method.server_streaming}
+    paths = re.search(r"use_backend streams if \{ path_end (.*) \}", (DOCKER / "haproxy.cfg").read_text())[1].split()
+    assert sorted(paths) == sorted(f"/{name}" for name in streams)
 
 
 def test_the_proxy_of_compose_reaches_its_server_alone(tmp_path: Path) -> None:

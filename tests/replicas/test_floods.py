@@ -28,6 +28,17 @@ def resident(pid: int) -> int:
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
+def wait_until_they_rest(cluster: Any) -> None:
+    """Until the servers take no more processor time than their health checks."""
+    def taken() -> float:
+        return sum(time.clock_gettime(~replica.child.pid << 3 | 2) for replica in cluster.replicas)
+    more = 1.0
+    while more > 0.1:
+        before = taken()
+        time.sleep(1)
+        more = taken() - before
+
+
 class Steps:
     """A client that steps several sessions, one after another."""
 
@@ -80,6 +91,28 @@ def test_a_flood_is_no_matter_of_others(proxy: str, make_cluster: Any) -> None:
             else:
                 pytest.fail(f"{name}: p99 {p99:.3f} s, without a flood {quiet:.3f} s")
     assert cluster.proxy.poll() is None
+
+
+@pytest.mark.parametrize("proxy", ["haproxy", pytest.param("envoy", marks=long)])
+def test_streams_that_nobody_reads_stop_no_other_call(proxy: str, make_cluster: Any) -> None:
+    """Neither of their own client nor of another one, and the proxy holds little for each of them."""
+    cluster = make_cluster(proxy)
+    before, requests = resident(cluster.proxy.pid), stiefel.v1.StreamRequest
+    with stiefel.Client(cluster.address) as client, stiefel.Client(cluster.address) as other:
+        sessions = [client.create(SCENE) for _ in range(6)]
+        unread = [client._stub.Stream(requests(session_id=session.id, to=10**12), metadata=[("stiefel-session", session.id)],
+                                      timeout=120) for session in sessions * 15]
+        for stream in unread:
+            assert next(stream).steps[0] == 0
+        wait_until_they_rest(cluster)  # all buffers on the way are full
+        for session in sessions:
+            expected = session.step(100, fields="Q", timeout=60)["Q"].tobytes()
+            assert other.get(session.id).step(100, fields="Q", timeout=60)["Q"].tobytes() == expected
+        each = (resident(cluster.proxy.pid) - before) / len(unread)
+        print(f"{proxy}: {each / MIB:.2f} MiB for each of {len(unread)} streams")
+        assert each < 2 * MIB
+        for stream in unread:
+            stream.cancel()
 
 
 @pytest.mark.parametrize("proxy", ["haproxy", pytest.param("envoy", marks=long)])
