@@ -1,4 +1,5 @@
 // The command stiefel-server: signals, and the checks that operators and containers call.
+#include <google/protobuf/stubs/logging.h>
 #include <grpc/grpc.h>
 #include <poll.h>
 #include <pthread.h>
@@ -96,8 +97,9 @@ void serve(const Options& options, bool exit_with_parent,
   // gRPC's event engine polls a set of descriptors in which no connection is, and aborts the
   // process if that fails, as it did once in 1700 starts.
   setenv("GRPC_EXPERIMENTS", "-posix_event_engine_enable_polling", 0);
-  // gRPC's own lines would wait for the reader of stderr with the threads that serve connections.
+  // The lines of gRPC and protobuf would wait for the reader of stderr with the threads that serve.
   setenv("GRPC_VERBOSITY", "NONE", 0);
+  google::protobuf::SetLogHandler(nullptr);
   signal(SIGABRT, &tell_that_it_cannot_start);
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a store at the process's limit of file sizes counts as full

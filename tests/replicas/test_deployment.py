@@ -7,7 +7,9 @@ import os
 import re
 import signal
 import subprocess
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -185,6 +187,22 @@ def test_a_server_that_is_told_to_stop_loses_no_call(make_cluster: Any) -> None:
         replica.child.wait(30)
         replica.start()
         wait_for(replica.port)
+
+
+@pytest.mark.parametrize("proxy", ["haproxy", pytest.param("envoy", marks=long)])
+def test_a_server_that_answers_late_keeps_its_sessions(proxy: str, make_cluster: Any) -> None:
+    """One that has no processor for 2 s is not gone: its calls wait, and none goes to a server without the session."""
+    cluster = make_cluster(proxy)
+    with stiefel.Client(cluster.address) as client:
+        ids = [client.create(BODY).id for _ in range(12)]
+        assert all(client.get(id).step(50).step == 50 for id in ids)
+        late = cluster.replicas[0].child
+        late.send_signal(signal.SIGSTOP)
+        threading.Timer(2, late.send_signal, [signal.SIGCONT]).start()
+        end = time.monotonic() + 4
+        while time.monotonic() < end:
+            with ThreadPoolExecutor(len(ids)) as pool:
+                assert {state.step for state in pool.map(lambda id: client.get(id).step(50), ids)} == {50}
 
 
 @long

@@ -15,6 +15,7 @@ from conftest import LONG, long
 from use import Resumptions, Use
 
 COUNT = 20_000
+SECONDS = float(os.environ.get("STIEFEL_REPLICAS_SECONDS", "600" if LONG else "30"))  # of kills, one a second
 # Seconds from a failure to the next byte. The short form runs beside other tests, on a machine of any load.
 RESUMED = 2.0 if LONG else 20.0
 
@@ -44,7 +45,7 @@ def use_for(seconds: float, cluster: Any, folder: Path, first: int, monkeypatch:
 @pytest.mark.parametrize("proxy", ["haproxy", pytest.param("envoy", marks=long)])
 def test_killed_every_second(proxy: str, make_cluster: Any, tmp_path: Path, monkeypatch: Any) -> None:
     client_in_cpp("states", tmp_path, 0, COUNT)
-    use_for(600 if LONG else 30, make_cluster(proxy), tmp_path, 0, monkeypatch)
+    use_for(SECONDS, make_cluster(proxy), tmp_path, 0, monkeypatch)
 
 
 @pytest.mark.parametrize("proxy, first", [
@@ -57,4 +58,4 @@ def test_killed_far_from_step_0(proxy: str, first: int, make_cluster: Any, tmp_p
     with stiefel.Server.start() as alone:
         client_in_cpp("checkpoint", alone.address, tmp_path, first)
     states.join()
-    use_for(600 if LONG and first == 10**9 else 6, cluster, tmp_path, first, monkeypatch)
+    use_for(SECONDS if LONG and first == 10**9 else 6, cluster, tmp_path, first, monkeypatch)

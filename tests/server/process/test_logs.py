@@ -95,11 +95,15 @@ def test_calls_go_on_while_the_log_is_not_read(serve):
     assert all(line["level"] == "warning" for line in dropped)
 
 
-def test_the_server_answers_while_nobody_reads_the_log_lines_of_grpc(serve):
-    """Six hundred such lines would fill the pipe twice; the server answers and ends in time."""
+def test_the_server_answers_while_nobody_reads_the_log_lines_of_its_libraries(serve):
+    """Six hundred lines of gRPC or of protobuf would fill the pipe twice; the server answers and ends in time."""
     process = serve()
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)
+        for _ in range(600):  # a name that is not UTF-8
+            with pytest.raises(grpc.RpcError) as refused:
+                channel.unary_unary("/stiefel.v1.SimulationService/Step")(b"\x0a\1\xff", timeout=30)
+            assert refused.value.code() is grpc.StatusCode.INVALID_ARGUMENT
         for _ in range(600):
             with pytest.raises(grpc.RpcError) as refused:
                 stub.ListSessions(pb.ListSessionsRequest(page_token="x" * 200), timeout=30, compression=grpc.Compression.Gzip)
