@@ -8,9 +8,9 @@ import pytest
 
 import fake
 import stiefel
-from stiefel._wire import retries
+from stiefel._wire import calls
+from stiefel._wire.calls import Calls
 from stiefel._wire.connection import Connection
-from stiefel._wire.recreating import Recreation
 
 UNAVAILABLE, EXHAUSTED = grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.RESOURCE_EXHAUSTED
 
@@ -50,10 +50,10 @@ def clock(service, monkeypatch):
     """A clock by which every message of a stream takes 30 s, and pauses as long as they are. gRPC, which measures real
     time, gets a minute more."""
     clock = Clock()
-    messages = Recreation.messages
-    monkeypatch.setattr(Recreation, "messages", lambda handle, method, request, timeout: messages(
+    messages = Calls.messages
+    monkeypatch.setattr(Calls, "messages", lambda handle, method, request, timeout: messages(
         handle, method, request, timeout and timeout + 60))
-    monkeypatch.setattr(retries, "time", clock)
+    monkeypatch.setattr(calls, "time", clock)
     monkeypatch.setattr(Connection, "rest", lambda connection, seconds, away=False: clock.sleep(seconds))
     service.before_message = lambda: clock.sleep(30)
     return clock
@@ -82,7 +82,7 @@ def test_a_server_that_went_is_waited_for_until_the_deadline(service, clock, cap
 def test_what_is_not_made_again(service, session):
     """Other errors, a refusal without a time or until after the deadline; and a server that was never reached, or stays away
     from a connection that does not wait, gets six attempts."""
-    for failure, attempts in ((EXHAUSTED, 1), (fake.refusal(), 1), (fake.refusal(100.0), 1), (UNAVAILABLE, retries.ATTEMPTS)):
+    for failure, attempts in ((EXHAUSTED, 1), (fake.refusal(), 1), (fake.refusal(100.0), 1), (UNAVAILABLE, calls.ATTEMPTS)):
         service.failures = [failure] * 100
         service.requests.clear()
         with pytest.raises((stiefel.ResourceExhausted, stiefel.Unavailable)):

@@ -10,7 +10,7 @@ import pytest
 
 import stiefel
 from stiefel._server import find_server
-from stiefel._wire import security
+from stiefel._wire import address as wire_address
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 from authority import Authority  # noqa: E402
@@ -49,7 +49,7 @@ def test_a_name_that_does_not_lead_here_gets_no_token(monkeypatch):
     received = []
     with socket.create_server((own, 0)) as listener:
         listener.settimeout(20)
-        monkeypatch.setattr(security, "is_local", lambda address: True)
+        monkeypatch.setattr(wire_address, "is_local", lambda address: True)
         with stiefel.Client(f"{own}:{listener.getsockname()[1]}", token="secret-one", timeout=3) as client:
             with pytest.raises(stiefel.StiefelError):
                 client.describe()

@@ -1,6 +1,8 @@
 """What the client makes of gRPC's words and of the details of errors."""
 import socket
+from types import SimpleNamespace
 
+import grpc
 import pytest
 
 import stiefel
@@ -58,8 +60,11 @@ def test_a_quota_is_told_with_the_time_to_wait():
     retry.retry_delay.FromMilliseconds(1500)
     for name, detail in (("QuotaFailure", quota), ("RetryInfo", retry)):
         status.details.add(type_url=f"type.googleapis.com/google.rpc.{name}", value=detail.SerializeToString())
-    for error in (failures.from_status(status),
-                  failures.make_error(8, "too many sessions", status.SerializeToString())):
+    def of_call(*trailing):
+        return failures.from_rpc_error(SimpleNamespace(code=lambda: grpc.StatusCode.RESOURCE_EXHAUSTED, details=lambda: "too many sessions",
+                                                       trailing_metadata=lambda: trailing))
+    for error in (failures.from_status(status), of_call(("grpc-status-details-bin", status.SerializeToString()))):
         assert isinstance(error, stiefel.ResourceExhausted) and str(error) == "too many sessions"
         assert error.quota == (stiefel.Violation("sessions", "1025: at most 1024"),) and error.retry_delay == 1.5
-    assert failures.make_error(8, "told").retry_delay is None
+    for details in ((), (("grpc-status-details-bin", b"\xff"),)):
+        assert of_call(*details).retry_delay is None and str(of_call(*details)) == "too many sessions"

@@ -128,7 +128,6 @@ def test_a_client_that_calls_too_often_is_told_when_to_come_back(proxy: str, mak
             refusals = [error for call in many if (error := call.exception())]
         if not refusals:
             pytest.skip("this machine makes fewer calls a second than the proxy admits")
-        details = dict(refusals[0].trailing_metadata())["grpc-status-details-bin"]
-        error = failures.make_error(8, refusals[0].details(), details)
+        error = failures.from_rpc_error(refusals[0])
         assert isinstance(error, stiefel.ResourceExhausted) and error.retry_delay == 0.25
         assert client._connection.call("Describe", request).version

@@ -11,7 +11,7 @@ from typing import Any, Callable, Mapping, Optional
 import numpy as np
 
 import stiefel
-from stiefel._wire.retries import Attempts
+from stiefel._wire.calls import Attempts
 
 STATE = 18  # numbers of a state: Q and M
 

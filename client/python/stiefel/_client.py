@@ -13,14 +13,12 @@ from stiefel._given.initial import normalized, orthonormal, with_hint, with_mome
 from stiefel._given.numbers import SECONDS, number, numbers, optional, refused, text, timeout as checked, whole
 from stiefel._given.shown import shown
 from stiefel._manifold.beta import span_of
+from stiefel._results.extras import progress_bar
 from stiefel._wire import answers
-from stiefel._wire.address import check
-from stiefel._wire.arrays import to_array
+from stiefel._wire.address import Tls, TlsLike, check, secured
+from stiefel._wire.answers import described
+from stiefel._wire.arrays import require, to_array
 from stiefel._wire.connection import Connection
-from stiefel._wire.recreating import route
-from stiefel._wire.replies import described, require
-from stiefel._wire.streams import progress_bar
-from stiefel._wire.security import Tls, TlsLike, secured
 from stiefel.errors import CorruptReply, InvalidArgument, warn_of_scene
 from stiefel.results import Catalogue, ConjugatePoints, Conversion, Geodesic, Tradeoff
 from stiefel._scene import SceneLike, to_matrix, to_message, with_epoch
@@ -77,9 +75,8 @@ class Client:
             self._connection = Connection(lambda: channel, self.address, seconds, any_build, reopens=False)
             return
         check(text("address", self.address))
-        ways = secured(self.address, tls, token)
-        self._connection = Connection(lambda: self._open_channel(ways.open), self.address, seconds, any_build, ways.tls,
-                                      tuple(ways.bearer))
+        open, has_tls, bearer = secured(self.address, tls, token)
+        self._connection = Connection(lambda: self._open_channel(open), self.address, seconds, any_build, has_tls, bearer)
 
     @property
     def _channel(self) -> grpc.Channel:
@@ -123,7 +120,7 @@ class Client:
     def get(self, id: str) -> Session:
         """Returns the existing session of this id. Raises NotFound if there is none."""
         request = pb.GetSessionRequest(session_id=text("id", id), return_scene=True)
-        reply = self._connection.call("GetSession", request, metadata=route(id))
+        reply = self._connection.call("GetSession", request)
         return Session(self._connection, described(reply.session, id), created=False)
 
     def list(self) -> Iterator[Session]:
@@ -134,7 +131,7 @@ class Client:
             for session in reply.sessions:
                 require(session.session_id > last, f"session {session.session_id} comes after {last}")
                 last = session.session_id
-                yield Session(self._connection, described(session, last), created=False)
+                yield Session(self._connection, described(session, last, whole=False), created=False)
             token = reply.next_page_token
             require(not token or bool(reply.sessions), "a page without sessions is not the last")
             if not token:
@@ -142,7 +139,7 @@ class Client:
 
     def delete(self, id: str) -> None:
         """Deletes a session. Deleting an unknown id succeeds."""
-        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=text("id", id)), metadata=route(id))
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=text("id", id)))
 
     def convert(self, scene: SceneLike, system: str, *, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:

@@ -18,7 +18,7 @@ from typing import IO, Any, Mapping, Optional, Sequence
 from stiefel._given.numbers import SECONDS, number
 from stiefel._programs import bundled, invocation
 from stiefel._wire.connection import close_all
-from stiefel._wire.failures import server_ended, server_started
+from stiefel._wire.failures import gone
 from stiefel.errors import Unavailable
 
 _READY = b"listening on "
@@ -38,7 +38,7 @@ class Server:
     def __init__(self, process: "subprocess.Popen[bytes]", address: str, socket: Path):
         self.address = address
         self.process = process
-        server_started(address)
+        gone.pop(address, None)
         self._stop = weakref.finalize(self, _let_go, address, process, socket)
         self._stop.atexit = False
         _running.add(self)
@@ -96,7 +96,7 @@ class Server:
     def stop(self) -> int:
         """Asks the server to end, waits for it, and returns its exit status."""
         self._stop()
-        server_ended(self.address, "its Server was stopped")
+        gone[self.address] = "; its Server was stopped"
         return self.process.returncode
 
     def _leave_to_parent(self) -> None:
@@ -210,7 +210,7 @@ def _not_started(command: Sequence[str], what: str, status: Optional[int]) -> Un
 
 def _let_go(address: str, *server: Any) -> None:
     _stop(*server)
-    server_ended(address, "nothing held what Server.start() returned, so the server ended: keep it in a variable or a `with`")
+    gone[address] = "; nothing held what Server.start() returned, so the server ended: keep it in a variable or a `with`"
 
 
 def _stop(process: "subprocess.Popen[bytes]", socket: Path) -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import uuid
 from dataclasses import replace
-from typing import Any, Iterator, Mapping, Optional, Sequence, Union
+from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, TypeVar, Union, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,36 +17,74 @@ from stiefel._given.shown import shown
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)
 from stiefel._given.sections import Coordinate, column, columns, of_section, to_section
-from stiefel._given.when import every_of
-from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName
-from stiefel._results.origin import Origin
+from stiefel._given.when import every_of, step_of, time_of
+from stiefel._given.typed import Blocks, Body, Fields, Method, MethodName, Scene
+from stiefel._results.base import joined
+from stiefel._results.origin import Origin, side_of
 from stiefel._wire import answers
+from stiefel._wire.answers import described
+from stiefel._wire.calls import Calls
 from stiefel._wire.connection import Connection
 from stiefel._wire.driving import Drive
-from stiefel._wire.held import Held
-from stiefel._wire.recreating import route
-from stiefel._wire.replies import described, run_status
-from stiefel._wire.tangents import covariance, grown, linearized, put_vectors
+from stiefel._wire.streams import Samples, Summarizing
+from stiefel._wire.tangents import covariance, grown, linearized
 from stiefel._wire.times import between_steps, errors_at, trajectory
 from stiefel.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, StiefelError, Unavailable, warn_of_scene)
-from stiefel.results import (Batch, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, Section,
+from stiefel.results import (Batch, Choice, Diagnosis, EstimatedErrors, Events, LyapunovSpectrum, Outcome, Price, Section,
                              State, StateTransition, Summary, Trajectory)
-from stiefel._scene import to_method, with_changes
+from stiefel._scene import to_dict, to_method, with_changes
 
 __all__ = ["Drive", "Session"]
 __dir__ = lambda: sorted(__all__)  # noqa: E731
 
-
+T = TypeVar("T")
 _ESTIMATION = {True: pb.ERROR_ESTIMATION_ALWAYS, False: pb.ERROR_ESTIMATION_UNSPECIFIED, None: pb.ERROR_ESTIMATION_IF_CHEAPER}
 
 
-class Session(Held):
+class Session:
     """A simulation held by a server, made by `Client.create` or `Client.get`.
 
     As a context manager it deletes the session at the end, unless its server is gone then. A session from
     `Client.create` or `fork` survives the loss of its server: the next call creates it again, from the last checkpoint that
     has arrived, and goes on. A deleted session is not created again, whoever deleted it.
     """
+
+    def __init__(self, connection: Connection, message: pb.Session, created: bool, owner: bool = False,
+                 checkpoint: bytes = b"", epoch: Optional[str] = None):
+        """`message`: the server's reply, with its scene, except of a session from `Client.list`. `owner`: whether this
+        handle created the session, with `checkpoint`."""
+        self._connection, self._message = connection, message
+        self.created = created  #: False if the session existed already
+        #: The instant of time 0, such as "1992-11-09T17:49:47 UTC"; None if the scene has none, and for sessions from
+        #: `Client.get` and `Client.list`, because the server does not know it.
+        self.epoch = epoch
+        self._calls = Calls(connection, message, message.scene if owner else None, checkpoint)
+
+    @property
+    def id(self) -> str:
+        """The id by which every client finds the session."""
+        return self._message.session_id
+
+    @property
+    def scene(self) -> Scene:
+        """The resolved scene, every default filled in.
+
+        This makes a call only the first time, for sessions from `Client.list`.
+        """
+        scene = to_dict(self._resolved())
+        return cast(Scene, scene if self.epoch is None else {**scene, "epoch": self.epoch})
+
+    @property
+    def choice(self) -> Optional[Choice]:
+        """The method that the server chose for the scene's tolerance; None if the scene had no tolerance."""
+        self._resolved()
+        return answers.choice(self._message)
+
+    @property
+    def step_price(self) -> Price:
+        """The predicted price of one step."""
+        self._resolved()
+        return answers.read(Price, self._message.step_price)
 
     def step(self, to: Optional[int] = None, *, time: Any = None, fields: Optional[Fields] = None, checkpoint: bool = False,
              timeout: Optional[float] = None) -> State:
@@ -63,12 +101,12 @@ class Session(Held):
             return between_steps(self, time, wanted, timeout)
         to = self._step_of("to", to, time)
         request = pb.StepRequest(session_id=self.id, to=to, fields=wanted,
-                                 return_checkpoint=checkpoint or self._recreation.wants_checkpoint(to))
-        return self._state(self._recreation.call("Step", request, timeout), request, wanted, checkpoint)
+                                 return_checkpoint=checkpoint or self._calls.wants_checkpoint(to))
+        return self._state(self._calls.call("Step", request, timeout), request, wanted, checkpoint)
 
     def drive(self, fields: Optional[Fields] = None) -> Drive:
         """Opens a stream for many steps in a tight loop: `with session.drive("Q") as drive: drive.step(k)`."""
-        return Drive(self._recreation, self.id, fields, self._state)
+        return Drive(self, fields)
 
     def diagnose(self, to: Optional[int] = None, *, time: Any = None, invariants: Names = (), forms: Sequence[Form] = (),
                  dirac_brackets: Sequence[Bracket] = (), symplectic: bool = False, estimate_error: Optional[bool] = False,
@@ -88,7 +126,7 @@ class Session(Held):
                                      symplectic_test=pb.SymplecticTest() if symplectic else None,
                                      estimate_error=_ESTIMATION[estimate_error])
         put_structure(request, forms, dirac_brackets)
-        return answers.diagnosis(self._recreation.call("Diagnose", request, timeout), request, self._resolved().HasField("body"))
+        return answers.diagnosis(self._calls.call("Diagnose", request, timeout), request, self._resolved().HasField("body"))
 
     def error_at(self, times: Any, *, timeout: Optional[float] = None) -> EstimatedErrors:
         """Returns the estimated errors at times, given as in `trajectory`. At a time between two steps it is the error at the
@@ -120,8 +158,8 @@ class Session(Held):
                                         system=None if system is None else text("system", system))
         if method is not None:
             request.method.CopyFrom(to_method(method))
-        reply = self._recreation.call("ForkSession", request, timeout)
-        if run_status(reply.run_status).outcome != Outcome.REACHED:
+        reply = self._calls.call("ForkSession", request, timeout)
+        if answers.run_status(reply.run_status).outcome != Outcome.REACHED:
             raise FailedPrecondition(f"step {at} cannot be reached: {reply.run_status.message}")
         forked = Session(self._connection, described(reply.session, request.session_id), reply.created, owner=True,
                          epoch=self._epoch_after(at))
@@ -139,8 +177,8 @@ class Session(Held):
         self._delete()
 
     def _delete(self, waits: bool = True) -> None:
-        self._recreation.end()
-        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), metadata=route(self.id), waits=waits)
+        self._calls.end()
+        self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=self.id), waits=waits)
 
     def stream(self, to: Optional[int] = None, *, time: Any = None, start: int = 0, every: Optional[int] = None,
                fields: Optional[Fields] = None, timeout: Optional[float] = None) -> Iterator[Batch]:
@@ -198,8 +236,7 @@ class Session(Held):
         to, start = self._step_of("to", to, time), step_index("start", start)
         request = self._request(pb.LinearizeRequest, to, start, step_index("every", every), inertia=inertia, step=step,
                                 bases=np.ndim(vectors) < 3)
-        put_vectors(request, vectors)
-        return linearized(self._recreation, request, self._resolved().step, timeout)
+        return linearized(self._calls, request, vectors, self._resolved().step, timeout)
 
     def covariance(self, P0: Any, *, to: Optional[int] = None, time: Any = None, times: Any = None, start: int = 0, every: int = 0,
                    rates: bool = False, timeout: Optional[float] = None) -> NDArray[np.float64]:
@@ -226,7 +263,7 @@ class Session(Held):
         request = self._request(
             pb.LyapunovSpectrumRequest, to, start, step_index("every", every), interval=whole("interval", interval),
             count=0 if count is None else min(whole("count", count, 1), 2**32 - 1), seed=whole("seed", seed), checkpoint=checkpoint)
-        return grown(self._recreation, request, timeout)
+        return grown(self._calls, request, timeout)
 
     def summarize(self, to: Optional[int] = None, *, time: Any = None, quantities: Quantities, start: int = 0, every: int = 1,
                   checkpoint_every: int = 0, checkpoint: bytes = b"", timeout: Optional[float] = None) -> Summary:
@@ -267,10 +304,14 @@ class Session(Held):
         request = self._events_request(to, events, start, fields, time)
         running = self._summarizing(request, timeout)
         parts = [part for part in running if isinstance(part, Events)]
-        if not parts:
-            fields_of_a_state = self.step(to=0, fields=fields, timeout=timeout)
-            parts = [answers.no_events(fields_of_a_state, self._resolved().HasField("members"))]
-        return answers.joined(parts, running.run_status)
+        return joined(parts or [self._no_events(fields, timeout)], run_status=running.run_status)
+
+    def _no_events(self, fields: Optional[Fields], timeout: Optional[float]) -> Events:
+        """Returns events without any zero. Some state gives names, shapes and types of the fields."""
+        ensemble, state = self._resolved().HasField("members"), self.step(to=0, fields=fields, timeout=timeout)
+        empty = {name: np.empty((0, *values.shape[ensemble:]), values.dtype) for name, values in state.items()}
+        none = np.empty(0, np.uint32)
+        return Events(none, np.empty(0, np.int64), np.empty(0), np.empty(0), none if ensemble else None, empty)
 
     def poincare(self, section: Mapping[str, Any], *, to: Optional[int] = None, time: Any = None, level: float = 0.0,
                  direction: str = "rising", coordinates: Sequence[Coordinate] = (), start: int = 0,
@@ -313,6 +354,56 @@ class Session(Held):
             raise refused("events", "must be given, a mapping or several")
         return self._request(pb.SummarizeRequest, *self._range(to, start, 1, time), events=asked, fields=names("fields", fields))
 
+    def _side(self) -> Optional[str]:
+        """Returns how the frame of the system moves, as `Origin.side`; None if one call does not tell it."""
+        try:
+            return side_of(self._message.system, lambda: self._connection.call(
+                "Describe", pb.DescribeRequest(), 5.0, waits=False).systems)
+        except StiefelError:
+            return None
+
+    def _resolved(self) -> pb.Scene:
+        """Returns the resolved scene as a message. Do not change it: the session keeps it."""
+        if not self._message.HasField("scene"):
+            request = pb.GetSessionRequest(session_id=self.id, return_scene=True)
+            self._message = answers.described(self._calls.call("GetSession", request).session, self.id)
+        return self._message.scene
+
+    def _is_step(self, time: Any) -> bool:
+        steps = time_of(time, self._resolved().step, self.epoch)[1]
+        return steps >= 0 and steps == round(steps)
+
+    def _step_of(self, name: str, given: Any, time: Any) -> int:
+        """Returns the step that the caller gives under `name` or as a time."""
+        return step_of(name, given, time, self._resolved().step, self.epoch)
+
+    def _range(self, to: Any, start: Any, every: Any, time: Any) -> tuple[int, int, int]:
+        """Returns the steps of a run as whole numbers."""
+        to, start = self._step_of("to", to, time), step_index("start", start)
+        return to, start, step_index("every", every, 1)
+
+    def _request(self, kind: Callable[..., T], to: int, start: int, every: int, **more: Any) -> T:
+        """Returns the request of a run of this session. `kind`: its message."""
+        return kind(session_id=self.id, to=to, every=every, **{**more, "from": start})
+
+    def _summarizing(self, request: pb.SummarizeRequest, timeout: Optional[float]) -> Summarizing:
+        return Summarizing(self._calls, request, self._resolved().HasField("members"), timeout)
+
+    def _samples(self, to: int, start: int, every: int, fields: Sequence[str], timeout: Optional[float]) -> Samples:
+        request = self._request(pb.StreamRequest, to, start, every, fields=fields,
+                                checkpoint_every=self._calls.checkpoint_every())
+        return Samples(self._calls, request, self._resolved().step, timeout)
+
+    def _state(self, reply: pb.StepResponse, request: Union[pb.StepRequest, pb.DriveRequest], fields: Sequence[str],
+               checkpoint: bool) -> State:
+        """Reads a reply of Step or Drive. Keeps its checkpoint, and passes it on only if the caller asked for it.
+        `fields`: the names that are in force, none for the system's blocks."""
+        sample, status = reply.sample, answers.run_status(reply.run_status)
+        answers.ends_at(status, sample.step, request.to)
+        self._calls.keep(sample.step, reply.checkpoint)
+        return State(sample.step, sample.time, answers.Layout(fields).read(sample.fields), status, reply.computed_steps,
+                     reply.checkpoint if checkpoint else b"", reply.work)._of(self._side)
+
     def _origin(self, to: Optional[int] = None, times: Any = None) -> Origin:
         return Origin(self._resolved(), self._message.numerics_id, self._again, to, times, self.epoch, self._side())
 
@@ -350,7 +441,7 @@ def created(connection: Connection, scene: pb.Scene, id: Optional[str] = None, c
     request = pb.CreateSessionRequest(session_id=str(uuid.uuid4()) if id is None else text("id", id), scene=sent, checkpoint=checkpoint,
                                       return_scene=True)
     try:
-        reply = connection.call("CreateSession", request, metadata=route(request.session_id))
+        reply = connection.call("CreateSession", request)
     except InvalidArgument as error:
         raise with_given_names(error if normalize else with_hint(error, lambda: normalized(scene) != scene), scene) from None
     session = described(reply.session, request.session_id)

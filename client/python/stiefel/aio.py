@@ -28,8 +28,8 @@ import grpc.aio
 from stiefel import _client as blocking, _session as blocking_session, simulation
 from stiefel._given.typed import Fields, Scene
 from stiefel._sweep.dispatch import STOP
-from stiefel._wire.security import Tls, TlsLike
-from stiefel._wire.waiting import Channel, Lock, run
+from stiefel._wire.address import Tls, TlsLike
+from stiefel._wire.waiting import Channel, run
 from stiefel.errors import InvalidArgument, StiefelError
 from stiefel.results import Choice, Price, Trajectory
 from stiefel._scene import SceneLike
@@ -187,7 +187,6 @@ class Session:
         self._blocking = session
         self.created = session.created  #: False if the session existed already
         self.epoch = session.epoch  #: as that of `stiefel.Session`
-        session._lock = Lock()  # type: ignore[assignment]  # because it is held during a call
 
     id: str = _shown(blocking_session.Session, "id")
     scene: Awaitable[Scene] = _fetched(blocking_session.Session, "scene")

@@ -24,8 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from stiefel._manifold.beta import FRAME_TOLERANCE, BetaMetric, defect
 from stiefel._manifold.inertia import InertiaMetric
 from stiefel._manifold.means import Mean, mean_of
-from stiefel._results.extras import imported
-from stiefel._wire.streams import progress_bar
+from stiefel._results.extras import imported, progress_bar
 from stiefel._client import Client
 from stiefel.errors import StiefelError
 from stiefel.results import Geodesic

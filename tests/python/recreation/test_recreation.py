@@ -8,7 +8,7 @@ import pytest
 import fake
 import stiefel
 from stiefel import v1 as pb
-from stiefel._wire import recreating
+from stiefel._wire import calls
 
 BODY = {"system": "rigid_body", "step": 0.01, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]},
         "method": {"name": "preprocessed_variational"}}
@@ -97,13 +97,13 @@ def computing(pid):
 def test_it_goes_on_from_the_last_checkpoint(place, client, monkeypatch):
     """From one that the caller asked for, and from those that come by themselves after about a second of work."""
     session = client.create(BODY)
-    monkeypatch.setattr(recreating, "WORK_BETWEEN_CHECKPOINTS", 6000 * session.step_price.work)
+    monkeypatch.setattr(calls, "WORK_BETWEEN_CHECKPOINTS", 6000 * session.step_price.work)
     checkpoint = session.step(5000, checkpoint=True).checkpoint
     other = client.create(BODY, checkpoint=checkpoint)
     place.replace()
     assert session.step(5001).computed_steps == 1
     assert other.step(5002).computed_steps <= 2, "with which it was created"
-    far = 2 * session._recreation.checkpoint_every()
+    far = 2 * session._calls.checkpoint_every()
     assert session.step(far).checkpoint == b"", "which nobody asked for"
     place.replace()
     assert session.step(far + 1).computed_steps == 1
@@ -136,7 +136,7 @@ def test_a_deleted_session_stays_deleted(place, client):
             call()
         assert caught.value.reason == "SESSION_DELETED"
     place.replace()
-    late._recreation.is_lost(stiefel.NotFound("", (), "SESSION_NOT_FOUND", {"session_id": late.id}))
+    late._calls.is_lost(stiefel.NotFound("", (), "SESSION_NOT_FOUND", {"session_id": late.id}))
     client.delete(late.id)  # before the handle creates it again
     with pytest.raises(stiefel.NotFound, match="was deleted"):
         late.step(1)

@@ -14,6 +14,13 @@ MOST_STEPS = 2.0**53  #: beyond it a double does not tell one step from the next
 MOST_SAMPLES = 1000  #: of a trajectory whose caller leaves it to the package how many it gets
 
 
+def absent_with_times(**given: Any) -> None:
+    """Raises InvalidArgument for an argument that is given beside `times`."""
+    for name, value in given.items():
+        if value is not None:
+            raise refused(name, f"{value!r}: must be absent where `times` are given")
+
+
 def in_steps(path: str, given: NDArray[Any], step: float) -> NDArray[Any]:
     """Returns how many steps of the length `step` after time 0 each time is: a whole number where it is one to rounding, as
     the engine takes it. Raises InvalidArgument that names the first wrong one."""
@@ -36,12 +43,17 @@ def time_of(time: Any, step: float, epoch: Optional[str], path: str = "time") ->
     return float(seconds), float(in_steps(path, seconds, step))
 
 
-def steps_of(times: Any, step: float, epoch: Optional[str]) -> NDArray[np.int64]:
-    """Returns the steps at times, each of which must be a step's."""
+def times_of(times: Any, epoch: Optional[str]) -> NDArray[Any]:
+    """Returns several times in seconds."""
     seconds = np.atleast_1d(seconds_of("times", times, epoch))
     if seconds.ndim != 1 or not seconds.size:
         raise refused("times", f"the shape {seconds.shape}: must be (times), one or more")
-    return np.array([step_of("to", None, one, step, None, f"times[{k}]") for k, one in enumerate(seconds)], np.int64)
+    return seconds
+
+
+def steps_of(times: Any, step: float, epoch: Optional[str]) -> NDArray[np.int64]:
+    """Returns the steps at times, each of which must be a step's."""
+    return np.array([step_of("to", None, one, step, None, f"times[{k}]") for k, one in enumerate(times_of(times, epoch))], np.int64)
 
 
 def step_of(name: str, given: Any, time: Any, step: float, epoch: Optional[str], path: str = "time") -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 from dataclasses import dataclass
-from typing import Any, Callable, ClassVar, Iterator, Mapping, Optional, TypeVar
+from typing import Any, Callable, ClassVar, Iterator, Mapping, Optional, Sequence, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,8 +117,8 @@ class Named(ByValue):
         object.__setattr__(self, "_side", side if not callable(side) else side() if self.fields.keys() & {"Q", "M"} else "")
         return self
 
-    def _slice(self: N, which: slice, **more: Any) -> N:
-        """Returns a copy with the elements of a slice in all arrays. `more`: other fields of the dataclass."""
+    def _slice(self: N, which: Any, **more: Any) -> N:
+        """Returns a copy with the elements of a slice, or of those indices, in all arrays. `more`: other fields of the dataclass."""
         arrays = {name: values[which] for name, values in vars(self).items() if isinstance(values, np.ndarray)}
         fields = {name: values[which] for name, values in self.fields.items()}
         return dataclasses.replace(self, fields=fields, **arrays, **more)._of(self._side)  # type: ignore[type-var]
@@ -158,6 +158,14 @@ class Named(ByValue):
 
     def _shapes(self) -> str:
         return ", ".join(f"{name} {values.shape}" for name, values in self.fields.items()) or "no fields"
+
+
+def joined(parts: Sequence[N], **more: Any) -> N:
+    """Returns the elements of all parts, of which there must be one or more. `more`: other fields of the dataclass."""
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name, values in vars(parts[0]).items()
+              if isinstance(values, np.ndarray)}
+    fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields}
+    return dataclasses.replace(parts[0], fields=fields, **arrays, **more)  # type: ignore[type-var]
 
 
 class Fields(Named, Mapping[str, Array]):

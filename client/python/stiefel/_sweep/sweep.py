@@ -15,13 +15,12 @@ from stiefel import v1 as pb
 from stiefel._given.numbers import refused, step_index
 from stiefel._given.summaries import Quantities, to_quantities
 from stiefel._given.when import step_of
-from stiefel._results.extras import imported
+from stiefel._results.extras import imported, progress_bar
 from stiefel._sweep.axes import base_of, read_axes
 from stiefel._sweep.dispatch import Workers, spread, workers_for
 from stiefel._sweep.plan import Asked, Plan, Resolved, Task, make_plan
 from stiefel._sweep.result import Store, Table, canonical
 from stiefel._sweep.worker import compute, resolve
-from stiefel._wire.streams import progress_bar
 from stiefel._client import Client
 from stiefel.errors import StiefelError, warn_of_scene
 from stiefel._scene import SceneLike

@@ -19,16 +19,18 @@ _DTYPES: dict[int, np.dtype[Any]] = {
 }
 
 
+def require(holds: bool, fault: str) -> None:
+    if not holds:
+        raise CorruptReply(f"the reply breaks the protocol: {fault}")
+
+
 def decode(tensor: pb.Tensor) -> Array:
     """Returns a read-only view of the tensor's bytes. Raises CorruptReply if they are not as many as the shape says."""
     shape, data = tuple(tensor.shape), tensor.data  # protobuf copies `data` at each access
-    dtype = _DTYPES.get(tensor.data_type)
-    if dtype is None:
-        raise CorruptReply(f"an array has the unknown data type {tensor.data_type}")
-    if len(data) != dtype.itemsize * math.prod(shape):
-        raise CorruptReply(f"an array of the shape {shape} has {len(data)} bytes")
-    array: Array = np.frombuffer(data, dtype).reshape(shape)
-    return array
+    require(tensor.data_type in _DTYPES, f"an array has the unknown data type {tensor.data_type}")
+    dtype = _DTYPES[tensor.data_type]
+    require(len(data) == dtype.itemsize * math.prod(shape), f"an array of the shape {shape} has {len(data)} bytes")
+    return np.frombuffer(data, dtype).reshape(shape)
 
 
 def decode_fields(fields: Iterable[pb.Field]) -> dict[str, Array]:
@@ -47,10 +49,9 @@ def named(fields: Mapping[str, Array], behind: int = 0) -> dict[str, Array]:
 
 def set_tensor(tensor: pb.Tensor, block: NDArray[Any]) -> None:
     """Writes an array into an empty message."""
-    is_complex = np.iscomplexobj(block)
     tensor.shape.extend(block.shape)
-    tensor.data_type = pb.DATA_TYPE_COMPLEX128 if is_complex else pb.DATA_TYPE_FLOAT64
-    tensor.data = np.ascontiguousarray(block, "<c16" if is_complex else "<f8").tobytes()
+    tensor.data_type = pb.DATA_TYPE_COMPLEX128 if np.iscomplexobj(block) else pb.DATA_TYPE_FLOAT64
+    tensor.data = np.ascontiguousarray(block, _DTYPES[tensor.data_type]).tobytes()
 
 
 def matrix(array: Array) -> pb.Matrix:
@@ -61,11 +62,8 @@ def matrix(array: Array) -> pb.Matrix:
 
 
 def to_array(matrix: pb.Matrix) -> NDArray[Any]:
-    values: NDArray[Any] = np.array(matrix.values).reshape(matrix.rows, matrix.cols)
-    if not matrix.imaginary:
-        return values
-    imaginary: NDArray[Any] = np.array(matrix.imaginary).reshape(matrix.rows, matrix.cols)
-    return np.asarray(values + 1j * imaginary)
+    values = np.array(matrix.values) + 1j * np.array(matrix.imaginary) if matrix.imaginary else np.array(matrix.values)
+    return values.reshape(matrix.rows, matrix.cols)
 
 
 def blocks_of(scene: pb.Scene) -> dict[str, NDArray[Any]]:

@@ -1,4 +1,4 @@
-"""The connection that a client and its sessions share: the calls of a channel, with deadlines, retries and exceptions.
+"""The connection of a channel, which a client and its sessions share.
 
 A fork of the process closes the channels before, and they are opened again when they are next used, in the parent and in
 the child: with an open channel `os.fork` of gRPC 1.51 may never return, and a channel of the parent is of no use to a child.
@@ -12,85 +12,21 @@ import threading
 import time
 import weakref
 from contextlib import suppress
-from typing import Any, Callable, Generator, Optional
+from typing import Any, Callable, Optional
 
 import grpc
 
 from stiefel import v1 as pb
+from stiefel._wire.arrays import require
+from stiefel._wire.calls import Calls
 from stiefel._wire.failures import from_rpc_error
-from stiefel._wire.retries import Attempts
-from stiefel.errors import Closed, CorruptReply, StiefelError, Unavailable
+from stiefel.errors import Closed, StiefelError, Unavailable
 from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 from stiefel.version import __version__
 
-WORK_PER_SECOND = 5e9  #: units of work (instructions) that a core does in a second
-Metadata = tuple[tuple[str, str], ...]
-
 _open: "weakref.WeakSet[Connection]" = weakref.WeakSet()
 _forking = threading.RLock()  #: held while the process forks, and while a channel is opened
-#: What gRPC says of calls on a channel that was closed before or meanwhile.
-_OF_CLOSED = re.compile("(?i)closed channel|channel closed|channel is closed")
-
-
-class Calls:
-    """Makes calls over a connection: those of no session, or those of one, which `Recreation` makes."""
-
-    connection: Connection
-
-    def metadata(self, timeout: Optional[float]) -> Metadata:
-        """Prepares a call and returns its metadata."""
-        return ()
-
-    def check_build(self, call: Any) -> None:
-        """Raises BuildChanged if the server that answered a call computes other bits than the one where the caller began."""
-
-    def error(self, failure: Exception) -> StiefelError:
-        """Returns this package's exception for one of gRPC's."""
-        return self.connection.plain(failure)
-
-    def is_lost(self, error: StiefelError) -> bool:
-        """Returns whether the next call succeeds because it creates the session again."""
-        return False
-
-    def takes(self, request: Any) -> str:
-        """Returns how long a call takes, if that is known: the end of a sentence."""
-        return ""
-
-    def call(self, method: str, request: Any, timeout: Optional[float] = None, metadata: Metadata = (),
-             waits: bool = True) -> Any:
-        """Makes a unary call by name. `waits`: whether a server that went is waited for."""
-        return Attempts(self, request, timeout, waits).run(
-            lambda left: self.send(method, request, left, (*metadata, *self.metadata(left))))
-
-    def call_all(self, method: str, request: Any, timeout: Optional[float] = None,
-                 seen: Callable[[Any], None] = lambda reply: None) -> list[Any]:
-        """Makes a call with a stream of replies and returns all of them. `seen` gets each when it arrives."""
-        def attempt(left: Optional[float]) -> list[Any]:
-            replies = []
-            for reply in self.messages(method, request, left):
-                replies.append(reply)
-                seen(reply)
-            return replies
-        return Attempts(self, request, timeout).run(attempt)
-
-    def send(self, method: str, request: Any, timeout: Optional[float], metadata: Metadata) -> Any:
-        """Makes a unary call once. Raises what gRPC raises, and BuildChanged."""
-        reply, call = getattr(self.connection.stub, method).with_call(
-            request, timeout=timeout, metadata=(*metadata, *self.connection.bearer))
-        self.check_build(call)
-        return self.connection.answered(reply)
-
-    def messages(self, method: str, request: Any, timeout: Optional[float]) -> Generator[Any, None, None]:
-        """Makes a call with a stream of replies once, and cancels it when the iteration is left. Raises as `send` does."""
-        stream = getattr(self.connection.stub, method)(
-            request, timeout=timeout, metadata=(*self.metadata(timeout), *self.connection.bearer))
-        try:
-            for count, message in enumerate(stream):
-                if not count:
-                    self.check_build(stream)
-                yield self.connection.answered(message)
-        finally:
-            stream.cancel()
+_OF_CLOSED = re.compile("(?i)closed channel|channel closed|channel is closed")  # what gRPC says of one, closed before or meanwhile
 
 
 class Connection(Calls):
@@ -99,11 +35,11 @@ class Connection(Calls):
     waits = True  #: whether a server that was reached and went is waited for, until the deadline or for `timeout`
 
     def __init__(self, open: Callable[[], grpc.Channel], address: str = "", timeout: Optional[float] = None,
-                 any_build: bool = False, tls: Optional[bool] = None, bearer: Metadata = (), reopens: bool = True):
+                 any_build: bool = False, tls: Optional[bool] = None, bearer: tuple[tuple[str, str], ...] = (), reopens: bool = True):
         """`open` returns the channel. `timeout`: seconds of calls that do not get their own. `any_build`: whether sessions
         may go on at a server of another build. `tls`: whether the channel has TLS, if that is known. `bearer`: the metadata with
         the token. `reopens`: whether `open` returns a new channel each time, so that a fork may close it."""
-        self.connection = self
+        super().__init__(self)
         self.address, self.timeout, self.any_build, self.bearer = address, timeout, any_build, bearer
         self._tls, self._open_channel = tls, open
         self._opened: Optional[tuple[grpc.Channel, SimulationServiceStub]] = None
@@ -115,16 +51,13 @@ class Connection(Calls):
         _open.add(self)
 
     def _now(self) -> tuple[grpc.Channel, SimulationServiceStub]:
-        opened = self._opened
-        if opened is None:
-            with _forking:
-                if self.closed:
-                    raise self._closed_error()
-                if self._opened is None:
-                    channel = self._open_channel()
-                    self._opened = channel, SimulationServiceStub(channel)  # type: ignore[no-untyped-call]
-                opened = self._opened
-        return opened
+        with _forking:
+            if self.closed:
+                raise self._closed_error()
+            if self._opened is None:
+                channel = self._open_channel()
+                self._opened = channel, SimulationServiceStub(channel)  # type: ignore[no-untyped-call]
+            return self._opened
 
     @property
     def channel(self) -> grpc.Channel:
@@ -146,8 +79,7 @@ class Connection(Calls):
 
     def answered(self, reply: Any) -> Any:
         """Returns the reply of a call, which shows that there is a server."""
-        if reply is None:  # as grpc.aio returns for bytes that are no message
-            raise CorruptReply("the reply is missing, or its bytes are not a message of this call")
+        require(reply is not None, "its bytes are not a message of this call")  # for which grpc.aio returns None
         self.reached = True
         return reply
 
@@ -172,8 +104,7 @@ class Connection(Calls):
         """Waits for `seconds`, or until `close`. `away`: whether the server is away. gRPC connects only while a call runs, so
         it then makes one that does nothing."""
         if self._rest is not None:
-            self._rest(seconds)
-            return
+            return self._rest(seconds)
         end = time.monotonic() + seconds
         if away:
             with suppress(grpc.RpcError, ValueError, Closed):
@@ -200,16 +131,13 @@ def close_all() -> None:
 
 def _before_fork() -> None:
     _forking.acquire()
-    for connection in list(_open):
-        if connection.reopens:
-            connection.close_channel()
+    for connection in [one for one in _open if one.reopens]:
+        connection.close_channel()
 
 
 def _forked() -> None:
     """In the child: a channel that is still open is the parent's."""
-    for connection in list(_open):
-        if not connection.reopens:
-            _open.discard(connection)
+    _open.difference_update([connection for connection in _open if not connection.reopens])
     _forking.release()
 
 

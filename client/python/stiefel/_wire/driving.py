@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import queue
-from typing import Any, Callable, Optional, Sequence
+from typing import Any, Optional
 
 import grpc
 
@@ -10,9 +10,8 @@ from stiefel import v1 as pb
 from stiefel._given.mappings import names
 from stiefel._given.numbers import step_index
 from stiefel._given.typed import Fields
+from stiefel._wire.calls import Attempts, Calls
 from stiefel._wire.failures import from_status
-from stiefel._wire.recreating import Recreation
-from stiefel._wire.retries import Attempts
 from stiefel.errors import NotFound, Unavailable
 from stiefel.results import State
 
@@ -24,11 +23,9 @@ class Drive:
     thread, ends it.
     """
 
-    def __init__(self, handle: Recreation, id: str, fields: Optional[Fields],
-                 read: Callable[[pb.StepResponse, pb.DriveRequest, Sequence[str], bool], State]):
-        """`read`: reads a reply, with the request, the fields in force and whether the caller wants the checkpoint."""
-        self._handle, self._id, self._read = handle, id, read
-        self._fields = names("fields", fields)
+    def __init__(self, session: Any, fields: Optional[Fields]):
+        self._session, self._fields = session, names("fields", fields)
+        self._handle: Calls = session._calls
         self._requests: Any = None
         self._replies: Any = None
 
@@ -36,18 +33,18 @@ class Drive:
         """Returns the state at step `to`, or the last good one before it. `fields` stay in force until others are
         named. `checkpoint`: asks for `State.checkpoint`."""
         to, wanted = step_index("to", to), names("fields", fields) or self._fields
-        request = pb.DriveRequest(session_id=self._id, to=to, fields=wanted,
+        request = pb.DriveRequest(session_id=self._session.id, to=to, fields=wanted,
                                   return_checkpoint=checkpoint or self._handle.wants_checkpoint(to))
         reply = Attempts(self._handle, request, None, endless=True).run(lambda left: self._ask(request))
-        state = self._read(reply, request, wanted, checkpoint)
+        state: State = self._session._state(reply, request, wanted, checkpoint)
         self._fields = wanted
         return state
 
-    def _ask(self, request: pb.DriveRequest) -> pb.StepResponse:
-        begins, metadata = self._replies is None, (*self._handle.metadata(None), *self._handle.connection.bearer)
+    def _ask(self, request: pb.DriveRequest) -> Any:
+        begins = self._replies is None
         if begins:
             method, self._requests = self._handle.connection.stub.Drive, queue.SimpleQueue()
-            self._replies = method(iter(self._requests.get, None), metadata=metadata)
+            self._replies = method(iter(self._requests.get, None), metadata=self._handle.metadata(request))
         self._requests.put(request)
         try:
             reply = self._handle.connection.answered(next(self._replies))
@@ -60,12 +57,11 @@ class Drive:
             self.close()
             raise
         if reply.HasField("error"):
-            error = self._handle.kept(from_status(reply.error))
+            error = from_status(reply.error)
             if isinstance(error, (NotFound, Unavailable)):
                 self.close()  # the next stream goes to the server where the session is then
             raise error
-        answer: pb.StepResponse = reply.step
-        return answer
+        return reply.step
 
     def close(self) -> None:
         """Ends the stream. The next step opens another one."""
@@ -84,4 +80,4 @@ class Drive:
         raise TypeError("a drive cannot be pickled, because it is an open stream")
 
     def __repr__(self) -> str:
-        return f"<stiefel.Drive of {self._id}, {'idle' if self._replies is None else 'open'}>"
+        return f"<stiefel.Drive of {self._session.id}, {'idle' if self._replies is None else 'open'}>"

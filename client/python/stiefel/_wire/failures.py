@@ -16,31 +16,19 @@ from stiefel.errors import CorruptReply, StiefelError, Violation
 _BY_CODE = {kind.code.value[0]: kind for kind in StiefelError.__subclasses__() if kind.__module__ == StiefelError.__module__}
 
 
-def make_error(code: int, message: str, details: bytes = b"") -> StiefelError:
-    """Returns the exception for a status code with the details of `grpc-status-details-bin`. Details that cannot be
-    read are ignored, because the message alone says what is wrong."""
-    try:
-        status = pb.Status.FromString(details)
-    except DecodeError:
-        status = pb.Status()
-    status.code, status.message = code, message
-    return from_status(status)
-
-
 def from_status(status: pb.Status) -> StiefelError:
     """Returns the exception for a status with its details. Ignores a detail that cannot be read."""
     found: dict[str, Any] = {kind.__name__: kind() for kind in (pb.BadRequest, pb.QuotaFailure, pb.ErrorInfo, pb.RetryInfo, pb.Checkpoint)}
     for detail in status.details:
-        kind = detail.type_url.rpartition("/")[2].rpartition(".")[2]
-        if kind in found:
-            with suppress(DecodeError):
-                found[kind] = type(found[kind]).FromString(detail.value)
-    info, retry, saved = found["ErrorInfo"], found["RetryInfo"], found["Checkpoint"]
+        kind = detail.type_url.rpartition(".")[2]
+        with suppress(DecodeError, KeyError):
+            found[kind] = type(found[kind]).FromString(detail.value)
+    bad, exceeded, info, retry, saved = found.values()
     error_type = _BY_CODE.get(status.code, StiefelError)
     remedy = "; here: give `token`" if info.reason == "TOKEN_MISSING" else ""
-    violations = tuple(Violation(v.field, v.description) for v in found["BadRequest"].field_violations)
+    violations = tuple(Violation(v.field, v.description) for v in bad.field_violations)
     error = error_type(status.message + remedy, violations, info.reason, dict(info.metadata))
-    error.quota = tuple(Violation(v.subject, v.description) for v in found["QuotaFailure"].violations)
+    error.quota = tuple(Violation(v.subject, v.description) for v in exceeded.violations)
     error._checkpoint = saved.step, saved.data
     if retry.HasField("retry_delay"):
         error.retry_delay = retry.retry_delay.seconds + 1e-9 * retry.retry_delay.nanos
@@ -94,20 +82,10 @@ def in_plain_words(message: str, tls: Optional[bool] = None, asked: str = "") ->
     if reason == _CLOSES and tls is not None:
         reason += (", as a server does that asks clients for a certificate: give one in `tls`" if tls else
                    ", as a server with TLS does to a client without: give `tls`")
-    return f"cannot reach {address}: {reason}{_gone.get(asked, '')}"
+    return f"cannot reach {address}: {reason}{gone.get(asked, '')}"
 
 
-_gone: dict[str, str] = {}  #: why a server that this process started is gone, by its address
-
-
-def server_ended(address: str, why: str) -> None:
-    """Has errors say of the address why nothing answers there."""
-    _gone[address] = f"; {why}"
-
-
-def server_started(address: str) -> None:
-    """Ends what `server_ended` began."""
-    _gone.pop(address, None)
+gone: dict[str, str] = {}  #: why a server that this process started is gone, behind "; ", by its address
 
 
 def _accepts(address: str) -> bool:
@@ -123,12 +101,12 @@ def _accepts(address: str) -> bool:
 
 def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None, asked: str = "") -> StiefelError:
     """Returns this package's exception. `tls`: whether the channel has TLS, if that is known. `asked`: its address."""
-    metadata: Any = error.trailing_metadata() or ()
-    trailing = dict(iter(metadata))  # the Metadata of grpc.aio has no keys that `dict` could ask
-    details = trailing.get("grpc-status-details-bin", b"")
-    message, code = error.details() or "", error.code()
-    if details:
-        return make_error(code.value[0], message, details)
+    message, code, metadata = error.details() or "", error.code(), error.trailing_metadata() or ()
+    for details in (value for key, value in metadata if key == "grpc-status-details-bin"):
+        status = pb.Status()
+        with suppress(DecodeError):  # the message alone says what is wrong
+            status = pb.Status.FromString(details)
+        return from_status(pb.Status(code=code.value[0], message=message, details=status.details))
     if code is grpc.StatusCode.INTERNAL and message == "Exception deserializing response!":
         return CorruptReply("the reply's bytes are not a message of this call")
     if code is grpc.StatusCode.DEADLINE_EXCEEDED and _BROKEN.match(message):
@@ -136,6 +114,6 @@ def from_rpc_error(error: grpc.RpcError, tls: Optional[bool] = None, asked: str 
     maybe = code in (grpc.StatusCode.CANCELLED, grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN)
     if (maybe and _BROKEN.match(message)) or message.startswith("Received http2 header"):
         code = grpc.StatusCode.UNAVAILABLE
-    plain = make_error(code.value[0], in_plain_words(message, tls, asked))
+    plain = from_status(pb.Status(code=code.value[0], message=in_plain_words(message, tls, asked)))
     plain._may_pass = message.startswith(_ENHANCE_YOUR_CALM)
     return plain

@@ -1,83 +1,44 @@
 """What is read from Linearize and LyapunovSpectrum: results at steps, whatever streams send them."""
 from __future__ import annotations
 
-from typing import Any, Callable, Optional
+from typing import Any, Optional
 
 import numpy as np
 
 from stiefel import v1 as pb
 from stiefel._given.numbers import numbers, refused, step_index
-from stiefel._given.when import steps_of
-from stiefel._results.base import Array, Outcome
+from stiefel._given.when import absent_with_times, steps_of
+from stiefel._results.base import Array
 from stiefel._results.body import principal
-from stiefel._wire.arrays import decode_fields, set_tensor
-from stiefel._wire.recreating import Recreation
-from stiefel._wire.replies import Layout, ends_at, name_of, require
-from stiefel._wire.streams import Reading
-from stiefel._wire.times import absent_with_times
+from stiefel._wire.answers import Layout, name_of
+from stiefel._wire.arrays import decode_fields, require, set_tensor
+from stiefel._wire.calls import Calls
+from stiefel._wire.streams import Results
 from stiefel.errors import FailedPrecondition
 from stiefel.results import LyapunovSpectrum, StateTransition, Verdict
 
 
-class _Results(Reading[None]):
-    """Yields nothing; at the end, `at` has what `read` makes of the messages with results, by step, and `last` is the last
-    message."""
-
-    last: Any
-
-    def __init__(self, handle: Recreation, request: Any, timeout: Optional[float], read: Callable[[Any], Any],
-                 endless: bool = True):
-        """`read`: returns nothing that is true for a message without a result."""
-        super().__init__(handle, request, timeout)
-        self._read, self.endless = read, endless
-        self.at: dict[int, Any] = {}
-
-    def _take(self, message: Any) -> None:
-        result = self._read(message)
-        if result:
-            require(0 <= message.step <= self._request.to, f"it has a result at step {message.step}")
-            self.at[message.step] = result
-
-    def _check_end(self, message: Any) -> None:
-        ends_at(message.run_status, message.step, self._request.to)
-        require(message.run_status.outcome != pb.OUTCOME_REACHED or message.step in self.at, "its last result is missing")
-        self.last = message
-
-    def run(self) -> list[Any]:
-        """Returns the results in the order of their steps."""
-        for _ in self:
-            pass
-        return [result for _, result in sorted(self.at.items())]
-
-
-def put_vectors(request: pb.LinearizeRequest, vectors: Any) -> None:
-    """Sets the tangent vectors: (d) or (m, d) by coordinates, (m, rows, cols) as blocks."""
-    if vectors is None:
-        return
-    given = numbers("vectors", vectors)
-    if given.ndim not in (1, 2, 3) or not given.size:
-        raise refused("vectors", f"the shape {given.shape}: must be (m, d) or (m, rows, cols)")
-    set_tensor(request.vectors, given if given.ndim > 1 else given[np.newaxis])
-
-
-def linearized(handle: Recreation, request: pb.LinearizeRequest, step: float, timeout: Optional[float]) -> StateTransition:
-    """Returns the results of the call. `step`: the scene's time between two states. A stream that breaks begins anew, because
-    the vectors at a step depend on the request alone."""
-    reading = _Results(handle, request, timeout, lambda message: decode_fields(message.fields), endless=False)
-    results = reading.run()
-    steps, alone = np.array(sorted(reading.at), np.int64), request.every == 0 and len(results) == 1
-    start_basis, layout = results[0].pop("start_basis", None) if results else None, Layout([])
-    for result in results:
-        layout.check(result)
-        require(("vectors" if len(request.vectors.shape) == 3 else "matrix") in result, "a result has no vectors")
-
-    def stacked(which: str) -> Optional[Array]:
-        arrays = [result[which] for result in results if which in result]
-        return (arrays[0] if alone else np.stack(arrays)) if arrays else None
-
+def linearized(handle: Calls, request: pb.LinearizeRequest, vectors: Any, step: float,
+               timeout: Optional[float]) -> StateTransition:
+    """Returns the results of the call. `vectors`: (d) or (m, d) by coordinates, (m, rows, cols) as blocks; None for all. `step`: the
+    scene's time between two states. A stream that breaks begins anew, because the vectors at a step depend on the request alone."""
+    if vectors is not None:
+        given = numbers("vectors", vectors)
+        if given.ndim not in (1, 2, 3) or not given.size:
+            raise refused("vectors", f"the shape {given.shape}: must be (m, d) or (m, rows, cols)")
+        set_tensor(request.vectors, given if given.ndim > 1 else given[np.newaxis])
+    reading = Results(handle, request, timeout, "fields", endless=False)
+    messages, layout = reading.run(), Layout()
+    results = [layout.read(field for field in one.fields if field.name != "start_basis") for one in messages]
+    start = [field for field in messages[0].fields if field.name == "start_basis"] if messages else []
+    require(all(("vectors" if len(request.vectors.shape) == 3 else "matrix") in one for one in results), "a result has no vectors")
+    alone = request.every == 0 and len(results) == 1
+    steps: Any = np.array([one.step for one in messages], np.int64)
+    steps = steps[0] if alone else steps
+    found = {name: results[0][name] if alone else np.stack([one[name] for one in results]) for name in (results or [{}])[0]}
     return StateTransition(
-        step=steps[0] if alone else steps, time=(steps[0] if alone else steps) * step, matrix=stacked("matrix"), vectors=stacked("vectors"),
-        basis=stacked("basis"), start_basis=start_basis, parameters=("inertia",) * request.inertia + ("step",) * request.step,
+        step=steps, time=steps * step, matrix=found.get("matrix"), vectors=found.get("vectors"), basis=found.get("basis"),
+        start_basis=decode_fields(start).get("start_basis"), parameters=("inertia",) * request.inertia + ("step",) * request.step,
         run_status=reading.run_status, computed_steps=reading.computed_steps, work=reading.work)
 
 
@@ -94,7 +55,7 @@ def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int,
         every = int(np.gcd.reduce(after)) or 1
         to, which = int(after.max()) + start, after // every
     moved = session.linearize(to, start=start, every=every, timeout=timeout, time=time)
-    if moved.outcome is not Outcome.REACHED:
+    if not moved.success:
         raise FailedPrecondition(f"the step cannot be reached: {moved.run_status.message}")
     Phi, size = moved.matrix, moved.matrix.shape[-1]
     if given.shape != (size, size):
@@ -110,19 +71,19 @@ def covariance(session: Any, P0: Any, to: Optional[int], start: int, every: int,
     return np.asarray((Phi @ given @ np.swapaxes(Phi, -1, -2))[which])
 
 
-def grown(handle: Recreation, request: pb.LyapunovSpectrumRequest, timeout: Optional[float]) -> LyapunovSpectrum:
+def grown(handle: Calls, request: pb.LyapunovSpectrumRequest, timeout: Optional[float]) -> LyapunovSpectrum:
     """Returns the result of the call."""
-    reading = _Results(handle, request, timeout, lambda message: message if message.exponents else None)
+    reading = Results(handle, request, timeout, "exponents")
     kept, last = reading.run(), reading.last
     count = len(kept[0].exponents) if kept else 0
     require(request.count in (0, count) or not kept, f"it has {count} exponents")
     require(all(len(one.exponents) == count and len(one.log_gali) == count - 1 for one in kept), "its results have other numbers")
-    rows = np.reshape([np.array(one.exponents) for one in kept], (len(kept), count))
-    volumes = np.reshape([np.array(one.log_gali) for one in kept], (len(kept), max(count - 1, 0)))
+    rows, volumes = (np.reshape([np.array(getattr(one, name)) for one in kept], (len(kept), numbers))
+                     for name, numbers in (("exponents", count), ("log_gali", max(count - 1, 0))))
     return LyapunovSpectrum(
-        exponents=rows[-1].copy() if kept else np.empty(0), errors=np.array(last.errors),
+        exponents=rows[-1:].flatten(), errors=np.array(last.errors),
         verdict=Verdict(name_of(pb.Verdict, last.verdict).lower()), reason=last.reason,
-        log_gali=volumes[-1].copy() if kept else np.empty(0), step=last.step, time=last.time,
+        log_gali=volumes[-1:].flatten(), step=last.step, time=last.time,
         steps=np.array([one.step for one in kept], np.int64), times=np.array([one.time for one in kept]), history=rows,
         log_gali_history=volumes, interval=last.interval, run_status=reading.run_status, checkpoint=reading.checkpoint,
         computed_steps=reading.computed_steps, work=reading.work)

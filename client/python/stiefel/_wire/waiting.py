@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import weakref
 from contextlib import suppress
-from typing import Any, Awaitable, Callable, Iterator, Optional, TypeVar
+from types import SimpleNamespace
+from typing import Any, Awaitable, Callable, Iterator, Optional, TypeVar, cast
 
 import grpc
 import grpc.aio
@@ -22,12 +23,7 @@ _EOF: Any = getattr(grpc.aio, "EOF")
 
 
 class _Blocking(greenlet):  # type: ignore[misc]
-    """A greenlet that hands what it waits for to its parent. It has the context variables of its task."""
-
-    def __init__(self, function: Callable[..., Any]):
-        parent = getcurrent()
-        super().__init__(function, parent)
-        self.gr_context = parent.gr_context
+    """A greenlet that hands what it waits for to its parent."""
 
 
 async def run(function: Callable[..., T], *arguments: Any, **more: Any) -> T:
@@ -35,6 +31,7 @@ async def run(function: Callable[..., T], *arguments: Any, **more: Any) -> T:
     blocking the event loop: `await stiefel.aio.run(trajectory.error_at, times)`. An exception of what it waits for, such as
     the cancellation of the task, is raised where it waits."""
     blocking = _Blocking(function)
+    blocking.gr_context = getcurrent().gr_context  # it has the context variables of its task
     handed = blocking.switch(*arguments, **more)
     while not blocking.dead:
         try:
@@ -43,28 +40,12 @@ async def run(function: Callable[..., T], *arguments: Any, **more: Any) -> T:
             handed = blocking.throw(error)
         else:
             handed = blocking.switch(result)
-    returned: T = handed
-    return returned
+    return cast(T, handed)
 
 
 def wait(awaitable: Awaitable[T]) -> T:
     """Waits inside `run`."""
-    parent: Any = getcurrent().parent
-    result: T = parent.switch(awaitable)
-    return result
-
-
-class Lock:
-    """A lock that may be held while `run` waits."""
-
-    def __init__(self) -> None:
-        self._lock = asyncio.Lock()
-
-    def __enter__(self) -> None:
-        wait(self._lock.acquire())
-
-    def __exit__(self, *exception: object) -> None:
-        self._lock.release()
+    return cast(T, getcurrent().parent.switch(awaitable))
 
 
 class Channel:
@@ -85,17 +66,27 @@ class Channel:
             self._loop, self._opened = loop, self._open()
         return self._opened
 
-    def unary_unary(self, *method: Any, **more: Any) -> _Method:
-        return _Method(self, lambda channel: channel.unary_unary(*method, **more))
+    def _begin(self, kind: str, method: tuple[Any, ...], coders: dict[str, Any], request: tuple[Any, ...],
+               requests: Optional[Iterator[Any]] = None, timeout: Optional[float] = None, metadata: Any = ()) -> _Call:
+        if not isinstance(getcurrent(), _Blocking):
+            raise FailedPrecondition("what makes a call of stiefel.aio must be awaited: `await stiefel.aio.run(function, ...)`")
+        made = getattr(self.opened, kind)(*method, **coders)
+        call = _Call(made(*request, timeout=timeout, metadata=tuple(metadata)), requests)
+        self.calls.add(call)
+        return call
 
-    def unary_stream(self, *method: Any, **more: Any) -> Callable[..., _Call]:
-        return _Method(self, lambda channel: channel.unary_stream(*method, **more)).begin
+    def unary_unary(self, *method: Any, **coders: Any) -> Any:
+        def with_call(request: Any, **call: Any) -> tuple[Any, _Call]:
+            begun = self._begin("unary_unary", method, coders, (request,), **call)
+            return begun.result(), begun
+        return SimpleNamespace(with_call=with_call)
 
-    def stream_stream(self, *method: Any, **more: Any) -> Callable[..., _Call]:
-        """Of a method that answers each request with one reply: reading a reply sends its request. Tasks that do so at the
-        same time take turns."""
-        made = _Method(self, lambda channel: channel.stream_stream(*method, **more))
-        return lambda requests, **call: made.begin(None, **call).sending(requests)
+    def unary_stream(self, *method: Any, **coders: Any) -> Callable[..., _Call]:
+        return lambda request, **call: self._begin("unary_stream", method, coders, (request,), **call)
+
+    def stream_stream(self, *method: Any, **coders: Any) -> Callable[..., _Call]:
+        """Of a method that answers each request with one reply: reading a reply sends its request."""
+        return lambda requests, **call: self._begin("stream_stream", method, coders, (), requests, **call)
 
     def rest(self, seconds: float) -> None:
         """Waits for `seconds`."""
@@ -109,38 +100,11 @@ class Channel:
             wait(self._opened.close())
 
 
-class _Method:
-    """A method of a channel, for calls in any loop."""
-
-    def __init__(self, channel: Channel, make: Callable[[Any], Any]):
-        self._channel, self._make = channel, make
-        self._made: tuple[Any, Any] = (None, None)
-
-    def begin(self, *request: Any, timeout: Optional[float] = None, metadata: Any = ()) -> _Call:
-        if not isinstance(getcurrent(), _Blocking):
-            raise FailedPrecondition("what makes a call of stiefel.aio must be awaited: `await stiefel.aio.run(function, ...)`")
-        opened = self._channel.opened
-        if self._made[0] is not opened:
-            self._made = opened, self._make(opened)
-        call = _Call(self._made[1](*request, timeout=timeout, metadata=tuple(metadata)))
-        self._channel.calls.add(call)
-        return call
-
-    def with_call(self, request: Any, timeout: Optional[float] = None, metadata: Any = ()) -> tuple[Any, _Call]:
-        call = self.begin(request, timeout=timeout, metadata=metadata)
-        return call.result(), call
-
-
 class _Call:
-    """A call, and an iterator over the replies of one with a stream."""
+    """A call, and an iterator over the replies of one with a stream. Tasks that read at the same time take turns."""
 
-    def __init__(self, call: Any):
-        self._call, self._left = call, False
-        self._requests: Optional[Iterator[Any]] = None
-
-    def sending(self, requests: Iterator[Any]) -> _Call:
-        self._requests, self._turn = requests, asyncio.Lock()
-        return self
+    def __init__(self, call: Any, requests: Optional[Iterator[Any]]):
+        self._call, self._requests, self._turn, self._left = call, requests, asyncio.Lock(), False
 
     def result(self) -> Any:
         return self._wait(self._call)
@@ -149,15 +113,16 @@ class _Call:
         return self
 
     def __next__(self) -> Any:
-        reply = self._wait(self._call.read() if self._requests is None else self._exchange(next(self._requests)))
+        reply = self._wait(self._read())
         if reply is _EOF:
             raise StopIteration
         return reply
 
-    async def _exchange(self, request: Any) -> Any:
+    async def _read(self) -> Any:
         async with self._turn:
-            with suppress(asyncio.InvalidStateError):  # the call has ended; reading says how
-                await self._call.write(request)
+            if self._requests is not None:
+                with suppress(asyncio.InvalidStateError):  # the call has ended; reading says how
+                    await self._call.write(next(self._requests))
             return await self._call.read()
 
     def initial_metadata(self) -> Any:

@@ -31,7 +31,7 @@ class Progress:
             exception.how_far = f"at step {self._step()} of {self._to}"
 
     def _step(self) -> int:
-        told: int = self._session._recreation.reached
+        told: int = self._session._calls.told
         try:
             held: list[int] = [*self._client.get(self._session.id)._message.cached_steps]
         except StiefelError:
