@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/body/body_by_method.h"
+#include "engine/body/exact_body.h"
 #include "engine/body/preprocessed_moser_veselov.h"
 #include "engine/dense/principal_moments_3.h"
 #include "engine/dense/so_4.h"

@@ -1,11 +1,10 @@
 #include <cmath>
 
-#include "engine/body/body_by_method.h"
 #include "engine/body/discrete_pairs.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/rigid_forms.h"
 #include "engine/body/view.h"
-#include "engine/motion/methods_on.h"
+#include "engine/motion/method_entry.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
 #include "engine/motion/two_form.h"
@@ -106,7 +105,7 @@ SystemEntry moser_veselov_pair_entry() {
   info.invariants.push_back(discrete_hamiltonian_info);
   return {.info = info,
           .check = check,
-          .make = make_body_simulation,
+          .make = make_rigid_body,
           .methods = keeps_all,
           .two_forms = {&form},
           .representation = &representations::moser_veselov_pair,

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/body/body_by_method.h"
 #include "engine/body/body_packs.h"
+#include "engine/body/exact_body.h"
 
 namespace stiefel {
 namespace {

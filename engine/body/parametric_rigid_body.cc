@@ -12,7 +12,6 @@
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
 #include "engine/motion/stacked_observables.h"
@@ -202,10 +201,9 @@ std::unique_ptr<Simulation> make_parametric_rigid_body(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> make_parametric_moser_veselov(const Scene& scene) {
-  return make_discrete_simulation(
-      scene,
-      ParametricMoserVeselov<double>(scene.inertia(), scene.step(), scene.parameter(),
-                                     scene.epsilon()),
+  using Map = ParametricMoserVeselov<double>;
+  return std::make_unique<SimulationOf<Map>>(
+      scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
       shared(parametric_observables(scene, scene.step())));
 }
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "engine/body/body_by_method.h"
 #include "engine/body/exact/turned_body.h"
 #include "engine/body/rigid_body.h"
 #include "engine/body/rigid_body_invariants.h"
@@ -15,7 +14,7 @@
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/rk4.h"
 #include "engine/methods/variational.h"
-#include "engine/motion/methods_on.h"
+#include "engine/motion/method_entry.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
 #include "engine/motion/system_entry.h"
@@ -273,16 +272,6 @@ void check_rigid_body(SceneDraft& draft, bool frame_required) {
   if (const RowMatrix* Q = draft.block("Q", N, N, frame_required)) draft.set_frame("Q", *Q);
 }
 
-std::unique_ptr<Simulation> make_rigid_body(const Scene& scene) {
-  return is_exact_body(scene) ? exact_body(scene) : make_body_simulation(scene);
-}
-
-std::vector<MethodOnSystem> methods_of_rigid_bodies(const SystemInfo& info) {
-  std::vector<MethodOnSystem> all;
-  for (const BodyByMethod& body : bodies_by_methods()) all.push_back(body.declared(info));
-  return all;
-}
-
 SystemEntry view_of_rigid_body(SystemInfo info, void (*check)(SceneDraft&),
                                const Representation& representation, BodyView (*view)(const Scene&),
                                const MotionStart& motion) {
@@ -339,7 +328,6 @@ SystemEntry moser_veselov_entry() {
   info.invariants.push_back(discrete_hamiltonian_info);
   entry.continuous = "rigid_body";
   entry.tangents = &discrete_tangents;
-  entry.make = make_body_simulation;
   entry.methods = keeps_all;
   return entry;
 }

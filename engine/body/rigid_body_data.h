@@ -13,8 +13,10 @@ extern const SeriesEquations body_equations;
 extern const MotionRates body_rates;
 extern const Packs body_packs;
 
-/// What moves rigid bodies, and the methods that do.
+/// Returns the simulation of a rigid body by the scene's method; of the discrete body, whose map is
+/// that of `variational` of order 2.
 std::unique_ptr<Simulation> make_rigid_body(const Scene& scene);
+/// Returns the methods that move rigid bodies, in the order of the catalogue.
 std::vector<MethodOnSystem> methods_of_rigid_bodies(const SystemInfo& info);
 
 /// Returns the entry of a continuous system that is the rigid body in other variables.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/body/exact/euler_top.h"
+#include "engine/body/exact/turned_body.h"
 #include "engine/body/exact/two_valued_body.h"
 #include "engine/body/moser_veselov.h"
 #include "engine/body/preprocessed_moser_veselov.h"
@@ -19,56 +20,64 @@ namespace stiefel {
 // The maps of methods that are made for the left-invariant rigid body.
 
 template <class Space>
-struct Variational::MapOf<RigidBody<Space>> {
-  static constexpr bool keeps(std::string_view) { return true; }
-  static MoserVeselov<Space> make(const RigidBody<Space>& body, typename Space::Scalar h,
-                                  Arithmetic arithmetic) {
-    if constexpr (HasMatrixStates<RigidBody<Space>>)
-      return {body.lambda(), h, arithmetic};
-    else
-      return {body.lambda(), h, arithmetic, body.has_frame()};
-  }
-};
+auto map_of(Variational, const RigidBody<Space>& body, typename Space::Scalar h,
+            const MethodOptions& options) {
+  return composed(
+      [body](typename Space::Scalar stage, Arithmetic arithmetic) -> MoserVeselov<Space> {
+        if constexpr (HasMatrixStates<RigidBody<Space>>)
+          return {body.lambda(), stage, arithmetic};
+        else
+          return {body.lambda(), stage, arithmetic, body.has_frame()};
+      },
+      h, options);
+}
 
 template <class Scalar, bool frame>
-struct PreprocessedVariational::MapOf<RigidBody<So3<Scalar, frame>>> {
-  struct type : PreprocessedMoserVeselov<Scalar, frame> {
-    using Moved = PreprocessedMoserVeselov<Scalar, frame>;
-    type(const RigidBody<So3<Scalar, frame>>& body, Scalar h, const MethodOptions& options)
-        : Moved(body.lambda(), h, options.order, options.arithmetic, body.has_frame()) {}
-  };
-};
+PreprocessedMoserVeselov<Scalar, frame> map_of(PreprocessedVariational,
+                                               const RigidBody<So3<Scalar, frame>>& body, Scalar h,
+                                               const MethodOptions& options) {
+  return {body.lambda(), h, options.order, options.arithmetic, body.has_frame()};
+}
 
 template <class Scalar, bool frame>
-struct Splitting::MapOf<RigidBody<So3<Scalar, frame>>> {
-  using type = SplitBody3<Scalar, frame>;
-};
-
-template <class Scalar, bool frame>
-struct Exact::MotionOf<RigidBody<So3<Scalar, frame>>> {
-  using Wide = Extended<Scalar>;
-  static bool takes(const Eigen::VectorXd& lambda) { return lambda.size() == 3; }
-  static EulerTop<Wide, frame> make(const RigidBody<So3<Scalar, frame>>& body,
-                                    const typename So3<Scalar, frame>::State& start) {
-    return {PrincipalMoments3<Wide>(body.lambda()), start.template cast<Wide>()};
-  }
-};
-
-template <class Scalar>
-struct Exact::MotionOf<RigidBody<SoN<Scalar>>> {
-  using Wide = Extended<Scalar>;
-  static constexpr std::string_view where = "N = 3, or Lambda of at most two values";
-  static bool takes(const Eigen::VectorXd& lambda) {
-    return lambda.size() == 3 || TwoValuedBody<Wide>::has(lambda);
-  }
-  static TwoValuedBody<Wide> make(const RigidBody<SoN<Scalar>>& body, const Matrix<Scalar>& start) {
-    return {body.lambda().template cast<Wide>(), start.template cast<Wide>()};
-  }
-};
+SplitBody3<Scalar, frame> map_of(Splitting, const RigidBody<So3<Scalar, frame>>& body, Scalar h,
+                                 const MethodOptions& options) {
+  return {body, h, options};
+}
 
 template <class Space>
-struct ImplicitMidpoint::CayleyOf<RigidBody<Space>> {
-  using type = CayleyMidpoint<Space>;
-};
+ImplicitMidpoint::Map<RigidBody<Space>, CayleyMidpoint<Space>> map_of(
+    ImplicitMidpoint, const RigidBody<Space>& body, typename Space::Scalar h,
+    const MethodOptions& options) {
+  return {body, h, options};
+}
+
+/// Bodies of scenes in three dimensions have more digits of Λ and M (exact_body.cc).
+template <class Scalar, bool frame>
+auto map_of(Exact, const RigidBody<So3<Scalar, frame>>& body, Scalar h, const MethodOptions&) {
+  using Wide = Extended<Scalar>;
+  using Point = typename So3<Scalar, frame>::State;
+  return closed_form_map<Point>(
+      [body](const Point& start) {
+        return EulerTop<Wide, frame>(PrincipalMoments3<Wide>(body.lambda()),
+                                     start.template cast<Wide>());
+      },
+      h);
+}
+
+template <class Scalar>
+auto map_of(Exact, const RigidBody<SoN<Scalar>>& body, Scalar h, const MethodOptions&) {
+  using Wide = Extended<Scalar>;
+  return closed_form_map<Matrix<Scalar>>(
+      [body](const Matrix<Scalar>& start) {
+        return TwoValuedBody<Wide>(body.lambda().template cast<Wide>(),
+                                   start.template cast<Wide>());
+      },
+      h);
+}
+template <class Scalar>
+inline constexpr Declared declared<Exact, RigidBody<SoN<Scalar>>> = {
+    .where = "N = 3, or Lambda of at most two values",
+    .takes = BodyRotation<Extended<Scalar>>::has};
 
 }  // namespace stiefel

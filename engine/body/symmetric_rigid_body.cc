@@ -11,7 +11,6 @@
 #include "engine/body/symmetric_rigid_body_maps.h"
 #include "engine/body/view.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/two_form.h"
 #include "engine/structure/tangent_spaces.h"

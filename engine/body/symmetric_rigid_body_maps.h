@@ -13,32 +13,30 @@ namespace stiefel {
 // Moser–Veselov map under Ψ, and the closed form.
 
 template <class Scalar>
-struct Variational::MapOf<SymmetricRigidBody<Scalar>> {
-  static constexpr bool keeps(std::string_view) { return true; }
-  static SymmetricMoserVeselov<Scalar> make(const SymmetricRigidBody<Scalar>& body, Scalar h,
-                                            Arithmetic arithmetic) {
-    return {body.lambda(), h, body.epsilon(), arithmetic};
-  }
-};
+auto map_of(Variational, const SymmetricRigidBody<Scalar>& body, Scalar h,
+            const MethodOptions& options) {
+  return composed(
+      [body](Scalar stage, Arithmetic arithmetic) {
+        return SymmetricMoserVeselov<Scalar>(body.lambda(), stage, body.epsilon(), arithmetic);
+      },
+      h, options);
+}
 
 template <class Scalar>
-struct Exact::MotionOf<SymmetricRigidBody<Scalar>> {
+auto map_of(Exact, const SymmetricRigidBody<Scalar>& body, Scalar h, const MethodOptions&) {
   using Wide = Extended<Scalar>;
-  static constexpr std::string_view where = "N = 3, or Lambda of at most two values";
-  static bool takes(const Eigen::VectorXd& lambda) { return BodyRotation<Wide>::has(lambda); }
-
-  static TurnedBody<Wide> make(const SymmetricRigidBody<Scalar>& body,
-                               const Matrix<Scalar>& start) {
-    const Matrix<Wide> x = start.template cast<Wide>();
-    const Matrix<Wide> Q = x.topRows(x.cols()), P = x.bottomRows(x.cols());
-    const Wide epsilon = body.epsilon();
-    return {{body.lambda().template cast<Wide>(), Psi(Q, P, epsilon)}, x};
-  }
-};
-
+  return closed_form_map<Matrix<Scalar>>(
+      [body](const Matrix<Scalar>& start) -> TurnedBody<Wide> {
+        const Matrix<Wide> x = start.template cast<Wide>();
+        const Matrix<Wide> Q = x.topRows(x.cols()), P = x.bottomRows(x.cols());
+        const Wide epsilon = body.epsilon();
+        return {{body.lambda().template cast<Wide>(), Psi(Q, P, epsilon)}, x};
+      },
+      h);
+}
 template <class Scalar>
-struct SpecialMethods<SymmetricRigidBody<Scalar>> {
-  using type = TypeList<Variational, Exact>;
-};
+inline constexpr Declared declared<Exact, SymmetricRigidBody<Scalar>> = {
+    .where = "N = 3, or Lambda of at most two values",
+    .takes = BodyRotation<Extended<Scalar>>::has};
 
 }  // namespace stiefel

@@ -9,7 +9,6 @@
 #include "engine/bracket/taylor_double_bracket.h"
 #include "engine/dense/skew_spectrum.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/series_start.h"
 #include "engine/motion/stacked_observables.h"
 #include "engine/motion/system_entry.h"

@@ -4,7 +4,6 @@
 #include "engine/frame/stiefel_forms.h"
 #include "engine/frame/stiefel_invariants.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/tangent_map.h"
 #include "engine/structure/tangent_spaces.h"
 #include "stiefel/invariant_names.h"
@@ -64,7 +63,8 @@ std::unique_ptr<Simulation> make_discrete_stiefel(const Scene& scene) {
   observables.speed = [=, h = scene.step()](const Eigen::MatrixXd& x) {
     return (x.bottomRows(n) - x.topRows(n)).norm() / std::abs(h);
   };
-  return make_discrete_simulation(scene, DiscreteStiefel<double>(lambda, n), shared(observables));
+  using Map = DiscreteStiefel<double>;
+  return std::make_unique<SimulationOf<Map>>(scene, Map(lambda, n), shared(observables));
 }
 
 /// Two frames.

@@ -2,16 +2,13 @@
 #include "engine/frame/stiefel_forms.h"
 #include "engine/frame/stiefel_maps.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/stacked_observables.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
 // Compiled once, in stiefel.cc.
-extern template std::unique_ptr<Simulation> simulation_of(
-    const Scene&, const MapOfLength<Composition<RattleStiefel<double>>>&, const SharedObservables&,
-    bool);
+extern template class SimulationOf<Composition<RattleStiefel<double>>>;
 
 namespace {
 

@@ -4,7 +4,6 @@
 #include "engine/frame/stiefel_maps.h"
 #include "engine/frame/stiefel_momenta.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/two_form.h"
 #include "engine/structure/tangent_spaces.h"
 #include "stiefel/invariant_names.h"
@@ -12,9 +11,7 @@
 
 namespace stiefel {
 
-template std::unique_ptr<Simulation> simulation_of(
-    const Scene&, const MapOfLength<Composition<RattleStiefel<double>>>&, const SharedObservables&,
-    bool);
+template class SimulationOf<Composition<RattleStiefel<double>>>;
 
 namespace {
 

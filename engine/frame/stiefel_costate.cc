@@ -4,7 +4,6 @@
 #include "engine/frame/stiefel_invariants.h"
 #include "engine/frame/stiefel_momenta.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/two_form.h"
 #include "engine/structure/tangent_spaces.h"
 #include "stiefel/invariant_names.h"

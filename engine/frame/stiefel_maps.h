@@ -10,48 +10,50 @@
 
 namespace stiefel {
 
-// The maps of methods that are made for geodesics on V(n, N).
+// The maps of methods that are made for geodesics on V(n, N), and on the ellipsoid by velocity.
 
 template <class Scalar>
-struct Variational::MapOf<Stiefel<Scalar>> {
-  static constexpr bool keeps(std::string_view invariant) { return invariant != family::energy; }
-  static RattleStiefel<Scalar> make(const Stiefel<Scalar>& system, Scalar h,
-                                    Arithmetic arithmetic) {
-    return {system.lambda(), system.n(), h, arithmetic};
-  }
-};
+auto map_of(Variational, const Stiefel<Scalar>& system, Scalar h, const MethodOptions& options) {
+  return composed(
+      [system](Scalar stage, Arithmetic arithmetic) {
+        return RattleStiefel<Scalar>(system.lambda(), system.n(), stage, arithmetic);
+      },
+      h, options);
+}
+/// The energy oscillates.
+template <class Scalar>
+inline constexpr Declared declared<Variational, Stiefel<Scalar>> = {
+    .conservation = [](std::string_view invariant) {
+      return invariant == family::energy ? Conservation::bounded : Conservation::exact;
+    }};
 
 template <class Scalar>
-struct Exact::MotionOf<Stiefel<Scalar>> {
+auto map_of(Exact, const Stiefel<Scalar>& system, Scalar h, const MethodOptions&) {
   using Wide = Extended<Scalar>;
-  static constexpr std::string_view where = "Lambda a multiple of the identity";
-  static bool takes(const Eigen::VectorXd& lambda) { return IsotropicGeodesic<Wide>::has(lambda); }
-  static IsotropicGeodesic<Wide> make(const Stiefel<Scalar>& system, const Matrix<Scalar>& start) {
-    return {system.lambda().template cast<Wide>(), start.template cast<Wide>()};
-  }
-};
+  return closed_form_map<Matrix<Scalar>>(
+      [system](const Matrix<Scalar>& start) {
+        return IsotropicGeodesic<Wide>(system.lambda().template cast<Wide>(),
+                                       start.template cast<Wide>());
+      },
+      h);
+}
+template <class Scalar>
+inline constexpr Declared declared<Exact, Stiefel<Scalar>> = {
+    .where = "Lambda a multiple of the identity",
+    .takes = IsotropicGeodesic<Extended<Scalar>>::has};
 
 template <class Scalar>
-struct SpecialMethods<Stiefel<Scalar>> {
-  using type = TypeList<Variational, Exact>;
-};
-
-// The map of a method that is made for geodesics on the ellipsoid, by velocity.
-
+auto map_of(Variational, const Ellipsoid<Scalar>& system, Scalar h, const MethodOptions& options) {
+  return composed(
+      [system](Scalar stage, Arithmetic arithmetic) {
+        return RattleStiefel<Scalar>(system.lambda(), 1, stage, arithmetic, LowerBlock::Qdot);
+      },
+      h, options);
+}
 template <class Scalar>
-struct Variational::MapOf<Ellipsoid<Scalar>> {
-  static constexpr bool keeps(std::string_view invariant) {
-    return invariant == family::orthogonality;
-  }
-  static RattleStiefel<Scalar> make(const Ellipsoid<Scalar>& system, Scalar h,
-                                    Arithmetic arithmetic) {
-    return {system.lambda(), 1, h, arithmetic, LowerBlock::Qdot};
-  }
-};
-
-template <class Scalar>
-struct SpecialMethods<Ellipsoid<Scalar>> {
-  using type = TypeList<Variational>;
-};
+inline constexpr Declared declared<Variational, Ellipsoid<Scalar>> = {
+    .conservation = [](std::string_view invariant) {
+      return invariant == family::orthogonality ? Conservation::exact : Conservation::bounded;
+    }};
 
 }  // namespace stiefel

@@ -3,37 +3,52 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <span>
 
 #include "engine/methods/method.h"
 
 namespace stiefel {
 
+/// The exact motion, where a closed form is known: the state at step k is computed from the state
+/// at step 0, at the same cost for every k. Computed in extended precision in both arithmetics, so
+/// rounding errors do not accumulate.
+///
+///     rigid body, N = 3              EulerTop
+///     rigid body, Λ of two values    TwoValuedBody
+///     V(n, N), Λ = λI                IsotropicGeodesic
+struct Exact {
+  static constexpr MethodTraits traits = {
+      .name = "exact",
+      .summary = "closed form; in three dimensions Jacobi's elliptic functions",
+      .source =
+          "Jacobi 1849; Celledoni, Fasso, Safstrom and Zanna 2008; Edelman, Arias and Smith 1998",
+      .file = "engine/methods/exact.h",
+      .orders = {},
+      .default_order = 0,
+      .reversible = true,
+  };
+  static constexpr Conservation conservation(const SystemTraits&, std::string_view) {
+    return Conservation::exact;
+  }
+};
+
 /// A motion in closed form. A Point is the state of a system.
 template <class Point>
 class ClosedForm {
  public:
-  using Wide = Extended<typename Point::Scalar>;
+  using Scalar = typename Point::Scalar;
+  using Wide = Extended<Scalar>;
   virtual ~ClosedForm() = default;
-  /// Returns the state at time t, rounded.
-  virtual const Point& at(Wide t) = 0;
+  /// Sets x to the state after k steps of length h, rounded, and returns true; false where that is
+  /// not finite.
+  virtual bool at(Wide k, Scalar h, Point& x) = 0;
+  /// Sets x to the state at the first of several times. The others are a hint of what the next
+  /// calls will ask for, so that their states can be computed together.
+  virtual bool at(std::span<const Scalar> times, Point& x) { return at(1, times[0], x); }
 };
 
-template <class Point, class Motion>
-std::shared_ptr<ClosedForm<Point>> closed_form(Motion motion) {
-  struct Held final : ClosedForm<Point> {
-    explicit Held(Motion m) : motion(std::move(m)) {}
-    const Point& at(typename ClosedForm<Point>::Wide t) override {
-      const auto& wide = motion.at(t);
-      return x = wide.template cast<typename Point::Scalar>();
-    }
-    Motion motion;
-    Point x;
-  };
-  return std::make_shared<Held>(std::move(motion));
-}
-
-/// The map of a motion in closed form, compiled once for all systems with the same states. Its
-/// state holds the motion, which `start` makes from the state at step 0.
+/// The map of motions in closed form, compiled once for all systems with the same states. Its state
+/// holds the motion, which `start` makes from the state at step 0.
 template <class Point_>
 class ClosedFormMap {
  public:
@@ -59,77 +74,48 @@ class ClosedFormMap {
   State start(const Point& x) const {
     return {{x, Arithmetic::plain}, Eigen::Matrix<Scalar, 1, 1>::Zero(), make_(x)};
   }
+  static bool stops_before_change() { return true; }
 
   RunStatus step(State& state) const { return at(state, Wide(state.steps(0)) + 1); }
-
-  /// Sets the state to that k steps after step 0.
   RunStatus at(State& state, Wide k) const {
-    using std::isfinite;
-    const Point& x = state.motion->at(k * Wide(h_));
-    if (!isfinite(x.squaredNorm())) return {Outcome::not_finite, std::nullopt};
-    state.x.value = x;
-    state.steps(0) = static_cast<Scalar>(k);
-    return {};
+    const RunStatus status = outcome(state.motion->at(k, h_, state.x.value));
+    if (status.reached()) state.steps(0) = static_cast<Scalar>(k);
+    return status;
+  }
+  RunStatus at(State& state, std::span<const Scalar> times) const {
+    return outcome(state.motion->at(times, state.x.value));
   }
 
   std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
 
  private:
+  static RunStatus outcome(bool finite) {
+    return {finite ? Outcome::reached : Outcome::not_finite, std::nullopt};
+  }
+
   Make make_;
   Scalar h_;
 };
 
-/// The exact motion, where a closed form is known: the state at step k is computed from the state
-/// at step 0, at the same cost for every k. Computed in extended precision in both arithmetics, so
-/// rounding errors do not accumulate.
-///
-/// `MotionOf<S>::make(system, start)` returns the motion of S from a state; its `at(t)` returns the
-/// state at time t. `takes(Λ)` tells whether there is a closed form for this Λ, and `where` says so
-/// in words.
-///
-///     rigid body, N = 3              EulerTop
-///     rigid body, Λ of two values    TwoValuedBody
-///     V(n, N), Λ = λI                IsotropicGeodesic
-struct Exact {
-  static constexpr MethodTraits traits = {
-      .name = "exact",
-      .summary = "closed form; in three dimensions Jacobi's elliptic functions",
-      .source =
-          "Jacobi 1849; Celledoni, Fasso, Safstrom and Zanna 2008; Edelman, Arias and Smith 1998",
-      .file = "engine/methods/exact.h",
-      .orders = {},
-      .default_order = 0,
-      .reversible = true,
-      .momentum_alone = true,
+/// Returns the map of the motions make(start), whose `at(t)` returns the state at time t.
+template <class Point, class Make>
+ClosedFormMap<Point> closed_form_map(Make make, typename Point::Scalar h) {
+  using Form = ClosedForm<Point>;
+  using Motion = decltype(make(std::declval<const Point&>()));
+  struct OfMotion final : Form {
+    explicit OfMotion(Motion of) : motion(std::move(of)) {}
+    using Form::at;
+    bool at(typename Form::Wide k, typename Form::Scalar h, Point& x) override {
+      using std::isfinite;
+      const auto& wide = motion.at(k * typename Form::Wide(h));
+      const auto rounded = wide.template cast<typename Form::Scalar>();
+      if (!isfinite(rounded.squaredNorm())) return false;
+      x = rounded;
+      return true;
+    }
+    Motion motion;
   };
-
-  template <class S>
-  struct MotionOf;
-  template <class S>
-  static constexpr bool has_map_for = requires {
-    &MotionOf<S>::make;
-  };
-  template <class S>
-  static bool takes(const Eigen::VectorXd& lambda) {
-    return MotionOf<S>::takes(lambda);
-  }
-  template <class>
-  static constexpr Conservation conservation(std::string_view) {
-    return Conservation::exact;
-  }
-
-  template <class S>
-  requires has_map_for<S>
-  class Map : public ClosedFormMap<typename S::State> {
-   public:
-    using Moved = ClosedFormMap<typename S::State>;
-    Map(const S& system, typename S::Scalar h, const MethodOptions&)
-        : Moved(
-              [system](const typename S::State& start) {
-                return closed_form<typename S::State>(MotionOf<S>::make(system, start));
-              },
-              h) {}
-  };
-};
+  return {[make](const Point& start) { return std::make_shared<OfMotion>(make(start)); }, h};
+}
 
 }  // namespace stiefel

@@ -23,20 +23,14 @@ struct ImplicitMidpoint {
       .reversible = true,
       .iterates = true,
   };
-  /// `type` computes the products with I + a and (I − a)⁻¹ for the states of S.
-  template <class S>
-  struct CayleyOf;
-  template <class S>
-  static constexpr bool has_map_for = requires {
-    typename CayleyOf<S>::type;
-  };
-  template <class S>
-  static constexpr Conservation conservation(std::string_view invariant) {
-    return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
+  static constexpr Conservation conservation(const SystemTraits& system,
+                                             std::string_view invariant) {
+    return system.conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
   }
 
-  template <LieSystem S>
-  class Map : public ImplicitMap<Map<S>, S> {
+  /// `Cayley` computes the products with I + a and (I − a)⁻¹ for the states of S.
+  template <LieSystem S, class Cayley>
+  class Map : public ImplicitMap<Map<S, Cayley>, S> {
    public:
     using Point = typename S::State;
     using Scalar = typename S::Scalar;
@@ -66,7 +60,7 @@ struct ImplicitMidpoint {
    private:
     using Base = ImplicitMap<Map, S>;
     using Base::system_;
-    typename CayleyOf<S>::type cayley_;
+    Cayley cayley_;
     typename S::Algebra a_, Omega_;
     Point middle_;
   };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "engine/methods/concepts.h"
@@ -11,60 +12,12 @@ namespace stiefel {
 template <class S>
 concept HasMatrixStates = System<S> && std::same_as<typename S::State, Matrix<typename S::Scalar>>;
 
-/// Returns the number of operations of a vector field: two products with the state, rows × cols.
-template <class State>
-double field_operations(const State& x) {
-  return static_cast<double>(x.rows() * x.rows() * x.cols());
-}
-
-/// Any system with matrix states, known by its vector field alone. A method that needs only the
-/// field is compiled once, for this class, instead of once for each system. The call is virtual,
-/// which costs far less than a product of matrices. Copies share the system and its workspace.
+/// Any system with matrices as states, known by what it computes. A general method is compiled
+/// once, for this class, instead of once for each system. A call costs far less than a product of
+/// matrices. Copies share the system and its workspace. Each function but `zero` checks for a stop
+/// request first.
 template <class Scalar_>
 class MatrixSystem {
- public:
-  static constexpr const char* name = "any";
-  using Scalar = Scalar_;
-  using State = Matrix<Scalar>;
-
-  template <HasMatrixStates S>
-  requires(!std::derived_from<S, MatrixSystem>) MatrixSystem(S system)
-      : held_(std::make_shared<Held<S>>(std::move(system))) {}
-
-  /// Checks for a stop request, then computes the field.
-  void field(const State& x, State& dx) {
-    stop_point(field_operations(x));
-    held_->field(x, dx);
-  }
-
-  /// Projects x onto the manifold of the system's states, if the system has one.
-  void project(State& x) {
-    stop_point(field_operations(x));
-    held_->project(x);
-  }
-
- private:
-  struct Abstract {
-    virtual ~Abstract() = default;
-    virtual void field(const State& x, State& dx) = 0;
-    virtual void project(State& x) = 0;
-  };
-  template <class S>
-  struct Held final : Abstract {
-    explicit Held(S s) : system(std::move(s)) {}
-    void field(const State& x, State& dx) override { system.field(x, dx); }
-    void project(State& x) override {
-      if constexpr (requires { system.project(x); }) system.project(x);
-    }
-    S system;
-  };
-  std::shared_ptr<Abstract> held_;
-};
-
-/// Any LieSystem whose states and algebra are matrices, known by its vector field and group action.
-/// Copies share the system and its workspace.
-template <class Scalar_>
-class MatrixLieSystem {
  public:
   static constexpr const char* name = "any";
   using Scalar = Scalar_;
@@ -72,57 +25,59 @@ class MatrixLieSystem {
   using Algebra = Matrix<Scalar>;
 
   template <HasMatrixStates S>
-  requires(LieSystem<S> && !std::derived_from<S, MatrixLieSystem>) MatrixLieSystem(S system)
-      : held_(std::make_shared<Held<S>>(std::move(system))) {}
-
-  // Each of these functions but `zero` checks for a stop request first.
-  void field(const State& x, State& dx) {
-    stop_point(field_operations(x));
-    held_->field(x, dx);
+  requires(!std::same_as<S, MatrixSystem>) MatrixSystem(S of) {
+    const auto system = std::make_shared<S>(std::move(of));
+    field_ = [system](const State& x, State& dx) { system->field(x, dx); };
+    if constexpr (requires(State & x) { system->project(x); })
+      project_ = [system](State& x) { system->project(x); };
+    if constexpr (LieSystem<S>) {
+      zero_ = system->zero();
+      generator_ = [system](const State& x, Algebra& xi) { system->generator(x, xi); };
+      bracket_ = [system](const Algebra& a, const Algebra& b, Algebra& c) {
+        system->bracket(a, b, c);
+      };
+      displacement_ = [system](const State& x, const Algebra& theta, State& dx) {
+        system->displacement(x, theta, dx);
+      };
+    }
   }
-  Algebra zero() const { return held_->zero(); }
+
+  void field(const State& x, State& dx) {
+    stop_point(products(x, 1));
+    field_(x, dx);
+  }
+  /// Projects x onto the manifold of the system's states, if the system has one.
+  void project(State& x) {
+    stop_point(products(x, 1));
+    if (project_) project_(x);
+  }
+
+  // Of a LieSystem:
+  const Algebra& zero() const { return zero_; }
   void generator(const State& x, Algebra& xi) {
-    stop_point(field_operations(x));
-    held_->generator(x, xi);
+    stop_point(products(x, 1));
+    generator_(x, xi);
   }
   void bracket(const Algebra& a, const Algebra& b, Algebra& c) const {
     stop_point(products(a, 1));
-    held_->bracket(a, b, c);
+    bracket_(a, b, c);
   }
   void displacement(const State& x, const Algebra& theta, State& dx) {
     stop_point(products(theta, 10));  // eight of these ten products are the exponential
-    held_->displacement(x, theta, dx);
+    displacement_(x, theta, dx);
   }
 
  private:
-  struct Abstract {
-    virtual ~Abstract() = default;
-    virtual void field(const State& x, State& dx) = 0;
-    virtual Algebra zero() const = 0;
-    virtual void generator(const State& x, Algebra& xi) = 0;
-    virtual void bracket(const Algebra& a, const Algebra& b, Algebra& c) const = 0;
-    virtual void displacement(const State& x, const Algebra& theta, State& dx) = 0;
-  };
-  template <class S>
-  struct Held final : Abstract {
-    explicit Held(S s) : system(std::move(s)) {}
-    void field(const State& x, State& dx) override { system.field(x, dx); }
-    Algebra zero() const override { return system.zero(); }
-    void generator(const State& x, Algebra& xi) override { system.generator(x, xi); }
-    void bracket(const Algebra& a, const Algebra& b, Algebra& c) const override {
-      system.bracket(a, b, c);
-    }
-    void displacement(const State& x, const Algebra& theta, State& dx) override {
-      system.displacement(x, theta, dx);
-    }
-    S system;
-  };
-  /// Returns the number of operations of `count` products of matrices of the size of a.
-  static double products(const Algebra& a, int count) {
-    return static_cast<double>(count * a.rows() * a.rows() * a.cols());
+  /// Returns the number of operations of `count` products of square matrices with x.
+  static double products(const Matrix<Scalar>& x, int count) {
+    return static_cast<double>(count * x.rows() * x.rows() * x.cols());
   }
 
-  std::shared_ptr<Abstract> held_;
+  std::function<void(const State&, State&)> field_, generator_;
+  std::function<void(State&)> project_;
+  std::function<void(const Algebra&, const Algebra&, Algebra&)> bracket_;
+  std::function<void(const State&, const Algebra&, State&)> displacement_;
+  Algebra zero_;
 };
 
 }  // namespace stiefel

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "engine/methods/concepts.h"
+#include "engine/methods/matrix_system.h"
 #include "engine/methods/system_traits.h"
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/lanes.h"
@@ -48,54 +49,70 @@ struct MethodOptions {
       : order(o), arithmetic(a), tolerance(t) {}
 };
 
-/// A Method turns a System into a Map: `Method::traits` and `Method::Map<S>(system, h,
-/// MethodOptions)`, with a general rule, with maps for single systems, or with both:
-///
-///     general   applies_to(SystemTraits), conservation(SystemTraits, invariant)
-///     special   has_map_for<S>, conservation<S>(invariant); S has its file in its wing
+/// A Method turns a System into a Map, by `map_of(Method, system, h, MethodOptions)`: a general
+/// method by the function below, another by overloads that stand in the wings of the systems for
+/// which it is made. `conservation` says what it does to an invariant of a system.
 template <class M>
-concept Method = requires {
+concept Method = requires(const SystemTraits& system, std::string_view v) {
   { M::traits } -> std::convertible_to<MethodTraits>;
-};
-
-/// A method that applies to every system that says of itself what the method needs.
-template <class M>
-concept GeneralMethod = Method<M> && requires(const SystemTraits& system, std::string_view v) {
-  { M::applies_to(system) } -> std::convertible_to<bool>;
   { M::conservation(system, v) } -> std::convertible_to<Conservation>;
 };
 
-/// Whether the method has a map made for the system S.
+/// A method that applies to every system that says of itself what the method needs, and has a
+/// `Map<S>(system, h, MethodOptions)` for each.
+template <class M>
+concept GeneralMethod = Method<M> && requires(const SystemTraits& system) {
+  { M::applies_to(system) } -> std::convertible_to<bool>;
+};
+
+/// What a general method is compiled for: all systems with matrices as states are one.
+template <class S>
+struct CompiledFor {
+  using type = S;
+};
+template <HasMatrixStates S>
+struct CompiledFor<S> {
+  using type = MatrixSystem<typename S::Scalar>;
+};
+
+/// Returns the map of a step h of a system to which the method applies.
+template <GeneralMethod M, System S>
+requires(M::applies_to(system_traits<S>))
+    typename M::template Map<typename CompiledFor<S>::type> map_of(M, const S& system,
+                                                                   typename S::Scalar h,
+                                                                   const MethodOptions& options) {
+  return {system, h, options};
+}
+
+/// The map of the method for the system S.
 template <class M, class S>
-constexpr bool has_map_for = [] {
-  if constexpr (requires { M::template has_map_for<S>; })
-    return M::template has_map_for<S>;
-  else
-    return false;
-}();
+using MapOf = decltype(map_of(M(), std::declval<const S&>(), typename S::Scalar(),
+                              std::declval<const MethodOptions&>()));
 
 /// Whether the method applies to the system S.
 template <class M, class S>
-constexpr bool applies = [] {
-  if constexpr (has_map_for<M, S>)
-    return true;
-  else if constexpr (GeneralMethod<M>)
-    return System<S> && M::applies_to(system_traits<S>);
-  else
-    return false;
-}();
+concept applies = requires {
+  typename MapOf<M, S>;
+};
 
-/// Returns what the method does to an invariant of S: what S declares of every method if it does,
-/// else what the method declares.
+/// What a method says of S, where it differs from what it says of all systems: what it does to an
+/// invariant, and for which Λ it has a map. A specialisation stands beside map_of.
+struct Declared {
+  Conservation (*conservation)(std::string_view invariant) = nullptr;
+  std::string_view where = {};
+  bool (*takes)(const Eigen::VectorXd& lambda) = nullptr;
+};
 template <class M, class S>
-constexpr Conservation conservation_by(std::string_view invariant) {
-  if constexpr (requires { S::conservation(invariant); })
-    if (const auto conservation = S::conservation(invariant)) return *conservation;
-  if constexpr (has_map_for<M, S>)
-    return M::template conservation<S>(invariant);
-  else
-    return M::conservation(system_traits<S>, invariant);
-}
+inline constexpr Declared declared = {};
+
+/// Base class of methods on Lie groups.
+struct LieMethod {
+  static constexpr bool applies_to(const SystemTraits& system) { return system.lie_group; }
+  static constexpr Conservation conservation(const SystemTraits& system,
+                                             std::string_view invariant) {
+    return system.conserved_on_orbits(invariant) ? Conservation::exact : Conservation::drifts;
+  }
+};
 
 template <class... T>
 struct TypeList {};
@@ -105,12 +122,6 @@ template <class... T, class Visit>
 void for_each_type(TypeList<T...>, Visit&& visit) {
   (visit(static_cast<T*>(nullptr)), ...);
 }
-
-/// The methods with a map made for S, a TypeList. A specialisation stands in the wing of S.
-template <class S>
-struct SpecialMethods {
-  using type = TypeList<>;
-};
 
 /// The state of a map whose next step depends only on the system's state.
 template <class S>

@@ -15,7 +15,7 @@ namespace stiefel {
 ///
 /// The state stays on its orbit of the group: Q stays orthogonal, and QMQᵀ and the eigenvalues of M
 /// are kept, all to rounding.
-struct MuntheKaas4 {
+struct MuntheKaas4 : LieMethod {
   static constexpr MethodTraits traits = {
       .name = "munthe_kaas4",
       .summary = "Runge-Kutta-Munthe-Kaas on the group",
@@ -26,11 +26,6 @@ struct MuntheKaas4 {
       .reversible = false,
       .momentum_alone = true,
   };
-  static constexpr bool applies_to(const SystemTraits& system) { return system.lie_group; }
-  static constexpr Conservation conservation(const SystemTraits& system,
-                                             std::string_view invariant) {
-    return system.conserved_on_orbits(invariant) ? Conservation::exact : Conservation::drifts;
-  }
 
   template <LieSystem S>
   class Map : public ExplicitMap<Map<S>, S> {

@@ -20,20 +20,9 @@ struct PreprocessedVariational {
       .packing = Packing::modified_inertia,
   };
 
-  /// `type` is the map of S.
-  template <class S>
-  struct MapOf;
-  template <class S>
-  static constexpr bool has_map_for = requires {
-    typename MapOf<S>::type;
-  };
-  template <class>
-  static constexpr Conservation conservation(std::string_view) {
+  static constexpr Conservation conservation(const SystemTraits&, std::string_view) {
     return Conservation::exact;
   }
-
-  template <class S>
-  using Map = typename MapOf<S>::type;
 };
 
 }  // namespace stiefel

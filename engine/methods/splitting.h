@@ -23,20 +23,10 @@ struct Splitting {
       .reversible = true,
   };
 
-  /// `type` is the map of S.
-  template <class S>
-  struct MapOf;
-  template <class S>
-  static constexpr bool has_map_for = requires {
-    typename MapOf<S>::type;
-  };
-  template <class S>
-  static constexpr Conservation conservation(std::string_view invariant) {
-    return S::conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
+  static constexpr Conservation conservation(const SystemTraits& system,
+                                             std::string_view invariant) {
+    return system.conserved_on_orbits(invariant) ? Conservation::exact : Conservation::bounded;
   }
-
-  template <class S>
-  using Map = typename MapOf<S>::type;
 };
 
 }  // namespace stiefel

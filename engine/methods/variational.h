@@ -7,7 +7,6 @@ namespace stiefel {
 
 /// The variational integrator: the Moser–Veselov map for the rigid body, RATTLE on V(n, N); at n =
 /// N the two are the same map. The orders 4, 6 and 8 are symmetric compositions of it.
-/// `MapOf<S>::make(system, h, arithmetic)` returns the map of order 2.
 struct Variational {
   static constexpr MethodTraits traits = {
       .name = "variational",
@@ -23,33 +22,18 @@ struct Variational {
       .packing = Packing::stages,
   };
 
-  template <class S>
-  struct MapOf;
-  template <class S>
-  static constexpr bool has_map_for = requires(std::string_view v) {
-    MapOf<S>::keeps(v);
-  };
-  /// The discrete rigid body keeps every integral; on V(n, N) the energy oscillates.
-  template <class S>
-  static constexpr Conservation conservation(std::string_view invariant) {
-    return MapOf<S>::keeps(invariant) ? Conservation::exact : Conservation::bounded;
+  static constexpr Conservation conservation(const SystemTraits&, std::string_view) {
+    return Conservation::exact;
   }
-
-  template <class S>
-  using MapOfOrder2 =
-      decltype(MapOf<S>::make(std::declval<const S&>(), typename S::Scalar(), Arithmetic()));
-  template <class S>
-  class Map : public Composition<MapOfOrder2<S>> {
-   public:
-    using Moved = Composition<MapOfOrder2<S>>;
-    using Scalar = typename S::Scalar;
-    Map(const S& system, Scalar h, const MethodOptions& options)
-        : Composition<MapOfOrder2<S>>(
-              [system, arithmetic = options.arithmetic](Scalar stage) {
-                return MapOf<S>::make(system, stage, arithmetic);
-              },
-              h, options.order) {}
-  };
 };
+
+/// Returns the composition, of the order that `options` say, of the maps order_2(h, arithmetic).
+template <class Order2, class Scalar>
+auto composed(Order2 order_2, Scalar h, const MethodOptions& options) {
+  const auto stage = [order_2, arithmetic = options.arithmetic](Scalar of_stage) {
+    return order_2(of_stage, arithmetic);
+  };
+  return Composition<decltype(stage(h))>(stage, h, options.order);
+}
 
 }  // namespace stiefel

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "engine/motion/method_entry.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/system_entry.h"
 #include "engine/motion/tangent_map.h"
 #include "engine/motion/two_form.h"

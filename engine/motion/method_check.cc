@@ -136,7 +136,7 @@ void check_method_accepts_scene(SceneDraft& draft, const SystemInfo& system) {
                  float_is_for());
   const SystemEntry& entry = *system_entry(system.name);
   const MethodEntry* moves = method_entry(method->name);
-  if (draft.sound() && draft.given().step && moves != nullptr && moves->matrices.by_field &&
+  if (draft.sound() && draft.given().step && moves != nullptr && moves->by_field &&
       rate_underflows(draft.scene(), system))
     draft.refuse("method.name", '"' + method->name + '"',
                  "sums the rate of the momentum, which underflows in these units: choose other "

@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "engine/motion/method_entry.h"
-#include "engine/motion/methods_on.h"
 
 namespace stiefel {
 
@@ -25,15 +24,25 @@ const MethodEntry* method_entry(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
-std::optional<MethodOnSystem> declared_by(const MethodEntry& method, const SystemTraits& system,
-                                          const SystemInfo& info) {
-  if (!method.applies_to || !method.applies_to(system)) return std::nullopt;
-  const auto conservation = [&](std::string_view invariant) {
-    if (system.conservation)
-      if (const auto by_every_method = system.conservation(invariant)) return *by_every_method;
-    return method.conservation(system, invariant);
-  };
-  return MethodOnSystem{method.traits.name, preservations(info, conservation)};
+MethodOnSystem declared_by(const MethodEntry& method, const SystemTraits& system,
+                           const Declared& declared, const SystemInfo& info) {
+  MethodOnSystem on{method.traits.name, {}, declared.where, declared.takes};
+  for (const InvariantInfo& invariant : info.invariants) {
+    const auto by_every_method =
+        system.conservation ? system.conservation(invariant.name) : std::nullopt;
+    on.preserves.push_back({invariant.name, by_every_method ? *by_every_method
+                                            : declared.conservation
+                                                ? declared.conservation(invariant.name)
+                                                : method.conservation(system, invariant.name)});
+  }
+  return on;
+}
+
+std::vector<MethodOnSystem> keeps_all(const SystemInfo& info) {
+  MethodOnSystem on{"", {}};
+  for (const auto& invariant : info.invariants)
+    on.preserves.push_back({invariant.name, Conservation::exact});
+  return {on};
 }
 
 }  // namespace stiefel

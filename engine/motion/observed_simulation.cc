@@ -31,18 +31,27 @@ void ObservedSimulation::stop_inside_if_long(bool chooses_steps) {
   stops_inside_ = step_cost_ >= slow_step * substeps_ || chooses_steps || step_of_map_ * rate() > 1;
 }
 
-RunStatus ObservedSimulation::advance(std::int64_t steps, const std::stop_token& stop) {
+template <class Walk>
+RunStatus ObservedSimulation::unless_stopped_inside(const std::stop_token& stop, const Walk& walk) {
   if (!stops_inside_) {
     const StopScope whole_steps = StopScope::nothing();
-    return walk(steps, stop);
+    return walk();
   }
   try {
     const StopScope scope(stop);
-    return walk(steps, stop);
+    return walk();
   } catch (const Stopped&) {
     undo();
     return {Outcome::cancelled, std::nullopt};
   }
+}
+
+RunStatus ObservedSimulation::advance(std::int64_t steps, const std::stop_token& stop) {
+  return unless_stopped_inside(stop, [&] { return walk(steps, stop); });
+}
+
+RunStatus ObservedSimulation::move_to(std::span<const double> times, const std::stop_token& stop) {
+  return unless_stopped_inside(stop, [&] { return walk_to(times); });
 }
 
 void ObservedSimulation::write_euler(std::size_t code, std::span<double> out) const {

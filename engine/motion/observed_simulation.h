@@ -26,10 +26,18 @@ class ObservedSimulation : public Simulation {
   std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const final;
   double step_cost() const final { return step_cost_; }
 
+  /// Moves to the first of several times, counted from step 0, without a change of `step()`; for a
+  /// map that is `direct`. The others are a hint of what the next calls will ask for, so that their
+  /// states can be computed together.
+  RunStatus move_to(std::span<const double> times, const std::stop_token& stop);
+
   /// The state as a point of the Observables.
   virtual const Eigen::MatrixXd& point() const = 0;
 
  private:
+  /// Returns what `walk` returns, and undoes a step that is stopped inside.
+  template <class Walk>
+  RunStatus unless_stopped_inside(const std::stop_token& stop, const Walk& walk);
   /// Writes the EulerField with this code, from the fields quaternion and angular_velocity.
   void write_euler(std::size_t code, std::span<double> out) const;
 
@@ -38,6 +46,7 @@ class ObservedSimulation : public Simulation {
 
   /// Advances while `stop` allows it.
   virtual RunStatus walk(std::int64_t steps, const std::stop_token& stop) = 0;
+  virtual RunStatus walk_to(std::span<const double> times) = 0;
   /// Undoes a step that was stopped inside.
   virtual void undo() = 0;
   /// Returns a step of the map from a point, without history; nullopt where it has no solution.

@@ -28,8 +28,7 @@ class SimulationOf final : public ObservedSimulation {
         map_(std::move(map)),
         make_(std::move(make)),
         point_(observables_->start(scene)),
-        state_(map_.start(Converted::of(point_))),
-        before_(state_) {
+        state_(map_.start(Converted::of(point_))) {
     if constexpr (is_point) point_.resize(0, 0);
     stop_inside_if_long(requires(F f) { f.attempts(); });
     if constexpr (requires { map_.stops_before_change(); })
@@ -89,59 +88,74 @@ class SimulationOf final : public ObservedSimulation {
     }
   }
 
-  std::optional<Eigen::MatrixXd> mapped(const Eigen::MatrixXd& x) const override {
-    auto state = map_.start(Converted::of(x));
-    if (!map_.step(state).reached() || !state.x.value.allFinite()) return std::nullopt;
-    if constexpr (is_point) return state.x.value;
-    Eigen::MatrixXd y = x;
-    Converted::write(state.x.value, y);
-    return y;
-  }
-
-  void undo() override {
-    if (copies_each_step()) state_ = before_;
-  }
-  /// Whether a step may fail or be stopped when the state has changed already.
-  bool copies_each_step() const {
-    return substeps_ > 1 || (stops_inside_ && !stops_before_change_);
-  }
-
   RunStatus walk(std::int64_t steps, const std::stop_token& stop) override {
     if constexpr (DirectMap<F>) {
       if (steps == 0) return {};
-      if (stops_inside_) before_ = state_;
       const auto to = static_cast<long double>(step_ + steps) * substeps_;
       const RunStatus status = map_.at(state_, to);
       ++map_steps_;
       if (status.reached()) step_ += steps;
       return status;
+    } else {
+      for (const std::int64_t end = step_ + steps; step_ < end; ++step_) {
+        if (copies_each_step() || (!only_rotates && since_copy_ >= between_copies)) {
+          before_ = state_;
+          since_copy_ = 0;
+        }
+        if (const RunStatus status = step_of_scene(stop); !status.reached()) return status;
+        if (only_rotates) continue;
+        if (!(squared_norm() <= usual_) && !is_finite()) return go_back();
+        ++since_copy_;
+      }
+      return {};
     }
-    bool undoing = false;
-    for (std::int64_t end = step_ + steps; step_ < end;) {
-      if (copies_each_step() || (!only_rotates && since_copy_ >= between_copies)) {
-        before_ = state_;
-        since_copy_ = 0;
-      }
-      for (int k = 0; k < substeps_; ++k) {
-        const RunStatus status = step_of_map(stop, only_rotates || !undoing);
-        if (status.reached()) continue;
-        if (k > 0) state_ = before_;
-        return status.outcome == Outcome::left_domain && make_
-                   ? left_domain_of_all_substeps(status, stop)
-                   : status;
-      }
-      if (!only_rotates && !(squared_norm() <= usual_) && !undoing && !is_finite()) {
-        // Goes back to the copy and from there to the state before this step.
-        state_ = before_;
-        end = step_;
-        step_ -= std::exchange(since_copy_, 0);
-        undoing = true;
-        continue;
-      }
-      ++step_;
-      if (!only_rotates) ++since_copy_;
+  }
+
+  /// Goes back to the copy, and from there to the state before the last step.
+  RunStatus go_back() {
+    state_ = *before_;
+    const std::int64_t good = std::exchange(since_copy_, 0);
+    step_ -= good;
+    walk(good, {});
+    return {Outcome::not_finite, std::nullopt};
+  }
+
+  RunStatus step_of_scene(const std::stop_token& stop) {
+    for (int k = 0; k < substeps_; ++k) {
+      const RunStatus status = step_of_map(stop);
+      if (status.reached()) continue;
+      if (k > 0) state_ = *before_;
+      return status.outcome == Outcome::left_domain && make_
+                 ? left_domain_of_all_substeps(status, stop)
+                 : status;
     }
-    return {undoing ? Outcome::not_finite : Outcome::reached, std::nullopt};
+    return {};
+  }
+
+  RunStatus step_of_map(const std::stop_token& stop) {
+    if (stop.stop_requested()) return {Outcome::cancelled, std::nullopt};
+    ++map_steps_;
+    if constexpr (requires { map_.step(state_, stop); })
+      return map_.step(state_, stop);
+    else
+      return map_.step(state_);
+  }
+
+  /// Whether a step may fail or be stopped when the state has changed already.
+  bool copies_each_step() const {
+    return substeps_ > 1 || (stops_inside_ && !stops_before_change_);
+  }
+  void undo() override {
+    if (copies_each_step()) state_ = *before_;
+  }
+
+  RunStatus walk_to(std::span<const double> times) override {
+    if constexpr (DirectMap<F>) {
+      ++map_steps_;
+      return map_.at(state_, times);
+    } else {
+      throw std::logic_error("this map goes to steps alone");
+    }
   }
 
   /// Returns |x|², or what the map keeps that grows with it.
@@ -157,13 +171,12 @@ class SimulationOf final : public ObservedSimulation {
     return std::isfinite(squared_norm()) && fields_are_finite(state_.x.value.size());
   }
 
-  RunStatus step_of_map(const std::stop_token& stop, bool may_stop) {
-    if (may_stop && stop.stop_requested()) return RunStatus{Outcome::cancelled, std::nullopt};
-    ++map_steps_;
-    if constexpr (requires { map_.step(state_, stop); })
-      return map_.step(state_, stop);
-    else
-      return map_.step(state_);
+  std::optional<Eigen::MatrixXd> mapped(const Eigen::MatrixXd& x) const override {
+    auto state = map_.start(Converted::of(x));
+    if (!map_.step(state).reached() || !state.x.value.allFinite()) return std::nullopt;
+    Eigen::MatrixXd y = x;
+    Converted::write(state.x.value, y);
+    return y;
   }
 
   bool has_all_substeps(double t) const override {
@@ -186,7 +199,7 @@ class SimulationOf final : public ObservedSimulation {
   Make make_;
   mutable Eigen::MatrixXd point_;    ///< what `point` returns where the state is not a point itself
   mutable typename F::State state_;  // mutable because `each` serves both saving and restoring
-  typename F::State before_;         ///< the state since_copy_ steps before
+  std::optional<typename F::State> before_;  ///< the state since_copy_ steps before
   int since_copy_ = between_copies;
   std::size_t saved_size_ = 0;
   bool stops_before_change_ = false;

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/motion/moves_to_times.h"
+#include "engine/motion/observed_simulation.h"
 #include "engine/scene/scene_draft.h"
 
 namespace stiefel {
@@ -43,10 +43,9 @@ const Simulation* PartialStep::at(std::int64_t k, double fraction, std::span<con
 const Simulation* PartialStep::at_first_of(std::span<const double> times,
                                            const std::stop_token& stop) {
   if (stop.stop_requested()) return nullptr;
-  if (auto* anywhere = dynamic_cast<MovesToTimes*>(simulation_.get()))
-    return anywhere->move_to(times).reached() ? simulation_.get() : nullptr;
-  simulation_ = make_simulation(with_step(scene_, times[0], 1));
-  return simulation_->advance(1, stop).reached() ? simulation_.get() : nullptr;
+  if (!simulation_) simulation_ = make_simulation(scene_);
+  auto& motion = dynamic_cast<ObservedSimulation&>(*simulation_);
+  return motion.move_to(times, stop).reached() ? simulation_.get() : nullptr;
 }
 
 }  // namespace stiefel

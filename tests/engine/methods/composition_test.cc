@@ -16,9 +16,6 @@ namespace {
 using testing::Quad;
 using testing::RandomBody;
 
-template <class Space>
-using Stepper = Variational::Map<RigidBody<Space>>;
-
 /// The order conditions on the sums of powers, Σγ = 1, Σγ^k = 0, to quadruple rounding.
 TEST(SymmetricStages, SatisfyTheOrderConditions) {
   for (const int order : {4, 6, 8}) {
@@ -40,7 +37,7 @@ void expect_orders(int n, int N) {
   const testing::RandomFrame<Quad> frame(n, N, 1);
   const Stiefel<Quad> system(frame.lambda, n);
   const auto at_one = [&](int order, int steps) {
-    Variational::Map<Stiefel<Quad>> map(system, Quad(1) / steps, order);
+    auto map = map_of(Variational(), system, Quad(1) / steps, order);
     auto state = map.start(frame.state());
     for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
     return state.x.value;
@@ -63,7 +60,7 @@ TEST(VariationalOnFrames, HasItsOrderInQuadruplePrecision) {
 template <class Space>
 void expect_order_2_to_be_the_base_map(int N) {
   const RandomBody body(N, 2);
-  Stepper<Space> composed(RigidBody<Space>(body.lambda), 0.1, 2);
+  auto composed = map_of(Variational(), RigidBody<Space>(body.lambda), 0.1, 2);
   MoserVeselov<Space> base(body.lambda, 0.1);
   auto a = composed.start(testing::state_of<Space>(body));
   auto b = base.start(testing::state_of<Space>(body));
@@ -84,7 +81,8 @@ template <class Space>
 void expect_typed_failure(int N, int order) {
   const RandomBody body(N, 3);
   const RigidBody<Space> system(body.lambda);
-  Stepper<Space> small(system, 0.1, order), large(system, 20.0, order);
+  auto small = map_of(Variational(), system, 0.1, order),
+       large = map_of(Variational(), system, 20.0, order);
   auto state = small.start(testing::state_of<Space>(body));
   for (int k = 0; k < 6; ++k) ASSERT_TRUE(small.step(state).reached());
   const auto before = testing::numbers_of(state);
@@ -95,7 +93,7 @@ void expect_typed_failure(int N, int order) {
   EXPECT_NEAR(small.largest_step(state, 20).value(), largest, 4e-3 * largest);
   const auto exists = [&](double h) {
     auto copy = large.start(state.x.value);
-    return Stepper<Space>(system, h, order).step(copy).reached();
+    return map_of(Variational(), system, h, order).step(copy).reached();
   };
   EXPECT_TRUE(exists(0.999 * largest)) << N << " " << order;
   EXPECT_FALSE(exists(1.003 * largest)) << N << " " << order;

@@ -11,10 +11,9 @@ namespace {
 /// history included. (That what a LEFT_DOMAIN names is the edge is seen in tests/extremes.)
 template <class Method, class Space>
 void expect_untouched(int N, int order, double small, double h) {
-  using Stepper = typename Method::template Map<RigidBody<Space>>;
   const testing::RandomBody body(N, 3, 1e10);
   const RigidBody<Space> system(body.lambda);
-  Stepper map(system, small, order), large(system, h, order);
+  auto map = map_of(Method(), system, small, order), large = map_of(Method(), system, h, order);
   auto state = map.start(testing::state_of<Space>(body));
   for (int k = 0; k < 6; ++k) ASSERT_TRUE(map.step(state).reached());
   const auto before = testing::numbers_of(state);

@@ -39,8 +39,7 @@ Eigen::MatrixXd frame(const State& x) {
 /// Error of the frame at t = 1, against a solution in extended precision by another method.
 template <class Method, class Space>
 double error(const RandomBody& body, const testing::Motion& exact, int steps, int order) {
-  typename Method::template Map<RigidBody<Space>> map(RigidBody<Space>(body.lambda), 1.0 / steps,
-                                                      order);
+  auto map = map_of(Method(), RigidBody<Space>(body.lambda), 1.0 / steps, order);
   auto state = map.start(point<Space>(body));
   for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
   return (frame(state.x.value) - exact.Q).norm();

@@ -18,14 +18,11 @@ namespace {
 using testing::RandomFrame;
 constexpr auto compensated = Arithmetic::compensated;
 
-using VariationalMap = Variational::Map<Stiefel<double>>;
-
 static_assert(applies<Variational, Stiefel<double>> && applies<Variational, Ellipsoid<double>>);
 static_assert(applies<Variational, RigidBody<SoN<double>>> && !applies<Variational, double>);
 
-VariationalMap map_of(const RandomFrame<double>& frame, double h,
-                      Arithmetic arithmetic = compensated) {
-  return {Stiefel<double>(frame.lambda, frame.Q.rows()), h, {2, arithmetic}};
+auto map_of(const RandomFrame<double>& frame, double h, Arithmetic arithmetic = compensated) {
+  return map_of(Variational(), Stiefel<double>(frame.lambda, frame.Q.rows()), h, {2, arithmetic});
 }
 
 /// Q at t = 1.

@@ -78,9 +78,8 @@ void expect_of_bodies(int N, unsigned seed, int order) {
                                body.M / std::max(1.0, body.M.norm()));
   expect_derivative(
       scene, "M",
-      typename Method::template Map<System>(
-          System(scene.inertia().cast<Quad>()), Quad(h),
-          MethodOptions(std::max(order, Method::traits.default_order), Arithmetic::plain)),
+      map_of(Method(), System(scene.inertia().cast<Quad>()), Quad(h),
+             {std::max(order, Method::traits.default_order), Arithmetic::plain}),
       std::string(name) + " N = " + std::to_string(N) + ", seed " + std::to_string(seed));
 }
 
@@ -101,8 +100,8 @@ void expect_of_frames(int n, int N, unsigned seed, int order = 2) {
                                frame.S / std::max(1.0, frame.S.norm()));
   expect_derivative(
       scene, "S",
-      Variational::Map<System>(System(scene.inertia().cast<Quad>(), n), Quad(h),
-                               MethodOptions(order, Arithmetic::plain)),
+      map_of(Variational(), System(scene.inertia().cast<Quad>(), n), Quad(h),
+             {order, Arithmetic::plain}),
       "n, N = " + std::to_string(n) + ", " + std::to_string(N) + ", seed " + std::to_string(seed));
 }
 

@@ -38,7 +38,7 @@ void expect_agreement(Series series, const System& system, const Matrix<Quad>& s
   TaylorMotion<Series> motion(std::move(series), start, 1e-30);
   ASSERT_TRUE(motion.go_to(1, never));
   const auto difference = [&](int steps) {
-    Variational::Map<System> map(system, Quad(1) / steps, 8);
+    auto map = map_of(Variational(), system, Quad(1) / steps, 8);
     auto state = map.start(start);
     for (int k = 0; k < steps; ++k) EXPECT_TRUE(map.step(state).reached());
     return static_cast<double>((state.x.value - motion.state()).cwiseAbs().maxCoeff());

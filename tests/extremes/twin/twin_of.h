@@ -49,10 +49,9 @@ std::unique_ptr<Twin> twin_of(const Scene& scene, const S& system, const typenam
   const auto attempt = [&]<class Method>(Method*) {
     if constexpr (applies<Method, S> && Method::traits.default_tolerance == 0)
       if (name == Method::traits.name) {
-        using Map = typename Method::template Map<S>;
-        made = std::make_unique<TwinOf<Map, Read, Energy>>(
-            Map(system, Scalar(scene.step()) / scene.substeps(),
-                {discrete ? 2 : scene.order(), Arithmetic::plain}),
+        made = std::make_unique<TwinOf<MapOf<Method, S>, Read, Energy>>(
+            map_of(Method(), system, Scalar(scene.step()) / scene.substeps(),
+                   {discrete ? 2 : scene.order(), Arithmetic::plain}),
             start, read, energy);
       }
   };

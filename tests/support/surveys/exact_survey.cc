@@ -18,8 +18,7 @@ using BodyInQuad = RigidBody<So3<Quad, true>>;
 using QuadState = BodyInQuad::State;
 
 EulerTop<Quad, true> motion(const RandomTop& top) {
-  const BodyInQuad body(top.lambda.cast<Quad>());
-  return Exact::MotionOf<BodyInQuad>::make(body, top.x.cast<Quad>());
+  return {PrincipalMoments3<Quad>(top.lambda), top.x.cast<Quad>()};
 }
 
 /// Returns the distance of two states, of q and of m each relative to its norm.

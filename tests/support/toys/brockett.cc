@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/methods_on.h"
 #include "engine/motion/stacked_observables.h"
 #include "engine/motion/system_entry.h"
 #include "engine/scene/scene_draft.h"

@@ -12,7 +12,7 @@ namespace stiefel {
 ///
 /// The state stays on its orbit of the group: Q stays orthogonal, and QMQᵀ and the eigenvalues of M
 /// are kept, all to rounding.
-struct LieMidpoint {
+struct LieMidpoint : LieMethod {
   static constexpr MethodTraits traits = {
       .name = "lie_midpoint",
       .summary = "explicit midpoint rule on the group",
@@ -22,11 +22,6 @@ struct LieMidpoint {
       .default_order = 2,
       .reversible = false,
   };
-  static constexpr bool applies_to(const SystemTraits& system) { return system.lie_group; }
-  static constexpr Conservation conservation(const SystemTraits& system,
-                                             std::string_view invariant) {
-    return system.conserved_on_orbits(invariant) ? Conservation::exact : Conservation::drifts;
-  }
 
   template <LieSystem S>
   class Map : public ExplicitMap<Map<S>, S> {

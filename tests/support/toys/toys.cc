@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/motion/method_entry_of.h"
+#include "engine/motion/make_simulation.h"
 #include "engine/motion/system_entry.h"
 #include "tests/support/toys/heun.h"
 #include "tests/support/toys/lie_midpoint.h"
