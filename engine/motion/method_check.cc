@@ -1,11 +1,11 @@
-#include "engine/motion/scene_resolver.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "engine/motion/method_entry.h"
+#include "engine/motion/resolve.h"
 #include "engine/motion/system_entry.h"
 #include "engine/scene/near_name.h"
+#include "engine/scene/scene_draft.h"
 
 namespace stiefel {
 namespace {

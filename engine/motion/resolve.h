@@ -2,9 +2,23 @@
 
 #include <expected>
 
+#include "stiefel/catalogue.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
+
+class SceneDraft;
+
+/// Checks a draft of a single motion, also by its system, and its method if there is one.
+void check_scene(SceneDraft& draft);
+
+/// Checks the method of a draft, which must have one, against those of a continuous system, and
+/// fills in what it leaves open: order, substeps, tolerance, arithmetic, scalar.
+void check_method(SceneDraft& draft, const SystemInfo& system);
+
+/// Checks that the method of a draft, if it has one, accepts the scene: Λ, and what
+/// SystemEntry::refusal says. Call it once the system has checked its own fields.
+void check_method_accepts_scene(SceneDraft& draft, const SystemInfo& system);
 
 /// Whether the description is of a continuous system and has no method, so that a method must be
 /// chosen for its tolerance or recommended before Scene::resolve accepts it.

@@ -6,8 +6,8 @@
 
 #include "engine/motion/recommendation.h"
 #include "engine/motion/resolve.h"
-#include "engine/motion/scene_resolver.h"
 #include "engine/scene/members.h"
+#include "engine/scene/scene_draft.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -68,10 +68,10 @@ std::expected<MethodDescription, Violations> recommended_for_members(
     const SceneDescription& ensemble, double largest_repair, const Place& place) {
   Recommender recommender(ensemble.system, Recommender::Scenes::members);
   Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
-    SceneResolver resolver(std::move(member), largest_repair, place);
-    resolver.check();
-    if (resolver.violations().empty()) recommender.take(resolver.scene());
-    return resolver.violations();
+    SceneDraft draft(std::move(member), largest_repair, place);
+    check_scene(draft);
+    if (draft.sound()) recommender.take(draft.scene());
+    return draft.violations();
   });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 

@@ -14,7 +14,7 @@ std::string shape_text(Eigen::Index rows, Eigen::Index cols);
 
 /// A description while it is checked, and the resulting scene. The check of a system reads
 /// `given()`, collects violations and fills in inertia and blocks; the checks here are common to
-/// all systems. motion/scene_resolver.h adds those that need the catalogue.
+/// all systems. motion/resolve.h adds those that need the catalogue.
 class SceneDraft {
  public:
   SceneDraft(SceneDescription description, double largest_repair, const Place& place)
