@@ -31,8 +31,10 @@ class SimulationOf final : public ObservedSimulation {
         state_(map_.start(Converted::of(point_))) {
     if constexpr (is_point) point_.resize(0, 0);
     stop_inside_if_long(requires(F f) { f.attempts(); });
+    bool may_change_first = stops_inside_;
     if constexpr (requires { map_.stops_before_change(); })
-      stops_before_change_ = map_.stops_before_change();
+      may_change_first = stops_inside_ && !map_.stops_before_change();
+    copies_each_step_ = !DirectMap<F> && (substeps_ > 1 || may_change_first);
     usual_ = std::min(usual_growth * squared_norm(), std::numeric_limits<double>::max() / 4);
     state_.each([this](auto& block) { saved_size_ += static_cast<std::size_t>(block.size()); });
   }
@@ -98,7 +100,7 @@ class SimulationOf final : public ObservedSimulation {
       return status;
     } else {
       for (const std::int64_t end = step_ + steps; step_ < end; ++step_) {
-        if (copies_each_step() || (!only_rotates && since_copy_ >= between_copies)) {
+        if (copies_each_step_ || (!only_rotates && since_copy_ >= between_copies)) {
           before_ = state_;
           since_copy_ = 0;
         }
@@ -141,12 +143,8 @@ class SimulationOf final : public ObservedSimulation {
       return map_.step(state_);
   }
 
-  /// Whether a step may fail or be stopped when the state has changed already.
-  bool copies_each_step() const {
-    return substeps_ > 1 || (stops_inside_ && !stops_before_change_);
-  }
   void undo() override {
-    if (copies_each_step()) state_ = *before_;
+    if (copies_each_step_) state_ = *before_;
   }
 
   RunStatus walk_to(std::span<const double> times) override {
@@ -202,7 +200,8 @@ class SimulationOf final : public ObservedSimulation {
   std::optional<typename F::State> before_;  ///< the state since_copy_ steps before
   int since_copy_ = between_copies;
   std::size_t saved_size_ = 0;
-  bool stops_before_change_ = false;
+  /// Whether a step may fail or be stopped when the state has changed already.
+  bool copies_each_step_ = false;
   double usual_ = 0;  ///< |x|² up to which every field is finite
 };
 
