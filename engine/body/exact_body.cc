@@ -51,7 +51,7 @@ class ExactBody final : public ClosedForm<Point> {
  private:
   static bool take(const TopInTime::Point& found, Point& x) {
     if (!found.allFinite()) return false;
-    x = found.tail(x.size());
+    std::copy_n(found.data() + found.size() - x.size(), x.size(), x.data());
     return true;
   }
 

@@ -2,6 +2,7 @@
 
 #include <concepts>
 #include <optional>
+#include <span>
 
 #include "engine/numbers/scalar.h"
 #include "stiefel/run_status.h"
@@ -44,10 +45,12 @@ concept Map = requires(F map, typename F::State& state, const typename F::Point&
   state.each([](auto&) {});
 };
 
-/// A map whose `at` computes the state k steps after the start directly, for every k.
+/// A map whose `at` computes the state k steps after the start directly, for every k, and the state
+/// at the first of several times.
 template <class F>
 concept DirectMap = Map<F> && requires(F map, typename F::State& state) {
-  { map.at(state, Extended<typename F::Point::Scalar>(1)) } -> std::same_as<RunStatus>;
+  { map.at(state, Extended<typename F::Point::Scalar>(1)) } -> std::same_as<Outcome>;
+  map.at(state, std::span<const typename F::Point::Scalar>());
 };
 
 }  // namespace stiefel

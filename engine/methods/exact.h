@@ -76,23 +76,19 @@ class ClosedFormMap {
   }
   static bool stops_before_change() { return true; }
 
-  RunStatus step(State& state) const { return at(state, Wide(state.steps(0)) + 1); }
-  RunStatus at(State& state, Wide k) const {
-    const RunStatus status = outcome(state.motion->at(k, h_, state.x.value));
-    if (status.reached()) state.steps(0) = static_cast<Scalar>(k);
-    return status;
+  RunStatus step(State& state) const { return {at(state, Wide(state.steps(0)) + 1), std::nullopt}; }
+  Outcome at(State& state, Wide k) const {
+    if (!state.motion->at(k, h_, state.x.value)) return Outcome::not_finite;
+    state.steps(0) = static_cast<Scalar>(k);
+    return Outcome::reached;
   }
-  RunStatus at(State& state, std::span<const Scalar> times) const {
-    return outcome(state.motion->at(times, state.x.value));
+  Outcome at(State& state, std::span<const Scalar> times) const {
+    return state.motion->at(times, state.x.value) ? Outcome::reached : Outcome::not_finite;
   }
 
   std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
 
  private:
-  static RunStatus outcome(bool finite) {
-    return {finite ? Outcome::reached : Outcome::not_finite, std::nullopt};
-  }
-
   Make make_;
   Scalar h_;
 };

@@ -93,11 +93,11 @@ class SimulationOf final : public ObservedSimulation {
   RunStatus walk(std::int64_t steps, const std::stop_token& stop) override {
     if constexpr (DirectMap<F>) {
       if (steps == 0) return {};
-      const auto to = static_cast<long double>(step_ + steps) * substeps_;
-      const RunStatus status = map_.at(state_, to);
+      const std::int64_t to = step_ + steps;
       ++map_steps_;
-      if (status.reached()) step_ += steps;
-      return status;
+      const Outcome outcome = map_.at(state_, static_cast<long double>(to) * substeps_);
+      if (outcome == Outcome::reached) step_ = to;
+      return {outcome, std::nullopt};
     } else {
       for (const std::int64_t end = step_ + steps; step_ < end; ++step_) {
         if (copies_each_step_ || (!only_rotates && since_copy_ >= between_copies)) {
@@ -150,7 +150,7 @@ class SimulationOf final : public ObservedSimulation {
   RunStatus walk_to(std::span<const double> times) override {
     if constexpr (DirectMap<F>) {
       ++map_steps_;
-      return map_.at(state_, times);
+      return {map_.at(state_, times), std::nullopt};
     } else {
       throw std::logic_error("this map goes to steps alone");
     }
