@@ -35,7 +35,7 @@ struct ReportedForm {
 template <class Scalar_>
 struct SeriesStart {
   using Scalar = Scalar_;
-  Vector<Scalar> lambda, lambda_v;  ///< Λ in lambda; or Λ_U in lambda and Λ_V in lambda_v
+  Vector<Scalar> lambda, lambda_v;  ///< Λ; or Λ_U and Λ_V; lambda_v also for other constants
   Scalar mu;
   Matrix<Scalar> x;
   ReportedForm<Scalar> reported;
