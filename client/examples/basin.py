@@ -55,7 +55,7 @@ def workers(where: str) -> dict[str, Any]:
 def flips(pixels: int, on: dict[str, Any], store: "Path | None" = None, progress: bool = False) -> Any:
     """Runs the sweep over a plane of `pixels` x `pixels` spins, none of which is 0."""
     spins = LARGEST * (2 * np.arange(pixels) + 1 - pixels) / pixels
-    return stiefel.sweep(SCENE, {"body.angular_velocity[2]": spins, "body.angular_velocity[0]": spins}, to=STEPS,
+    return stiefel.sweep(SCENE, axes={"body.angular_velocity[2]": spins, "body.angular_velocity[0]": spins}, to=STEPS,
                          summarize={"angular_velocity": ["sign_changes"], "energy": ["drift"]},
                          store=store, progress=progress, **on)
 

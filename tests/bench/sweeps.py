@@ -75,7 +75,7 @@ def rows(bodies: int, repeats: int) -> list[dict[str, Any]]:
     axes = {"body.moments": 1 + rng.random(size=(bodies, 3)), "body.angular_velocity": rng.normal(size=(bodies, 3))}
 
     def sweep(count: int, **on: Any) -> Any:
-        return stiefel.sweep({**SCENE, "body": {}}, {path: values[:count] for path, values in axes.items()}, to=STEPS, zipped=True,
+        return stiefel.sweep({**SCENE, "body": {}}, axes={path: values[:count] for path, values in axes.items()}, to=STEPS, zipped=True,
                              summarize=SUMMARIZE, **on)
 
     pairs = []

@@ -50,7 +50,7 @@ OF_SESSIONS = {  # functions (client, session, request)
 OTHERS = {  # functions (client, id of a session, request)
     "Describe": lambda client, name, request: client.describe().numerics_id,
     "DeleteSession": lambda client, name, request: client.delete(name),
-    "Convert": lambda client, name, request: client.convert(request.scene, request.to).blocks["Qdot"],
+    "Convert": lambda client, name, request: client.convert(request.scene, system=request.to).blocks["Qdot"],
     "Connect": lambda client, name, request: connect(client, request),
     "ConjugatePoints": lambda client, name, request: [point.time for point in client.conjugate_points(
         inertia=list(request.inertia), Q=[list(request.q.values)], Qdot=[list(request.qdot.values)], time=request.time)],

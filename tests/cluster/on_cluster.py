@@ -19,7 +19,7 @@ import numpy as np, psutil, stiefel
 def sweep(**on):
     scene = {"system": "rigid_body", "step": 0.01, "method": {"name": "preprocessed_variational"}, "body": {"moments": [1, 2, 3]}}
     spins = np.random.default_rng(18).normal(size=(40_000, 3))
-    return stiefel.sweep(scene, {"body.angular_velocity": spins}, to=10_000, summarize={"quaternion": "last"}, **on)
+    return stiefel.sweep(scene, axes={"body.angular_velocity": spins}, to=10_000, summarize={"quaternion": "last"}, **on)
 
 def kill(stop, killed):
     while len(killed) < 3 and not stop.wait(3):

@@ -8,7 +8,7 @@ import stiefel
 
 def test_velocity_and_generator(client):
     scene = scenes.frame(2, 5)
-    velocity, generator = (client.convert(scene, to).blocks for to in ("velocity", "angular_velocity"))
+    velocity, generator = (client.convert(scene, system=to).blocks for to in ("velocity", "angular_velocity"))
     np.testing.assert_allclose(velocity["Qdot"] * scene["inertia"], scene["initial"]["S"], atol=1e-14)
     np.testing.assert_allclose(velocity["Q"] @ generator["U"], velocity["Qdot"], atol=1e-13)
     np.testing.assert_array_equal(generator["U"], -generator["U"].T)
@@ -17,7 +17,7 @@ def test_velocity_and_generator(client):
 def test_interpolation_weights_are_symmetric(client):
     """Checks [RB] (7.15) and (7.20), and with (7.16) and (7.21) the way back to P."""
     scene = scenes.free(4)
-    b = client.convert(scene, "interpolation").blocks
+    b = client.convert(scene, system="interpolation").blocks
     inertia = np.diag(scene["inertia"])
     for weight in ("Sigma", "Lambda_k"):
         np.testing.assert_allclose(b[weight], b[weight].T, atol=1e-13)
@@ -28,10 +28,10 @@ def test_interpolation_weights_are_symmetric(client):
 def test_epsilon_makes_room_for_any_momentum(client):
     scene = scenes.free(4)
     big = {**scene, "initial": {"Q": scene["initial"]["Q"], "M": 1e6 * scene["initial"]["M"]}}
-    converted = client.convert(big, "symmetric_rigid_body")
+    converted = client.convert(big, system="symmetric_rigid_body")
     assert converted.scene["epsilon"] < 1e-5 and converted.margins["S_M"] >= 1
     with pytest.raises(stiefel.InvalidArgument, match="S_M") as refused:
-        client.convert(big, "symmetric_rigid_body", epsilon=1)
+        client.convert(big, system="symmetric_rigid_body", epsilon=1)
     assert refused.value.reason == "OUTSIDE_DOMAIN"
     norm = np.linalg.norm(big["initial"]["M"], 2)
     assert float(refused.value.metadata["value"]) == pytest.approx(norm, rel=1e-12)
@@ -49,4 +49,4 @@ def test_epsilon_makes_room_for_any_momentum(client):
 ], ids=["unknown", "unreachable", "not square", "not a vector", "not the flow", "no frame", "no scene"])
 def test_what_has_no_other_form_is_refused(client, scene, to, fault):
     with pytest.raises(stiefel.InvalidArgument, match=fault):
-        client.convert(scene, to)
+        client.convert(scene, system=to)

@@ -100,7 +100,7 @@ def test_the_same_numbers_in_other_members_are_another_scene(client):
 
 def test_an_ensemble_is_not_converted(client, parts):
     with pytest.raises(stiefel.InvalidArgument, match=rf"scene.members: {len(parts)}: must be absent: convert the scene of each"):
-        client.convert(ensemble(parts), "velocity")
+        client.convert(ensemble(parts), system="velocity")
 
 
 @pytest.mark.parametrize("change, fault", [

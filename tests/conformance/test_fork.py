@@ -131,7 +131,7 @@ def test_of_an_unknown_session(client):
 
 def test_a_frame_that_drifted_and_what_hangs_on_it(client):
     """rk4 leaves the group: Q is then not orthogonal and Q^T B not skew, and both are repaired."""
-    scene = client.convert(scenes.free(4, method="rk4"), "mclachlan_scovel").scene
+    scene = client.convert(scenes.free(4, method="rk4"), system="mclachlan_scovel").scene
     with client.create(scene) as old:
         assert 1e-12 < old.diagnose(to=200).orthogonality < 1e-6
         with old.fork(at=200) as new:

@@ -7,7 +7,7 @@ import stiefel
 
 
 def test_the_canonical_dirac_bracket_is_skew_and_a_derivation(client):
-    scene = client.convert(scenes.free(3), "symmetric_rigid_body").scene
+    scene = client.convert(scenes.free(3), system="symmetric_rigid_body").scene
     random = np.random.default_rng(1)
     F, G, H = [[(random.standard_normal((3, 3)), random.standard_normal((3, 3)))] for _ in range(3)]
     with client.create(scene) as session:
@@ -47,7 +47,7 @@ def test_what_is_no_tangent_vector_is_refused(client, form, first, fault):
 
 
 def test_a_system_without_a_form_says_so(client):
-    scene = client.convert(scenes.free(4), "mclachlan_scovel").scene
+    scene = client.convert(scenes.free(4), system="mclachlan_scovel").scene
     with client.create(scene) as session:
         with pytest.raises(stiefel.InvalidArgument, match="no two-form"):
             session.diagnose(0, symplectic=True)
@@ -66,7 +66,7 @@ def test_an_ensemble_has_neither_forms_nor_a_symplectic_test(client):
 
 
 def test_a_function_of_another_shape_names_its_place(client):
-    scene, zero = client.convert(scenes.free(3), "symmetric_rigid_body").scene, np.zeros((3, 3))
+    scene, zero = client.convert(scenes.free(3), system="symmetric_rigid_body").scene, np.zeros((3, 3))
     with client.create(scene) as session:
         with pytest.raises(stiefel.InvalidArgument, match=r"dirac_brackets\[0\].second\[1\].B: 3 x 2"):
             session.diagnose(0, dirac_brackets=[([(zero, zero)] * 2, [(zero, zero), (zero, zero[:, :2])])])

@@ -25,7 +25,7 @@ def test_there_and_back(client, pair, data):
     given = data.draw(scenes.scenes(pair))
     target = data.draw(st.sampled_from([system.name for system in scenes.catalogue().systems]))
     try:
-        there = client.convert(given, target)
+        there = client.convert(given, system=target)
     except stiefel.InvalidArgument as refused:
         assert refused.reason == "OUTSIDE_DOMAIN" or refused.violations
         return
@@ -34,7 +34,7 @@ def test_there_and_back(client, pair, data):
     with client.create(given) as session:
         start = blocks(session.scene)
         options = {name: session.scene[name] for name in ("epsilon", "parameter") if name in session.scene}
-    home = blocks(client.convert(there.scene, given["system"], **options).scene)
+    home = blocks(client.convert(there.scene, system=given["system"], **options).scene)
     for name in start.keys() & home.keys():
         np.testing.assert_allclose(home[name], start[name], rtol=0, atol=ROUNDING, err_msg=f"{name} by {target}")
     assert start.keys() & home.keys()
@@ -47,7 +47,7 @@ def test_the_energy_is_the_same(client, pair, data):
     target = data.draw(st.sampled_from(["rigid_body", "right_rigid_body", "symmetric_rigid_body", "mclachlan_scovel",
                                         "stiefel", "stiefel_costate", "stiefel_momentum"]))
     try:
-        there = client.convert(given, target).scene
+        there = client.convert(given, system=target).scene
     except stiefel.InvalidArgument:
         return
     here = energies(client, given)

@@ -79,8 +79,8 @@ def test_a_text_is_the_name_of_a_method(client, tmp_path):
     with pytest.raises(stiefel.InvalidArgument, match='^scene.method.name: "varational": must be .*; did you mean variational[?]$'):
         client.create({**SCENE, "method": "varational"})
     asked = {"to": 1, "summarize": {"energy": "last"}}
-    both = stiefel.sweep(SCENE, {"method": ["rk4", {"name": "munthe_kaas4"}]}, **asked)
-    assert both.equals(stiefel.sweep(SCENE, {"method": [{"name": "rk4"}, {"name": "munthe_kaas4"}]}, **asked))
+    both = stiefel.sweep(SCENE, axes={"method": ["rk4", {"name": "munthe_kaas4"}]}, **asked)
+    assert both.equals(stiefel.sweep(SCENE, axes={"method": [{"name": "rk4"}, {"name": "munthe_kaas4"}]}, **asked))
 
 
 def test_every_unknown_field_is_named():

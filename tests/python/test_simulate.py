@@ -40,7 +40,7 @@ def test_a_warning_is_of_the_line_that_called(client):
     thin = {**TOP, "body": {"moments": [1, 2, 4], "angular_velocity": [0.1, 0, 0]}}
     asked = {"servers": [client], "to": 1, "summarize": {"angular_velocity": "last"}}
     for call in (lambda: stiefel.simulate(thin, to=1), lambda: client.create(thin).delete(),
-                 lambda: stiefel.sweep({**thin, "epoch": None}, {"step": [0.1, 0.2]}, **asked)):
+                 lambda: stiefel.sweep({**thin, "epoch": None}, axes={"step": [0.1, 0.2]}, **asked)):
         with pytest.warns(stiefel.SceneWarning, match="no rigid body has these moments") as caught:
             call()
         assert {one.filename for one in caught} == {__file__}

@@ -141,7 +141,7 @@ class Client:
         """Deletes a session. Deleting an unknown id succeeds."""
         self._connection.call("DeleteSession", pb.DeleteSessionRequest(session_id=text("id", id)))
 
-    def convert(self, scene: SceneLike, system: str, *, epsilon: Optional[float] = None,
+    def convert(self, scene: SceneLike, *, system: str, epsilon: Optional[float] = None,
                 parameter: Optional[float] = None) -> Conversion:
         """Converts a motion to a scene of another `system`, or to the blocks of "velocity", "angular_velocity" or
         "interpolation".
@@ -175,7 +175,7 @@ class Client:
         given: Sequence[tuple[Any, Any]] = list(pairs)
         for i, pair in enumerate(given):
             if not isinstance(pair, (tuple, list, np.ndarray)) or len(pair) != 2 or np.ndim(pair[0]) < 2 and not isinstance(pair[0], Mapping):
-                raise refused(f"pairs[{i}]", "must be two frames (Q_0, Q_T)")
+                raise refused(f"pairs[{i}]", f"{shown(pair)}: must be two frames (Q_0, Q_T)")
         if metric == "lambda" and not np.size(inertia):
             raise refused("inertia", "is empty: must have the N numbers of Lambda, or metric be euclidean, canonical or beta")
 
@@ -199,7 +199,7 @@ class Client:
             raise CorruptReply(f"the server answered {len(replies)} of {len(given)} pairs")
         return tuple(answers.geodesic(replies[pair], request, span) for pair in range(len(given)))
 
-    def conjugate_points(self, Q: Any, Qdot: Any, *, inertia: Any, time: float = 1.0,
+    def conjugate_points(self, Q: Any, *, Qdot: Any, inertia: Any, time: float = 1.0,
                          timeout: Optional[float] = None) -> ConjugatePoints:
         """Returns the conjugate points up to `time` along the geodesic that starts at the frame Q with the velocity Qdot.
 

@@ -89,7 +89,7 @@ def test_every_time_may_have_a_unit(client, session, minute):
     assert session.step(to=3, timeout=minute).step == 3
     with stiefel.Client(client.address, timeout=minute) as other_client:
         assert other_client.timeout == 60 and other_client.describe().systems
-    found = stiefel.sweep(SCENE, {"step": [0.5, minute]}, to=1, summarize={"energy": "last"}, servers=[client])
+    found = stiefel.sweep(SCENE, axes={"step": [0.5, minute]}, to=1, summarize={"energy": "last"}, servers=[client])
     assert list(found["step"].values if hasattr(found["step"], "values") else found["step"]) == [0.5, 60]
     assert client.tradeoff({**SCENE, "step": 10.0}, horizon=minute, budget=1e8, repeats=1).horizon == 60
 
@@ -170,7 +170,7 @@ def test_samples_are_at_least_a_step_apart_and_times_before_0_need_a_negative_st
     (lambda client, session: client.get(3), "id: 3: must be a text"),
     (lambda client, session: client.delete(3), "id: 3: must be a text"),
     (lambda client, session: client.create(SCENE, id=3), "id: 3: must be a text"),
-    (lambda client, session: client.convert(SCENE, 3), "system: 3: must be a text"),
+    (lambda client, session: client.convert(SCENE, system=3), "system: 3: must be a text"),
     (lambda client, session: session.fork(at=0, system=3), "system: 3: must be a text"),
     (lambda client, session: stiefel.Client(3), "address: 3: must be a text"),
     (lambda client, session: session.covariance(np.diag([1, 1, 1, 1, 1, np.nan]), to=3), "P0: nan: must be finite")])

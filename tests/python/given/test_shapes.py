@@ -124,7 +124,7 @@ def test_frames_and_lists_of_calls(client):
     with pytest.raises(stiefel.InvalidArgument, match=r"^pairs\[0\].Q_T: the shape \(3, 1\): it looks transposed"):
         client.geodesics([(frame, frame.T)], inertia=[1, 2, 3])[0]
     for pairs in ((frame, frame), [(np.ones(()), frame)], np.stack([frame, frame]), [(frame, frame, frame)], [frame, frame], [3]):
-        with pytest.raises(stiefel.InvalidArgument, match=r"^pairs\[0\]: must be two frames \(Q_0, Q_T\)"):
+        with pytest.raises(stiefel.InvalidArgument, match=r"^pairs\[0\]: .+: must be two frames \(Q_0, Q_T\)"):
             client.geodesics(pairs, metric="euclidean")
     with pytest.raises(stiefel.InvalidArgument, match="^inertia: is empty: .* or metric be euclidean, canonical or beta"):
         client.geodesics([(frame, frame)])

@@ -18,7 +18,7 @@ CALLS = {  # the RPC, and a call
     "drive": ("Drive", lambda c, s: s.drive("Q").step(3)),
     "stream": ("Stream", lambda c, s: s.trajectory(to=100, every=7, fields=["Q", "M"])),
     "diagnose": ("Diagnose", lambda c, s: s.diagnose(to=5)),
-    "convert": ("Convert", lambda c, s: c.convert(SCENE, "velocity")),
+    "convert": ("Convert", lambda c, s: c.convert(SCENE, system="velocity")),
     "connect": ("Connect", lambda c, s: c.geodesics([([[1, 0, 0]], [[0, 0.6, 0.8]])], inertia=[1, 2, 3], samples=3)[0]),
     "conjugate points": ("ConjugatePoints", lambda c, s: c.conjugate_points(inertia=[1, 2, 3], Q=[[1, 0, 0]], Qdot=[[0, 1, 0.5]], time=9)),
     "tradeoff": ("MeasureTradeoff", lambda c, s: c.tradeoff(SCENE, horizon=0.05, budget=1e7, repeats=1)),

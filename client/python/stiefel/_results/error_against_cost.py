@@ -100,7 +100,7 @@ class Tradeoff(Shown):
         frame.attrs.update({name: getattr(self, name) for name in ("horizon", "reference_error", "machine", "numerics_id")})
         return frame
 
-    def plot(self, axes: Any = None, cost: str = "work", error: str = "error") -> Any:
+    def plot(self, axes: Any = None, *, cost: str = "work", error: str = "error") -> Any:
         """Plots the work-precision diagram, error over cost in logarithmic scales, and returns the axes.
 
         `axes`: the matplotlib axes to use; new ones by default. `cost`: "work" or "time" (CPU seconds per simulated

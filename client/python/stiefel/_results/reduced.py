@@ -86,7 +86,7 @@ class Section(Events):
         left = f", the first {ROWS} of them" if self.count > ROWS else ""
         return f"{self.count} crossing{'s' * (self.count != 1)}{left}", names, list(zip(*columns))
 
-    def plot(self, axes: Any = None, x: int = 0, y: int = 1, **look: Any) -> Any:
+    def plot(self, axes: Any = None, *, x: int = 0, y: int = 1, **look: Any) -> Any:
         """Draws column `y` of `points` over column `x`, each member of an ensemble in a colour of its own, and returns the axes.
 
         `axes`: the matplotlib axes to use; new ones by default. `look`: what its `plot` takes, such as `markersize`. Raises

@@ -29,13 +29,13 @@ from stiefel._scene import SceneLike
 _WARNING = re.compile(r"(?:member (\d+): )?(.*?)(?: \(\d+ members have a warning like this\))?", re.DOTALL)
 
 
-def sweep(scene: SceneLike, axes: Mapping[str, Any], *, to: Optional[int] = None, time: Any = None, summarize: Quantities,
+def sweep(scene: SceneLike, *, axes: Mapping[str, Any], to: Optional[int] = None, time: Any = None, summarize: Quantities,
           start: int = 0, every: int = 1, zipped: bool = False, executor: Optional[Executor] = None,
           servers: Optional[Sequence[Union[str, Client]]] = None, store: "Union[str, os.PathLike[str], None]" = None,
           progress: bool = False, threads: Optional[int] = None) -> Any:
     """Runs `scene` for every value of `axes` and reduces each motion to statistics on the server that runs it.
 
-        stiefel.sweep(scene, {"inertia": bodies, "body.angular_velocity": spins}, to=10_000,
+        stiefel.sweep(scene, axes={"inertia": bodies, "body.angular_velocity": spins}, to=10_000,
                       summarize={"energy": ["drift"], "quaternion": ["last"]}, executor=client.get_executor())
 
     axes: arrays of values by their paths in the scene: "inertia", "body.moments", "body.angular_velocity" (points,

@@ -216,7 +216,7 @@ def tradeoff(given: Given, client: Client) -> int:
 
 
 def convert(given: Given, client: Client) -> int:
-    found = client.convert(given.description, given.system, epsilon=given.epsilon, parameter=given.parameter)
+    found = client.convert(given.description, system=given.system, epsilon=given.epsilon, parameter=given.parameter)
     if given.output is None:
         print(in_json(shown.plain(found)))
         return REACHED
