@@ -31,7 +31,7 @@ class SceneMaker {
   }
 
   SceneDescription made() {
-    const std::string& system = d_.system;
+    const std::string system = d_.system;  // an example replaces d_
     if (const auto example = system_entry(system)->example) {
       d_ = example(seed_);
       d_.system = system;
