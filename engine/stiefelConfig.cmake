@@ -1,4 +1,4 @@
-# find_package(stiefel): stiefel::engine. find_package(stiefel COMPONENTS client): stiefel::client and
+# find_package(stiefel): stiefel::engine. find_package(stiefel COMPONENTS client): stiefel::client, stiefel::stub and
 # stiefel::proto too, which need gRPC and protobuf.
 include(CMakeFindDependencyMacro)
 find_dependency(Eigen3 3.4)

@@ -59,8 +59,8 @@ bool is_unix_socket(int connection) {
 }
 
 std::vector<std::string> method_names() {
-  const auto* service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(
-      v1::SimulationService::service_full_name());
+  const auto* service =
+      google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(service_name);
   std::vector<std::string> names;
   for (int i = 0; i < service->method_count(); ++i) names.push_back(service->method(i)->name());
   return names;
@@ -138,7 +138,7 @@ struct Server::Parts {
              options.identify,
              options.metrics.empty() ? nullptr : std::make_unique<CallMetrics>(method_names()),
              threads_of(options)},
-        health(v1::SimulationService::service_full_name()),
+        health(service_name),
         durability(options.store.empty()
                        ? nullptr
                        : std::make_unique<Durability>(

@@ -1,5 +1,8 @@
 #include "server/calls/gate.h"
 
+#include <grpcpp/impl/codegen/proto_utils.h>
+#include <grpcpp/support/method_handler.h>
+
 #include <type_traits>
 #include <utility>
 
@@ -83,8 +86,7 @@ std::unique_ptr<grpc::internal::MethodHandler> Gate::take(const char* name,
 Gate::Gate(Host& host, Callers* callers) : host_(host), callers_(callers) {
   using grpc::internal::RpcMethod;
   const auto add = [&](const char* name, RpcMethod::RpcType type, auto* handler) {
-    const auto& path = paths_.emplace_back(
-        "/" + std::string(v1::SimulationService::service_full_name()) + "/" + name);
+    const auto& path = paths_.emplace_back("/" + std::string(service_name) + "/" + name);
     AddMethod(
         new grpc::internal::RpcServiceMethod(path.c_str(), type, new OfCall(take(name, handler))));
   };

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <grpcpp/impl/service_type.h>
+
 #include <deque>
 #include <memory>
 #include <string>

@@ -1,5 +1,8 @@
 #include "server/calls/health_service.h"
 
+#include <grpcpp/impl/codegen/proto_utils.h>
+#include <grpcpp/support/method_handler.h>
+
 #include <chrono>
 #include <functional>
 #include <optional>

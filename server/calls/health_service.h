@@ -2,6 +2,8 @@
 
 #include <google/protobuf/wrappers.pb.h>
 #include <grpcpp/grpcpp.h>
+#include <grpcpp/impl/service_type.h>
+#include <grpcpp/support/sync_stream.h>
 
 #include <condition_variable>
 #include <cstddef>

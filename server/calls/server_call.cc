@@ -1,5 +1,7 @@
 #include "server/calls/server_call.h"
 
+#include <grpcpp/impl/codegen/proto_utils.h>
+
 #include <new>
 
 #include "server/calls/requests.h"

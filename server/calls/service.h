@@ -1,9 +1,13 @@
 #pragma once
 
+#include <grpcpp/support/sync_stream.h>
+
 #include "server/calls/server_call.h"
-#include "stiefel/v1/simulation.grpc.pb.h"
+#include "stiefel/v1/simulation.pb.h"
 
 namespace stiefel::server {
+
+inline constexpr const char* service_name = "stiefel.v1.SimulationService";
 
 /// What a call with many replies sends: bytes, so that it holds a reply only once while it waits
 /// for its reader.

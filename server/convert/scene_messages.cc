@@ -109,7 +109,7 @@ class Reader {
 };
 
 /// Writes the set fields of a description, by name.
-class Writer {
+class FieldWriter {
  public:
   template <Description T>
   static void write(const T& description, Message* to) {
@@ -259,10 +259,10 @@ SceneDescription from_proto(const v1::Scene& scene, const Place& place) {
   return read<SceneDescription>(scene, place);
 }
 
-void to_proto(const MethodDescription& method, v1::Method* out) { Writer::write(method, out); }
+void to_proto(const MethodDescription& method, v1::Method* out) { FieldWriter::write(method, out); }
 
 void to_proto(const SceneDescription& description, v1::Scene* out) {
-  Writer::write(description, out);
+  FieldWriter::write(description, out);
 }
 
 }  // namespace stiefel::server
