@@ -16,9 +16,9 @@ void CreateSession(ServerCall& call, const v1::CreateSessionRequest& request,
   call.hold(memory_price({.request = held_by(request)}));
   const v1::Scene& given = request.scene();
   MemoryLease resolving(memory, scene_workspace(given));
-  ResolvedScene scene =
-      read_scene(request.has_scene(), given, "scene",
-                 [&](const SceneDescription& read) { resolving.grow_to(choice_workspace(read)); });
+  ResolvedScene scene = read_scene(request.has_scene(), given, "scene", [&](std::uint64_t bytes) {
+    resolving.grow_to(resolving.bytes() + bytes);
+  });
   resolving = {};  // the session pays for its scene
   // A session is made only if its first step and the reply fit beside it. The state may have twice
   // the arrays of the request.

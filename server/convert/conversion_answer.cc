@@ -29,9 +29,8 @@ StatusError refused(const ConversionRefusal& refusal) {
 void convert(const v1::ConvertRequest& request, MemoryLease& memory,
              v1::ConvertResponse* response) {
   const auto [scene, choice, place] =
-      read_scene(request.has_scene(), request.scene(), "scene", [&](const SceneDescription& read) {
-        memory.grow_to(memory.bytes() + choice_workspace(read));
-      });
+      read_scene(request.has_scene(), request.scene(), "scene",
+                 [&](std::uint64_t bytes) { memory.grow_to(memory.bytes() + bytes); });
   memory.grow_to(memory.bytes() + conversion_workspace(scene));
   ConversionTarget target{request.to()};
   if (request.has_epsilon()) target.epsilon = request.epsilon();

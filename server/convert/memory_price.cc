@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "server/convert/errors.h"
 #include "server/convert/resolve.h"
+#include "stiefel/catalogue.h"
 #include "stiefel/price.h"
 #include "stiefel/summary.h"
 #include "stiefel/tradeoff.h"
@@ -70,6 +72,16 @@ std::uint64_t scene_workspace(const v1::Scene& scene) {
 
 std::uint64_t first_step_workspace(const Scene& resolved) {
   return resolved.members().empty() ? 0 : simulation_bytes(resolved);
+}
+
+std::uint64_t recommendation_workspace(SceneDescription scene) {
+  constexpr std::size_t small = 4 << 10;  // N < 16, where a simulation takes 130 kB
+  const auto members = static_cast<std::size_t>(std::max(scene.members.value_or(1), 1));
+  const auto methods = recommended(scene.system);
+  if (methods.empty() || array_bytes(scene) / members < small) return 0;
+  scene.method = methods.back().description();  // it takes every scene
+  const auto resolved = Scene::resolve(std::move(scene), Scene::frame_tolerance);
+  return resolved ? simulation_bytes(*resolved) / members : 0;
 }
 
 std::uint64_t choice_workspace(const SceneDescription& scene) {

@@ -41,12 +41,13 @@ std::uint64_t scene_reply(const Session& session);
 std::uint64_t held_by(const google::protobuf::Message& message);
 
 /// Return the workspaces of calls: resolving a scene; the first step of a new session, which makes
-/// the simulation of an ensemble; the choice of a method for a scene, with one simulation at a
-/// time, of the method that needs most, and references in twice the precision; a trade-off; a
-/// conversion; a Diagnose; a Summarize. The scene of a message must have been read: the numbers
-/// that one names in vain have no price.
+/// the simulation of an ensemble; the recommendation of a method for a scene, which makes one
+/// simulation; the choice of a method, with one simulation at a time, of the method that needs
+/// most, and references in twice the precision; a trade-off; a conversion; a Diagnose; a Summarize.
+/// The scene of a message must have been read: the numbers that one names in vain have no price.
 std::uint64_t scene_workspace(const v1::Scene& scene);
 std::uint64_t first_step_workspace(const Scene& resolved);
+std::uint64_t recommendation_workspace(SceneDescription scene);
 std::uint64_t choice_workspace(const SceneDescription& scene);
 std::uint64_t tradeoff_workspace(const SceneDescription& scene);
 std::uint64_t conversion_workspace(const Scene& resolved);

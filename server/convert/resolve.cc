@@ -7,6 +7,7 @@
 #include "server/convert/answers.h"
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
+#include "server/convert/memory_price.h"
 #include "stiefel/catalogue.h"
 
 namespace stiefel::server {
@@ -58,11 +59,13 @@ bool wants_choice(const v1::Scene& scene) { return scene.has_tolerance() && !sce
 }  // namespace
 
 ResolvedScene read_scene(bool present, const v1::Scene& scene, const char* field,
-                         const std::function<void(const SceneDescription&)>& before_choice) {
+                         const std::function<void(std::uint64_t bytes)>& hold) {
   if (!present) throw errors::invalid(field, "absent", "must be given");
   const auto place = Place::inside(field);
   SceneDescription description = from_proto(scene, place);
-  if (wants_choice(scene) && lacks_only_a_method(description, place)) before_choice(description);
+  if (!scene.has_method() && !scene.has_tolerance()) hold(recommendation_workspace(description));
+  if (wants_choice(scene) && lacks_only_a_method(description, place))
+    hold(choice_workspace(description));
   auto [made, choice] =
       value_of(resolve_choosing(std::move(description), Scene::frame_tolerance, place));
   return {std::move(made), std::move(choice), place};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <expected>
 #include <functional>
 #include <optional>
@@ -21,11 +22,10 @@ struct ResolvedScene {
 };
 
 /// Returns the resolved scene of a request; a tolerance is replaced by the method chosen for it.
-/// Calls `before_choice`, which may throw, before a method is chosen for a valid description.
-/// Throws INVALID_ARGUMENT with paths below `field`.
-ResolvedScene read_scene(
-    bool present, const v1::Scene& scene, const char* field = "scene",
-    const std::function<void(const SceneDescription&)>& before_choice = [](const auto&) {});
+/// Calls `hold`, which may throw, with the bytes that it takes to find a method for a scene without
+/// one. Throws INVALID_ARGUMENT with paths below `field`.
+ResolvedScene read_scene(bool present, const v1::Scene& scene, const char* field,
+                         const std::function<void(std::uint64_t bytes)>& hold);
 
 /// Returns the resolved scene that starts at the cursor's state, with the changes of the request.
 /// Throws INVALID_ARGUMENT.

@@ -2,6 +2,7 @@
 import os
 import time
 
+import grpc
 import numpy as np
 import pytest
 
@@ -77,6 +78,17 @@ def test_fields_of_a_later_version_are_not_kept(serve):
     for channel in channels:
         channel.close()
     assert process.memory() < 1.2 * 512 * MiB, process.memory() / MiB
+
+
+def test_the_search_for_a_method_is_paid(serve):
+    """Of eight scenes of N = 512 without a method at once, each of which makes a simulation of 134 MB to find its substeps."""
+    process, scene = serve("--log-level", "off", "--memory", "128M", "--threads", "2"), body(512)
+    scene.ClearField("method")
+    with process.channel(options=[("grpc.max_send_message_length", -1)]) as channel:
+        stub = rpc.SimulationServiceStub(channel)
+        calls = [stub.CreateSession.future(creation(f"s{k}", scene)) for k in range(8)]
+        assert {call.exception().code() for call in calls} == {grpc.StatusCode.RESOURCE_EXHAUSTED}
+    assert process.memory() < 1.2 * 128 * MiB, process.memory() / MiB
 
 
 def test_members_take_three_times_their_request(serve):
