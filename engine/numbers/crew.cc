@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <deque>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "engine/numbers/parallel.h"
 
@@ -28,89 +29,55 @@ void pause() {
 /// process.
 class OwnCrew final : public Crew {
  public:
-  void limit(std::size_t threads) {
-    const std::lock_guard lock(mutex_);
-    limit_.store(std::max<std::size_t>(threads, 1), std::memory_order_relaxed);
-  }
+  void limit(std::size_t threads) { limit_.store(threads, std::memory_order_relaxed); }
 
   std::size_t threads_at_hand() override { return limit_.load(std::memory_order_relaxed); }
 
   void run(std::size_t count, double, Item item, void* context) override {
-    thread_local Leader leader(*this);
-    if (count > 1 && busy_.load(std::memory_order_relaxed) + 1 < threads_at_hand())
-      call(leader, count - 1);
-    leader.team.run(count, 1, item, context);
+    thread_local const auto team = std::make_shared<Team>();
+    if (count > 1 && may_help()) call(team, count - 1);
+    team->run(count, 1, item, context);
   }
 
  private:
-  /// A thread that has divided its work.
-  struct Leader {
-    explicit Leader(OwnCrew& owner) : crew(owner) {}
-    ~Leader() { crew.forget(*this); }
+  bool may_help() { return busy_.load(std::memory_order_relaxed) + 1 < threads_at_hand(); }
 
-    OwnCrew& crew;
-    Team team;
-    // Guarded by the crew's mutex.
-    std::size_t wanted = 0, helpers = 0;
-    bool listed = false;
-  };
-
-  void call(Leader& leader, std::size_t wanted) {
+  /// Asks for helpers of a team up to `wanted`, with those that it has or has asked for: each holds
+  /// the team.
+  void call(const std::shared_ptr<Team>& team, std::size_t wanted) {
     const std::lock_guard lock(mutex_);
-    leader.wanted = wanted;
-    if (!std::exchange(leader.listed, true)) leaders_.push_back(&leader);
     const std::size_t most = threads_at_hand() - 1;
-    while (threads_.size() < std::min(most, busy_ + wanted)) {
-      try {
-        threads_.emplace_back([this] { work(); });
-      } catch (const std::exception&) {  // the leader works alone
-        break;
-      }
+    for (auto k = static_cast<std::size_t>(team.use_count()) - 1; k < std::min(wanted, most); ++k)
+      wanted_.push_back(team);
+    try {
+      for (; threads_ < std::min(most, busy_ + wanted_.size()); ++threads_)
+        std::thread([this] { work(); }).detach();
+    } catch (const std::exception&) {  // there are as many threads as there can be
     }
-    for (std::size_t k = leader.helpers; k < std::min(wanted, most); ++k) wake_.notify_one();
-  }
-
-  void forget(Leader& leader) {
-    std::unique_lock lock(mutex_);
-    leader.wanted = 0;
-    std::erase(leaders_, &leader);
-    left_.wait(lock, [&] { return leader.helpers == 0; });
+    if (!wanted_.empty()) wake_.notify_all();
   }
 
   [[noreturn]] void work() {
     std::unique_lock lock(mutex_);
     while (true) {
-      Leader* leader = busy_ + 1 < threads_at_hand() ? next() : nullptr;
-      if (!leader) {
-        wake_.wait(lock);
-        continue;
-      }
+      wake_.wait(lock, [&] { return !wanted_.empty() && may_help(); });
+      auto team = std::move(wanted_.front());
+      wanted_.pop_front();
       ++busy_;
-      ++leader->helpers;
       lock.unlock();
-      leader->team.help([] { return false; }, [] { return 0.0; });
+      team->help([] { return false; }, [] { return 0.0; });
       lock.lock();
       --busy_;
-      leader->wanted = std::min(leader->wanted, --leader->helpers);
-      left_.notify_all();
+      team.reset();
     }
-  }
-
-  /// Returns the leader with the fewest helpers of those that want more.
-  Leader* next() const {
-    Leader* next = nullptr;
-    for (Leader* leader : leaders_)
-      if (leader->helpers < leader->wanted && (!next || leader->helpers < next->helpers))
-        next = leader;
-    return next;
   }
 
   std::atomic<std::size_t> limit_ = std::max(1U, std::thread::hardware_concurrency());
   std::atomic<std::size_t> busy_ = 0;  // threads that help
   std::mutex mutex_;
-  std::condition_variable wake_, left_;
-  std::vector<Leader*> leaders_;
-  std::vector<std::thread> threads_;
+  std::condition_variable wake_;
+  std::deque<std::shared_ptr<Team>> wanted_;  // one for each helper that a team wants
+  std::size_t threads_ = 0;
 };
 
 OwnCrew& own_crew() {
