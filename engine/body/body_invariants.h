@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "engine/dense/inertia_operator.h"
-#include "engine/dense/skew_spectrum.h"
-#include "engine/numbers/stoppable_product.h"
+#include "engine/dense/decompositions.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -40,10 +40,12 @@ std::vector<std::vector<Scalar>> pencil_traces(const Matrix<Scalar>& M, const Sq
     power.push_back(B * power.back());
     for (std::size_t j = power.size() - 2; j > 0; --j) {
       if (stop.stop_requested()) return coefficients;
-      announced_product(M, power[j], product);
+      stop_point(static_cast<double>(N * N * N));
+      product.noalias() = M * power[j];
       power[j] = product + B * power[j - 1];
     }
-    announced_product(M, power[0], product);
+    stop_point(static_cast<double>(N * N * N));
+    product.noalias() = M * power[0];
     power[0] = product;
     auto& traces = coefficients.emplace_back();
     for (const auto& P : power) traces.push_back(P.trace());

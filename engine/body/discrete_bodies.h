@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/numbers/lanes.h"
+#include "engine/numbers/pack.h"
 
 namespace stiefel {
 

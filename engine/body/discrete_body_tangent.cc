@@ -247,7 +247,7 @@ class DiscreteBodyTangent final : public TangentMap {
   void add_parameters(std::size_t p, double gamma) {
     const auto first = static_cast<Index>(2 * p), last = stages_.by_lambda.cols() - 1;
     const auto pair = [&](const auto& row) {
-      return Pair(row(first), first < last ? row(first + 1) : 0);
+      return Pair::of_lanes([&](int k) { return first + k <= last ? row(first + k) : 0; });
     };
     const Pair dh = Pair(gamma) * pair(parameters_.by_h);
     for (Index j = 0; j < N_; ++j)

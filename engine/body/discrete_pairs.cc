@@ -6,7 +6,6 @@
 #include "engine/body/j_d/cayley_n.h"
 #include "engine/dense/continuation.h"
 #include "engine/dense/decompositions.h"
-#include "engine/dense/skew_spectrum.h"
 
 namespace stiefel {
 

@@ -1,6 +1,6 @@
 #include "engine/body/exact/euler_top.h"
 #include "engine/body/rigid_tangents.h"
-#include "engine/dense/exponential.h"
+#include "engine/dense/decompositions.h"
 #include "engine/numbers/dual.h"
 #include "stiefel/stop.h"
 

@@ -4,12 +4,11 @@
 #include "engine/body/j_d/j_d_n.h"
 #include "engine/body/principal_branch.h"
 #include "engine/body/rigid_tangents.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/history.h"
-#include "engine/dense/lyapunov_equation.h"
 #include "engine/methods/symmetric_stages.h"
 #include "engine/methods/variational.h"
 #include "engine/numbers/compensated.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -74,7 +73,7 @@ bool DifferentialOfU::sweep(const Dense& K, Dense& dU, Dense& S) {
   double a = 1 / c, b = 0, left = 0;
   for (int k = 0; k < most; ++k) {
     stop_point(static_cast<double>(N * dU.size()));
-    stoppable_product(X_.transpose(), dU, P_);
+    P_.noalias() = X_.transpose() * dU;
     left = 0;
     for (Index j = 0; j < N; ++j)
       for (Index i = 0; i <= j; ++i) {
@@ -98,12 +97,12 @@ void DifferentialOfU::solve(const Dense& K, Dense& dU) {
   if (!lyapunov_) lyapunov_.emplace(lambda_.size());
   if (!factored_) lyapunov_->factor(lambda_.asDiagonal() * U);
   factored_ = true;
-  stoppable_product(K, U, P_);
+  P_.noalias() = K * U;
   Dense upsilon(P_.rows(), P_.cols());
-  stoppable_product(U.transpose(), P_, upsilon);
+  upsilon.noalias() = U.transpose() * P_;
   lyapunov_->solve(upsilon, upsilon);
   upsilon = ((upsilon - upsilon.transpose()) / 2).eval();
-  stoppable_product(U, upsilon, dU);
+  dU.noalias() = U * upsilon;
 }
 
 /// Moves (η, δM) by the steps of the discrete rigid body in any dimension, Q ↦ QU, M ↦ M′, UΛ − ΛUᵀ
@@ -148,7 +147,7 @@ class LargeBodyTangent final : public TangentMap {
       vectors_.emplace_back(N_, count() == 1);
       vectors_.back().m = Sum((M - M.transpose()) / 2, arithmetic_);
       if (!has_frame_) continue;
-      stoppable_product(point.topRows(N_).transpose(), block.topRows(N_), K_);
+      K_.noalias() = point.topRows(N_).transpose() * block.topRows(N_);
       vectors_.back().eta = Sum((K_ - K_.transpose()) / 2, arithmetic_);
     }
     memories_.clear();
@@ -183,7 +182,7 @@ class LargeBodyTangent final : public TangentMap {
       auto block = V.col(v).reshaped(rows, N_);
       block.bottomRows(N_) = vectors_[static_cast<std::size_t>(v)].m.value;
       if (!has_frame_) continue;
-      stoppable_product(point.topRows(N_), vectors_[static_cast<std::size_t>(v)].eta.value, dQ);
+      dQ.noalias() = point.topRows(N_) * vectors_[static_cast<std::size_t>(v)].eta.value;
       block.topRows(N_) = dQ;
     }
   }
@@ -229,9 +228,9 @@ class LargeBodyTangent final : public TangentMap {
     if (!has_frame_) return;
     // η′ − η = A + XᵀB, A = ηX + δU, B = η + A.
     stop_point(2 * static_cast<double>(N_ * N_ * N_));
-    add_stoppable_product(eta.value, X_, dU_);
+    dU_.noalias() += eta.value * X_;
     K_ = eta.value + dU_;
-    stoppable_product(X_.transpose(), K_, S_);
+    S_.noalias() = X_.transpose() * K_;
     for (Index j = 0; j < N_; ++j)
       for (Index i = 0; i < j; ++i)
         add_skew(eta, i, j, (dU_(i, j) - dU_(j, i) + S_(i, j) - S_(j, i)) / 2);

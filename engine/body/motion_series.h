@@ -4,7 +4,7 @@
 
 #include "engine/dense/power_series.h"
 #include "engine/dense/principal_moments_3.h"
-#include "engine/dense/vector_3.h"
+#include "engine/dense/so_3.h"
 
 namespace stiefel {
 

@@ -4,12 +4,11 @@
 #include <string_view>
 
 #include "engine/dense/decompositions.h"
-#include "engine/dense/exponential.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/methods/concepts.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/conservation.h"
 #include "stiefel/invariant_names.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -64,7 +63,7 @@ class ParametricRigidBody {
 
   void field(const State& x, State& dx) {
     generator(x, xi_);
-    stoppable_product(x, xi_, dx);
+    dx.noalias() = x * xi_;
   }
 
   Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
@@ -92,7 +91,7 @@ class ParametricRigidBody {
   }
   void displacement(const State& x, const Algebra& theta, State& dx) {
     exponential_(theta, D_);
-    stoppable_product(x, D_, dx);
+    dx.noalias() = x * D_;
   }
 
  private:

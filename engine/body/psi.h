@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "engine/dense/skew_spectrum.h"
+#include "engine/dense/decompositions.h"
 #include "engine/motion/outside_domain.h"
 #include "stiefel/stop.h"
 

@@ -2,11 +2,10 @@
 
 #include <string_view>
 
-#include "engine/dense/exponential.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/so_n.h"
 #include "engine/methods/concepts.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -50,13 +49,13 @@ class SymmetricRigidBody {
 
   void field(const State& x, State& dx) {
     generator(x, Omega_);
-    stoppable_product(x, Omega_, dx);
+    dx.noalias() = x * Omega_;
   }
 
   Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
   void generator(const State& x, Algebra& Omega) {
     const Eigen::Index N = lambda_.size();
-    stoppable_product(x.topRows(N).transpose(), x.bottomRows(N), G_);
+    G_.noalias() = x.topRows(N).transpose() * x.bottomRows(N);
     inverse_inertia(lambda_, G_, epsilon_, Omega);
   }
   static void bracket(const Algebra& a, const Algebra& b, Algebra& c) {
@@ -64,7 +63,7 @@ class SymmetricRigidBody {
   }
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     exponential_(Theta, D_);
-    stoppable_product(x, D_, dx);
+    dx.noalias() = x * D_;
   }
 
  private:

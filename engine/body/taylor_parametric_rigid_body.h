@@ -5,7 +5,7 @@
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/taylor_motion.h"
 #include "engine/motion/series_start.h"
-#include "engine/numbers/stoppable_product.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -61,7 +61,8 @@ bool TaylorParametricRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<S
     inverse_inertia(lambda_, M(k), Scalar(2), now);
     if (k == 0) now.diagonal() = mu_ * lambda_;
     auto next = series.middleCols((k + 1) * N_, N_);
-    announced_product(series.leftCols((k + 1) * N_), xi_.bottomRows((k + 1) * N_), next);
+    stop_point(static_cast<double>((k + 1) * x.size() * N_));
+    next.noalias() = series.leftCols((k + 1) * N_) * xi_.bottomRows((k + 1) * N_);
     for (int j = 0; j <= k; ++j) {
       stop_point(static_cast<double>(N_ * N_ * N_));
       next.bottomRows(N_).noalias() -= xi(j) * M(k - j);

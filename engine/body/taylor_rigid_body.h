@@ -5,7 +5,7 @@
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/taylor_motion.h"
 #include "engine/numbers/scalar.h"
-#include "engine/numbers/stoppable_product.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -58,8 +58,8 @@ bool TaylorRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& se
     if (stopped()) return false;
     inverse_inertia(lambda_, series.middleCols(k * N_, N_).bottomRows(N_), Omega(k));
     auto next = series.middleCols((k + 1) * N_, N_);
-    Y_.resize(x.rows(), N_);
-    announced_product(series.leftCols((k + 1) * N_), Omega_.bottomRows((k + 1) * N_), Y_);
+    stop_point(static_cast<double>((k + 1) * x.size() * N_));
+    Y_.noalias() = series.leftCols((k + 1) * N_) * Omega_.bottomRows((k + 1) * N_);
     next = Y_;
     next.bottomRows(N_) -= Y_.bottomRows(N_).transpose();
     next /= Scalar(k + 1);

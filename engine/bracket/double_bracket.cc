@@ -7,7 +7,7 @@
 #include "engine/bracket/double_bracket.h"
 #include "engine/bracket/double_bracket_invariants.h"
 #include "engine/bracket/taylor_double_bracket.h"
-#include "engine/dense/skew_spectrum.h"
+#include "engine/dense/decompositions.h"
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/series_start.h"
 #include "engine/motion/stacked_observables.h"

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "engine/dense/exponential.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/so_n.h"
 #include "engine/methods/concepts.h"

@@ -3,7 +3,7 @@
 #include "engine/dense/decompositions.h"
 #include "engine/dense/so_3.h"
 #include "engine/dense/so_n.h"
-#include "engine/numbers/stoppable_product.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -36,8 +36,7 @@ template <class Scalar>
 void CayleyMidpoint<SoN<Scalar>>::midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
                                            Matrix<Scalar>& middle) {
   factor(a);
-  Y_ = x.bottomRows(N_);
-  lu_.solve(Y_, X_);
+  lu_.solve(x.bottomRows(N_), X_);
   Y_ = X_.transpose();
   lu_.solve(Y_, X_);
   middle.bottomRows(N_) = X_.transpose();
@@ -49,9 +48,9 @@ void CayleyMidpoint<SoN<Scalar>>::displacement(const Matrix<Scalar>& x, const Ma
   factor(a);
   lu_.solve(a, X_);
   X_ *= Scalar(-2);
-  stoppable_product(x, X_.transpose(), dx);
+  dx.noalias() = x * X_.transpose();
   Y_ = dx.bottomRows(N_);
-  add_stoppable_product(Scalar(0.5) * X_, dx.bottomRows(N_), Y_);
+  Y_.noalias() += Scalar(0.5) * X_ * dx.bottomRows(N_);
   dx.bottomRows(N_) = Y_ - Y_.transpose();
 }
 
@@ -63,7 +62,7 @@ void CayleyMidpoint<SoN<Scalar>>::factor(const Matrix<Scalar>& a) {
   lu_.factor(X_);
 }
 
-// Compiled once, in exponential.cc.
+// Compiled once, in decompositions.cc.
 extern template class CayleyMidpoint<SoN<double>>;
 
 /// The transform in three dimensions: m̃ = (m − c×m)/(1 + |c|²), U = (1, c)/|(1, c)| as a

@@ -1,7 +1,10 @@
 #include <Eigen/SVD>
 #include <algorithm>
 
+#include "engine/dense/cayley_midpoint.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/decompositions_of.h"
+#include "engine/dense/orthogonal.h"
 #include "engine/numbers/quadruple.h"
 
 namespace stiefel {
@@ -28,6 +31,8 @@ template SkewEigen<double> skew_eigen(const Matrix<double>& A);
 template SkewEigen<long double> skew_eigen(const Matrix<long double>& A);
 template Vector<double> skew_eigenvalues(const Matrix<double>& A);
 
+template double skew_norm(const Matrix<double>& M);
+
 template Matrix<double> orthonormal_columns(const Matrix<double>&, Index, Index);
 template Matrix<long double> orthonormal_columns(const Matrix<long double>&, Index, Index);
 
@@ -40,6 +45,26 @@ SymmetricEigen3<Scalar> symmetric_eigen_3(const Eigen::Matrix<Scalar, 3, 3>& A) 
 template SymmetricEigen3<double> symmetric_eigen_3(const Eigen::Matrix<double, 3, 3>& A);
 template SymmetricEigen3<long double> symmetric_eigen_3(const Eigen::Matrix<long double, 3, 3>& A);
 template SymmetricEigen3<Quad> symmetric_eigen_3(const Eigen::Matrix<Quad, 3, 3>& A);
+
+template class Lyapunov<double>;
+template class Lyapunov<long double>;
+template class SymmetricLyapunov<double>;
+template class SymmetricLyapunov<long double>;
+template class SymmetricLyapunov<Quad>;
+template class ConstraintRiccati<double>;
+
+template class Exponential<double>;
+template class Exponential<long double>;
+template class SkewFlow<double>;
+template class SkewFlow<long double>;
+template class CayleyMidpoint<SoN<double>>;
+
+template Matrix<double> nearest_orthogonal(Matrix<double> Q);
+
+Matrix<double> repaired(const Matrix<double>& Q) {
+  const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
+  return orthogonality_defect(Q) > rounding ? nearest_orthogonal<double>(Q) : Q;
+}
 
 double determinant(const Matrix<double>& A) { return A.determinant(); }
 
@@ -77,6 +102,16 @@ RealSchur real_schur(const Matrix<double>& A) {
 RightSingular right_singular(const Matrix<double>& A) {
   const Eigen::JacobiSVD<Matrix<double>> svd(A, Eigen::ComputeFullV);
   return {svd.singularValues(), svd.matrixV()};
+}
+
+Vector<std::complex<double>> spectrum(const Matrix<double>& A) {
+  stop_point(10 * static_cast<double>(A.rows() * A.size()));
+  const Eigen::HessenbergDecomposition<Matrix<double>> reduced(A);
+  const Matrix<double> T = reduced.matrixH();
+  const Matrix<std::complex<double>> H = T.cast<std::complex<double>>();
+  Eigen::ComplexSchur<Matrix<std::complex<double>>> schur(A.rows());
+  iterate_schur(schur, H, H, false);
+  return schur.matrixT().diagonal();
 }
 
 Matrix<double> principal_root(const Matrix<double>& A) {

@@ -37,7 +37,7 @@ class History {
         }
       }
     };
-    in_long_ranges(next.size(), chunk, static_cast<double>(p) / 2, predict_range);
+    in_ranges(next.size(), chunk, static_cast<double>(next.size()), predict_range);
     return true;
   }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "engine/numbers/scalar.h"
-#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 
@@ -41,7 +40,7 @@ Matrix<Scalar> inverse_inertia(const Vector<Scalar>& lambda, Matrix<Scalar> M) {
 template <class Scalar, class Algebra, class Result>
 void inertia_bracket(const Vector<Scalar>& lambda, const Eigen::MatrixBase<Algebra>& Omega,
                      Eigen::MatrixBase<Result>&& bracket) {
-  stoppable_product(Omega.derived(), Omega.derived(), bracket.derived());
+  bracket.derived().noalias() = Omega.derived() * Omega.derived();
   for (Eigen::Index j = 0; j < Omega.cols(); ++j) {
     bracket(j, j) = 0;
     for (Eigen::Index i = 0; i < j; ++i) {

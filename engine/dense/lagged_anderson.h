@@ -58,7 +58,7 @@ class LaggedAnderson {
   /// Works through long vectors in chunks.
   template <class Work>
   static void by_chunks(Eigen::Index size, Work&& work) {
-    in_long_ranges(size, chunk, 1, [&](Eigen::Index begin, Eigen::Index end) {
+    in_ranges(size, chunk, static_cast<double>(size), [&](Eigen::Index begin, Eigen::Index end) {
       for (Eigen::Index start = begin; start < end; start += chunk)
         work(start / chunk, [start, length = std::min(chunk, end - start)](Vector<Scalar>& v) {
           return v.segment(start, length);

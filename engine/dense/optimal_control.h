@@ -1,12 +1,12 @@
 #pragma once
 
 #include "engine/dense/decompositions.h"
-#include "engine/dense/symmetric_lyapunov.h"
 
 namespace stiefel {
 
-/// The optimal control U ∈ so(N) of [ST] Theorem 2, from a frame Q and any costate P (n × N) with
-/// QᵀP − PᵀQ = M. U solves QᵀQUΛ + ΛUQᵀQ = M; with K = QΛ⁻¹Qᵀ and QQᵀ = I,
+/// The optimal control U ∈ so(N) of [ST] Theorem 2, 𝒵, from a frame Q and any costate P (n × N),
+/// such as S or P_0, with QᵀP − PᵀQ = M; Q̇ = QU. U solves J_Q(U) = QᵀQUΛ + ΛUQᵀQ = M, and is unique
+/// up to V with QV = 0; with K = QΛ⁻¹Qᵀ and every λ_i > 0,
 ///
 ///     U = Λ⁻¹(QᵀK⁻¹P − PᵀK⁻¹Q + QᵀXQ)Λ⁻¹,   KX + XK = (QΛ⁻¹Pᵀ)K⁻¹ − K⁻¹(PΛ⁻¹Qᵀ).
 ///
@@ -49,6 +49,12 @@ class OptimalControl {
     X_.noalias() = F * L_bar_.transpose();
     FU.noalias() = K_ * L_bar_;
     FU.noalias() -= X_ * Q_bar_;
+  }
+
+  /// Returns U as an N × N matrix; only for output.
+  Matrix<Scalar> dense() const {
+    const Matrix<Scalar> half = Q_bar_.transpose() * L_bar_;
+    return half - half.transpose();
   }
 
  private:

@@ -24,7 +24,7 @@ Matrix<Scalar> nearest_orthogonal(Matrix<Scalar> Q) {
 /// rounding, max |QQᵀ − I| ≤ 4Nu, else the frame nearest to it.
 Matrix<double> repaired(const Matrix<double>& Q);
 
-// Compiled once, in orthogonal.cc.
+// Compiled once, in decompositions.cc.
 extern template Matrix<double> nearest_orthogonal(Matrix<double> Q);
 
 }  // namespace stiefel

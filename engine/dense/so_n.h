@@ -1,9 +1,8 @@
 #pragma once
 
-#include "engine/dense/exponential.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/numbers/scalar.h"
-#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 
@@ -46,13 +45,13 @@ struct SoN {
   /// Computes (QΩ, [M, Ω]) for M = J(Ω).
   static void velocity(const Lambda& lambda, const State& x, const Algebra& Omega, State& dx) {
     const Eigen::Index N = x.cols(), top = x.rows() - N;
-    stoppable_product(x.topRows(top), Omega, dx.topRows(top));
+    dx.topRows(top).noalias() = x.topRows(top) * Omega;
     inertia_bracket(lambda, Omega, dx.bottomRows(N));
   }
 
   /// Computes [A, B] = AB − BA = AB − (AB)ᵀ.
   static void bracket(const Algebra& A, const Algebra& B, Algebra& C) {
-    stoppable_product(A, B, C);
+    C.noalias() = A * B;
     subtract_transpose(C);
   }
 
@@ -60,8 +59,8 @@ struct SoN {
   /// Y − Yᵀ + DᵀY.
   void displacement(const State& x, const Algebra& Theta, State& dx) {
     exponential_(Theta, D_);
-    stoppable_product(x, D_, dx);
-    stoppable_product(D_.transpose(), dx.bottomRows(N_), product_);
+    dx.noalias() = x * D_;
+    product_.noalias() = D_.transpose() * dx.bottomRows(N_);
     dx.bottomRows(N_) += product_ / 2;
     subtract_transpose(dx.bottomRows(N_));
   }

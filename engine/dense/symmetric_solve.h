@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "engine/dense/lyapunov_equation.h"
+#include "engine/dense/decompositions.h"
 #include "engine/numbers/pair.h"
 
 namespace stiefel {

@@ -35,7 +35,22 @@ class TaylorMotion {
 
   /// Moves to time t, which must not be before the time of the last call. Returns false, and keeps
   /// the state that was reached, when `stopped` returns true or the motion ends.
-  bool go_to(double t, const std::function<bool()>& stopped);
+  bool go_to(double t, const std::function<bool()>& stopped) {
+    using std::abs;
+    for (;;) {
+      if (length_ == 0 && !expand(stopped)) return false;
+      const Scalar ahead = Scalar(t) - from_;
+      if (abs(ahead) <= length_) {
+        x_ = value(ahead);
+        return true;
+      }
+      const Scalar whole = ahead < 0 ? -length_ : length_;
+      start_ = value(whole);
+      from_ += whole;
+      if (!start_.allFinite()) return false;
+      length_ = 0;
+    }
+  }
 
   const Matrix<Scalar>& state() const { return x_; }
   /// Returns the time that the last series spans.
@@ -44,7 +59,12 @@ class TaylorMotion {
   std::int64_t series_count() const { return count_; }
 
  private:
-  bool expand(const std::function<bool()>& stopped);
+  bool expand(const std::function<bool()>& stopped) {
+    if (!series_.expand(start_, coefficients_, stopped)) return false;
+    ++count_;
+    length_ = Scalar(reach());
+    return length_ > 0;
+  }
 
   auto coefficient(int k) const {
     const Eigen::Index N = start_.cols();
@@ -52,11 +72,30 @@ class TaylorMotion {
   }
 
   /// Evaluates the series at t by Horner's rule.
-  Matrix<Scalar> value(const Scalar& t) const;
+  Matrix<Scalar> value(const Scalar& t) const {
+    Matrix<Scalar> sum = coefficient(series_.order());
+    for (int k = series_.order() - 1; k >= 0; --k) sum = (sum * t + coefficient(k)).eval();
+    return sum;
+  }
 
   /// Returns the time up to which the terms of the last two coefficients stay below ε, relative to
   /// the largest element of the frame and to that of the momentum.
-  double reach() const;
+  double reach() const {
+    const Eigen::Index momentum = series_.momentum_rows(), frame = start_.rows() - momentum;
+    double reach = std::numeric_limits<double>::infinity();
+    const auto within = [&](Eigen::Index from, Eigen::Index rows) {
+      const auto size = [&](int k) {
+        using std::log;
+        return static_cast<double>(
+            log(coefficient(k).middleRows(from, rows).cwiseAbs().maxCoeff()));
+      };
+      for (const int k : {series_.order() - 1, series_.order()})
+        reach = std::min(reach, std::exp((std::log(epsilon_) + size(0) - size(k)) / k));
+    };
+    if (frame > 0) within(0, frame);
+    within(frame, momentum);
+    return std::min(reach, longest);
+  }
 
   Series series_;
   Matrix<Scalar> x_, start_, coefficients_;
@@ -64,55 +103,5 @@ class TaylorMotion {
   Scalar from_ = 0, length_ = 0;
   std::int64_t count_ = 0;
 };
-
-template <class Series>
-bool TaylorMotion<Series>::go_to(double t, const std::function<bool()>& stopped) {
-  using std::abs;
-  for (;;) {
-    if (length_ == 0 && !expand(stopped)) return false;
-    const Scalar ahead = Scalar(t) - from_;
-    if (abs(ahead) <= length_) {
-      x_ = value(ahead);
-      return true;
-    }
-    const Scalar whole = ahead < 0 ? -length_ : length_;
-    start_ = value(whole);
-    from_ += whole;
-    if (!start_.allFinite()) return false;
-    length_ = 0;
-  }
-}
-
-template <class Series>
-bool TaylorMotion<Series>::expand(const std::function<bool()>& stopped) {
-  if (!series_.expand(start_, coefficients_, stopped)) return false;
-  ++count_;
-  length_ = Scalar(reach());
-  return length_ > 0;
-}
-
-template <class Series>
-Matrix<typename Series::Scalar> TaylorMotion<Series>::value(const Scalar& t) const {
-  Matrix<Scalar> sum = coefficient(series_.order());
-  for (int k = series_.order() - 1; k >= 0; --k) sum = (sum * t + coefficient(k)).eval();
-  return sum;
-}
-
-template <class Series>
-double TaylorMotion<Series>::reach() const {
-  const Eigen::Index momentum = series_.momentum_rows(), frame = start_.rows() - momentum;
-  double reach = std::numeric_limits<double>::infinity();
-  const auto within = [&](Eigen::Index from, Eigen::Index rows) {
-    const auto size = [&](int k) {
-      using std::log;
-      return static_cast<double>(log(coefficient(k).middleRows(from, rows).cwiseAbs().maxCoeff()));
-    };
-    for (const int k : {series_.order() - 1, series_.order()})
-      reach = std::min(reach, std::exp((std::log(epsilon_) + size(0) - size(k)) / k));
-  };
-  if (frame > 0) within(0, frame);
-  within(frame, momentum);
-  return std::min(reach, longest);
-}
 
 }  // namespace stiefel

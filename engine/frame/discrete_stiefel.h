@@ -3,7 +3,6 @@
 #include <type_traits>
 
 #include "engine/dense/decompositions.h"
-#include "engine/dense/lyapunov_equation.h"
 #include "engine/methods/concepts.h"
 #include "engine/numbers/compensated.h"
 #include "stiefel/stop.h"

@@ -2,9 +2,8 @@
 
 #include <cmath>
 
-#include "engine/dense/constraint_riccati.h"
 #include "engine/dense/continuation.h"
-#include "engine/dense/symmetric_lyapunov.h"
+#include "engine/dense/decompositions.h"
 #include "engine/frame/blocked_pass.h"
 #include "engine/methods/concepts.h"
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "engine/dense/constraint_riccati.h"
 #include "engine/dense/continuation.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/symmetric_solve.h"
 #include "engine/frame/rattle_tangent.h"
 #include "engine/frame/rattle_tangent_pass.h"

@@ -1,4 +1,4 @@
-#include "engine/dense/symmetric_lyapunov.h"
+#include "engine/dense/decompositions.h"
 #include "engine/frame/rattle_tangent.h"
 #include "engine/frame/stiefel_forms.h"
 #include "engine/frame/stiefel_maps.h"

@@ -1,9 +1,8 @@
 #pragma once
 
+#include "engine/dense/decompositions.h"
 #include "engine/dense/frame_projection.h"
-#include "engine/dense/symmetric_lyapunov.h"
 #include "engine/methods/concepts.h"
-#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 
@@ -41,11 +40,11 @@ class Stiefel {
       Qdot.col(j) = S.col(j) / lambda_(j);
       Sdot.col(j) = Q.col(j) / lambda_(j);
     }
-    stoppable_product(Sdot, Q.transpose(), K_);
-    stoppable_product(Scalar(-2) * Qdot, Qdot.transpose(), B_);
+    K_.noalias() = Sdot * Q.transpose();
+    B_.noalias() = Scalar(-2) * Qdot * Qdot.transpose();
     lyapunov_.factor(K_);
     lyapunov_.solve(B_, B_);
-    stoppable_product(B_, Q, Sdot);
+    Sdot.noalias() = B_ * Q;
   }
 
   /// Moves Q onto the frames, and S onto its constraint: S ← S − YQ with KY + YK = QS̄ᵀ + S̄Qᵀ.

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "engine/dense/angular_velocity.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/inertia_operator.h"
 #include "engine/dense/orthogonal.h"
-#include "engine/dense/symmetric_lyapunov.h"
 #include "engine/frame/stiefel_invariants.h"
 #include "engine/frame/stiefel_momenta.h"
 #include "engine/motion/stacked_observables.h"
@@ -105,7 +105,7 @@ WithinDomain<Phase> read_costate(const Scene& scene, Margins&) {
 }
 
 Eigen::MatrixXd S_of(const Phase& x) {
-  return x.square() ? S_of_Qdot<double>(x.lambda, Qdot_of_M(x.lambda, x.Q, x.M)) : x.S;
+  return x.square() ? S_of_Qdot<double>(x.lambda, x.Q * inverse_inertia(x.lambda, x.M)) : x.S;
 }
 
 void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,

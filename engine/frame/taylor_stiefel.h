@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "engine/dense/symmetric_lyapunov.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/taylor_motion.h"
 #include "stiefel/stop.h"
 

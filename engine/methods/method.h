@@ -8,7 +8,7 @@
 #include "engine/methods/matrix_system.h"
 #include "engine/methods/system_traits.h"
 #include "engine/numbers/compensated.h"
-#include "engine/numbers/lanes.h"
+#include "engine/numbers/pack.h"
 #include "stiefel/conservation.h"
 
 namespace stiefel {

@@ -1,10 +1,9 @@
+#include "engine/numbers/parallel.h"
+#include "engine/numbers/quadruple.h"
 #include "engine/numbers/scalar.h"
 
 namespace stiefel {
 namespace {
-
-using Pair [[gnu::vector_size(16)]] = double;
-using UnalignedPair [[gnu::vector_size(16), gnu::aligned(8), gnu::may_alias]] = double;
 
 template <Into into, class Out, class Product>
 [[gnu::always_inline]] inline void write(Out&& out, const Product& product) {
@@ -13,89 +12,85 @@ template <Into into, class Out, class Product>
   if constexpr (into == Into::subtract) out -= product;
 }
 
-/// AB for small matrices of which A is stored by columns: Σₗ A(i, l) B(l, j), in the order of l.
-/// As in Eigen, two rows are computed together where `out` begins at a multiple of 16 bytes. Their
-/// sums begin at 0, the sum of a single row at its first term; this decides the signs of zeros.
-template <Into into, int right, int depth>
-void by_columns_of_left(Strided<double, Eigen::ColMajor>& out,
-                        const Strided<const double, Eigen::ColMajor>& A,
-                        const Strided<const double, right>& B) {
-  const Eigen::Index m = out.rows(), lda = A.outerStride();
-  const Eigen::Index k = depth == Eigen::Dynamic ? A.cols() : depth;
-  const Eigen::Index next = right == Eigen::RowMajor ? B.outerStride() : 1;
-  const double* const a = A.data();
-  for (Eigen::Index j = 0; j < out.cols(); ++j) {
-    const double* const b = &B.coeffRef(0, j);
-    double* const column = &out.coeffRef(0, j);
-    const auto row = [&](Eigen::Index i) {
-      double sum = a[i] * b[0];
-      for (Eigen::Index l = 1; l < k; ++l) sum += a[i + l * lda] * b[l * next];
-      write<into>(column[i], sum);
-    };
-    Eigen::Index i = Eigen::internal::first_aligned<16>(column, m);
-    if (i == 1) row(0);
-    for (; i + 2 <= m; i += 2) {
-      Pair sum = {};
-      for (Eigen::Index l = 0; l < k; ++l)
-        sum += *reinterpret_cast<const UnalignedPair*>(a + i + l * lda) * b[l * next];
-      write<into>(*reinterpret_cast<Pair*>(column + i), sum);
+/// AB for B of N × N and A and `out` of a multiple of N rows, with the sums of Eigen but for the
+/// signs of zeros. All sizes of a block are constants: a product of 3 × 3 takes fewer instructions
+/// than Eigen's, whose sizes are known at run time alone.
+template <Into into, int N, int left, int right>
+void square_product(Strided<double, Eigen::ColMajor>& out, const Strided<const double, left>& A,
+                    const Strided<const double, right>& B) {
+  constexpr bool of_contiguous = left == Eigen::RowMajor && right == Eigen::ColMajor;
+  for (Eigen::Index block = 0; block < out.rows(); block += N)
+    for (Eigen::Index j = 0; j < N; ++j) {
+      double sums[N];
+      for (Eigen::Index i = 0; i < N; ++i) {
+        const auto term = [&](Eigen::Index l) { return A.coeff(block + i, l) * B.coeff(l, j); };
+        sums[i] = term(0);
+        if constexpr (of_contiguous && N == 4)
+          sums[i] = (sums[i] + term(2)) + (term(1) + term(3));
+        else
+          for (Eigen::Index l = 1; l < N; ++l) sums[i] += term(l);
+      }
+      for (Eigen::Index i = 0; i < N; ++i) write<into>(out.coeffRef(block + i, j), sums[i]);
     }
-    if (i < m) row(i);
+}
+
+/// A rough time of an operation, a multiplication with its addition, of a product of large
+/// matrices.
+template <class Scalar>
+constexpr double operation_nanoseconds = std::is_same_v<Scalar, double>  ? 0.13
+                                         : std::is_same_v<Scalar, float> ? 0.07
+                                                                         : 1;
+
+/// AB by Eigen's kernels for large matrices. They sum every element over the same terms in the same
+/// order whatever the number of columns, as long as a block begins at a multiple of 4 columns and
+/// is not a vector.
+template <Into into, class Scalar, int left, int right>
+void large_product(Strided<Scalar, Eigen::ColMajor>& out, const Strided<const Scalar, left>& A,
+                   const Strided<const Scalar, right>& B, Scalar alpha) {
+  using Eigen::Index;
+  using Product =
+      Eigen::internal::generic_product_impl<Strided<const Scalar, left>,
+                                            Strided<const Scalar, right>, Eigen::DenseShape,
+                                            Eigen::DenseShape, Eigen::GemmProduct>;
+  const auto multiply = [&](Index begin, Index end) {
+    const auto columns = [&]<class M>(M& all) {
+      return M(all.data() + begin * all.colStride(), all.rows(), end - begin,
+               Eigen::OuterStride<>(all.outerStride()));
+    };
+    auto some = columns(out);
+    if (into == Into::set && some.outerStride() == some.rows())
+      Eigen::Map<Vector<Scalar>>(some.data(), some.size()).setZero();
+    else if (into == Into::set)
+      some.setZero();
+    Product::scaleAndAddTo(some, A, columns(B), into == Into::subtract ? -alpha : alpha);
+  };
+  const double operations = static_cast<double>(A.size()) * static_cast<double>(B.cols());
+  in_wide_ranges(out.cols(), operations * operation_nanoseconds<Scalar>, multiply);
+}
+
+/// AB in quadruple precision, with a stop point before every column: at N = 512 a product takes
+/// seconds.
+template <Into into, int left, int right>
+void slow_product(Strided<Quad, Eigen::ColMajor>& out, const Strided<const Quad, left>& A,
+                  const Strided<const Quad, right>& B, Quad alpha) {
+  for (Eigen::Index j = 0; j < out.cols(); ++j) {
+    stop_point();
+    write<into>(out.col(j).noalias(), alpha * A.lazyProduct(B.col(j)));
   }
 }
 
-/// AB for small matrices, A stored by rows and B by columns: products of contiguous vectors. As in
-/// Eigen, the terms are added to four sums, by l modulo 4; a pair and a term may be left.
-template <Into into, int depth>
-void by_rows_of_left(Strided<double, Eigen::ColMajor>& out,
-                     const Strided<const double, Eigen::RowMajor>& A,
-                     const Strided<const double, Eigen::ColMajor>& B) {
-  const Eigen::Index k = depth == Eigen::Dynamic ? A.cols() : depth;
-  const Eigen::Index of_four = k / 4 * 4, of_two = k / 2 * 2;
-  for (Eigen::Index j = 0; j < out.cols(); ++j)
-    for (Eigen::Index i = 0; i < out.rows(); ++i) {
-      const double* const a = &A.coeffRef(i, 0);
-      const double* const b = &B.coeffRef(0, j);
-      const auto terms = [&](Eigen::Index l) {
-        return *reinterpret_cast<const UnalignedPair*>(a + l) *
-               *reinterpret_cast<const UnalignedPair*>(b + l);
-      };
-      double sum;
-      if (k == 1) {
-        sum = a[0] * b[0];
-      } else {
-        Pair pair = terms(0);
-        if (of_four > 0) {
-          Pair other = terms(2);
-          for (Eigen::Index l = 4; l < of_four; l += 4) {
-            pair += terms(l);
-            other += terms(l + 2);
-          }
-          pair += other;
-          if (of_two > of_four) pair += terms(of_four);
-        }
-        sum = pair[0] + pair[1];
-        if (of_two < k) sum += a[of_two] * b[of_two];
-      }
-      write<into>(out.coeffRef(i, j), sum);
-    }
-}
-
-/// AB for matrices that Eigen multiplies element by element, with Eigen's bits. The depths of
-/// motions in three and four dimensions are constants: a product of 3 × 3 takes 157 instructions
-/// where Eigen's, whose sizes are known at run time alone, takes 277.
-template <Into into, int left, int right>
-void small_product(Strided<double, Eigen::ColMajor>& out, const Strided<const double, left>& A,
-                   const Strided<const double, right>& B) {
-  const auto with_depth = [&]<int depth>() {
-    if constexpr (left == Eigen::RowMajor)
-      by_rows_of_left<into, depth>(out, A, B);
-    else
-      by_columns_of_left<into, right, depth>(out, A, B);
-  };
-  if (A.cols() == 3) return with_depth.template operator()<3>();
-  if (A.cols() == 4) return with_depth.template operator()<4>();
-  with_depth.template operator()<Eigen::Dynamic>();
+/// AB for sizes that Eigen multiplies element by element.
+template <Into into, class Scalar, int left, int right>
+void small_product(Strided<Scalar, Eigen::ColMajor>& out, const Strided<const Scalar, left>& A,
+                   const Strided<const Scalar, right>& B, Scalar alpha) {
+  if constexpr (std::is_same_v<Scalar, double>) {
+    const auto square = [&](Eigen::Index N) {
+      return alpha == 1 && A.cols() == N && B.cols() == N && A.rows() % N == 0;
+    };
+    if (square(3)) return square_product<into, 3, left, right>(out, A, B);
+    if (square(4)) return square_product<into, 4, left, right>(out, A, B);
+  }
+  write<into>(out.noalias(), alpha * A.lazyProduct(B));
 }
 
 }  // namespace
@@ -103,23 +98,36 @@ void small_product(Strided<double, Eigen::ColMajor>& out, const Strided<const do
 template <Into into, class Scalar, int left, int right>
 void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Scalar, left>& A,
                    const Strided<const Scalar, right>& B, Scalar alpha) {
-  using Large =
-      Eigen::internal::generic_product_impl<Strided<const Scalar, left>,
-                                            Strided<const Scalar, right>, Eigen::DenseShape,
-                                            Eigen::DenseShape, Eigen::GemmProduct>;
-  if (out.rows() + A.cols() + out.cols() >= EIGEN_GEMM_TO_COEFFBASED_THRESHOLD || A.cols() == 0) {
-    if (into == Into::set && out.outerStride() == out.rows())
-      Eigen::Map<Vector<Scalar>>(out.data(), out.size()).setZero();
-    else if (into == Into::set)
-      out.setZero();
-    return Large::scaleAndAddTo(out, A, B, into == Into::subtract ? -alpha : alpha);
-  }
-  if constexpr (std::is_same_v<Scalar, double> && !(left && right))
-    if (alpha == 1) return small_product<into, left, right>(out, A, B);
-  if (alpha == 1)
-    write<into>(out.noalias(), A * B);
+  if constexpr (std::is_same_v<Scalar, Quad>)
+    slow_product<into, left, right>(out, A, B, alpha);
+  else if (out.rows() + A.cols() + out.cols() >= EIGEN_GEMM_TO_COEFFBASED_THRESHOLD ||
+           A.cols() == 0)
+    large_product<into, Scalar, left, right>(out, A, B, alpha);
   else
-    write<into>(out.noalias(), alpha * A * B);
+    small_product<into, Scalar, left, right>(out, A, B, alpha);
+}
+
+void upper_gram(const Eigen::MatrixXd& A, Eigen::MatrixXd& out) {
+  using Eigen::Index;
+  const Index N = A.cols();
+  const auto columns = [&](Index begin, Index end) {
+    const auto some = A.middleCols(begin, end - begin);
+    if (begin > 0)
+      out.block(0, begin, begin, end - begin).noalias() = A.leftCols(begin).transpose() * some;
+    auto corner = out.block(begin, begin, end - begin, end - begin);
+    corner.triangularView<Eigen::Upper>().setZero();
+    corner.selfadjointView<Eigen::Upper>().rankUpdate(some.transpose());
+  };
+  Crew* const crew = N < least_divided_order ? nullptr : crew_to_divide();
+  if (!crew || crew->threads_at_hand() < 2) return columns(0, N);
+  constexpr Index width = 48;
+  const Index blocks = N / width;
+  const double operations = static_cast<double>(A.size()) * static_cast<double>(N) / 2;
+  share_out(*crew, static_cast<std::size_t>(blocks), operations * operation_nanoseconds<double>,
+            [&](std::size_t k) {  // the largest first
+              const Index begin = (blocks - 1 - static_cast<Index>(k)) * width;
+              columns(begin, k == 0 ? N : begin + width);
+            });
 }
 
 #define STIEFEL_DENSE_PRODUCTS(into, Scalar)        \
@@ -139,5 +147,9 @@ void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Sca
 STIEFEL_DENSE_PRODUCTS_OF(float)
 STIEFEL_DENSE_PRODUCTS_OF(double)
 STIEFEL_DENSE_PRODUCTS_OF(long double)
+STIEFEL_DENSE_PRODUCTS_OF(Quad)
 
 }  // namespace stiefel
+
+STIEFEL_EIGEN_GEMVS(, double)
+STIEFEL_EIGEN_GEMVS(, long double)

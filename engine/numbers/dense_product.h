@@ -18,19 +18,25 @@ using Strided =
                Eigen::Unaligned, Eigen::OuterStride<>>;
 
 /// Computes out = αAB, out + αAB or out − αAB with the bits of Eigen's product, for A m × k, B k ×
-/// c and `out` m × c, which overlaps neither. dense_product.cc compiles it for float, double and
-/// long double and both orders of each operand.
+/// c and `out` m × c, which overlaps neither. The threads of the crew share the columns of products
+/// of large matrices, before each of which is a stop point (stiefel/stop.h). dense_product.cc
+/// compiles it for float, double, long double and Quad and both orders of each operand.
 template <Into into, class Scalar, int left, int right>
 void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Scalar, left>& A,
                    const Strided<const Scalar, right>& B, Scalar alpha);
 
+/// Sets the elements on and above the diagonal of out = AᵀA. A and `out` must be different
+/// matrices. The threads of the crew share the columns of large matrices, with the same bits.
+void upper_gram(const Eigen::MatrixXd& A, Eigen::MatrixXd& out);
+
+/// Whether dense_product is compiled for a Scalar.
 template <class Scalar>
-inline constexpr bool is_real = std::is_same_v<Scalar, float> || std::is_same_v<Scalar, double> ||
-                                std::is_same_v<Scalar, long double>;
+inline constexpr bool is_multiplied_once = std::is_floating_point_v<Scalar>;
 
 /// A matrix of any size, its transpose, a block of one, or a multiple of these.
 template <class A>
-concept DenseOperand = is_real<typename A::Scalar> &&(A::MaxRowsAtCompileTime == Eigen::Dynamic) &&
+concept DenseOperand = is_multiplied_once<typename A::Scalar> &&
+                       (A::MaxRowsAtCompileTime == Eigen::Dynamic) &&
                        (A::MaxColsAtCompileTime == Eigen::Dynamic) &&
                        bool(Eigen::internal::blas_traits<A>::HasUsableDirectAccess);
 
@@ -39,15 +45,11 @@ inline constexpr bool is_strided = false;
 template <class M>
 inline constexpr bool is_strided<Eigen::Map<M, Eigen::Unaligned, Eigen::OuterStride<>>> = true;
 
-/// Whether A is Strided, or a multiple of one, as dense_product hands it to Eigen.
-template <class A>
-inline constexpr bool is_multiple_of_strided =
-    is_strided<std::remove_cvref_t<typename Eigen::internal::blas_traits<A>::ExtractType>>;
-
-/// Whether every file that multiplies A and B calls the one dense_product.
+/// Whether every file that multiplies A and B calls the one dense_product, which hands Strided
+/// operands to Eigen.
 template <class A, class B>
 concept MultipliedOnce = std::is_same_v<typename A::Scalar, typename B::Scalar> &&
-    DenseOperand<A> && DenseOperand<B> && !(is_multiple_of_strided<A> && is_multiple_of_strided<B>);
+    DenseOperand<A> && DenseOperand<B> && !(is_strided<A> && is_strided<B>);
 
 /// Calls dense_product on the memory of out, A and B.
 template <Into into, class Out, class A, class B>
@@ -92,3 +94,18 @@ struct Eigen::internal::generic_product_impl<A, B, Eigen::DenseShape, Eigen::Den
     stiefel::multiply<stiefel::Into::subtract>(out, a, b);
   }
 };
+
+/// Declares explicit instantiations of Eigen's products of dense matrices of a Scalar with vectors.
+/// dense_product.cc compiles them once, in place of every file that multiplies.
+#define STIEFEL_EIGEN_GEMV(EXTERN, Scalar, left, right)                                          \
+  EXTERN template struct Eigen::internal::general_matrix_vector_product<                         \
+      Eigen::Index, Scalar, Eigen::internal::const_blas_data_mapper<Scalar, Eigen::Index, left>, \
+      left, false, Scalar, Eigen::internal::const_blas_data_mapper<Scalar, Eigen::Index, right>, \
+      false>;
+#define STIEFEL_EIGEN_GEMVS(EXTERN, Scalar)                            \
+  STIEFEL_EIGEN_GEMV(EXTERN, Scalar, Eigen::ColMajor, Eigen::ColMajor) \
+  STIEFEL_EIGEN_GEMV(EXTERN, Scalar, Eigen::ColMajor, Eigen::RowMajor) \
+  STIEFEL_EIGEN_GEMV(EXTERN, Scalar, Eigen::RowMajor, Eigen::ColMajor) \
+  STIEFEL_EIGEN_GEMV(EXTERN, Scalar, Eigen::RowMajor, Eigen::RowMajor)
+STIEFEL_EIGEN_GEMVS(extern, double)
+STIEFEL_EIGEN_GEMVS(extern, long double)

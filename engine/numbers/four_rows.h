@@ -15,74 +15,51 @@ struct FourRows {
   static constexpr bool fast = isa != Isa::baseline;
 
   [[gnu::always_inline]] static void load(const double* x, std::ptrdiff_t stride, P (&rows)[4]) {
+    Four left[4], right[4];
 #pragma GCC unroll 4
     for (int k = 0; k < 4; ++k) {
-      const Four left = *reinterpret_cast<const UnalignedFour*>(x + k * stride);
-      const Four right = *reinterpret_cast<const UnalignedFour*>(x + (k + 4) * stride);
-      if constexpr (P::parts == 1) {
-        rows[k].v[0] = __builtin_shufflevector(left, right, 0, 1, 2, 3, 4, 5, 6, 7);
-      } else {
-        rows[k].v[0] = left;
-        rows[k].v[1] = right;
-      }
+      left[k] = *reinterpret_cast<const UnalignedFour*>(x + k * stride);
+      right[k] = *reinterpret_cast<const UnalignedFour*>(x + (k + 4) * stride);
     }
-    transpose(rows);
+    transpose(left);
+    transpose(right);
+#pragma GCC unroll 4
+    for (int k = 0; k < 4; ++k)
+      if constexpr (P::parts == 1)
+        rows[k].v[0] = __builtin_shufflevector(left[k], right[k], 0, 1, 2, 3, 4, 5, 6, 7);
+      else
+        rows[k].v[0] = left[k], rows[k].v[1] = right[k];
   }
 
   [[gnu::always_inline]] static void store(P (&rows)[4], double* x, std::ptrdiff_t stride) {
-    transpose(rows);
+    Four left[4], right[4];
+#pragma GCC unroll 4
+    for (int k = 0; k < 4; ++k)
+      if constexpr (P::parts == 1) {
+        left[k] = __builtin_shufflevector(rows[k].v[0], rows[k].v[0], 0, 1, 2, 3);
+        right[k] = __builtin_shufflevector(rows[k].v[0], rows[k].v[0], 4, 5, 6, 7);
+      } else {
+        left[k] = rows[k].v[0], right[k] = rows[k].v[1];
+      }
+    transpose(left);
+    transpose(right);
 #pragma GCC unroll 4
     for (int k = 0; k < 4; ++k) {
-      UnalignedFour* left = reinterpret_cast<UnalignedFour*>(x + k * stride);
-      UnalignedFour* right = reinterpret_cast<UnalignedFour*>(x + (k + 4) * stride);
-      if constexpr (P::parts == 1) {
-        *left = __builtin_shufflevector(rows[k].v[0], rows[k].v[0], 0, 1, 2, 3);
-        *right = __builtin_shufflevector(rows[k].v[0], rows[k].v[0], 4, 5, 6, 7);
-      } else {
-        *left = rows[k].v[0];
-        *right = rows[k].v[1];
-      }
+      *reinterpret_cast<UnalignedFour*>(x + k * stride) = left[k];
+      *reinterpret_cast<UnalignedFour*>(x + (k + 4) * stride) = right[k];
     }
   }
 
  private:
-  /// Transposes the two 4 × 4 halves of the lanes.
-  [[gnu::always_inline]] static void transpose(P (&x)[4]) {
-#pragma GCC unroll 2
-    for (int p = 0; p < P::parts; ++p) {
-      const auto a = even(x[0].v[p], x[1].v[p]), b = odd(x[0].v[p], x[1].v[p]);
-      const auto c = even(x[2].v[p], x[3].v[p]), d = odd(x[2].v[p], x[3].v[p]);
-      x[0].v[p] = low(a, c);
-      x[1].v[p] = low(b, d);
-      x[2].v[p] = high(a, c);
-      x[3].v[p] = high(b, d);
-    }
-  }
-
-  using Part = typename P::Part;
-  [[gnu::always_inline]] static Part even(Part a, Part b) {
-    if constexpr (P::parts == 1)
-      return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14);
-    else
-      return __builtin_shufflevector(a, b, 0, 4, 2, 6);
-  }
-  [[gnu::always_inline]] static Part odd(Part a, Part b) {
-    if constexpr (P::parts == 1)
-      return __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
-    else
-      return __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  }
-  [[gnu::always_inline]] static Part low(Part a, Part b) {
-    if constexpr (P::parts == 1)
-      return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
-    else
-      return __builtin_shufflevector(a, b, 0, 1, 4, 5);
-  }
-  [[gnu::always_inline]] static Part high(Part a, Part b) {
-    if constexpr (P::parts == 1)
-      return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
-    else
-      return __builtin_shufflevector(a, b, 2, 3, 6, 7);
+  [[gnu::always_inline]] static void transpose(Four (&x)[4]) {
+    const Four a = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6),
+               b = __builtin_shufflevector(x[0], x[1], 1, 5, 3, 7),
+               c = __builtin_shufflevector(x[2], x[3], 0, 4, 2, 6),
+               d = __builtin_shufflevector(x[2], x[3], 1, 5, 3, 7);
+    x[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
+    x[1] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
+    x[2] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
+    x[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
   }
 };
 

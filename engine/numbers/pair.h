@@ -5,36 +5,13 @@
 #include <utility>
 #include <vector>
 
+#include "engine/numbers/pack.h"
+
 namespace stiefel {
 
 /// Two numbers that go through the same operations, in one vector register of the baseline. Every
 /// operation gives each of them the bits that it has alone.
-class Pair {
- public:
-  Pair() = default;
-  Pair(double x) : lanes_{x, x} {}
-  Pair(double first, double second) : lanes_{first, second} {}
-
-  double operator[](int k) const { return lanes_[k]; }
-  void set(int k, double x) { lanes_[k] = x; }
-
-  Pair& operator+=(Pair b) { return *this = *this + b; }
-  Pair& operator-=(Pair b) { return *this = *this - b; }
-  Pair& operator*=(Pair b) { return *this = *this * b; }
-  friend Pair operator-(Pair a) { return of(-a.lanes_); }
-  friend Pair operator+(Pair a, Pair b) { return of(a.lanes_ + b.lanes_); }
-  friend Pair operator-(Pair a, Pair b) { return of(a.lanes_ - b.lanes_); }
-  friend Pair operator*(Pair a, Pair b) { return of(a.lanes_ * b.lanes_); }
-
- private:
-  using Lanes = double __attribute__((vector_size(16)));
-  static Pair of(Lanes lanes) {
-    Pair out;
-    out.lanes_ = lanes;
-    return out;
-  }
-  Lanes lanes_;
-};
+using Pair = Pack<double, Isa::baseline, 2>;
 
 /// Pairs in sums over many steps, with the rounding errors of the additions in compensated
 /// arithmetic.

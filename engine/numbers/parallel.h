@@ -6,6 +6,7 @@
 #include <span>
 
 #include "stiefel/crew.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -40,25 +41,37 @@ void for_each_in_parallel(std::span<Element> elements, double nanoseconds, const
 }
 
 /// Calls work(begin, end) for consecutive ranges that together are 0 ... count, on the threads of
-/// the crew. Ranges begin at multiples of `unit`; how many there are depends on the threads, so
-/// the result of `work` must not depend on the division. `nanoseconds` is an estimate of the work
-/// on all. For parts of the work on matrices of at least `least_divided_order`.
+/// the crew. Ranges begin at multiples of `unit` and are no shorter; how many there are depends on
+/// the threads, so the result of `work` must not depend on the division. `nanoseconds` is an
+/// estimate of the work on all. For parts of the work on matrices of at least
+/// `least_divided_order`.
 template <class Work>
-void in_ranges(Eigen::Index count, Eigen::Index unit, double nanoseconds, const Work& work) {
+void in_ranges(Eigen::Index count, Eigen::Index unit, double nanoseconds, const Work& work,
+               Eigen::Index ranges_a_thread = 4) {
   constexpr double least_nanoseconds = 1e4;  // of a range
-  constexpr Eigen::Index ranges_a_thread = 4;
-  const Eigen::Index units = (count + unit - 1) / unit;
+  const Eigen::Index units = count / unit;
   Crew* crew = units < 2 || nanoseconds < 2 * least_nanoseconds ? nullptr : crew_to_divide();
   const auto threads = crew ? static_cast<Eigen::Index>(crew->threads_at_hand()) : 1;
   if (threads < 2) return work(Eigen::Index{0}, count);
   const auto worth = static_cast<Eigen::Index>(std::min(nanoseconds / least_nanoseconds, 1e6));
   const Eigen::Index ranges = std::min({worth, ranges_a_thread * threads, units});
-  const Eigen::Index size = (units + ranges - 1) / ranges * unit;
-  share_out(*crew, static_cast<std::size_t>((count + size - 1) / size), nanoseconds,
-            [&](std::size_t i) {
-              const Eigen::Index begin = static_cast<Eigen::Index>(i) * size;
-              work(begin, std::min(begin + size, count));
-            });
+  const Eigen::Index size = (units + ranges - 1) / ranges * unit, last = (units * unit - 1) / size;
+  share_out(*crew, static_cast<std::size_t>(last + 1), nanoseconds, [&](std::size_t index) {
+    const auto i = static_cast<Eigen::Index>(index);
+    work(i * size, i == last ? count : (i + 1) * size);
+  });
+}
+
+/// Calls work(begin, end) like `in_ranges` over the columns of a product with a large matrix, or of
+/// a solution of equations with one: in fewer and wider ranges, because each reads the whole
+/// matrix. Work that takes long begins with a stop point (stiefel/stop.h).
+template <class Work>
+void in_wide_ranges(Eigen::Index columns, double nanoseconds, const Work& work) {
+  constexpr double least_nanoseconds = 2.5e5;
+  constexpr Eigen::Index unit = 32, ranges_a_thread = 2;
+  if (nanoseconds < least_nanoseconds) return work(Eigen::Index{0}, columns);
+  stop_point();
+  in_ranges(columns, unit, nanoseconds, work, ranges_a_thread);
 }
 
 /// Calls work(begin, end) like `in_ranges` over the columns of a matrix of at least
@@ -68,15 +81,6 @@ void in_column_ranges(Eigen::Index columns, double of_column, const Work& work) 
   constexpr Eigen::Index tile = 16;
   if (columns < least_divided_order) return work(Eigen::Index{0}, columns);
   in_ranges(columns, tile, of_column * static_cast<double>(columns), work);
-}
-
-/// Calls work(begin, end) like `in_ranges` over as many elements as a triangle of such a matrix
-/// has, each of `of_element` nanoseconds; over fewer at once.
-template <class Work>
-void in_long_ranges(Eigen::Index elements, Eigen::Index unit, double of_element, const Work& work) {
-  constexpr Eigen::Index least = least_divided_order * (least_divided_order + 1) / 2;
-  if (elements < least) return work(Eigen::Index{0}, elements);
-  in_ranges(elements, unit, of_element * static_cast<double>(elements), work);
 }
 
 /// Returns the largest of what work(begin, end) returns for such ranges of columns, at least 0.

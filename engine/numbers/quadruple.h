@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "engine/numbers/eigen_products.h"
+#include "engine/numbers/dense_product.h"
 
 namespace stiefel {
 
@@ -53,16 +53,12 @@ class Quad {
   friend Quad abs(Quad x) { return fabsq(x.x_); }
   friend Quad sqrt(Quad x) { return sqrtq(x.x_); }
   friend Quad exp(Quad x) { return expq(x.x_); }
-  friend Quad exp2(Quad x) { return exp2q(x.x_); }
   friend Quad log(Quad x) { return logq(x.x_); }
-  friend Quad log2(Quad x) { return log2q(x.x_); }
   friend Quad pow(Quad x, Quad y) { return powq(x.x_, y.x_); }
   friend Quad hypot(Quad x, Quad y) { return hypotq(x.x_, y.x_); }
   friend Quad sin(Quad x) { return sinq(x.x_); }
   friend Quad cos(Quad x) { return cosq(x.x_); }
   friend Quad tan(Quad x) { return tanq(x.x_); }
-  friend Quad asin(Quad x) { return asinq(x.x_); }
-  friend Quad acos(Quad x) { return acosq(x.x_); }
   friend Quad atan(Quad x) { return atanq(x.x_); }
   friend Quad atan2(Quad y, Quad x) { return atan2q(y.x_, x.x_); }
   friend Quad sinh(Quad x) { return sinhq(x.x_); }
@@ -70,38 +66,29 @@ class Quad {
   friend Quad tanh(Quad x) { return tanhq(x.x_); }
   friend Quad asinh(Quad x) { return asinhq(x.x_); }
   friend Quad floor(Quad x) { return floorq(x.x_); }
-  friend Quad ceil(Quad x) { return ceilq(x.x_); }
   friend Quad copysign(Quad x, Quad y) { return copysignq(x.x_, y.x_); }
   friend Quad ldexp(Quad x, int k) { return ldexpq(x.x_, k); }
   friend Quad frexp(Quad x, int* k) { return frexpq(x.x_, k); }
-  friend int ilogb(Quad x) { return ilogbq(x.x_); }
   friend bool isfinite(Quad x) { return finiteq(x.x_) != 0; }
   friend bool isinf(Quad x) { return isinfq(x.x_) != 0; }
   friend bool isnan(Quad x) { return isnanq(x.x_) != 0; }
-  friend bool signbit(Quad x) { return signbitq(x.x_) != 0; }
 
  private:
   Value x_ = 0;
 };
 
 template <>
-inline constexpr bool multiplied_by_elements<Quad> = true;
+inline constexpr bool is_multiplied_once<Quad> = true;
 
 }  // namespace stiefel
 
 template <>
-class std::numeric_limits<stiefel::Quad> {
+class std::numeric_limits<stiefel::Quad> : public std::numeric_limits<long double> {
   using Quad = stiefel::Quad;
 
  public:
-  static constexpr bool is_specialized = true, is_signed = true, is_integer = false,
-                        is_exact = false, is_iec559 = true, is_bounded = true, is_modulo = false,
-                        has_infinity = true, has_quiet_NaN = true;
-  static constexpr int radix = 2, digits = 113, digits10 = 33, max_digits10 = 36,
-                       min_exponent = -16381, max_exponent = 16384, min_exponent10 = -4931,
-                       max_exponent10 = 4932;
+  static constexpr int digits = 113, digits10 = 33, max_digits10 = 36;
   static constexpr Quad epsilon() { return 0x1p-112; }
-  static constexpr Quad round_error() { return 0.5; }
   static constexpr Quad min() { return 0x1p-16382L; }
   static constexpr Quad max() { return (2 - epsilon()) * 0x1p16383L; }
   static constexpr Quad lowest() { return -max(); }

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "engine/numbers/dense_product.h"
-#include "engine/numbers/eigen_products.h"
 
 namespace stiefel {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/numbers/parallel.h"
 #include "engine/numbers/scalar.h"
-#include "engine/numbers/stoppable_product.h"
 
 namespace stiefel {
 
@@ -41,13 +41,13 @@ class SplitProduct {
         }
       }
     });
-    stoppable_gram(H_, high);
+    upper_gram(H_, high);
     in_column_ranges(X.cols(), of_column, [&](Eigen::Index begin, Eigen::Index end) {
       const Eigen::Index count = end - begin;
       H_.middleCols(begin, count) += L_.middleCols(begin, count) / 2;
       L_.middleCols(begin, count) += epsilon.middleCols(begin, count);
     });
-    stoppable_product(H_.transpose(), L_, low);
+    low.noalias() = H_.transpose() * L_;
   }
 
  private:

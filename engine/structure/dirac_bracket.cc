@@ -1,6 +1,6 @@
 #include "engine/structure/dirac_bracket.h"
 
-#include "engine/dense/lyapunov_equation.h"
+#include "engine/dense/decompositions.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

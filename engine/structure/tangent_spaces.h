@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "engine/dense/symmetric_lyapunov.h"
+#include "engine/dense/decompositions.h"
 #include "engine/structure/forms.h"
 
 namespace stiefel {

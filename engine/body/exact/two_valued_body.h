@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "engine/dense/skew_flow.h"
+#include "engine/dense/decompositions.h"
 
 namespace stiefel {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "engine/dense/vector_3.h"
-#include "engine/numbers/lanes.h"
+#include "engine/dense/so_3.h"
+#include "engine/numbers/pack.h"
 
 namespace stiefel {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/dense/so_4.h"
-#include "engine/numbers/lanes.h"
+#include "engine/numbers/pack.h"
 
 namespace stiefel {
 

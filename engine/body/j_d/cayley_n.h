@@ -5,9 +5,7 @@
 #include "engine/body/j_d/cayley_sweep.h"
 #include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
-#include "engine/dense/lyapunov_equation.h"
 #include "engine/numbers/compensated.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -152,7 +150,7 @@ void CayleyN<Scalar>::transport(State& x) {
   U_minus_I_ = wide_sweep_.U_minus_I().template cast<Scalar>();
   if (top > 0) {
     stop_point(static_cast<double>(C_.rows() * C_.size()));
-    stoppable_product(x.value.topRows(N), U_minus_I_, G_);
+    G_.noalias() = x.value.topRows(N) * U_minus_I_;
   }
   const Matrix<Wide>& D = wide_sweep_.D();
   for (Eigen::Index j = 0; j < N; ++j)
@@ -182,16 +180,16 @@ void CayleyN<Scalar>::refine() {
 template <class Scalar>
 void CayleyN<Scalar>::residual(const Matrix<Scalar>& K) {
   G_ = K;
-  add_stoppable_product(K, C_, G_);
+  G_.noalias() += K * C_;
   F_ = Scalar(-0.5) * G_;
-  add_stoppable_product(Scalar(0.5) * C_, G_, F_);
+  F_.noalias() += Scalar(0.5) * C_ * G_;
   F_ += lambda_.asDiagonal() * C_ + C_ * lambda_.asDiagonal();
 }
 
 template <class Scalar>
 void CayleyN<Scalar>::linearise(const Matrix<Scalar>& K) {
   A_ = Scalar(0.5) * K;
-  add_stoppable_product(Scalar(0.5) * K, C_, A_);
+  A_.noalias() += Scalar(0.5) * K * C_;
   A_.diagonal() += lambda_;
   lyapunov_.factor(A_);
 }

@@ -5,7 +5,6 @@
 
 #include "engine/dense/decompositions.h"
 #include "engine/numbers/scalar.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -42,10 +41,10 @@ class CayleySweep {
     const Scalar size = q_.cwiseAbs().maxCoeff();
     product_ = q_;
     look();
-    add_stoppable_product(-q_, C, product_);
+    product_.noalias() += -q_ * C;
     q_ = product_;
     look();
-    add_stoppable_product(C, product_, q_);
+    q_.noalias() += C * product_;
     for (Eigen::Index j = 0; j < C.cols(); ++j)
       for (Eigen::Index i = 0; i < j; ++i) {
         C(i, j) += (q_(i, j) - q_(j, i)) / 4;
@@ -57,7 +56,7 @@ class CayleySweep {
   /// Computes q and D for this C.
   void evaluate(const Matrix<Scalar>& C) {
     look();
-    stoppable_product(C.transpose(), C, product_);
+    product_.noalias() = C.transpose() * C;
     product_.diagonal().array() += Scalar(1);
     look();
     factor_positive(product_);
@@ -65,7 +64,7 @@ class CayleySweep {
     look();
     solve_positive(product_, q_);
     look();
-    stoppable_product(C, q_, D_);
+    D_.noalias() = C * q_;
   }
 
   /// Returns D for the C of the last `evaluate`.

@@ -2,7 +2,6 @@
 
 #include "engine/body/j_d/deviation_sweeps.h"
 #include "engine/numbers/split_product.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -86,7 +85,7 @@ void DeviationN<Scalar>::transport(State& x) {
   if (x.compensated) form_carefully(x);
   if (has_frame) {
     stop_point(product_operations());
-    stoppable_product(x.value.topRows(N_), X_, change_);
+    change_.noalias() = x.value.topRows(N_) * X_;
   }
   x.compensated ? move_momentum_carefully(x) : move_momentum_plainly(x);
   if (has_frame) move_frame(x);
@@ -189,7 +188,7 @@ void DeviationN<Scalar>::refine() {
     const Scalar largest = largest_in_column_ranges<Scalar>(N_, wide_column_nanoseconds(), columns);
     if (largest <= negligible * size) return;
     stop_point(product_operations());
-    add_stoppable_product(X_.transpose(), step_change_, low_);
+    low_.noalias() += X_.transpose() * step_change_;
   }
 }
 

@@ -7,7 +7,6 @@
 #include "engine/numbers/compensated.h"
 #include "engine/numbers/parallel.h"
 #include "engine/numbers/scalar.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -135,7 +134,7 @@ Scalar DeviationSweeps<Scalar>::size() const {
 
 template <class Scalar>
 Scalar DeviationSweeps<Scalar>::correct() {
-  stoppable_gram(X_, G_);
+  upper_gram(X_, G_);
   const auto columns = [&](Eigen::Index begin, Eigen::Index end) {
     Scalar defect = 0;
     for (Eigen::Index j = begin; j < end; ++j) {

@@ -2,7 +2,7 @@
 
 #include "engine/dense/so_4.h"
 #include "engine/numbers/double_word.h"
-#include "engine/numbers/lanes.h"
+#include "engine/numbers/pack.h"
 
 namespace stiefel {
 

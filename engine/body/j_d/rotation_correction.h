@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "engine/numbers/scalar.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -72,7 +71,7 @@ Scalar RotationCorrection<Scalar>::solve(const Matrix<Scalar>& X, const Matrix<S
     stop_point(static_cast<double>(X_.rows() * X_.size()));
     E_ = weight_.cwiseProduct(delta_);
     A_ = X_ + half_unit * E_;
-    stoppable_product(A_.transpose(), E_, P_);
+    P_.noalias() = A_.transpose() * E_;
     left = advance(a, b);
     if (left <= limit) break;
     if (!(left < 8)) {  // at the start it is at most 2 sine (1 + size)

@@ -170,7 +170,7 @@ void RotationN<Scalar>::transport(State& x) {
   if (x.compensated) form_carefully(x);
   if (has_frame) {
     stop_point(static_cast<double>(N * N * N));
-    stoppable_product(x.value.topRows(N), X_, G_);
+    G_.noalias() = x.value.topRows(N) * X_;
   }
   x.compensated ? move_momentum_carefully(x) : move_momentum_plainly(x);
   if (has_frame)

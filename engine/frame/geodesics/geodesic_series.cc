@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/dense/symmetric_lyapunov.h"
+#include "engine/dense/decompositions.h"
 #include "engine/frame/geodesics/connect_work.h"
 #include "stiefel/stop.h"
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
-#include "engine/dense/skew_flow.h"
 
 namespace stiefel {
 

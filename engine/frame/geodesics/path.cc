@@ -6,7 +6,6 @@
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
-#include "engine/dense/symmetric_lyapunov.h"
 #include "engine/frame/geodesics/connect_work.h"
 #include "stiefel/stop.h"
 

@@ -9,9 +9,7 @@
 
 #include "engine/dense/anderson.h"
 #include "engine/dense/decompositions.h"
-#include "engine/dense/exponential.h"
 #include "engine/dense/orthogonal.h"
-#include "engine/dense/skew_flow.h"
 #include "engine/frame/geodesics/connect_work.h"
 #include "engine/frame/geodesics/frame_span.h"
 #include "engine/frame/geodesics/path.h"

@@ -6,7 +6,6 @@
 #include "engine/dense/decompositions.h"
 #include "engine/dense/history.h"
 #include "engine/dense/lagged_anderson.h"
-#include "engine/dense/lyapunov_equation.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/dense/so_3.h"
 #include "engine/dense/so_n.h"

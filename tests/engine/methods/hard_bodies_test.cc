@@ -5,7 +5,7 @@
 
 #include "engine/body/j_d/cayley_n.h"
 #include "engine/body/rigid_body.h"
-#include "engine/dense/exponential.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/newton_krylov.h"
 #include "engine/dense/orthogonal.h"
 #include "stiefel/diagnosis.h"

@@ -13,7 +13,6 @@
 
 #include "engine/dense/decompositions.h"
 #include "engine/frame/blocked_pass.h"
-#include "engine/numbers/stoppable_product.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 #include "tests/support/sanitizer.h"
@@ -139,51 +138,57 @@ class Divided : public ::testing::Test {};
 using Scalars = ::testing::Types<double, float, long double>;
 TYPED_TEST_SUITE(Divided, Scalars);
 
-/// The products of Eigen in one piece are the reference, so that the division moves no bit.
+/// Whether `compute(C)` gives one C on one thread and on `threads`.
+template <class Scalar, class Compute>
+bool same_on_one(int threads, const Compute& compute) {
+  Matrix<Scalar> whole, parts;
+  {
+    const Threads one(1);
+    compute(whole);
+  }
+  const Threads some(threads);
+  compute(parts);
+  return parts == whole;
+}
+
 TYPED_TEST(Divided, ProductsHaveTheBitsOfThoseInOnePiece) {
   using Scalar = TypeParam;
+  using Dense = Matrix<Scalar>;
   const auto sizes =
       std::is_same_v<Scalar, long double>
           ? std::vector<Eigen::Index>{129, 250}
           : std::vector<Eigen::Index>{128, 129, 130, 131, 187, 250, 256, 403, 514, 699};
-  for (const int threads : {2, 3, 8}) {
-    const Threads some(threads);
+  for (const int threads : {2, 3, 8})
     for (const Eigen::Index N : sizes) {
-      const Matrix<Scalar> A = random_matrix<Scalar>(N, N), B = random_matrix<Scalar>(N, N);
-      Matrix<Scalar> whole = A * B, parts;
-      stoppable_product(A, B, parts);
-      EXPECT_TRUE(parts == whole) << N << " on " << threads;
-      whole.noalias() = A.transpose() * B;
-      stoppable_product(A.transpose(), B, parts);
-      EXPECT_TRUE(parts == whole) << N << " on " << threads;
-      whole = B;
-      parts = B;
-      whole.noalias() += Scalar(0.3) * A * B.transpose();
-      add_stoppable_product(Scalar(0.3) * A, B.transpose(), parts);
-      EXPECT_TRUE(parts == whole) << N << " on " << threads;
-      whole.template triangularView<Eigen::Upper>().setZero();
-      whole.template selfadjointView<Eigen::Upper>().rankUpdate(A.transpose());
-      stoppable_gram(A, parts);
-      EXPECT_TRUE(parts.template triangularView<Eigen::Upper>().toDenseMatrix() ==
-                  whole.template triangularView<Eigen::Upper>().toDenseMatrix())
+      const Dense A = random_matrix<Scalar>(N, N), B = random_matrix<Scalar>(N, N);
+      const auto same = [&](const auto& compute) { return same_on_one<Scalar>(threads, compute); };
+      EXPECT_TRUE(same([&](Dense& C) { C.noalias() = A * B; })) << N << " on " << threads;
+      EXPECT_TRUE(same([&](Dense& C) { C.noalias() = A.transpose() * B; }))
           << N << " on " << threads;
+      EXPECT_TRUE(same([&](Dense& C) {
+        C = B;
+        C.noalias() += Scalar(0.3) * A * B.transpose();
+      })) << N
+          << " on " << threads;
+      if constexpr (std::is_same_v<Scalar, double>) {
+        EXPECT_TRUE(same([&](Dense& C) {
+          C = Dense::Zero(N, N);
+          upper_gram(A, C);
+        })) << N
+            << " on " << threads;
+      }
       if constexpr (!std::is_same_v<Scalar, float>) {
-        whole = Eigen::PartialPivLU<Matrix<Scalar>>(A).solve(B);
-        Lu<Scalar>(A).solve(B, parts);
-        EXPECT_TRUE(parts == whole) << N << " on " << threads;
+        EXPECT_TRUE(same([&](Dense& C) { Lu<Scalar>(A).solve(B, C); })) << N << " on " << threads;
       }
     }
-  }
 }
 
 TEST(Divided, WideAndFlatProductsHaveTheBitsOfThoseInOnePiece) {
-  const Threads three(3);
   for (const Eigen::Index n : {2, 4, 17})
     for (const Eigen::Index N : {20'000, 600'001}) {
       const Eigen::MatrixXd A = random_matrix<double>(n, n), B = random_matrix<double>(n, N);
-      Eigen::MatrixXd whole = A * B, parts;
-      stoppable_product(A, B, parts);
-      EXPECT_TRUE(parts == whole) << n << " " << N;
+      EXPECT_TRUE(same_on_one<double>(3, [&](Eigen::MatrixXd& C) { C.noalias() = A * B; }))
+          << n << " " << N;
     }
 }
 

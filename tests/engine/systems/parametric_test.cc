@@ -7,7 +7,7 @@
 #include "engine/body/parametric_moser_veselov.h"
 #include "engine/body/parametric_psi.h"
 #include "engine/body/parametric_rigid_body.h"
-#include "engine/dense/exponential.h"
+#include "engine/dense/decompositions.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "engine/methods/rk4.h"
 #include "stiefel/diagnosis.h"

@@ -1,8 +1,6 @@
 #include "tests/support/linalg/quadruple.h"
 
 #include "engine/dense/decompositions_of.h"
-#include "engine/dense/exponential_of.h"
-#include "engine/dense/lyapunov_equation_of.h"
 #include "engine/frame/frame_pass_on.h"
 
 namespace stiefel {
@@ -12,6 +10,7 @@ template class Lyapunov<Quad>;
 template Matrix<Quad> orthonormal_columns(const Matrix<Quad>&, Eigen::Index, Eigen::Index);
 template SkewEigen<Quad> skew_eigen(const Matrix<Quad>&);
 template Vector<long double> symmetric_eigenvalues(const Matrix<long double>&);
+template long double skew_norm(const Matrix<long double>&);
 template class ConstraintRiccati<Quad>;
 template class RattleStiefel<Quad>;
 

@@ -6,7 +6,6 @@
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
-#include "engine/dense/symmetric_lyapunov.h"
 
 namespace stiefel::testing {
 
