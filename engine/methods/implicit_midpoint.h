@@ -46,20 +46,25 @@ struct ImplicitMidpoint {
     }
 
     void sweep(const Point& x, const Matrix<Scalar>& a, Scalar h, Matrix<Scalar>& g) {
-      a_ = a;
-      cayley_.midpoint(x, a_, middle_);
+      cayley_.midpoint(x, element(a), middle_);
       system_.generator(middle_, Omega_);
       g = (h / 2) * Omega_;
     }
 
     void displacement(const Point& x, const Matrix<Scalar>& a, Point& dx) {
-      a_ = a;
-      cayley_.displacement(x, a_, dx);
+      cayley_.displacement(x, element(a), dx);
     }
 
    private:
     using Base = ImplicitMap<Map, S>;
     using Base::system_;
+
+    const typename S::Algebra& element(const Matrix<Scalar>& a) {
+      if constexpr (std::is_same_v<typename S::Algebra, Matrix<Scalar>>) return a;
+      a_ = a;
+      return a_;
+    }
+
     Cayley cayley_;
     typename S::Algebra a_, Omega_;
     Point middle_;
