@@ -63,12 +63,10 @@ std::vector<Recommendation> recommended(std::string_view system) {
   return {entry->recommended.begin(), entry->recommended.end()};
 }
 
-void Recommender::take(const Scene& scene) {
-  std::erase_if(left_, [&](const Recommendation& r) { return r.takes && !r.takes(scene); });
-  if (left_.empty())
+void keep_what_takes(const Scene& scene, std::vector<Recommendation>& left) {
+  std::erase_if(left, [&](const Recommendation& r) { return r.takes && !r.takes(scene); });
+  if (left.empty())
     throw std::logic_error("no recommendation of " + scene.system() + " takes this scene");
 }
-
-Recommendation Recommender::chosen() const { return left_.front(); }
 
 }  // namespace stiefel

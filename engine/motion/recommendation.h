@@ -21,23 +21,7 @@ constexpr Recommendation restricted(std::string_view where, bool (*takes)(const 
   return to;
 }
 
-/// Finds the first recommendation of a continuous system that takes every one of several scenes,
-/// which are passed one after another.
-class Recommender {
- public:
-  /// Whether the scenes are one, or the members of an ensemble.
-  enum class Scenes { one, members };
-
-  Recommender(std::string_view system, Scenes scenes) : left_(recommended(system)) {
-    if (scenes == Scenes::one) std::erase_if(left_, &Recommendation::members_only);
-  }
-
-  /// Takes a scene of the system, with or without a method.
-  void take(const Scene& scene);
-  Recommendation chosen() const;
-
- private:
-  std::vector<Recommendation> left_;  ///< recommendations that take all scenes so far
-};
+/// Keeps those recommendations that take a scene, with or without a method.
+void keep_what_takes(const Scene& scene, std::vector<Recommendation>& left);
 
 }  // namespace stiefel

@@ -106,9 +106,10 @@ std::expected<Scene, Violations> resolve_recommending(SceneDescription descripti
   SceneDraft draft(std::move(description), largest_repair, place);
   check_scene(draft);
   if (!draft.sound()) return draft.take();
-  Recommender recommender(draft.given().system, Recommender::Scenes::one);
-  recommender.take(draft.scene());
-  const Recommendation one = recommender.chosen();
+  std::vector<Recommendation> left = recommended(draft.given().system);
+  std::erase_if(left, &Recommendation::members_only);
+  keep_what_takes(draft.scene(), left);
+  const Recommendation& one = left.front();
   draft.given().method = one.description();
   check_method(draft, system_entry(draft.given().system)->info);
   draft.given().method->substeps = one.substeps(draft.scene());

@@ -66,16 +66,16 @@ Violations check_members_before_choice(const SceneDescription& ensemble, double 
 
 std::expected<MethodDescription, Violations> recommended_for_members(
     const SceneDescription& ensemble, double largest_repair, const Place& place) {
-  Recommender recommender(ensemble.system, Recommender::Scenes::members);
+  std::vector<Recommendation> left = recommended(ensemble.system);
   Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
     SceneDraft draft(std::move(member), largest_repair, place);
     check_scene(draft);
-    if (draft.sound()) recommender.take(draft.scene());
+    if (draft.sound()) keep_what_takes(draft.scene(), left);
     return draft.violations();
   });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
-  const Recommendation one = recommender.chosen();
+  const Recommendation& one = left.front();
   MethodDescription method = one.description();
   int substeps = 1;
   wrong = check_each(ensemble, place, [&](SceneDescription member) {
