@@ -76,6 +76,11 @@ def fitted(key: Key, counts: list[Count]) -> str:
     composed = method == "variational"
     scale = WARM * STAGES[order] if composed and order > 2 else 1
     at = [(c.n, c.N, c.instructions / scale) for c in counts if 0.06 < c.rate < 0.2]
+    if len({(c.n, c.N) for c in counts}) == 1:  # a system's example, at whatever rate: proportional to n²N
+        a_product = counts[0].n ** 2 * counts[0].N
+        mean = sum(c.instructions for c in counts) / len(counts) / scale
+        return f'{{"{system}", "{method}", "{arithmetic}", {str(composed).lower()}, {{}}, {{}}, ' \
+               f"{{0, 0, 0, {mean / a_product:.3g}, 0}}}},  // of one size"
     small = [w for n, N, w in at if n == N in (3, 4)]
     row, of_row = least_worst([[1, N] for n, N, _ in at if n == 1], [w for n, _, w in at if n == 1]) \
         if any(n == 1 for n, *_ in at) else ([], 0)
