@@ -46,7 +46,7 @@ void expect_orders(int n, int N) {
   for (const int order : {2, 4, 6, 8}) {
     const Quad coarse = (at_one(order, 12) - exact).norm(),
                fine = (at_one(order, 24) - exact).norm();
-    EXPECT_NEAR(static_cast<double>(log2(coarse / fine)), order, 0.1)
+    EXPECT_NEAR(std::log2(static_cast<double>(coarse / fine)), order, 0.1)
         << "V(" << n << ", " << N << ")";
   }
 }
