@@ -12,12 +12,12 @@ from google.protobuf.message import Message
 from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.bodies import fields_of
+from stiefel._given.bodies import put_fields
 from stiefel._given.examples import examples, near
 from stiefel._given.initial import MOMENTA, VELOCITIES, normalized
 from stiefel._given.instants import epoch_text
-from stiefel._given.mappings import Ensemble, Walk, as_block, block_of
-from stiefel._given.numbers import refused
+from stiefel._given.mappings import Walk, as_block
+from stiefel._given.numbers import Ensemble, block_of, refused
 from stiefel._given.shapes import FIELDS, LISTS, count_of, described, owner_of
 from stiefel._given.shown import shown
 from stiefel._given.typed import Scene
@@ -52,19 +52,14 @@ def with_epoch(scene: SceneLike) -> tuple[pb.Scene, Optional[str]]:
     given = scene if isinstance(scene, Mapping) else read(scene)
     if isinstance(scene, str) and scene in examples and "system" not in given:
         raise refused("scene", f"{scene!r}: is no scene but the arguments of Client.geodesics: {', '.join(given)}")
-    walk = Walk(Ensemble.of(given.get("members")))
+    walk = Walk(given.get("members"))
     message = walk.read(given, pb.Scene(), "scene")
     epoch, normalize = walk.beside.pop("epoch", None), walk.beside.pop("normalize", False)
     if walk.beside:
-        _put(fields_of(walk.beside, "scene.body.", normalize), message.body)
+        put_fields(message.body, walk.beside, "scene.body.", normalize)
     elif normalize:
         message = normalized(message)
     return message, None if epoch is None else epoch_text(epoch)
-
-
-def _put(fields: Mapping[str, NDArray[Any]], body: pb.Body) -> None:
-    for name, value in fields.items():
-        getattr(body, name).extend(value.ravel().tolist())
 
 
 def with_changes(scene: pb.Scene, body: Optional[Mapping[str, Any]], initial: Optional[Mapping[str, Any]],
@@ -72,28 +67,27 @@ def with_changes(scene: pb.Scene, body: Optional[Mapping[str, Any]], initial: Op
     """Returns a copy of a resolved scene with other fields of `body` and other blocks of `initial`, in the forms that a scene
     takes."""
     changed = copy.deepcopy(scene)
-    ensemble = Ensemble.of(scene.members if scene.HasField("members") else None)
+    walk = Walk(scene.members or None)
     if body is not None:
-        _change_body(changed.body, body, ensemble, normalize)
+        _change_body(changed.body, body, walk, normalize)
     if initial is not None:
         if scene.HasField("body"):
             raise refused("initial", "the scene has `body`: give fields of `body`")
-        _change_blocks(changed, initial, ensemble)
+        _change_blocks(changed, initial, walk.ensemble)
     return normalized(changed) if normalize else changed
 
 
-def _change_body(body: pb.Body, given: Mapping[str, Any], ensemble: Ensemble, normalize: bool) -> None:
+def _change_body(body: pb.Body, given: Mapping[str, Any], walk: Walk, normalize: bool) -> None:
     """What `given` says in a form that no message has, such as an angular velocity in space axes, holds for the body with
     everything else that is given."""
     before = {field.name: np.array(value) for field, value in body.ListFields()}
     if not before:
         raise refused("body", "the scene has no `body`: give blocks of `initial`")
-    before = {name: values if values.size == count_of(f"body.{name}") else values.reshape(ensemble.members or 1, -1)
+    before = {name: values if values.size == count_of(f"body.{name}") else values.reshape(walk.ensemble.members or 1, -1)
               for name, values in before.items()}
-    walk = Walk(ensemble)
     walk.read(given, pb.Body(), "body")
     body.Clear()
-    _put(fields_of(walk.beside, "body.", normalize, before), body)
+    put_fields(body, walk.beside, "body.", normalize, before)
 
 
 def _change_blocks(scene: pb.Scene, given: Mapping[str, Any], ensemble: Ensemble) -> None:

@@ -12,7 +12,7 @@ from stiefel import v1 as pb
 from stiefel._given.instants import instant
 from stiefel._given.mappings import Names, names
 from stiefel._given.initial import normalized, with_given_names, with_hint, with_momenta
-from stiefel._given.numbers import SECONDS, numbers, optional, refused, step_index, text, whole
+from stiefel._given.numbers import SECONDS, optional, refused, step_index, text, whole
 from stiefel._given.shown import shown
 from stiefel._given.summaries import (Bracket, EventDescription, Form, Quantities, put_structure, to_events,
                                       to_quantities)

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stiefel._given.attitudes import of_any
-from stiefel._given.mappings import Ensemble, list_of
-from stiefel._given.numbers import number, numbers, refused
+from stiefel._given.numbers import Ensemble, list_of, number, numbers, refused
 from stiefel._rotations import to_matrices
 
 __all__ = ["Solid", "box", "cone", "cylinder", "ellipsoid", "point"]
@@ -86,7 +85,7 @@ def _placed(mass: float, moments: NDArray[Any], at: Any, attitude: Any) -> Solid
     R = np.eye(3)
     if attitude is not None:
         given = attitude.as_matrix() if hasattr(attitude, "as_matrix") else attitude
-        given = list_of("attitude", given, "", 4, Ensemble(), strict=True, may_be_matrix=True)
+        given = list_of("attitude", given, "", "4", Ensemble(), strict=True, may_be_matrix=True)
         R = to_matrices(of_any("attitude", given, normalize=True))
     return Solid(weight, centre, R @ np.diag(weight * moments) @ R.T)
 

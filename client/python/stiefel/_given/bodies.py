@@ -11,7 +11,7 @@ from stiefel import _rotations
 from stiefel import v1 as pb
 from stiefel._given.attitudes import ORDERS, of_any, of_euler, of_mrp
 from stiefel._given.instants import epoch_text
-from stiefel._given.mappings import Ensemble, Walk
+from stiefel._given.mappings import Walk
 from stiefel._given.numbers import refused
 from stiefel._given.shapes import of_symmetric
 from stiefel._given.shown import shown
@@ -54,7 +54,7 @@ def body_scene(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any
     for group in (_GROUPS[0], _GROUPS[2]):
         if sum(given[name] is not None for name in group) != 1:
             raise refused(group[0], f"exactly one of {', '.join(group[:-1])} and {group[-1]} must be given")
-    walk = Walk(Ensemble.of(members))
+    walk = Walk(members)
     walk.read(given, pb.Body(), "")
     fields = {"attitude": np.array([1.0, 0, 0, 0]), **fields_of(walk.beside, "", normalize)}
     lists: Any = {name: value.tolist() for name, value in fields.items()}
@@ -62,6 +62,12 @@ def body_scene(*, moments: Any = None, inertia_tensor: Any = None, attitude: Any
     more: Any = dict(epoch=None if epoch is None else epoch_text(epoch), horizon=horizon, method=method, tolerance=tolerance, members=members)
     scene.update({name: value for name, value in more.items() if value is not None})  # type: ignore[typeddict-item]
     return scene
+
+
+def put_fields(body: pb.Body, given: Mapping[str, Any], path: str, normalize: bool, before: Mapping[str, NDArray[Any]] = {}) -> None:
+    """Sets the fields of a message, as `fields_of` returns them."""
+    for name, value in fields_of(given, path, normalize, before).items():
+        getattr(body, name).extend(value.ravel().tolist())
 
 
 def fields_of(given: Mapping[str, Any], path: str, normalize: bool, before: Mapping[str, NDArray[Any]] = {}) -> dict[str, NDArray[Any]]:

@@ -10,10 +10,9 @@ import numpy as np
 from google.protobuf import json_format
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
-from numpy.typing import NDArray
 
 from stiefel import v1 as pb
-from stiefel._given.numbers import number, numbers, refused, whole
+from stiefel._given.numbers import Ensemble, block_of, list_of, number, refused, whole
 from stiefel._given.shapes import described, is_repeated
 from stiefel._given.shown import shown
 from stiefel._wire.arrays import put_block
@@ -31,6 +30,7 @@ _LOADS = ("torque", "torques", "external_torque", "force", "forces", "gravity", 
 _KINDS = {FieldDescriptor.CPPTYPE_DOUBLE: "number", FieldDescriptor.CPPTYPE_UINT32: "whole", FieldDescriptor.CPPTYPE_UINT64: "long",
           FieldDescriptor.CPPTYPE_MESSAGE: "message", FieldDescriptor.CPPTYPE_ENUM: "choice", FieldDescriptor.CPPTYPE_STRING: "a text",
           FieldDescriptor.CPPTYPE_BOOL: "True or False"}
+_NUMBERS = ("number", "list", "whole", "long")
 _RULES = {"number": "a number", "whole": "a whole number of at least 0", "long": "a whole number of at least 0"}
 
 
@@ -70,42 +70,13 @@ def _table(message: Any) -> dict[str, Field]:
     return {**entries, **{field.name: field for field in _BESIDE.get(descriptor.name, ())}}
 
 
-@dataclass
-class Ensemble:
-    """The number of members, None for a single motion, and the shape of one member's blocks where it is known."""
-
-    members: Optional[int] = None
-    rows: Optional[int] = None
-    cols: Optional[int] = None
-    wrong: bool = False  #: whether the number of members is none, so that no shape fits and the number itself is refused
-
-    @staticmethod
-    def of(members: Any) -> Ensemble:
-        """`members`: the field of a scene, which may be a text as in JSON."""
-        if members is None:
-            return Ensemble()
-        try:
-            return Ensemble(whole("members", int(members) if isinstance(members, str) else members, 1))
-        except ValueError:  # InvalidArgument is one
-            return Ensemble(wrong=True)
-
-    def see(self, block: Any) -> None:
-        """Takes the shape of a block, an array or a Matrix as a mapping, if none is known."""
-        shape: Any = (block.get("rows"), block.get("cols")) if isinstance(block, Mapping) else block.shape
-        if self.rows is None and isinstance(shape[-2], int) and isinstance(shape[-1], int):
-            self.rows, self.cols = shape[-2] // (self.members or 1) if len(shape) == 2 else shape[1], shape[-1]
-
-    def each(self, count: str) -> Optional[int]:
-        """Returns how many numbers of a list are one member's; None where that is not known."""
-        return int(count) if count.isdigit() else getattr(self, count, None)
-
-
 class Walk:
     """The way through what a caller gives for a message: every value is read once, by its entry in the table. Faults are
     collected."""
 
-    def __init__(self, ensemble: Optional[Ensemble] = None):
-        self.ensemble = ensemble or Ensemble()
+    def __init__(self, members: Any = None):
+        """`members`: the number of members of an ensemble, as a caller gives it; None for a single motion."""
+        self.ensemble = Ensemble() if members is None else Ensemble.of(members)
         self.faults: list[Violation] = []
         #: What is read beside the messages, by name: all of a body, whose lists depend on each other.
         self.beside: dict[str, Any] = {}
@@ -133,7 +104,7 @@ class Walk:
             return
         # A form of a body needs lists of the right length, which else the server checks.
         strict = of_body and not {*given} <= {field.name for field in message.DESCRIPTOR.fields}
-        for key in sorted(given, key=lambda key: key != "initial"):  # whose blocks tell the lengths of lists
+        for key in sorted(given, key=lambda key: key in table and table[key].kind in _NUMBERS):  # blocks tell the lengths of lists
             field, value = table.get(key), given[key]
             place = f"{path}.{field.name if field else key}".lstrip(".")
             try:
@@ -145,19 +116,27 @@ class Walk:
                     if field.kind != "beside" and not isinstance(value, bool):
                         raise refused(place, f"{shown(value)}: must be {field.kind}")
                     self.beside[field.name] = value
-                elif of_body:
-                    self.beside[field.name] = self._list(place, value, field, strict)
+                elif field.kind == "number" and not isinstance(value, str):  # a text may be "NaN" in JSON
+                    setattr(message, field.name, number(place, value, field.unit))
+                elif field.kind in ("whole", "long") and not isinstance(value, str):
+                    setattr(message, field.name, whole(place, value, bits=32 if field.kind == "whole" else 63))
+                elif field.kind == "list":
+                    if field.name == "inertia_tensor":
+                        value = _of_solids(place, value, self.ensemble.members)
+                    elif field.name == "attitude" and hasattr(value, "as_matrix"):  # a Rotation of scipy
+                        value = value.as_matrix()
+                    array = list_of(place, value, field.unit, field.count, self.ensemble, strict, field.name in ("inertia_tensor", "attitude"))
+                    if of_body:
+                        self.beside[field.name] = array
+                    else:
+                        getattr(message, field.name).extend(array.ravel().tolist())
                 else:
                     self._set(place, value, message, field)
             except InvalidArgument as error:
                 self.faults += error.violations
 
     def _set(self, place: str, value: Any, message: Any, field: Field) -> None:
-        if field.kind == "list":
-            getattr(message, field.name).extend(self._list(place, value, field).ravel().tolist())
-        elif field.kind == "number" and not isinstance(value, str):  # a text may be "NaN" in JSON
-            setattr(message, field.name, number(place, value, field.unit))
-        elif field.kind == "message":
+        if field.kind == "message":
             part = getattr(message, field.name)
             part.SetInParent()
             self.fill(value, part, place)
@@ -171,8 +150,6 @@ class Walk:
                     self.fill(block, getattr(message, field.name)[name], f"{place}.{name}")
                 else:
                     put_block(message, name, block)
-        elif field.kind in ("whole", "long") and not isinstance(value, str):
-            setattr(message, field.name, whole(place, value, bits=32 if field.kind == "whole" else 63))
         elif field.kind == "choice":
             setattr(message, field.name, _chosen(place, value, field))
         elif field.kind == "choices":
@@ -183,16 +160,6 @@ class Walk:
                 json_format.ParseDict({field.name: plain}, message)
             except (json_format.ParseError, ValueError, TypeError, AttributeError):
                 raise refused(place, f"{shown(value)}: must be {_RULES.get(field.kind, field.kind)}") from None
-
-    def _list(self, place: str, given: Any, field: Field, strict: bool = False) -> NDArray[Any]:
-        if not field.count:  # such as the coefficients of a field, in whatever shape
-            return numbers(place, given, field.unit)
-        if field.name == "inertia_tensor":
-            given = _of_solids(place, given, self.ensemble.members)
-        elif field.name == "attitude" and hasattr(given, "as_matrix"):  # a Rotation of scipy
-            given = given.as_matrix()
-        return list_of(place, given, field.unit, self.ensemble.each(field.count), self.ensemble, strict,
-                       field.name in ("inertia_tensor", "attitude"))
 
 
 def _chosen(place: str, value: Any, field: Field) -> int:
@@ -208,41 +175,6 @@ def several(place: str, given: Any, what: str = "one") -> list[Any]:
     if not isinstance(given, Iterable):
         raise refused(place, f"{shown(given)}: must be {what} or several")
     return list(given)
-
-
-def list_of(place: str, given: Any, unit: str, each: Optional[int], ensemble: Ensemble, strict: bool = False,
-            may_be_matrix: bool = False) -> NDArray[Any]:
-    """Returns a list of numbers. One that all members share has the shape (numbers), one of each member's own (members, numbers). A
-    list of Python's may also be flat, as in a scene file: one member after another. Raises InvalidArgument for any other shape.
-
-    `each`: how many numbers are one motion's. `strict`: refuses another number here, which else the server does.
-    `may_be_matrix`: takes the shapes (3, 3) and (members, 3, 3) too.
-    """
-    array, members = numbers(place, given, unit), ensemble.members
-    is_flat = members is not None and members > 1 and each is not None and array.shape == (members * each,)
-    if array.ndim == 1:
-        fits = isinstance(given, (list, tuple)) if is_flat else not strict or array.shape == (each,)
-    else:
-        fits = members is not None and array.ndim == 2 and array.shape == (members, each or array.shape[1])
-    if not (fits or ensemble.wrong or may_be_matrix and array.shape in ((3, 3), (members, 3, 3))):
-        one = [f"({each or 'numbers'})"] + ["(3, 3)"] * may_be_matrix
-        own = [] if members is None else [f"({members}, {shape[1:]}" for shape in one]
-        what = shown(given) if isinstance(given, (int, float)) else f"the shape {array.shape}"
-        raise refused(place, f"{what}: must be {' or '.join(one + own)}")
-    return array.reshape(members or 1, -1) if is_flat else array
-
-
-def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[Any]:
-    """Returns a block, real or complex, with the shape (rows, cols); in an ensemble (members, rows, cols), or (members rows,
-    cols). Raises InvalidArgument for any other shape. A block of one row may be given as (cols)."""
-    array = numbers(path, given, may_be_complex=True, what="a matrix of numbers")
-    if array.ndim == 1:
-        array = array[np.newaxis]
-    if array.ndim != 2 and not (array.ndim == 3 and (array.shape[0] == ensemble.members or ensemble.wrong)):
-        of = ensemble.members
-        fits = "(rows, cols)" if of is None else f"({of}, rows, cols), or ({of} rows, cols) with one member after another"
-        raise refused(path, f"the shape {array.shape}: must be {fits}")
-    return array
 
 
 def as_block(path: str, block: Any, ensemble: Ensemble = Ensemble()) -> Any:

@@ -1,12 +1,14 @@
-"""Numbers that a caller gives: plain, of numpy, or with units. Errors name the argument, its value and the rule."""
+"""Numbers that a caller gives: plain, of numpy, or with units; alone, or in the shapes of one motion or of an ensemble. Errors name
+the argument, its value and the rule."""
 from __future__ import annotations
 
 import datetime
 import itertools
 import math
+from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, Optional
+from typing import Any, Mapping, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +95,72 @@ def timeout(given: Any) -> Optional[float]:
     if seconds is not None and not seconds >= 0:
         raise refused("timeout", f"{shown(given)}: must be at least 0 seconds, or None")
     return None if seconds == math.inf else seconds
+
+
+@dataclass
+class Ensemble:
+    """The number of members, None for a single motion, and the shape of one member's blocks where it is known."""
+
+    members: Optional[int] = None
+    rows: Optional[int] = None
+    cols: Optional[int] = None
+    wrong: bool = False  #: whether the number of members is none, so that no shape fits and the number itself is refused
+
+    @staticmethod
+    def of(members: Any) -> Ensemble:
+        """`members`: the field of a scene, which may be a text as in JSON."""
+        try:
+            return Ensemble(whole("members", int(members) if isinstance(members, str) else members, 1))
+        except ValueError:  # InvalidArgument is one
+            return Ensemble(wrong=True)
+
+    def see(self, block: Any) -> None:
+        """Takes the shape of a block, an array or a Matrix as a mapping, if none is known."""
+        shape: Any = (block.get("rows"), block.get("cols")) if isinstance(block, Mapping) else block.shape
+        if self.rows is None and isinstance(shape[-2], int) and isinstance(shape[-1], int):
+            self.rows, self.cols = shape[-2] // (self.members or 1) if len(shape) == 2 else shape[1], shape[-1]
+
+    def each(self, count: str) -> Optional[int]:
+        """Returns how many numbers of a list are one member's; None where that is not known."""
+        return int(count) if count.isdigit() else getattr(self, count, None)
+
+
+def list_of(place: str, given: Any, unit: str, count: str, ensemble: Ensemble, strict: bool = False,
+            may_be_matrix: bool = False) -> NDArray[Any]:
+    """Returns a list of numbers. One that all members share has the shape (numbers), one of each member's own (members, numbers). A
+    list of Python's may also be flat, as in a scene file: one member after another. Raises InvalidArgument for any other shape.
+
+    `count`: how many numbers are one motion's, as the protocol says it; "" for those of a list in whatever shape, such as the
+    coefficients of a field. `strict`: refuses another number here, which else the server does. `may_be_matrix`: takes the shapes
+    (3, 3) and (members, 3, 3) too.
+    """
+    array, members, each = numbers(place, given, unit), ensemble.members, ensemble.each(count)
+    if not count:
+        return array
+    is_flat = members is not None and members > 1 and each is not None and array.shape == (members * each,)
+    if array.ndim == 1:
+        fits = isinstance(given, (list, tuple)) if is_flat else not strict or array.shape == (each,)
+    else:
+        fits = members is not None and array.ndim == 2 and array.shape == (members, each or array.shape[1])
+    if not (fits or ensemble.wrong or may_be_matrix and array.shape in ((3, 3), (members, 3, 3))):
+        one = [f"({each or 'numbers'})"] + ["(3, 3)"] * may_be_matrix
+        own = [] if members is None else [f"({members}, {shape[1:]}" for shape in one]
+        what = shown(given) if isinstance(given, (int, float)) else f"the shape {array.shape}"
+        raise refused(place, f"{what}: must be {' or '.join(one + own)}")
+    return array.reshape(members or 1, -1) if is_flat else array
+
+
+def block_of(path: str, given: Any, ensemble: Ensemble = Ensemble()) -> NDArray[Any]:
+    """Returns a block, real or complex, with the shape (rows, cols); in an ensemble (members, rows, cols), or (members rows,
+    cols). Raises InvalidArgument for any other shape. A block of one row may be given as (cols)."""
+    array = numbers(path, given, may_be_complex=True, what="a matrix of numbers")
+    if array.ndim == 1:
+        array = array[np.newaxis]
+    if array.ndim != 2 and not (array.ndim == 3 and (array.shape[0] == ensemble.members or ensemble.wrong)):
+        of = ensemble.members
+        fits = "(rows, cols)" if of is None else f"({of}, rows, cols), or ({of} rows, cols) with one member after another"
+        raise refused(path, f"the shape {array.shape}: must be {fits}")
+    return array
 
 
 def _are_real(given: Any) -> bool:

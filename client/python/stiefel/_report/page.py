@@ -17,7 +17,7 @@ from stiefel._report import run_data
 from stiefel._results import body, plots, sphere
 from stiefel._results.base import Array
 from stiefel._results.motion import Motion
-from stiefel._results.save import complete, in_json
+from stiefel._results.save import complete, finite, in_json
 from stiefel._wire import answers
 from stiefel.errors import StiefelError
 
@@ -39,7 +39,7 @@ def write(path: "str | os.PathLike[str]", session: Session, to: int, name: Optio
 
 def html(content: dict[str, Any]) -> str:
     """Returns the template with the data. No text in it can end the script that holds it."""
-    block = json.dumps(_finite(content), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    block = json.dumps(finite(content), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return template().replace("@DATA@", block, 1)
 
 
@@ -127,12 +127,3 @@ def _tradeoff(session: Session, asked: Optional[bool], horizon: float) -> Option
     return {"horizon": found.horizon, "reference_error": found.reference_error, "points": [
         {"method": point.method, "order": point.order, "work": point.work, "front": point in found.front,
          "error": point.error if point.success else None} for point in found.points]} if found.points else None
-
-
-def _finite(value: Any) -> Any:
-    """Returns the data with None for NaN and the infinities, which JSON does not have."""
-    if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 from contextlib import contextmanager
 from typing import Any, Callable, Iterator, TextIO
@@ -10,7 +11,6 @@ from typing import Any, Callable, Iterator, TextIO
 import numpy as np
 
 from stiefel._results import about, tables
-from stiefel._results.base import Array
 
 Trajectory = Any  # a `stiefel.Trajectory`
 
@@ -77,8 +77,8 @@ def _json(run: Trajectory, part: str) -> None:
 def write_json(run: Trajectory, out: TextIO) -> None:
     """Writes {"samples": [...], "format": ..., "scene": ...}. NaN and the infinities, which JSON does not have, become null."""
     out.write('{"samples": [')
-    for k, (step, time) in enumerate(zip(run.step.tolist(), _lists(run.time))):
-        sample = {"step": step, "time": time, "fields": {name: _block(values[k]) for name, values in run.fields.items()}}
+    for k, (step, time) in enumerate(zip(run.step.tolist(), finite(run.time))):
+        sample = {"step": step, "time": time, "fields": {name: finite(values[k]) for name, values in run.fields.items()}}
         out.write(f"{',' * (k > 0)}\n{json.dumps(sample)}")
     out.write("],\n" + ",\n".join(f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in about.described(run).items()) + "\n}\n")
 
@@ -95,13 +95,20 @@ def in_json(value: Any, indent: str = "") -> str:
     return f"{ends[0]}\n{indent}  {separator.join(parts)}\n{indent}{ends[1]}"
 
 
-def _block(values: Array) -> Any:
-    """Returns one field of one sample as nested lists; a complex one as an object of two such lists."""
-    return {"values": _lists(np.real(values)), "imaginary": _lists(np.imag(values))} if np.iscomplexobj(values) else _lists(values)
-
-
-def _lists(values: Array) -> Any:
-    return np.where(np.isfinite(values), values, np.array(None)).tolist()
+def finite(value: Any) -> Any:
+    """Returns a value for JSON, with None for NaN and the infinities, which JSON does not have; an array as nested lists, a complex one
+    as an object of two such lists."""
+    if isinstance(value, dict):
+        return {name: finite(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(one) for one in value]
+    if isinstance(value, (np.ndarray, np.generic)) and value.dtype.kind in "fc":
+        if np.iscomplexobj(value):
+            return {"values": finite(np.real(value)), "imaginary": finite(np.imag(value))}
+        return np.where(np.isfinite(value), value, np.array(None)).tolist()
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 WRITERS: dict[str, Callable[[Trajectory, str], None]] = {".npz": _npz, ".csv": _csv, ".json": _json}

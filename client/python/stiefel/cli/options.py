@@ -6,7 +6,7 @@ import difflib
 import json
 import re
 import sys
-from typing import Any, Callable, NoReturn, Optional, Sequence
+from typing import Any, NoReturn, Sequence
 
 from stiefel.version import __version__
 

@@ -5,20 +5,17 @@ import argparse
 import csv
 import dataclasses
 import enum
-import json
-import math
 import os
 import shutil
 import sys
 from pathlib import Path
 from typing import Any, Callable, Iterator, Sequence
 
-import numpy as np
 from google.protobuf import json_format
 from google.protobuf.message import Message
 
 from stiefel._results.html import text_table
-from stiefel._results.save import complete, in_json
+from stiefel._results.save import complete, finite, in_json
 from stiefel._results.tables import table
 from stiefel.cli.given import BadInput
 from stiefel.results import Conservation
@@ -37,15 +34,9 @@ def plain(value: Any) -> Any:
         return json_format.MessageToDict(value, preserving_proto_field_name=True)
     if isinstance(value, dict):
         return {name: plain(one) for name, one in value.items() if not (one is None or isinstance(one, str) and not one)}
-    if isinstance(value, (np.ndarray, np.generic)):
-        if np.iscomplexobj(value):
-            return {"values": plain(np.real(value)), "imaginary": plain(np.imag(value))}
-        return plain(value.tolist())
     if isinstance(value, (list, tuple)):
         return [plain(one) for one in value]
-    if isinstance(value, enum.Enum):
-        return value.value
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return value.value if isinstance(value, enum.Enum) else finite(value)
 
 
 def is_table(given: argparse.Namespace) -> bool:
