@@ -22,15 +22,13 @@ ATTEMPTS = 6  #: at a server that was never reached, or has too much at once
 TOLD_AFTER = 3.0  #: seconds of pauses, after which stderr is told
 WORK_PER_SECOND = WORK_BETWEEN_CHECKPOINTS = 5e9  #: units of work (instructions) that a core does in a second
 T = TypeVar("T")
-
 _ROUTABLE = re.compile(r"[A-Za-z0-9._-]{1,128}")
 
 
 class Calls:
     """Makes calls over a connection: those of one session handle, or of no session. They share the build with which replies are
     compared. A handle that created its session also keeps the scene and the last checkpoint, so that it creates the session again
-    when its server is lost, at any server. Thread-safe.
-    """
+    when its server is lost, at any server. Thread-safe."""
 
     def __init__(self, connection: Any, message: pb.Session = pb.Session(), scene: Optional[pb.Scene] = None, checkpoint: bytes = b""):
         """`message`: the description that the handle got first, an empty one for no session. `scene`: creates the session again;

@@ -199,8 +199,7 @@ class Results(Reading[None]):
 
     def run(self) -> list[Any]:
         """Returns the messages with results in the order of their steps."""
-        for _ in self:
-            pass
+        list(self)
         return [result for _, result in sorted(self.at.items())]
 
 
