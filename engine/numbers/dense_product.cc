@@ -24,11 +24,15 @@ void square_product(Strided<double, Eigen::ColMajor>& out, const Strided<const d
       double sums[N];
       for (Eigen::Index i = 0; i < N; ++i) {
         const auto term = [&](Eigen::Index l) { return A.coeff(block + i, l) * B.coeff(l, j); };
-        sums[i] = term(0);
-        if constexpr (of_contiguous && N == 4)
-          sums[i] = (sums[i] + term(2)) + (term(1) + term(3));
-        else
+        if constexpr (of_contiguous && N >= 4) {
+          double even = term(0) + term(2), odd = term(1) + term(3);
+          if (N == 6) even += term(4), odd += term(5);
+          sums[i] = even + odd;
+          if (N == 5) sums[i] += term(4);
+        } else {
+          sums[i] = term(0);
           for (Eigen::Index l = 1; l < N; ++l) sums[i] += term(l);
+        }
       }
       for (Eigen::Index i = 0; i < N; ++i) write<into>(out.coeffRef(block + i, j), sums[i]);
     }
@@ -89,6 +93,8 @@ void small_product(Strided<Scalar, Eigen::ColMajor>& out, const Strided<const Sc
     };
     if (square(3)) return square_product<into, 3, left, right>(out, A, B);
     if (square(4)) return square_product<into, 4, left, right>(out, A, B);
+    if (square(5)) return square_product<into, 5, left, right>(out, A, B);
+    if (square(6)) return square_product<into, 6, left, right>(out, A, B);
   }
   write<into>(out.noalias(), alpha * A.lazyProduct(B));
 }
