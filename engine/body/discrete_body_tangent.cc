@@ -115,7 +115,7 @@ struct ModifiedStage {
       : order(scene.order() > 0 ? scene.order() : PreprocessedVariational::traits.default_order),
         at(given),
         by_lambda(given.by_lambda) {
-    maps.emplace_back(at.lambda, at.h, order, Arithmetic::plain);
+    maps.emplace_back(at.lambda, at.h, Arithmetic::plain, order);
   }
   void start(const Dense& M, const Dense& V) {
     for (Index first = 0; first < V.cols(); first += lanes) {
@@ -216,8 +216,8 @@ class DiscreteBodyTangent final : public TangentMap {
     for (Index j = 0; j < N_; ++j)
       for (Index i = 0; i < j; ++i)
         for (Index k = 0; k < N_; ++k) {
-          add(i, j, i, k, stages_.lambda(k) * U(k, j));
-          add(i, j, k, j, stages_.lambda(k) * U(k, i));
+          Rotation::add(lu_, Columns::at(i, j), i, k, stages_.lambda(k) * U(k, j));
+          Rotation::add(lu_, Columns::at(i, j), k, j, stages_.lambda(k) * U(k, i));
         }
     lu_.factor();
     const Pair h = gamma * parameters_.h;
@@ -236,12 +236,6 @@ class DiscreteBodyTangent final : public TangentMap {
       rotation_.add_turn(x.eta.values(), upsilon_.data());
       for (std::size_t i = 0; i < sum_.size(); ++i) x.eta.add(i, upsilon_[i]);
     }
-  }
-
-  void add(Index i, Index j, Index k, Index l, double value) {
-    const auto row = static_cast<std::size_t>(Columns::at(i, j));
-    if (k < l) lu_(row, static_cast<std::size_t>(Columns::at(k, l))) += value;
-    if (k > l) lu_(row, static_cast<std::size_t>(Columns::at(l, k))) -= value;
   }
 
   void add_parameters(std::size_t p, double gamma) {

@@ -6,6 +6,7 @@
 #include "engine/body/rigid_tangents.h"
 #include "engine/dense/decompositions.h"
 #include "engine/dense/history.h"
+#include "engine/dense/inertia_operator.h"
 #include "engine/methods/symmetric_stages.h"
 #include "engine/methods/variational.h"
 #include "engine/numbers/compensated.h"
@@ -28,10 +29,7 @@ class DifferentialOfU {
  public:
   explicit DifferentialOfU(const Eigen::VectorXd& lambda)
       : lambda_(lambda),
-        weight_(Dense::NullaryExpr(lambda.size(), lambda.size(),
-                                   [&](Index i, Index j) {
-                                     return i == j ? 1.0 : 2 * lambda(i) / (lambda(i) + lambda(j));
-                                   })),
+        weight_(rotation_weights(lambda)),
         omega_(weight_),
         before_(weight_),
         P_(weight_),
@@ -247,8 +245,8 @@ class LargeBodyTangent final : public TangentMap {
   bool has_frame_ = false;
   TangentParameters parameters_;
   std::vector<double> gamma_;
-  std::vector<PrincipalBranch<JDInverseN<double>>> branches_;
-  std::vector<JDInverseN<double>::Memory> memories_;  ///< of the stages
+  std::vector<PrincipalBranch<JDInverseN>> branches_;
+  std::vector<JDInverseN::Memory> memories_;  ///< of the stages
   DifferentialOfU differential_;
   Dense M_, X_, T_;  ///< M, U − I and its symmetric part, of a stage
   Dense K_, dU_, S_;

@@ -18,9 +18,9 @@ template <class Scalar, bool frame>
 struct JDInverseOf<So4<Scalar, frame>> {
   using type = JDInverse4<Scalar, frame>;
 };
-template <class Scalar>
-struct JDInverseOf<SoN<Scalar>> {
-  using type = JDInverseN<Scalar>;
+template <>
+struct JDInverseOf<SoN<double>> {
+  using type = JDInverseN;
 };
 
 /// The Moser–Veselov step on (Q, M), [RB] (4.5) = (MDRBn), with physical momentum M and step h:
@@ -31,13 +31,13 @@ struct JDInverseOf<SoN<Scalar>> {
 ///
 /// U is the solution on the branch that starts at the identity. For every N, and every h for which
 /// U exists, the step keeps QMQᵀ, the eigenvalues of M, every Manakov coefficient, and hence the
-/// energy exactly. Order 2 in Q, time-symmetric. Ends with left_domain where there is no U.
-template <class Space>
+/// energy exactly. Order 2 in Q, time-symmetric. Ends with left_domain where there is no U. The
+/// memory of another `JDInverse` may depend on the start.
+template <class Space, class JDInverse = typename JDInverseOf<Space>::type>
 class MoserVeselov {
  public:
   using Scalar = typename Space::Scalar;
   using Point = typename Space::State;
-  using JDInverse = typename JDInverseOf<Space>::type;
   static constexpr bool only_rotates = true;
   static constexpr bool stops_before_change() { return true; }
 
@@ -52,14 +52,15 @@ class MoserVeselov {
     }
   };
 
-  /// `moves_frame`, in three and four dimensions, says whether the scene has a Q.
-  template <class... MovesFrame>
+  /// `more` are further arguments of JDInverse: in three and four dimensions whether the scene has
+  /// a Q.
+  template <class... More>
   MoserVeselov(const Vector<Scalar>& lambda, Scalar h,
-               Arithmetic arithmetic = Arithmetic::compensated, MovesFrame... moves_frame)
-      : arithmetic_(arithmetic), branch_(lambda, h, moves_frame...) {}
+               Arithmetic arithmetic = Arithmetic::compensated, More... more)
+      : arithmetic_(arithmetic), branch_(lambda, h, more...) {}
 
   State start(const Point& x) const {
-    return {Accumulator<Point>(x, arithmetic_), branch_.memory()};
+    return {Accumulator<Point>(x, arithmetic_), branch_.memory(x)};
   }
 
   RunStatus step(State& state) {

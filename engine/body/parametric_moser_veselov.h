@@ -1,8 +1,7 @@
 #pragma once
 
-#include "engine/body/discrete_inverse.h"
+#include "engine/body/discrete_blocks.h"
 #include "engine/dense/decompositions.h"
-#include "engine/dense/inertia_operator.h"
 
 namespace stiefel {
 
@@ -18,65 +17,42 @@ namespace stiefel {
 /// invariant manifold where M is skew. Off the manifold M is the skew part. The map keeps
 /// P^μ(Q^μ)⁻¹ − Q^μ(P^μ)⁻¹. Its limit as h → 0 is ParametricRigidBody with parameter μ/h. State:
 /// Q^μ over P^μ, 2N × N, both invertible.
-template <class Scalar_>
-class ParametricMoserVeselov {
+class ParametricMoserVeselov : public DiscreteBlocks<ParametricMoserVeselov> {
  public:
-  using Scalar = Scalar_;
-  using Point = Matrix<Scalar>;
-  using State = typename DiscreteInverse<Scalar>::State;
-
-  ParametricMoserVeselov(const Vector<Scalar>& lambda, Scalar h, Scalar mu)
+  ParametricMoserVeselov(const Eigen::VectorXd& lambda, double h, double mu)
       : ParametricMoserVeselov(lambda, h, mu, h) {}
-  ParametricMoserVeselov(const Vector<Scalar>& lambda, Scalar h, Scalar mu, Scalar epsilon)
-      : epsilon_(epsilon),
-        N_(lambda.size()),
-        mu_lambda_(mu * lambda),
-        growth_(static_cast<Scalar>(N_) * (2 + mu_lambda_.cwiseAbs().maxCoeff())),
-        inverse_(lambda, h),
-        lu_(N_),
-        product_(N_, N_),
-        moved_(2 * N_, N_) {}
-
-  State start(const Point& x) const { return inverse_.start(x); }
+  ParametricMoserVeselov(const Eigen::VectorXd& lambda, double h, double mu, double epsilon)
+      : DiscreteBlocks(lambda, h, Arithmetic::compensated),
+        growth(mu * lambda),
+        epsilon_(epsilon),
+        largest_growth_(static_cast<double>(N_) * (2 + growth.cwiseAbs().maxCoeff())),
+        lu_(N_) {}
 
   RunStatus step(State& state) {
-    if (!(state.x.value * growth_).allFinite()) return {Outcome::not_finite, std::nullopt};
-    form_momentum(state.x.value);
-    const RunStatus status = inverse_.solve(state.memory);
-    if (!status.reached()) return status;
-    moved_.noalias() = state.x.value * inverse_.U_minus_I();
-    moved_ += state.x.value * mu_lambda_.asDiagonal();
-    state.x.add(moved_);
-    return {};
+    if (!(state.x.value * largest_growth_).allFinite()) return {Outcome::not_finite, std::nullopt};
+    return DiscreteBlocks::step(state);
   }
 
-  std::optional<double> largest_step(const State& state, double limit) {
-    form_momentum(state.x.value);
-    return inverse_.largest_step(limit);
+  /// Computes M, half of it, before its skew part is taken, from M^μ/h; μΛ² is symmetric.
+  void form_momentum(const Point& x, Point& M) {
+    top_ = x.topRows(N_);
+    bottom_ = x.bottomRows(N_);
+    lu_.factor(top_);
+    lu_.solve(bottom_, M);
+    lu_.factor(bottom_);
+    lu_.solve(top_, bottom_);
+    M -= bottom_;
+    M /= 2;  // halves M here, because 2ε may overflow
+    M /= epsilon_;
   }
+
+  Eigen::VectorXd growth;
 
  private:
-  /// Computes M as the skew part of M^μ/h; μΛ² is symmetric.
-  void form_momentum(const Point& x) {
-    top_ = x.topRows(N_);
-    product_ = x.bottomRows(N_);
-    lu_.factor(top_);
-    lu_.solve(product_, inverse_.M());
-    lu_.factor(product_);
-    lu_.solve(top_, product_);
-    inverse_.M() -= product_;
-    inverse_.M() /= 2;  // halves M here, because 2ε may overflow
-    inverse_.M() /= epsilon_;
-    subtract_transpose(inverse_.M());
-  }
-
-  Scalar epsilon_;
-  Eigen::Index N_;
-  Vector<Scalar> mu_lambda_;
-  Scalar growth_;  ///< bounds the factor by which a step can multiply an element
-  DiscreteInverse<Scalar> inverse_;
-  Lu<Scalar> lu_;
-  Matrix<Scalar> top_, product_, moved_;
+  double epsilon_;
+  double largest_growth_;  ///< bounds the factor by which a step can multiply an element
+  Lu<double> lu_;
+  Point top_, bottom_;
 };
 
 }  // namespace stiefel

@@ -1,8 +1,7 @@
 #pragma once
 
-#include "engine/body/j_d/discrete_body_3.h"
 #include "engine/body/modified_series.h"
-#include "engine/body/principal_branch.h"
+#include "engine/body/moser_veselov.h"
 
 namespace stiefel {
 
@@ -14,7 +13,7 @@ class ModifiedJDInverse3 {
   using Body = DiscreteBody3<Scalar, frame>;
   using Point = typename Body::Point;
   using State = typename Body::State;
-  using Memory = DiscreteInertia3<Scalar>;
+  struct Memory : DiscreteInertia3<Scalar>, NoMemory {};
 
   ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order, bool moves_frame = true)
       : h_(h), order_(order), body_moments_(lambda), body_(moves_frame) {}
@@ -24,7 +23,7 @@ class ModifiedJDInverse3 {
   /// solutions is not a step. Where the branch ends depends only on |m|² and the energy, so the m
   /// at the start decides for the whole motion. In tests the branch ended at h|ω| ≥ 1.4, also for
   /// rods and plates.
-  Memory J(const Point& x) const {
+  Memory memory(const Point& x) const {
     const Series series = through(x);
     Memory whole = at(series, 1);
     if (turn(x) <= 1) return whole;
@@ -53,7 +52,7 @@ class ModifiedJDInverse3 {
   Series through(const Point& x) const { return Series(body_moments_, m(x), order_); }
   Memory at(const Series& series, double t) const {
     const Scalar h = static_cast<Scalar>(t) * h_;
-    return {series(h), h};
+    return {{series(h), h}, {}};
   }
   /// Returns h|ω|.
   double turn(const Point& x) const {
@@ -71,48 +70,10 @@ class ModifiedJDInverse3 {
 /// which it approximates the continuous body to an even order (Hairer and Vilmart 2006). The map
 /// keeps Σ m_i² and Σ m_i²/J_i, hence the energy of the body, because 1/J_i = s/I_i + d. It is
 /// symplectic to its order: J depends on |m| and the energy, so that the two-form changes by
-/// O(h^(p+1)) in a step, in proportion to the steps.
-template <class Scalar_, bool frame>
-class PreprocessedMoserVeselov {
- public:
-  using Scalar = Scalar_;
-  using Point = typename So3<Scalar, frame>::State;
-  static constexpr bool only_rotates = true;
-
-  /// J belongs to the motion: `start` computes it from the state at step 0, and it stays constant.
-  struct State {
-    Accumulator<Point> x;
-    DiscreteInertia3<Scalar> J;
-
-    template <class Visitor>
-    void each(Visitor&& visit) {
-      x.each(visit);
-    }
-  };
-
-  PreprocessedMoserVeselov(const Vector<Scalar>& lambda, Scalar h, int order,
-                           Arithmetic arithmetic = Arithmetic::compensated, bool moves_frame = true)
-      : arithmetic_(arithmetic), branch_(lambda, h, order, moves_frame) {}
-
-  State start(const Point& x) const {
-    return {Accumulator<Point>(x, arithmetic_), branch_.inverse().J(x)};
-  }
-
-  RunStatus step(State& state) {
-    const RunStatus status = branch_.solve(state.x, state.J);
-    if (status.reached()) branch_.inverse().transport(state.x, state.J);
-    return status;
-  }
-
-  /// Returns the largest |h| up to `limit` for which a step from `state` and all shorter steps
-  /// exist, to 1e-3.
-  std::optional<double> largest_step(const State& state, double limit) {
-    return branch_.largest_step(state.x, limit);
-  }
-
- private:
-  Arithmetic arithmetic_;
-  PrincipalBranch<ModifiedJDInverse3<Scalar, frame>> branch_;
-};
+/// O(h^(p+1)) in a step, in proportion to the steps. J belongs to the motion: it follows from the
+/// state at step 0, and stays constant.
+template <class Scalar, bool frame>
+using PreprocessedMoserVeselov =
+    MoserVeselov<So3<Scalar, frame>, ModifiedJDInverse3<Scalar, frame>>;
 
 }  // namespace stiefel

@@ -8,6 +8,12 @@
 
 namespace stiefel {
 
+/// The memory of an iteration that does not use the solutions of earlier steps.
+struct NoMemory {
+  template <class Visitor>
+  void each(Visitor&&) {}
+};
+
 /// Finds U = J_D⁻¹(hM) on the branch that starts at the identity, and the outcome of a step that
 /// has no such U, for all discrete rigid bodies. `JDInverse` is JDInverse3, JDInverse4, JDInverseN
 /// or ModifiedJDInverse3; the states x hold M in the form that it expects.
@@ -20,8 +26,8 @@ class PrincipalBranch {
   PrincipalBranch(const Vector<Scalar>& lambda, Scalar h, More... more)
       : h_(std::abs(static_cast<double>(h))), J_D_inverse_(lambda, h, more...) {}
 
-  /// Returns the memory before the first step.
-  Memory memory() const { return J_D_inverse_.memory(); }
+  /// Returns the memory before the first step from a start.
+  Memory memory(const auto&... start) const { return J_D_inverse_.memory(start...); }
 
   /// Finds U and stores it in the inverse. If there is none, the status gives the reason and the
   /// largest step that has a U.

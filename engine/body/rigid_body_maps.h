@@ -36,7 +36,7 @@ template <class Scalar, bool frame>
 PreprocessedMoserVeselov<Scalar, frame> map_of(PreprocessedVariational,
                                                const RigidBody<So3<Scalar, frame>>& body, Scalar h,
                                                const MethodOptions& options) {
-  return {body.lambda(), h, options.order, options.arithmetic, body.has_frame()};
+  return {body.lambda(), h, options.arithmetic, options.order, body.has_frame()};
 }
 
 template <class Scalar, bool frame>
@@ -77,7 +77,6 @@ auto map_of(Exact, const RigidBody<SoN<Scalar>>& body, Scalar h, const MethodOpt
 }
 template <class Scalar>
 inline constexpr Declared declared<Exact, RigidBody<SoN<Scalar>>> = {
-    .where = "N = 3, or Lambda of at most two values",
-    .takes = BodyRotation<Extended<Scalar>>::has};
+    .where = "N = 3, or Lambda of at most two values", .takes = BodyRotation::has};
 
 }  // namespace stiefel

@@ -12,31 +12,27 @@ namespace stiefel {
 // The maps of methods that are made for the symmetric representation: (SDRBn), which is the
 // Moser–Veselov map under Ψ, and the closed form.
 
-template <class Scalar>
-auto map_of(Variational, const SymmetricRigidBody<Scalar>& body, Scalar h,
-            const MethodOptions& options) {
+inline auto map_of(Variational, const SymmetricRigidBody<double>& body, double h,
+                   const MethodOptions& options) {
   return composed(
-      [body](Scalar stage, Arithmetic arithmetic) {
-        return SymmetricMoserVeselov<Scalar>(body.lambda(), stage, body.epsilon(), arithmetic);
+      [body](double stage, Arithmetic arithmetic) {
+        return SymmetricMoserVeselov(body.lambda(), stage, body.epsilon(), arithmetic);
       },
       h, options);
 }
 
-template <class Scalar>
-auto map_of(Exact, const SymmetricRigidBody<Scalar>& body, Scalar h, const MethodOptions&) {
-  using Wide = Extended<Scalar>;
-  return closed_form_map<Matrix<Scalar>>(
-      [body](const Matrix<Scalar>& start) -> TurnedBody<Wide> {
-        const Matrix<Wide> x = start.template cast<Wide>();
-        const Matrix<Wide> Q = x.topRows(x.cols()), P = x.bottomRows(x.cols());
-        const Wide epsilon = body.epsilon();
-        return {{body.lambda().template cast<Wide>(), Psi(Q, P, epsilon)}, x};
+inline auto map_of(Exact, const SymmetricRigidBody<double>& body, double h, const MethodOptions&) {
+  return closed_form_map<Eigen::MatrixXd>(
+      [body](const Eigen::MatrixXd& start) -> TurnedBody {
+        const TurnedBody::Dense x = start.cast<long double>(), Q = x.topRows(x.cols()),
+                                P = x.bottomRows(x.cols());
+        const long double epsilon = body.epsilon();
+        return {{body.lambda().cast<long double>(), Psi(Q, P, epsilon)}, x};
       },
       h);
 }
-template <class Scalar>
-inline constexpr Declared declared<Exact, SymmetricRigidBody<Scalar>> = {
-    .where = "N = 3, or Lambda of at most two values",
-    .takes = BodyRotation<Extended<Scalar>>::has};
+template <>
+inline constexpr Declared declared<Exact, SymmetricRigidBody<double>> = {
+    .where = "N = 3, or Lambda of at most two values", .takes = BodyRotation::has};
 
 }  // namespace stiefel

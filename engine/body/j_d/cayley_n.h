@@ -52,19 +52,15 @@ class CayleyN {
  private:
   /// Makes further sweeps in wider arithmetic, until the error of C is far below its rounding.
   void refine();
-
   void residual(const Matrix<Scalar>& K);
-
   void linearise(const Matrix<Scalar>& K);
 
   Scalar h_;
   Vector<Scalar> lambda_;
   Lyapunov<Scalar> lyapunov_;
-  Matrix<Scalar> C_, A_, F_, G_, delta_, U_minus_I_;
-
   CayleySweep<Scalar> sweep_;
   CayleySweep<Wide> wide_sweep_;
-  Matrix<Scalar> hOmega_;
+  Matrix<Scalar> C_, A_, F_, G_, delta_, U_minus_I_, hOmega_;
   Matrix<Wide> wide_C_, wide_hOmega_;
 };
 
@@ -73,17 +69,12 @@ CayleyN<Scalar>::CayleyN(const Vector<Scalar>& lambda, Scalar h)
     : h_(h),
       lambda_(lambda),
       lyapunov_(lambda.size()),
-      C_(Matrix<Scalar>::Zero(lambda.size(), lambda.size())),
-      A_(C_),
-      F_(C_),
-      G_(C_),
-      delta_(C_),
-      U_minus_I_(C_),
       sweep_(lambda),
-      wide_sweep_(lambda.template cast<Wide>()),
-      hOmega_(C_),
-      wide_C_(C_.template cast<Wide>()),
-      wide_hOmega_(wide_C_) {}
+      wide_sweep_(lambda.template cast<Wide>()) {
+  const Eigen::Index N = lambda.size();
+  for (auto* A : {&C_, &A_, &F_, &G_, &delta_, &U_minus_I_, &hOmega_}) A->setZero(N, N);
+  for (auto* A : {&wide_C_, &wide_hOmega_}) A->setZero(N, N);
+}
 
 template <class Scalar>
 void CayleyN<Scalar>::start(const Matrix<Scalar>& K) {
@@ -194,7 +185,7 @@ void CayleyN<Scalar>::linearise(const Matrix<Scalar>& K) {
   lyapunov_.factor(A_);
 }
 
-// Compiled once, in cayley_n.cc.
+// Compiled once, in j_d_n.cc.
 extern template class CayleyN<double>;
 
 }  // namespace stiefel

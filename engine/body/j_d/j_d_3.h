@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/body/j_d/discrete_body_3.h"
+#include "engine/body/principal_branch.h"
 
 namespace stiefel {
 
@@ -12,17 +13,12 @@ class JDInverse3 {
   using Body = DiscreteBody3<Scalar, frame>;
   using Point = typename Body::Point;
   using State = typename Body::State;
-
-  /// Empty, because the iteration does not use the solutions of earlier steps.
-  struct Memory {
-    template <class Visitor>
-    void each(Visitor&&) {}
-  };
+  using Memory = NoMemory;
 
   JDInverse3(const Vector<Scalar>& lambda, Scalar h, bool moves_frame = true)
       : inertia_(PrincipalMoments3<Extended<Scalar>>(lambda), h), body_(moves_frame) {}
 
-  Memory memory() const { return {}; }
+  Memory memory(const auto&) const { return {}; }
 
   bool solve(const State& x, const Memory&) { return body_.solve(x, inertia_); }
   /// Finds U for the step t·h, starting from the solution found last.

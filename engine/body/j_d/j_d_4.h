@@ -2,6 +2,7 @@
 
 #include "engine/body/j_d/cayley_n.h"
 #include "engine/body/j_d/discrete_body_4.h"
+#include "engine/body/principal_branch.h"
 
 namespace stiefel {
 
@@ -12,12 +13,7 @@ class JDInverse4 {
  public:
   using Body = DiscreteBody4<Scalar, frame>;
   using State = typename Body::State;
-
-  /// Empty, because the iteration does not use the solutions of earlier steps.
-  struct Memory {
-    template <class Visitor>
-    void each(Visitor&&) {}
-  };
+  using Memory = NoMemory;
 
   JDInverse4(const Vector<Scalar>& lambda, Scalar h, bool moves_frame = true)
       : inertia_(PairSums4<Extended<Scalar>>(lambda), h),
@@ -27,7 +23,7 @@ class JDInverse4 {
         K_(Matrix<Scalar>::Zero(4, 4)),
         found_(K_) {}
 
-  Memory memory() const { return {}; }
+  Memory memory(const auto&) const { return {}; }
 
   bool solve(const State& x, const Memory&) {
     if (body_.solve_where_easy(x, inertia_)) return true;

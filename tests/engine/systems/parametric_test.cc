@@ -106,7 +106,7 @@ TEST(ParametricRigidBody, MuntheKaas4HasOrder4AndKeepsTheSpatialMomentum) {
 }
 
 using Plain = MoserVeselov<SoN<double>>;
-using Parametric = ParametricMoserVeselov<double>;
+using Parametric = ParametricMoserVeselov;
 
 /// (8.10) and (8.11) with the erratum, against the map without parameter.
 /// Next to the manifold M is the skew part of M_μ, and the invariants are those of this M.

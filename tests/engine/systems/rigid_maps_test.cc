@@ -5,7 +5,6 @@
 #include "engine/body/body_invariants.h"
 #include "engine/body/psi.h"
 #include "engine/body/rigid_body_maps.h"
-#include "engine/body/symmetric_invariants.h"
 #include "engine/body/symmetric_rigid_body_maps.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/stiefel_invariants.h"
@@ -27,7 +26,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 using Plain = MoserVeselov<SoN<double>>;
-using Symmetric = SymmetricMoserVeselov<double>;
+using Symmetric = SymmetricMoserVeselov;
 
 static_assert(Map<Symmetric>);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/body/j_d/cayley_n.h"
+#include "engine/body/moser_veselov.h"
 #include "engine/frame/rattle_stiefel.h"
 #include "engine/numbers/quadruple.h"
 
@@ -19,6 +19,34 @@ extern template class Lyapunov<Quad>;
 extern template class ConstraintRiccati<Quad>;
 extern template class RattleStiefel<Quad>;
 extern template class CayleyN<Quad>;
+
+/// J_D⁻¹ by Newton's method in the Cayley form.
+class JDInverseInQuad {
+ public:
+  using State = Accumulator<Matrix<Quad>>;
+  using Memory = NoMemory;
+
+  JDInverseInQuad(const Vector<Quad>& lambda, Quad h) : h_(h), cayley_(lambda, h) {}
+
+  Memory memory(const auto&) const { return {}; }
+  bool solve(const State& x, const Memory&) {
+    restart();
+    return continue_to(x, 1);
+  }
+  bool continue_to(const State& x, double t) {
+    return cayley_.newton((Quad(t) * h_) * x.value.bottomRows(x.value.cols()));
+  }
+  void restart() { cayley_.C().setZero(); }
+  void transport(State& x, Memory&) { cayley_.transport(x); }
+
+ private:
+  Quad h_;
+  CayleyN<Quad> cayley_;
+};
+template <>
+struct JDInverseOf<SoN<Quad>> {
+  using type = JDInverseInQuad;
+};
 
 }  // namespace stiefel
 
