@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -59,7 +58,7 @@ void add_periods(const SortedTop<Wide>& top, BodyMotion& out) {
   const Wide n = short_axis ? -I(0) * above / (I(2) * below) : -I(0) * I_32 / (I(2) * I_21);
   const Wide c =
       short_axis ? I(1) * above * I_31 / (I_32 * I(2) * below) : I(1) * I_31 / (I(2) * I_21);
-  const Wide mc = std::min(I_31 * std::abs(side) / scale, Wide{1});
+  const Wide mc = top.complementary_parameter();
   const Wide K = JacobiElliptic<Wide>(mc).K();
   out.separatrix = static_cast<double>(mc);
   out.period = static_cast<double>(4 * K * std::sqrt(I(0) * I(1) * I(2) / scale));
@@ -89,24 +88,20 @@ std::optional<BodyMotion> body_motion(const Scene& scene) {
   if (!phase || phase->M.rows() != 3) return std::nullopt;
   const PrincipalMoments3<Wide> body(phase->lambda);
   const Vec given = vee(phase->M).cast<Wide>();
-  std::array<int, 3> axis{0, 1, 2};
-  std::ranges::stable_sort(axis, {}, [&](int a) { return body.moments(a); });
-  const auto sorted = [&](const Vec& v) { return Vec(v(axis[0]), v(axis[1]), v(axis[2])); };
-  // I_a − I_b = λ_b − λ_a
-  const Vec lambda = sorted(phase->lambda.cast<Wide>()), I = sorted(body.moments);
+  const Wide G = std::sqrt(given.squaredNorm());
+  const SortedTop<Wide> top(body, G > 0 ? Vec(given / G) : given);
 
   BodyMotion out;
   const Eigen::Matrix3d turn = scene.axes() ? scene.axes()->rotation : Eigen::Matrix3d::Identity();
-  for (int a = 0; a < 3; ++a) out.axes.col(a) = turn.col(axis[static_cast<std::size_t>(a)]);
+  for (int a = 0; a < 3; ++a) out.axes.col(a) = turn.col(top.axis[static_cast<std::size_t>(a)]);
   if (out.axes.determinant() < 0) out.axes.col(2) *= -1;
   const Eigen::MatrixXd& Q = phase->Q;
   out.momentum = Q.size() > 0 ? Eigen::Vector3d(vee((Q * phase->M * Q.transpose()).eval()))
                               : Eigen::Vector3d(turn * vee(phase->M));
-  out.moments = I.cast<double>();
+  out.moments = top.I.cast<double>();
   out.energy = static_cast<double>(given.cwiseAbs2().cwiseQuotient(body.moments).sum() / 2);
-  const Wide G = std::sqrt(given.squaredNorm());
   if (G == 0) return out;
-  add_periods({I, lambda(0) - lambda(1), lambda(1) - lambda(2), sorted(given) / G}, out);
+  add_periods(top, out);
   const auto divide = [G](std::optional<double>& time) {
     if (time) time = static_cast<double>(*time / G);
   };

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <tuple>
@@ -41,42 +40,22 @@ class Momentum {
   Eigen::Vector4d lambda_;
 };
 
-/// Returns the body of a scene in three dimensions along its principal axes in the order of their
-/// moments. Moments and momentum are divided by their largest element, so that no square overflows.
+/// Returns the body of a scene in three dimensions. Moments and momentum are divided by their
+/// largest element, so that no square overflows.
 SortedTop<double> sorted_top(const Scene& scene) {
   const auto [I, differences] = PrincipalMoments3<double>(scene.inertia());
   const Eigen::Vector3d m = vee(body_momentum(scene));
-  const Eigen::Vector3d& lambda = scene.inertia();
-  std::array<int, 3> axis{0, 1, 2};
-  std::ranges::sort(axis, {}, [&, moments = I](int a) { return moments(a); });
-  const auto along = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
-    return Eigen::Vector3d(v(axis[0]), v(axis[1]), v(axis[2])) / v.cwiseAbs().maxCoeff();
-  };
-  // I_a − I_b = λ_b − λ_a
-  const auto difference = [&, largest = I.maxCoeff()](int a, int b) {
-    return (lambda(axis[b]) - lambda(axis[a])) / largest;
-  };
-  return {along(I), difference(1, 0), difference(2, 1), along(m)};
+  return {{I / I.maxCoeff(), differences / I.maxCoeff()}, m / m.cwiseAbs().maxCoeff()};
 }
 
-/// The axes (i, j, k) of Jacobi's functions, counted from 0: m circles the axis i, j = 1.
-struct JacobiAxes {
-  int i, k;
-  explicit JacobiAxes(const SortedTop<double>& top) : i(top.Delta(1) < 0 ? 0 : 2), k(2 - i) {}
-};
-
 double separatrix_parameter(const Scene& scene) {
-  if (body_momentum(scene).isZero(0)) return 1;
-  const auto top = sorted_top(scene);
-  const auto [i, k] = JacobiAxes(top);
-  const double mc = top.Delta(1) * top.difference(k, i) / (top.Delta(k) * top.difference(1, i));
-  return mc < 1 ? mc : 1;  // 0/0 for a symmetric body that does not wobble
+  return body_momentum(scene).isZero(0) ? 1 : sorted_top(scene).complementary_parameter();
 }
 
 double largest_turning_rate(const Scene& scene) {
   if (body_momentum(scene).isZero(0)) return 0;
   const auto top = sorted_top(scene);
-  const auto [i, k] = JacobiAxes(top);
+  const int i = top.circled(), k = 2 - i;
   const auto& [I, m, Delta] = std::tie(top.I, top.m, top.Delta);
   const auto quotient = [](double a, double b) { return b != 0 ? a / b : 0; };
   // The squares of m where m_j = 0, and where |m_j| is largest.

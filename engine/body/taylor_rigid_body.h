@@ -16,22 +16,27 @@ namespace stiefel {
 ///                                    (k+1) M_{k+1} = the rows of M in Y_k, minus their transpose.
 ///
 /// A state is Q over M, 2N × N, or M alone. The sum is one product of two block matrices.
-template <class Scalar_>
+///
+/// `parametric`: those of the rigid body with parameter μ, [RB] (8.4)–(8.6), in Q_μ and M_μ =
+/// Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, which need no inverse during the motion. With ξ = Ω + μΛ in the place of Ω,
+/// Ω = J⁻¹ of the skew part of M_μ,
+///
+///     (k+1) M_{k+1} = Σ_{j ≤ k} (M_j ξ_{k−j} − ξ_j M_{k−j}).
+template <class Scalar_, bool parametric = false>
 class TaylorRigidBody {
  public:
   using Scalar = Scalar_;
 
-  TaylorRigidBody(const Vector<Scalar>& lambda, int order)
-      : lambda_(lambda), order_(order), N_(lambda.size()) {
-    Omega_.resize((order + 1) * N_, N_);
-  }
+  TaylorRigidBody(const Vector<Scalar>& lambda, int order) : TaylorRigidBody(lambda, 0, order) {}
+  TaylorRigidBody(const Vector<Scalar>& lambda, const Scalar& mu, int order)
+      : lambda_(lambda), mu_(mu), order_(order), N_(lambda.size()), xi_((order + 1) * N_, N_) {}
 
   int order() const { return order_; }
   /// Returns the number of lower rows of the state, whose error is measured separately.
   Eigen::Index momentum_rows() const { return N_; }
   /// Returns the operations of a whole series, 2 for a multiplication with its addition.
   static double operations(Eigen::Index rows, Eigen::Index N, int order) {
-    return static_cast<double>(order * (order + 1) * rows * N * N);
+    return static_cast<double>(order * (order + 1) * (rows + (parametric ? N : 0)) * N * N);
   }
 
   /// Computes the series at x, with coefficient k in the columns from kN on. Returns false on a
@@ -40,35 +45,52 @@ class TaylorRigidBody {
               const std::function<bool()>& stopped);
 
  private:
-  /// Returns Ω_k. Stored in reverse order, so that the sum runs down a column.
-  auto Omega(int k) { return Omega_.middleRows((order_ - k) * N_, N_); }
+  /// Returns Ω_k or ξ_k. Stored in reverse order, so that the sum runs down a column.
+  auto xi(int k) { return xi_.middleRows((order_ - k) * N_, N_); }
 
   Vector<Scalar> lambda_;
+  Scalar mu_;
   int order_;
   Eigen::Index N_;
-  Matrix<Scalar> Omega_, Y_;
+  Matrix<Scalar> xi_, Y_;
 };
-
 template <class Scalar>
-bool TaylorRigidBody<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
-                                     const std::function<bool()>& stopped) {
+using TaylorParametricRigidBody = TaylorRigidBody<Scalar, true>;
+
+template <class Scalar, bool parametric>
+bool TaylorRigidBody<Scalar, parametric>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
+                                                 const std::function<bool()>& stopped) {
   series.resize(x.rows(), (order_ + 1) * N_);
   series.leftCols(N_) = x;
+  Y_.resize(x.rows(), N_);
+  const auto M = [&](int k) { return series.middleCols(k * N_, N_).bottomRows(N_); };
   for (int k = 0; k < order_; ++k) {
     if (stopped()) return false;
-    inverse_inertia(lambda_, series.middleCols(k * N_, N_).bottomRows(N_), Omega(k));
-    auto next = series.middleCols((k + 1) * N_, N_);
+    auto now = xi(k);
+    if constexpr (parametric)
+      inverse_inertia(lambda_, M(k), Scalar(2), now);
+    else
+      inverse_inertia(lambda_, M(k), now);
+    if (parametric && k == 0) now.diagonal() = mu_ * lambda_;
     stop_point(static_cast<double>((k + 1) * x.size() * N_));
-    Y_.noalias() = series.leftCols((k + 1) * N_) * Omega_.bottomRows((k + 1) * N_);
-    next = Y_;
-    next.bottomRows(N_) -= Y_.bottomRows(N_).transpose();
-    next /= Scalar(k + 1);
+    Y_.noalias() = series.leftCols((k + 1) * N_) * xi_.bottomRows((k + 1) * N_);
+    if constexpr (parametric) {
+      for (int j = 0; j <= k; ++j) {
+        stop_point(static_cast<double>(N_ * N_ * N_));
+        Y_.bottomRows(N_).noalias() -= xi(j) * M(k - j);
+      }
+    } else {
+      subtract_transpose(Y_.bottomRows(N_));
+    }
+    series.middleCols((k + 1) * N_, N_) = Y_ / Scalar(k + 1);
   }
   return true;
 }
 
 // Compiled once, in body_references.cc.
 extern template class TaylorRigidBody<long double>;
+extern template class TaylorRigidBody<long double, true>;
 extern template class TaylorMotion<TaylorRigidBody<long double>>;
+extern template class TaylorMotion<TaylorRigidBody<long double, true>>;
 
 }  // namespace stiefel

@@ -3,15 +3,20 @@
 
 #include "engine/accuracy/closed_form_reference.h"
 #include "engine/accuracy/taylor_reference.h"
-#include "engine/body/exact/euler_top.h"
-#include "engine/body/exact/two_valued_body.h"
+#include "engine/body/exact/turned_body.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/taylor_rigid_body.h"
 
 namespace stiefel {
 
+template class EulerTop<long double, false>;
+template class EulerTop<long double, true>;
+template class TwoValuedBody<double>;
+template class TwoValuedBody<long double>;
 template class TaylorRigidBody<long double>;
+template class TaylorRigidBody<long double, true>;
 template class TaylorMotion<TaylorRigidBody<long double>>;
+template class TaylorMotion<TaylorRigidBody<long double, true>>;
 
 namespace {
 
@@ -101,14 +106,18 @@ std::unique_ptr<Reference> closed_form(const Start& start, const ReferenceNeed& 
       need, time);
 }
 
+template <bool parametric>
 std::unique_ptr<Reference> series(const SeriesStart<long double>& start,
                                   const ReferenceNeed& need) {
-  return taylor_reference(
-      [&](int order) { return TaylorRigidBody<long double>(start.lambda, order); }, start, need);
+  const auto make = [&](int order) {
+    return TaylorRigidBody<long double, parametric>(start.lambda, start.mu, order);
+  };
+  return taylor_reference(make, start, need);
 }
 
 }  // namespace
 
-constinit const SeriesEquations body_equations = {series, has_closed_form, closed_form};
+constinit const SeriesEquations body_equations = {series<false>, has_closed_form, closed_form};
+constinit const SeriesEquations parametric_equations = {series<true>};
 
 }  // namespace stiefel

@@ -22,8 +22,8 @@ class EllipticTop {
   using Vec = Vector3<Scalar>;
 
   explicit EllipticTop(const SortedTop<Scalar>& top)
-      : i_(top.Delta(1) < 0 ? 0 : 2),
-        functions_(complementary_parameter(top)),
+      : i_(top.circled()),
+        functions_(top.complementary_parameter()),
         two_E_over_G_(top.two_E / top.G) {
     using std::sqrt;
     const int i = i_, k = 2 - i;
@@ -64,12 +64,6 @@ class EllipticTop {
 
  private:
   static constexpr int j = 1;
-
-  static Scalar complementary_parameter(const SortedTop<Scalar>& top) {
-    const int i = top.Delta(1) < 0 ? 0 : 2, k = 2 - i;
-    const Scalar mc = top.Delta(1) * top.difference(k, i) / (top.Delta(k) * top.difference(j, i));
-    return mc < 1 ? mc : Scalar(1);
-  }
 
   struct Reduced {
     Scalar u;      ///< |u| ≤ K

@@ -1,13 +1,10 @@
 #pragma once
 
-#include <array>
 #include <cmath>
-#include <utility>
 #include <variant>
 
 #include "engine/body/exact/elliptic_top.h"
 #include "engine/body/exact/hyperbolic_top.h"
-#include "engine/dense/principal_moments_3.h"
 #include "engine/dense/so_3.h"
 
 namespace stiefel {
@@ -36,21 +33,6 @@ class EulerTop {
   struct Steady {
     Vec omega;
   };
-
-  /// Returns I_a − I_b.
-  static Scalar difference(const Vec& differences, int a, int b) {
-    if (a == b) return 0;
-    return b == (a + 1) % 3 ? differences((a + 2) % 3) : -differences((b + 2) % 3);
-  }
-
-  /// Finds the signed permutation of the axes, det +1, that sorts I₁ ≤ I₂ ≤ I₃.
-  void sort(const Vec& differences) {
-    for (const auto& [first, second] : {std::pair(0, 1), std::pair(1, 2), std::pair(0, 1)})
-      if (difference(differences, axis_[first], axis_[second]) > 0) {
-        std::swap(axis_[first], axis_[second]);
-        sign_(1) = -sign_(1);
-      }
-  }
 
   /// Rotates by π about a principal axis, so that m circles a positive axis; on the separatrix, so
   /// that m₁ and m₃ are positive.
@@ -102,7 +84,7 @@ class EulerTop {
   }
 
   Point start_;
-  std::array<int, 3> axis_{0, 1, 2};  ///< the axes in the order of their moments
+  std::array<int, 3> axis_;  ///< the axes in the order of their moments
   Vec sign_ = Vec::Ones();
   Vec e_ = Vec::Zero();
   Quaternion before_ = Quaternion::UnitX();  ///< q(0)∘P(m(0))*
@@ -121,10 +103,11 @@ EulerTop<Scalar, frame>::EulerTop(const PrincipalMoments3<Scalar>& body, const P
     motion_ = Steady{m.cwiseQuotient(I)};
     return;
   }
-  sort(differences);
-  const auto along = [&](const Vec& v) { return Vec(v(axis_[0]), v(axis_[1]), v(axis_[2])); };
-  SortedTop<Scalar> top(along(I), difference(differences, axis_[1], axis_[0]),
-                        difference(differences, axis_[2], axis_[1]), along(m).cwiseProduct(sign_));
+  SortedTop<Scalar> top(body, m);
+  axis_ = top.axis;
+  // The signed permutation of the axes has det +1.
+  if (!top.even) sign_(1) = -1;
+  top.m = top.m.cwiseProduct(sign_);
   flip(top);
   const int circled = top.Delta(1) == 0
                           ? motion_.template emplace<HyperbolicTop<Scalar>>(top).axis()
@@ -148,7 +131,7 @@ typename EulerTop<Scalar, frame>::Point EulerTop<Scalar, frame>::at(Scalar t) co
   return x;
 }
 
-// Compiled once, in closed_forms.cc.
+// Compiled once, in body_references.cc.
 extern template class EulerTop<long double, false>;
 extern template class EulerTop<long double, true>;
 

@@ -242,19 +242,11 @@ void on_this_machine(const double* constants, const ThetaTop::Times& times, doub
 std::optional<ThetaTop> ThetaTop::of(const PrincipalMoments3<Quad>& body,
                                      const Eigen::Matrix<Quad, 7, 1>& start) {
   using Vec = Vector3<Quad>;
-  const auto& [moments, differences] = body;
   const Vec m = start.tail<3>();
-  const auto difference = [&](int a, int b) -> Quad {  // I_a − I_b
-    if (a == b) return 0;
-    return b == (a + 1) % 3 ? differences((a + 2) % 3) : Quad(-differences((b + 2) % 3));
-  };
-  std::array<int, 3> axes{0, 1, 2};
-  std::ranges::sort(axes, [&](int a, int b) { return difference(a, b) < 0; });
-  const auto along = [&](const Vec& v) { return Vec(v(axes[0]), v(axes[1]), v(axes[2])); };
-  const SortedTop<Quad> top(along(moments), difference(axes[1], axes[0]),
-                            difference(axes[2], axes[1]), along(m));
+  const SortedTop<Quad> top(body, m);
   if (top.Delta(1) == 0) return std::nullopt;
-  const int i = top.Delta(1) < 0 ? 0 : 2, k = 2 - i;
+  const auto& axes = top.axis;
+  const int i = top.circled(), k = 2 - i;
   constexpr int j = 1;
 
   ThetaTop made;
@@ -265,8 +257,7 @@ std::optional<ThetaTop> ThetaTop::of(const PrincipalMoments3<Quad>& body,
   const Quad B2_a = top.I(i) * top.Delta(k) / top.difference(i, k),
              B2_b = top.I(j) * top.Delta(i) / top.difference(j, i),
              B2_c = top.I(k) * top.Delta(i) / top.difference(k, i), B_a = root(B2_a);
-  const Quad mc = std::min(
-      Quad(1), Quad(top.Delta(1) * top.difference(k, i) / (top.Delta(k) * top.difference(j, i))));
+  const Quad mc = top.complementary_parameter();
   const Quad k2 = top.Delta(i) * top.difference(j, k) / (top.Delta(k) * top.difference(j, i));
   for (const Quad& ratio : {Quad(B2_a / G2), Quad(B2_b / G2), Quad(B2_c / G2)})
     if (!within(root(ratio))) return std::nullopt;

@@ -82,7 +82,7 @@ Matrix<Scalar> TwoValuedBody<Scalar>::D(const Vector<Scalar>& lambda, const Matr
   return D;
 }
 
-// Compiled once, in closed_forms.cc.
+// Compiled once, in body_references.cc.
 extern template class TwoValuedBody<double>;
 extern template class TwoValuedBody<long double>;
 

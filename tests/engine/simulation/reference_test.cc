@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "engine/body/rigid_body_maps.h"
-#include "engine/body/taylor_parametric_rigid_body.h"
 #include "engine/body/taylor_rigid_body.h"
 #include "engine/bracket/taylor_double_bracket.h"
 #include "engine/dense/taylor_motion.h"
