@@ -5,8 +5,8 @@
 #include <stop_token>
 #include <vector>
 
-#include "engine/dense/inertia_operator.h"
 #include "engine/dense/decompositions.h"
+#include "engine/dense/inertia_operator.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -24,6 +24,12 @@ Scalar energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
 template <class Scalar>
 Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
   return Q * M * Q.transpose();
+}
+
+/// Returns m_r = Q_rᵀM_rQ_r, the constant momentum of the right-invariant body; [RB] Prop. 2.1.
+template <class Scalar>
+Matrix<Scalar> right_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
+  return Q.transpose() * M * Q;
 }
 
 /// Returns the coefficients of μ^j in tr((M + μB)^k), j = 0..k, for a square M and a B of the same

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/body/exact_body.h"
 #include "engine/body/preprocessed_moser_veselov.h"
@@ -44,7 +45,7 @@ template <class Scalar>
 DiscreteInertia3<Scalar> modified_inertia(const Scene& scene, Scalar h) {
   const ModifiedJDInverse3<Scalar, false> inverse(rounded_to<Scalar>(scene.inertia()), h,
                                                   scene.order());
-  return inverse.J(rounded_to<Scalar>(vee(body_momentum(scene))));
+  return inverse.memory(rounded_to<Scalar>(vee(body_momentum(scene))));
 }
 
 /// Appends the stages of a body to those of the other bodies.
@@ -74,6 +75,67 @@ bool takes(const Scene& scene) {
     }
   return stays_normal(h);
 }
+
+/// Bodies in three dimensions by the method `exact`. Those without a motion in theta functions are
+/// left to their own Simulations.
+class PackedClosedForms final : public PackedBodies {
+ public:
+  PackedClosedForms(std::span<const Scene> bodies, std::span<const double> start)
+      : substeps_(bodies.front().substeps()) {
+    times_.unit = bodies.front().step() / substeps_;
+    const std::size_t each = start.size() / static_cast<std::size_t>(lanes());
+    for (std::size_t lane = 0; lane * each < start.size(); ++lane)
+      bodies_.push_back(top_in_time(bodies[std::min(lane, bodies.size() - 1)],
+                                    start.subspan(lane * each, each - 1)));
+  }
+
+  int lanes() const override { return ThetaTop::lanes(); }
+
+  Progress advance(std::span<double> states, std::int64_t steps) override {
+    if (!std::exchange(ready_, true)) put_side_by_side();
+    const std::size_t each = states.size() / bodies_.size();
+    unsigned easy = 0;
+    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+      const double k = states[lane * each + each - 1] + static_cast<double>(steps) * substeps_;
+      const auto& theta = bodies_[lane].theta();
+      times_.high[lane] = k;
+      times_.low[lane] = 0;
+      const auto time = static_cast<double>(static_cast<long double>(k) * times_.unit);
+      if (theta && std::abs(k) < largest && theta->takes(time)) easy |= 1u << lane;
+    }
+    if (easy == 0) return {0, 0};
+    side_by_side_.at(times_, states_);
+    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+      if (!(easy >> lane & 1)) continue;
+      TopInTime& body = bodies_[lane];
+      const auto x = body.rounded(states_, static_cast<int>(lane));
+      const auto to = states.subspan(lane * each, each);
+      std::ranges::copy(x.tail(static_cast<Eigen::Index>(each) - 1), to.begin());
+      to.back() = times_.high[lane];
+    }
+    if (easy == (1u << lanes()) - 1) return {steps, 0};
+    return {0, easy};
+  }
+
+ private:
+  static constexpr double largest = 0x1p53;  ///< numbers of steps below are exact
+
+  /// Computes the constants of the motions, which takes longer than many states: at the first
+  /// advance, for which an ensemble uses all cores.
+  void put_side_by_side() {
+    const auto some =
+        std::ranges::find_if(bodies_, [](TopInTime& body) { return body.theta().has_value(); });
+    for (int lane = 0; lane < lanes() && some != bodies_.end(); ++lane)
+      side_by_side_.put(lane, bodies_[lane].theta() ? *bodies_[lane].theta() : *some->theta());
+  }
+
+  std::vector<TopInTime> bodies_;
+  ThetaTops side_by_side_;
+  ThetaTop::Times times_{};
+  ThetaTop::Lanes states_;
+  int substeps_;
+  bool ready_ = false;
+};
 
 }  // namespace
 
@@ -118,9 +180,11 @@ std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies) {
   return bodies.front().in_float() ? pack_bodies_in<float>(bodies) : pack_bodies_in<double>(bodies);
 }
 
-const Packs body_packs = {
-    takes, lanes_of, [](std::span<const Scene> bodies, std::span<const double> start) {
-      return is_exact_body(bodies.front()) ? pack_closed_forms(bodies, start) : pack_bodies(bodies);
-    }};
+std::unique_ptr<PackedBodies> pack(std::span<const Scene> bodies, std::span<const double> start) {
+  if (is_exact_body(bodies.front())) return std::make_unique<PackedClosedForms>(bodies, start);
+  return pack_bodies(bodies);
+}
+
+const Packs body_packs = {takes, lanes_of, pack};
 
 }  // namespace stiefel

@@ -51,9 +51,4 @@ std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bod
   return pack_bodies_on<isa, 3>(bodies);
 }
 
-/// Packs at most `body_lanes` bodies by their closed form. `start` holds the states at step 0 of as
-/// many bodies as there are lanes. `advance` makes all steps as one.
-std::unique_ptr<PackedBodies> pack_closed_forms(std::span<const Scene> bodies,
-                                                std::span<const double> start);
-
 }  // namespace stiefel

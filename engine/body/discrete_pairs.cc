@@ -9,6 +9,9 @@
 
 namespace stiefel {
 
+template double principal_cosine(const Matrix<double>& Q, const Matrix<double>& P);
+template MatrixWithin<double> root_of_one_plus_square(const Matrix<double>& A);
+
 MatrixWithin<double> Sigma_L_inverse(const Vector<double>& lambda, const Matrix<double>& Q,
                                      const Matrix<double>& M, double h) {
   auto U = J_D_inverse(lambda, -h * M);

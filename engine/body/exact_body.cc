@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/body/rigid_body_observables.h"
+#include "engine/body/rigid_forms.h"
 #include "engine/methods/exact.h"
 #include "engine/motion/simulation_of.h"
 #include "engine/scene/given_body.h"

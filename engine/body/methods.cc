@@ -4,7 +4,7 @@
 #include "engine/body/rigid_body.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/rigid_body_maps.h"
-#include "engine/body/rigid_body_observables.h"
+#include "engine/body/rigid_forms.h"
 #include "engine/dense/so_4.h"
 #include "engine/methods/all_methods.h"
 #include "engine/motion/make_simulation.h"

@@ -4,7 +4,7 @@
 #include <complex>
 #include <limits>
 
-#include "engine/body/scaling.h"
+#include "engine/body/psi.h"
 
 namespace stiefel {
 namespace {

@@ -6,9 +6,8 @@
 #include "engine/body/parametric_moser_veselov.h"
 #include "engine/body/parametric_psi.h"
 #include "engine/body/parametric_rigid_body.h"
-#include "engine/body/rigid_body_invariants.h"
+#include "engine/body/rigid_body_data.h"
 #include "engine/body/rigid_forms.h"
-#include "engine/body/taylor_parametric_rigid_body.h"
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/motion/make_simulation.h"
@@ -74,9 +73,7 @@ SystemInfo parametric_info(std::string_view momentum) {
 /// flow.
 void check_parametric(SceneDraft& draft, double h) {
   auto& given = draft.given();
-  draft.refuse_if(given.body.has_value(), "body");
-  draft.refuse_if(!given.inertia_u.empty(), "inertia_u");
-  draft.refuse_if(!given.inertia_v.empty(), "inertia_v");
+  const bool has_inertia = check_square_inertia(draft, true, true);
   if (!std::isfinite(given.parameter.value_or(0)))
     draft.refuse("parameter", to_text(*given.parameter), "must be finite");
   given.parameter = given.parameter.value_or(0);
@@ -84,9 +81,7 @@ void check_parametric(SceneDraft& draft, double h) {
   given.epsilon = given.epsilon.value_or(h);
   if (!(std::isfinite(*given.epsilon) && *given.epsilon != 0))
     return draft.refuse("epsilon", to_text(*given.epsilon), "must be finite and not 0");
-  if (!draft.set_inertia()) return;
-  draft.check_inertia_sums();
-  draft.check_block_names();
+  if (!has_inertia) return;
   const Eigen::Index N = draft.scene().dimension();
   for (const char* name : {"Q", "P"}) {
     const RowMatrix* block = draft.block(name, N, N);
@@ -201,7 +196,7 @@ std::unique_ptr<Simulation> make_parametric_rigid_body(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> make_parametric_moser_veselov(const Scene& scene) {
-  using Map = ParametricMoserVeselov<double>;
+  using Map = ParametricMoserVeselov;
   return std::make_unique<SimulationOf<Map>>(
       scene, Map(scene.inertia(), scene.step(), scene.parameter(), scene.epsilon()),
       shared(parametric_observables(scene, scene.step())));

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "engine/dense/decompositions.h"
@@ -88,7 +90,54 @@ MatrixWithin<Scalar> Psi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& 
   return E;
 }
 
-// Compiled once, in psi.cc.
+// The right-invariant rigid body has Q_r = Qᵀ, M_r = −M ([RB] Prop. 2.1), P_r = Pᵀ (Prop. 3.4).
+
+/// The right-invariant Ψ: returns M_r = (P_rQ_rᵀ − Q_rP_rᵀ)/ε.
+template <class Scalar>
+Matrix<Scalar> Psi_right(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsilon = 1) {
+  const Matrix<Scalar> R = P * Q.transpose();
+  return (R - R.transpose()) / epsilon;
+}
+
+/// The inverse of the right-invariant Ψ, [RB] (3.4): returns P_r = exp(asinh(εM_r/2)) Q_r,
+/// ‖εM_r‖_op < 2.
+template <class Scalar>
+MatrixWithin<Scalar> Psi_right_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& M,
+                                       Scalar epsilon = 1) {
+  auto E = exp_asinh<Scalar>(epsilon * M / 2);
+  if (E) *E = (*E * Q).eval();
+  return E;
+}
+
+/// Returns A = PQᵀ, constant along every motion of the symmetric representation; [RB] (8.2). Its
+/// skew part is εm/2. In the right-invariant form the constant is Q_rᵀP_r = A(Q_rᵀ, P_rᵀ)ᵀ.
+template <class Scalar>
+Matrix<Scalar> constant_A(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  return P * Q.transpose();
+}
+
+/// Returns the power of two ε with ½ < ε·norm ≤ 1, for norm ≥ 0. Returns the largest power of two
+/// for a denormal norm, and 1 for 0, infinity and NaN.
+template <class Scalar>
+Scalar unit_epsilon_of(Scalar norm) {
+  using std::frexp, std::ldexp, std::isfinite;
+  constexpr int largest = std::numeric_limits<Scalar>::max_exponent - 1;
+  if (!isfinite(norm) || norm == 0) return 1;
+  int exponent = 0;
+  const Scalar digits = frexp(norm, &exponent);  // norm = digits·2^exponent, ½ ≤ digits < 1
+  return ldexp(Scalar(1), std::min(largest, digits == Scalar(0.5) ? 1 - exponent : -exponent));
+}
+
+/// Returns the scaling ε of [RB] Prop. 3.13, where P belongs to εM and Ω = J⁻¹(QᵀP − PᵀQ)/ε: the
+/// power of two with ½ < ε‖M‖_op ≤ 1, so that εM has the digits of M. A large M then has a P, and
+/// the condition of Ψ⁻¹ is at most 2/√3. P holds all digits of a small M; with ε = 1 the error
+/// would be 2⁻⁵³/‖M‖_op.
+template <class Scalar>
+Scalar unit_epsilon(const Matrix<Scalar>& M) {
+  return unit_epsilon_of(skew_norm(M));
+}
+
+// Compiled once, in discrete_pairs.cc.
 extern template double principal_cosine(const Matrix<double>& Q, const Matrix<double>& P);
 extern template MatrixWithin<double> root_of_one_plus_square(const Matrix<double>& A);
 

@@ -4,10 +4,8 @@
 
 #include "engine/body/exact/turned_body.h"
 #include "engine/body/rigid_body.h"
-#include "engine/body/rigid_body_invariants.h"
 #include "engine/body/rigid_forms.h"
 #include "engine/body/rigid_tangents.h"
-#include "engine/body/view.h"
 #include "engine/dense/principal_moments_3.h"
 #include "engine/dense/so_3.h"
 #include "engine/methods/exact.h"
@@ -185,64 +183,33 @@ constexpr std::array recommendations = {
                    .largest_h_omega = 0.15},
     with_error_control(1e-12, 0.15)};
 
-// The motion is that of the left-invariant body with Qᵀ and −M, [RB] Prop. 2.1.
-
-WithinDomain<Phase> read_right(const Scene& scene, Margins&) {
-  return phase_of_body(scene, scene.Q().transpose(), -scene.M());
-}
-WithinDomain<FormBlocks> write_right(const Phase& x, const ConversionTarget&, Margins&) {
-  return FormBlocks{{{"Q", x.Q.transpose()}, {"M", -x.M}}};
-}
-constexpr Representation right_representation = {true, read_right, write_right};
-
-constexpr auto start_on_the_right = [](const auto& g) {
-  auto of_left = g.start(g.block("Q").transpose(), -g.block("M"));
-  of_left.reported.right = true;
-  return of_left;
-};
-
-BodyView right_view(const Scene&) {
-  const auto other_side = [](const Eigen::MatrixXd& x) {
-    const Eigen::Index N = x.cols();
-    Eigen::MatrixXd y(2 * N, N);
-    y << x.topRows(N).transpose(), -x.bottomRows(N);
-    return y;
-  };
-  return {.body = other_side, .blocks = other_side};
-}
-
 /// Returns the data that rigid_body and moser_veselov share, the systems of (Q, M). Their check
 /// accepts (Q, M), M alone, or a body in three dimensions given by `body`: inertia tensor or
 /// moments, attitude quaternion, angular velocity.
 SystemEntry rigid_body_family() {
-  SystemInfo info{};
-  info.blocks = {
-      {"Q", "N x N", false, "frame, orthogonal, body to space; absent in a momentum-only scene"},
-      {"M", "N x N", true, "body momentum, skew"},
-  };
-  info.fields = {
-      {"Q", "N x N", "frame, orthogonal"},
-      {"M", "N x N", "body momentum, skew"},
-      {"Omega", "N x N",
-       "body angular velocity: Omega_ij = M_ij / (lambda_i + lambda_j) in principal axes"},
-      {"quaternion", "1 x 4", "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous"},
-      {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
-      {"angular_velocity_space", "1 x 3", "N = 3: the vector of Q Omega Q^T, in space axes"},
-      {"momentum_space", "1 x 3", "N = 3: the vector of Q M Q^T, in space axes"},
-      {"euler_angles_SEQUENCE", "1 x 3",
-       "N = 3, det Q = 1: angles in rad in one of SciPy's sequences, euler_angles_ZXZ about axes "
-       "of "
-       "the body, euler_angles_zxz of space; the first and the third jump by 2 pi, and a client "
-       "unwraps them along a run; within 1e-7 of gimbal lock the third is 0"},
-      {"euler_rates_SEQUENCE", "1 x 3",
-       "N = 3, det Q = 1: the time derivatives of these angles; the largest double where infinite, "
-       "at gimbal lock"},
-  };
-  info.invariants = rigid_body_invariant_infos();
-  info.invariants.push_back({family::orthogonality, "Q Q^T = I", ""});
-  info.side = Side::left;
-  info.momentum = "M";
-  info.velocity = "Omega";
+  SystemInfo info = rigid_form_info({"M", "N x N", true, "body momentum, skew"}, false);
+  info.blocks[0] = {"Q", "N x N", false,
+                    "frame, orthogonal, body to space; absent in a momentum-only scene"};
+  info.fields.back().description =
+      "body angular velocity: Omega_ij = M_ij / (lambda_i + lambda_j) in principal axes";
+  for (const FieldInfo& field : std::to_array<FieldInfo>({
+           {"quaternion", "1 x 4", "N = 3, det Q = 1: w, x, y, z, body to space; sign continuous"},
+           {"angular_velocity", "1 x 3", "N = 3: the vector of Omega"},
+           {"angular_velocity_space", "1 x 3", "N = 3: the vector of Q Omega Q^T, in space axes"},
+           {"momentum_space", "1 x 3", "N = 3: the vector of Q M Q^T, in space axes"},
+           {"euler_angles_SEQUENCE", "1 x 3",
+            "N = 3, det Q = 1: angles in rad in one of SciPy's sequences, euler_angles_ZXZ about "
+            "axes "
+            "of "
+            "the body, euler_angles_zxz of space; the first and the third jump by 2 pi, and a "
+            "client "
+            "unwraps them along a run; within 1e-7 of gimbal lock the third is 0"},
+           {"euler_rates_SEQUENCE", "1 x 3",
+            "N = 3, det Q = 1: the time derivatives of these angles; the largest double where "
+            "infinite, "
+            "at gimbal lock"},
+       }))
+    info.fields.push_back(field);
   return {.info = info,
           .check = check_momentum_or_body,
           .make = make_rigid_body,
@@ -259,34 +226,26 @@ SystemEntry rigid_body_family() {
 
 const char* const representations::body_system = RigidBody<SoN<double>>::name;
 
-bool has_closed_form(const Scene& scene) { return BodyRotation<long double>::has(scene.inertia()); }
+bool has_closed_form(const Scene& scene) { return BodyRotation::has(scene.inertia()); }
 
-void check_rigid_body(SceneDraft& draft, bool frame_required) {
-  draft.refuse_other_numbers();
-  draft.refuse_if(draft.given().body.has_value(), "body");
-  if (!draft.set_inertia()) return;
+bool check_square_inertia(SceneDraft& draft, bool has_epsilon, bool has_parameter) {
+  const SceneDescription& given = draft.given();
+  draft.refuse_if(given.body.has_value(), "body");
+  draft.refuse_if(!has_epsilon && given.epsilon.has_value(), "epsilon");
+  draft.refuse_if(!has_parameter && given.parameter.has_value(), "parameter");
+  draft.refuse_if(!given.inertia_u.empty(), "inertia_u");
+  draft.refuse_if(!given.inertia_v.empty(), "inertia_v");
+  if (!draft.set_inertia()) return false;
   draft.check_inertia_sums();
   draft.check_block_names();
+  return true;
+}
+
+void check_rigid_body(SceneDraft& draft, bool frame_required) {
+  if (!check_square_inertia(draft, false, false)) return;
   const Eigen::Index N = draft.scene().dimension();
   if (const RowMatrix* M = draft.block("M", N, N)) draft.set_skew("M", *M);
   if (const RowMatrix* Q = draft.block("Q", N, N, frame_required)) draft.set_frame("Q", *Q);
-}
-
-SystemEntry view_of_rigid_body(SystemInfo info, void (*check)(SceneDraft&),
-                               const Representation& representation, BodyView (*view)(const Scene&),
-                               const MotionStart& motion) {
-  return {.info = std::move(info),
-          .check = check,
-          .make = make_rigid_body,
-          .methods = methods_of_rigid_bodies,
-          .recommended = for_views,
-          .representation = &representation,
-          .view = view,
-          .priced_as = "rigid_body",
-          .motion = &motion,
-          .rate = Rate::angular_speed,
-          .packs = &body_packs,
-          .rates = &body_rates};
 }
 
 SystemEntry rigid_body_entry() {
@@ -301,18 +260,6 @@ SystemEntry rigid_body_entry() {
   entry.in_float = true;
   entry.tangents = &body_tangents;
   return entry;
-}
-
-SystemEntry right_rigid_body_entry() {
-  SystemInfo info = rigid_form_info({"M", "N x N", true, "momentum, skew"}, false, Side::right);
-  info.name = "right_rigid_body";
-  info.summary = "free rigid body in N dimensions, right-invariant";
-  info.equations = "Q' = Omega Q, M' = [Omega, M], M = Lambda Omega + Omega Lambda";
-  info.source = "[RB] (RightRBn), Prop. 2.1";
-  info.file = "engine/body/rigid_body.cc";
-  return view_of_rigid_body(
-      std::move(info), [](SceneDraft& draft) { check_rigid_body(draft, true); },
-      right_representation, right_view, in_both<body_equations, start_on_the_right>);
 }
 
 SystemEntry moser_veselov_entry() {

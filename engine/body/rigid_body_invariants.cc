@@ -5,7 +5,6 @@
 
 #include "engine/body/body_invariants.h"
 #include "engine/body/discrete_pairs.h"
-#include "engine/body/symmetric_invariants.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/motion/stacked_observables.h"
 

@@ -1,194 +1,204 @@
-#include "engine/body/rigid_body_observables.h"
-
+// What is read of the states of rigid bodies.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "engine/body/rigid_body_invariants.h"
-#include "engine/body/view.h"
-#include "engine/dense/orthogonal.h"
+#include "engine/body/rigid_forms.h"
 #include "engine/dense/so_3.h"
-#include "engine/dense/so_n.h"
-#include "engine/motion/system_entry.h"
 
 namespace stiefel {
 namespace {
 
-using Coordinates3 = So3<double, true>;
+using Dense = Eigen::MatrixXd;
 
-Eigen::Vector3d m(const Eigen::MatrixXd& x) { return x.bottomRows<3>(); }
-
-/// Appends the fields of the scene to `fields`, and sets `block_count`.
-RigidBodyOffer offer(const Scene& scene, std::vector<Field>& fields, std::size_t& block_count) {
-  RigidBodyOffer all;
-  const int N = scene.dimension();
-  const auto add = [&](const char* name, RigidBodyField kind, int rows, int cols) {
-    fields.push_back({name, rows, cols});
-    all.kinds.push_back(kind);
-  };
-  if (scene.has_frame()) add("Q", RigidBodyField::Q, N, N);
-  add("M", RigidBodyField::M, N, N);
-  block_count = fields.size();
-  add("Omega", RigidBodyField::Omega, N, N);
-  if (N == 3 && scene.has_frame() && scene.determinant() == 1)
-    add("quaternion", RigidBodyField::quaternion, 1, 4);
-  if (N == 3) add("angular_velocity", RigidBodyField::angular_velocity, 1, 3);
-  if (N == 3 && scene.has_frame()) {
-    add("angular_velocity_space", RigidBodyField::angular_velocity_space, 1, 3);
-    add("momentum_space", RigidBodyField::momentum_space, 1, 3);
+/// A body in three dimensions; a point is (q; m) or m alone, along the principal axes.
+struct Body3 {
+  explicit Body3(const Scene& scene)
+      : lambda(scene.inertia()), frame(scene.has_frame()), determinant(scene.determinant()) {
+    if (!scene.axes()) return;
+    R = scene.axes()->rotation;
+    r_conjugate = quaternion_of(*R);
+    r_conjugate.tail<3>() *= -1;
   }
-  if (scene.method().empty()) all.map_step = scene.step();
-  return all;
+
+  static Eigen::Vector3d m(const Dense& x) { return x.bottomRows<3>(); }
+  static Eigen::Vector4d q(const Dense& x) { return x.topRows<4>(); }
+  /// Q of a point; empty where the scene has none.
+  Dense Q(const Dense& x) const {
+    return frame ? Dense(determinant * rotation_matrix<double>(q(x))) : Dense(0, 0);
+  }
+  Eigen::Vector3d omega(const Dense& x) const {
+    Eigen::Vector3d w;
+    So3<double, false>::inverse_inertia(lambda, m(x), w);
+    return w;
+  }
+  Dense point(const Eigen::Vector4d& q, const Eigen::Vector3d& m) const {
+    Dense x(frame ? 7 : 3, 1);
+    if (frame) x.topRows<4>() = q;
+    x.bottomRows<3>() = m;
+    return x;
+  }
+
+  Eigen::Vector3d to_caller(const Eigen::Vector3d& v) const { return R ? *R * v : v; }
+  /// The vector of Q A Qᵀ in space axes for A = hat(v) in principal axes. A number that overflows
+  /// is the largest one, so that a state counts as finite as long as q and v are.
+  static Eigen::Vector3d to_space(const Dense& x, const Eigen::Vector3d& v) {
+    constexpr double most = std::numeric_limits<double>::max();
+    return Eigen::Vector3d(rotation_matrix<double>(q(x)) * v).unaryExpr([](double y) {
+      return std::isfinite(y) ? y : std::copysign(most, y);
+    });
+  }
+
+  Eigen::Vector3d lambda;
+  bool frame;
+  double determinant;
+  std::optional<Eigen::Matrix3d> R;
+  Eigen::Vector4d r_conjugate = Eigen::Vector4d::UnitX();
+};
+
+/// Reports a body in three dimensions in the caller's axes.
+class Observables3 final : public StackedObservables {
+ public:
+  explicit Observables3(const Scene& scene) : Observables3(scene, Body3(scene)) {}
+
+  Point from_blocks(const Dense& blocks) const override {
+    return body_.point(body_.frame ? quaternion_of(body_.determinant * blocks.topRows(3))
+                                   : Eigen::Vector4d::UnitX(),
+                       vee(blocks.bottomRows(3)));
+  }
+  Dense to_blocks(const Point& x) const override {
+    const Dense Q = body_.Q(x);
+    Dense out(Q.rows() + 3, 3);
+    out << Q, hat(body_.m(x));
+    return out;
+  }
+
+ private:
+  Observables3(const Scene& scene, const Body3& body)
+      : StackedObservables(
+            body.point(body.frame ? scene.attitude() : Eigen::Vector4d(Eigen::Vector4d::UnitX()),
+                       vee(body_momentum(scene)))),
+        body_(body) {
+    if (body.frame)
+      computed_block({"Q", 3, 3}, [body](const auto& x, auto out) {
+        Eigen::Matrix<double, 3, 3, Eigen::RowMajor> Q = body.Q(x);
+        if (body.R) Q *= body.R->transpose();
+        out = Q;
+      });
+    computed_block({"M", 3, 3},
+                   [body](const auto& x, auto out) { out = hat(body.to_caller(body.m(x))); });
+    field({"Omega", 3, 3},
+          [body](const auto& x, auto out) { out = hat(body.to_caller(body.omega(x))); });
+    if (body.frame && scene.determinant() == 1)
+      field({"quaternion", 1, 4}, [body](const auto& x, auto out) {
+        const Eigen::Vector4d q = body.q(x), &r = body.r_conjugate;
+        out = (body.R ? So3<double, true>::quaternion_times(q, r(0), r.tail<3>()) : q).transpose();
+      });
+    field({"angular_velocity", 1, 3},
+          [body](const auto& x, auto out) { out = body.to_caller(body.omega(x)).transpose(); });
+    if (body.frame) {
+      field({"angular_velocity_space", 1, 3},
+            [body](const auto& x, auto out) { out = body.to_space(x, body.omega(x)).transpose(); });
+      field({"momentum_space", 1, 3},
+            [body](const auto& x, auto out) { out = body.to_space(x, body.m(x)).transpose(); });
+    }
+    report_rigid_invariants(*this, scene,
+                            {.Q = [body](const auto& x) { return body.Q(x); },
+                             .M = [](const auto& x) -> Dense { return hat(Body3::m(x)); }});
+    speed = [body](const Dense& x) { return body.omega(x).norm(); };
+  }
+
+  Body3 body_;
+};
+
+/// Returns the observables of states Q over M, or M alone, in N dimensions.
+StackedObservables observables_of_matrices(const Scene& scene) {
+  const int N = scene.dimension(), top = static_cast<int>(scene.Q().rows());
+  Dense start(top + N, N);
+  if (top > 0) start.topRows(top) = scene.Q();
+  start.bottomRows(N) = body_momentum(scene);
+  StackedObservables observables(start);
+  if (top > 0) observables.block("Q", 0, N);
+  observables.block("M", top, N);
+  const RigidForm form = {.Q = [top](const auto& x) -> Dense { return x.topRows(top); },
+                          .M = [N](const auto& x) -> Dense { return x.bottomRows(N); }};
+  report_rigid_fields(observables, scene, form);
+  report_rigid_invariants(observables, scene, form);
+  return observables;
 }
+
+/// Reads the points of a rigid body as the blocks of a view; all else is read from Q over M. At
+/// step 0 the blocks are the scene's own.
+class ViewedBody final : public StackedObservables {
+ public:
+  ViewedBody(const Scene& scene, SharedObservables body, const SystemEntry& entry)
+      : StackedObservables(stacked(blocks_of_view(scene))),
+        body_(std::move(body)),
+        view_(entry.view(scene)),
+        given_(StackedObservables::start(scene)),
+        start_(from_blocks(given_)),
+        right_(entry.info.side == Side::right) {
+    const int N = scene.dimension();
+    for (const int i : {0, 1}) block(std::string(entry.info.blocks[i].name), i * N, N);
+    const RigidForm form = {
+        .Q = [right = right_, N](const auto& x) -> Dense {
+          if (right) return x.topRows(N).transpose();
+          return x.topRows(N);
+        },
+        .M = [sign = right_ ? -1 : 1, N](const auto& x) -> Dense { return sign * x.bottomRows(N); },
+        .side = entry.info.side,
+        .scaled = std::ranges::find(entry.info.fields, "epsilon", &FieldInfo::name) !=
+                  entry.info.fields.end()};
+    report_rigid_fields(*this, scene, form);
+    report_rigid_invariants(*this, scene, form);
+  }
+
+  Point start(const Scene&) const override { return start_; }
+  void write(const Point& x, std::size_t index, std::span<double> out) const override {
+    StackedObservables::write(index < block_count_ ? to_blocks(x) : body_->to_blocks(x), index,
+                              out);
+  }
+  void invariants(const Point& x, InvariantList& out) const override {
+    if (right_)
+      StackedObservables::invariants(body_->to_blocks(x), out);
+    else
+      body_->invariants(x, out);
+  }
+  std::optional<double> orthogonality(const Point& x) const override {
+    return StackedObservables::orthogonality(body_->to_blocks(x));
+  }
+  double rate(const Point& x) const override { return body_->rate(x); }
+  Point from_blocks(const Dense& blocks) const override {
+    return body_->from_blocks(stacked(view_.body(halves(blocks))));
+  }
+  Dense to_blocks(const Point& x) const override {
+    return x == start_ ? given_ : stacked(view_.blocks(halves(body_->to_blocks(x))));
+  }
+
+ private:
+  static Dense stacked(const BodyView::Two& blocks) {
+    Dense x(2 * blocks[0].rows(), blocks[0].cols());
+    x << blocks[0], blocks[1];
+    return x;
+  }
+  static BodyView::Two halves(const Dense& x) {
+    return {x.topRows(x.cols()), x.bottomRows(x.cols())};
+  }
+
+  SharedObservables body_;
+  BodyView view_;
+  Dense given_;
+  Point start_;
+  bool right_;
+};
 
 }  // namespace
 
-RigidBodyObservables::RigidBodyObservables(const Scene& scene)
-    : offer_(offer(scene, fields_, block_count_)),
-      lambda_(scene.inertia()),
-      N_(scene.dimension()) {}
-
-auto RigidBodyObservables::start(const Scene& scene) const -> Point {
-  Point x(scene.Q().rows() + N_, N_);
-  if (x.rows() > N_) x.topRows(N_) = scene.Q();
-  x.bottomRows(N_) = scene.M();
-  return x;
-}
-
-void RigidBodyObservables::write(const Point& x, std::size_t index, std::span<double> out) const {
-  Eigen::Map<RowMatrix> block(out.data(), N_, N_);
-  switch (offer_.kinds[index]) {
-    case RigidBodyField::Q:
-      block = x.topRows(N_);
-      break;
-    case RigidBodyField::M:
-      block = x.bottomRows(N_);
-      break;
-    default: {
-      Eigen::MatrixXd Omega(N_, N_);
-      SoN<double>::inverse_inertia(lambda_, x, Omega);
-      block = Omega;
-    }
-  }
-}
-
-void RigidBodyObservables::invariants(const Point& x, InvariantList& out) const {
-  rigid_body_invariants(Side::left, lambda_, x.topRows(x.rows() - N_), x.bottomRows(N_), out);
-  if (offer_.map_step) add_discrete_hamiltonian(lambda_, x.bottomRows(N_), *offer_.map_step, out);
-}
-
-std::optional<double> RigidBodyObservables::orthogonality(const Point& x) const {
-  if (x.rows() == N_) return std::nullopt;
-  return orthogonality_defect(x.topRows(N_));
-}
-
-double RigidBodyObservables::rate(const Point& x) const {
-  return angular_velocity_norm(lambda_, x.bottomRows(N_));
-}
-
-RigidBodyObservables3::RigidBodyObservables3(const Scene& scene)
-    : offer_(offer(scene, fields_, block_count_)),
-      lambda_(scene.inertia()),
-      frame_(scene.has_frame()),
-      determinant_(scene.determinant()) {
-  if (!scene.axes()) return;
-  R_ = scene.axes()->rotation;
-  r_conjugate_ = quaternion_of(*R_);
-  r_conjugate_.tail<3>() = -r_conjugate_.tail<3>();
-}
-
-auto RigidBodyObservables3::start(const Scene& scene) const -> Point {
-  Point x(frame_ ? 7 : 3, 1);
-  if (frame_) x.topRows<4>() = scene.attitude();
-  x.bottomRows<3>() = vee(scene.M());
-  return x;
-}
-
-void RigidBodyObservables3::write(const Point& x, std::size_t index, std::span<double> out) const {
-  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> block(out.data());
-  switch (offer_.kinds[index]) {
-    case RigidBodyField::Q:
-      block = Q(x);
-      if (R_) block *= R_->transpose();
-      break;
-    case RigidBodyField::M:
-      block = hat(to_caller(m(x)));
-      break;
-    case RigidBodyField::Omega:
-      block = hat(to_caller(omega(x)));
-      break;
-    case RigidBodyField::angular_velocity:
-      Eigen::Map<Eigen::Vector3d>(out.data()) = to_caller(omega(x));
-      break;
-    case RigidBodyField::angular_velocity_space:
-      Eigen::Map<Eigen::Vector3d>(out.data()) = to_space(x, omega(x));
-      break;
-    case RigidBodyField::momentum_space:
-      Eigen::Map<Eigen::Vector3d>(out.data()) = to_space(x, m(x));
-      break;
-    case RigidBodyField::quaternion: {
-      Eigen::Map<Eigen::Vector4d> q(out.data());
-      q = x.topRows<4>();
-      if (R_)
-        q = Coordinates3::quaternion_times(Eigen::Vector4d(q), r_conjugate_(0),
-                                           r_conjugate_.tail<3>());
-    }
-  }
-}
-
-void RigidBodyObservables3::invariants(const Point& x, InvariantList& out) const {
-  const Eigen::Matrix3d M = hat(m(x));
-  rigid_body_invariants(Side::left, lambda_, Q(x), M, out);
-  if (offer_.map_step) add_discrete_hamiltonian(lambda_, M, *offer_.map_step, out);
-}
-
-std::optional<double> RigidBodyObservables3::orthogonality(const Point& x) const {
-  if (!frame_) return std::nullopt;
-  return orthogonality_defect(Q(x));
-}
-
-double RigidBodyObservables3::rate(const Point& x) const { return omega(x).norm(); }
-
-auto RigidBodyObservables3::from_blocks(const Eigen::MatrixXd& blocks) const -> Point {
-  Point x(frame_ ? 7 : 3, 1);
-  if (frame_) x.topRows<4>() = quaternion_of(determinant_ * blocks.topRows(3));
-  x.bottomRows<3>() = vee(blocks.bottomRows(3));
-  return x;
-}
-
-Eigen::MatrixXd RigidBodyObservables3::to_blocks(const Point& x) const {
-  const Eigen::MatrixXd frame_part = Q(x);
-  Eigen::MatrixXd out(frame_part.rows() + 3, 3);
-  out << frame_part, hat(m(x));
-  return out;
-}
-
-Eigen::Vector3d RigidBodyObservables3::to_space(const Point& x, const Eigen::Vector3d& v) const {
-  const Eigen::Vector3d product = rotation_matrix<double>(Eigen::Vector4d(x.topRows<4>())) * v;
-  constexpr double most = std::numeric_limits<double>::max();
-  return product.unaryExpr([](double y) { return std::isfinite(y) ? y : std::copysign(most, y); });
-}
-
-Eigen::MatrixXd RigidBodyObservables3::Q(const Point& x) const {
-  if (!frame_) return Eigen::MatrixXd(0, 0);
-  return determinant_ * rotation_matrix<double>(Eigen::Vector4d(x.topRows<4>()));
-}
-
-Eigen::Vector3d RigidBodyObservables3::omega(const Point& x) const {
-  Coordinates3::State state = Coordinates3::State::Zero();
-  state.tail<3>() = m(x);
-  Eigen::Vector3d w;
-  Coordinates3::inverse_inertia(lambda_, state, w);
-  return w;
-}
-
-Eigen::Vector3d RigidBodyObservables3::to_caller(const Eigen::Vector3d& v) const {
-  return R_ ? *R_ * v : v;
-}
-
 SharedObservables rigid_body_observables(const Scene& scene) {
-  SharedObservables body = scene.dimension() == 3 ? shared(RigidBodyObservables3(scene))
-                                                  : shared(RigidBodyObservables(scene));
-  return system_entry(scene.system())->view ? viewed(scene, std::move(body)) : body;
+  SharedObservables body =
+      scene.dimension() == 3 ? shared(Observables3(scene)) : shared(observables_of_matrices(scene));
+  const SystemEntry& entry = *system_entry(scene.system());
+  return entry.view ? shared(ViewedBody(scene, std::move(body), entry)) : body;
 }
 
 }  // namespace stiefel

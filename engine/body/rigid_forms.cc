@@ -34,30 +34,38 @@ SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side) {
   return info;
 }
 
-void report_rigid_form(StackedObservables& observables, const Scene& scene, RigidForm form) {
-  const Eigen::VectorXd& lambda = scene.inertia();
+void report_rigid_fields(StackedObservables& observables, const Scene& scene,
+                         const RigidForm& form) {
   const int N = scene.dimension();
   if (observables.fields().back().name != "M")
-    observables.field({"M", N, N}, [form](const auto& x, auto out) { out = form.M(x); });
-  observables.field({"Omega", N, N}, [=](const auto& x, auto out) {
-    out = inverse_inertia<double>(lambda, form.M(x));
-  });
+    observables.field({"M", N, N}, [M = form.M](const auto& x, auto out) { out = M(x); });
+  observables.field({"Omega", N, N},
+                    [M = form.M, lambda = scene.inertia()](const auto& x, auto out) {
+                      out = inverse_inertia<double>(lambda, M(x));
+                    });
   if (form.scaled)
     observables.field({"epsilon", 1, 1},
                       [epsilon = scene.epsilon()](const auto&, auto out) { out(0, 0) = epsilon; });
+}
 
-  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+void report_rigid_invariants(StackedObservables& observables, const Scene& scene, RigidForm form) {
+  const Eigen::VectorXd& lambda = scene.inertia();
+  observables.all_invariants = [=, discrete = scene.method().empty(), h = scene.step()](
+                                   const Eigen::MatrixXd& x, InvariantList& out) {
     const Eigen::MatrixXd Q = form.Q(x), M = form.M(x);
     rigid_body_invariants(form.side, lambda, Q, M, out, form.terms ? form.terms(x) : 0);
-    if (!form.A || !out.wants(family::PQt)) return;
-    const Eigen::MatrixXd A = form.A(x);
-    out.add_elements(family::PQt, A, A.norm());
+    if (form.A && out.wants(family::PQt)) {
+      const Eigen::MatrixXd A = form.A(x);
+      out.add_elements(family::PQt, A, A.norm());
+    }
+    if (discrete) add_discrete_hamiltonian(lambda, M, h, out);
   };
   observables.frame_defect = [Q = form.Q](const Eigen::MatrixXd& x) {
-    return std::optional(orthogonality_defect(Q(x)));
+    const Eigen::MatrixXd frame = Q(x);
+    return frame.size() > 0 ? std::optional(orthogonality_defect(frame)) : std::nullopt;
   };
-  observables.speed = [=](const Eigen::MatrixXd& x) {
-    return angular_velocity_norm(lambda, form.M(x));
+  observables.speed = [lambda, M = form.M](const Eigen::MatrixXd& x) {
+    return angular_velocity_norm(lambda, M(x));
   };
 }
 

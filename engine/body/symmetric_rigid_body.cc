@@ -2,17 +2,13 @@
 // discrete.
 #include <cmath>
 
-#include "engine/body/left_right.h"
 #include "engine/body/psi.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/rigid_forms.h"
-#include "engine/body/scaling.h"
-#include "engine/body/symmetric_invariants.h"
 #include "engine/body/symmetric_rigid_body_maps.h"
-#include "engine/body/view.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/representation.h"
 #include "engine/motion/two_form.h"
+#include "engine/scene/scene_draft.h"
 #include "engine/structure/tangent_spaces.h"
 #include "stiefel/invariant_names.h"
 
@@ -38,7 +34,7 @@ void set_P_of_M(SceneDraft& draft, const RowMatrix& given_M, bool right) {
 /// Checks Λ for n = N and (Q, P) or (Q, M). Fills in the blocks Q and P, and `epsilon` if it is
 /// absent: with P it is `of_paper`; with M it is the power of two with ½ < ε‖M‖_op ≤ 1 (scaling.h).
 void check_pair(SceneDraft& draft, bool right, double of_paper) {
-  if (!check_symmetric_frame(draft)) return;
+  if (!check_symmetric_frame(draft, true)) return;
   auto& epsilon = draft.given().epsilon;
   if (epsilon && !(std::isfinite(*epsilon) && *epsilon != 0))
     return draft.refuse("epsilon", to_text(*epsilon), "must be finite and not 0");
@@ -55,8 +51,11 @@ void check_pair(SceneDraft& draft, bool right, double of_paper) {
 }
 
 /// A form of (Q, P), left- or right-invariant: the right one is the left one with Qᵀ and Pᵀ.
-template <bool right>
-struct Pair {
+template <bool on_the_right>
+struct Pair : OtherVariables<Pair<on_the_right>> {
+  static constexpr const char* names[] = {"Q", "P"};
+  static constexpr bool right = on_the_right;
+
   template <class Block>
   static Block left(const Block& block) {
     if constexpr (right)
@@ -67,14 +66,26 @@ struct Pair {
 
   static void check(SceneDraft& draft) { check_pair(draft, right, 1); }
 
+  template <class Block>
+  static std::array<Block, 2> body(const Block& Q, const Block& P, const auto& g) {
+    return {left(Q), Psi(left(Q), left(P), g.epsilon)};
+  }
+  /// P = AQ with the constant A = PQᵀ of the scene, [RB] (8.2).
+  static auto blocks(const Scene& scene) {
+    return [A = constant_A<double>(left(scene.Q()), left(scene.block("P")))](
+               const BodyView::Two& x) -> BodyView::Two {
+      return {left(x[0]), left<Dense>(A * x[0])};
+    };
+  }
+
   /// Reads (Q, P) by Ψ.
   static WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
-    const Dense Q = left(scene.Q()), P = left(scene.block("P"));
-    margins.push_back({"S", margin_S(Q, P)});
-    margins.push_back({"Re spec(Q^T P) > 0", principal_cosine(Q, P)});
-    Dense M = Psi(Q, P, scene.epsilon());
-    add_condition(M, inverse_condition_Psi(M, scene.epsilon()), margins);
-    return phase_of_body(scene, Q, std::move(M));
+    Phase x = Pair::phase(scene);
+    const Dense P = left(scene.block("P"));
+    margins.push_back({"S", margin_S(x.Q, P)});
+    margins.push_back({"Re spec(Q^T P) > 0", principal_cosine(x.Q, P)});
+    add_condition(x.M, inverse_condition_Psi(x.M, scene.epsilon()), margins);
+    return x;
   }
 
   /// Writes (Q, P) by Ψ⁻¹, with the ε of the target, or chosen for M.
@@ -91,50 +102,20 @@ struct Pair {
   static constexpr Representation representation = {
       .square = true, .read = read, .write = write, .has_epsilon = true};
 
-  static constexpr auto start = [](const auto& g) {
-    const auto Q = left(g.block("Q"));
-    auto of_left = g.start(Q, Psi(Q, left(g.block("P")), g.epsilon));
-    of_left.reported.right = right;
-    return of_left;
-  };
-
-  /// M = Ψ(Q, P), and P = AQ with the constant A = PQᵀ of the scene, [RB] (8.2).
-  static BodyView view(const Scene& scene) {
-    const Eigen::Index N = scene.dimension();
-    const auto over = [=](const Dense& top, const Dense& bottom) {
-      Dense x(2 * N, N);
-      x << top, bottom;
-      return x;
-    };
-    return {
-        .body =
-            [=, epsilon = scene.epsilon()](const Dense& x) {
-              const Dense Q = left(x.topRows(N).eval()), P = left(x.bottomRows(N).eval());
-              return over(Q, Psi(Q, P, epsilon));
-            },
-        .blocks =
-            [=, A = constant_A<double>(left(scene.Q()), left(scene.block("P")))](const Dense& x) {
-              const Dense Q = x.topRows(N), P = A * Q;
-              return over(left(Q), left(P));
-            }};
-  }
-
   static SystemInfo info() {
     const BlockInfo P = {
         "P", "N x N", false,
         right ? "costate, P Q^T - Q P^T = epsilon M" : "costate, Q^T P - P^T Q = epsilon M"};
     return rigid_form_info(P, true, right ? Side::right : Side::left);
   }
-};
 
-/// Returns the entry of a view of (Q, P), which has neither the two-form, whose states have every P
-/// and not those of one PQᵀ alone, nor the drift of PQᵀ, which is 0 by construction.
-template <bool right>
-SystemEntry view_of_pair(SystemInfo info, const MotionStart& motion) {
-  std::erase_if(info.invariants, [](const auto& i) { return i.name == family::PQt; });
-  return view_of_rigid_body(std::move(info), Pair<right>::check, Pair<right>::representation,
-                            Pair<right>::view, motion);
-}
+  /// Returns the entry of a view, which has neither the two-form, whose states have every P and not
+  /// those of one PQᵀ alone, nor the drift of PQᵀ, which is 0 by construction.
+  static SystemEntry view_entry(SystemInfo info) {
+    std::erase_if(info.invariants, [](const auto& i) { return i.name == family::PQt; });
+    return Pair::entry(std::move(info));
+  }
+};
 
 constexpr TwoForm form = {
     {"Omega_gl", {"Q", "P"}, "1/2 tr(eta_2^T xi_1 - eta_1^T xi_2) of (xi_i, eta_i)", "[RB] (3.5)"},
@@ -148,14 +129,15 @@ StackedObservables symmetric_observables(const Scene& scene) {
   const double epsilon = scene.epsilon();
   StackedObservables observables(stacked(scene, "Q", "P"));
   observables.block("Q", 0, N).block("P", N, N);
-  report_rigid_form(
-      observables, scene,
-      {.Q = [N](const auto& x) { return x.topRows(N).eval(); },
-       .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
-       .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
-       .scaled = true,
-       // The size of the matrices whose difference is M, since ‖Q‖_op = 1.
-       .terms = [=](const auto& x) { return x.bottomRows(N).stableNorm() / std::abs(epsilon); }});
+  const RigidForm of_blocks = {
+      .Q = [N](const auto& x) { return x.topRows(N).eval(); },
+      .M = [=](const auto& x) { return Psi<double>(x.topRows(N), x.bottomRows(N), epsilon); },
+      .A = [N](const auto& x) { return constant_A<double>(x.topRows(N), x.bottomRows(N)); },
+      .scaled = true,
+      // The size of the matrices whose difference is M, since ‖Q‖_op = 1.
+      .terms = [=](const auto& x) { return x.bottomRows(N).stableNorm() / std::abs(epsilon); }};
+  report_rigid_fields(observables, scene, of_blocks);
+  report_rigid_invariants(observables, scene, of_blocks);
   return observables;
 }
 
@@ -165,17 +147,9 @@ std::unique_ptr<Simulation> make_symmetric_rigid_body(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> make_symmetric_moser_veselov(const Scene& scene) {
-  const int N = scene.dimension();
-  const double epsilon = scene.epsilon();
-  StackedObservables observables = symmetric_observables(scene);
-  observables.all_invariants = [=, lambda = scene.inertia(), h = scene.step(),
-                                of_body = std::move(observables.all_invariants)](
-                                   const Dense& x, InvariantList& out) {
-    of_body(x, out);
-    add_discrete_hamiltonian(lambda, Psi<double>(x.topRows(N), x.bottomRows(N), epsilon), h, out);
-  };
   return make_simulation_by<Variational>(
-      scene, SymmetricRigidBody<double>(scene.inertia(), epsilon), shared(observables));
+      scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
+      shared(symmetric_observables(scene)));
 }
 
 constexpr auto reduced_start = [](const auto& g) {
@@ -186,14 +160,8 @@ constexpr auto reduced_start = [](const auto& g) {
 
 }  // namespace
 
-bool check_symmetric_frame(SceneDraft& draft) {
-  draft.refuse_if(draft.given().body.has_value(), "body");
-  draft.refuse_if(!draft.given().inertia_u.empty(), "inertia_u");
-  draft.refuse_if(!draft.given().inertia_v.empty(), "inertia_v");
-  draft.refuse_if(draft.given().parameter.has_value(), "parameter");
-  if (!draft.set_inertia()) return false;
-  draft.check_inertia_sums();
-  draft.check_block_names();
+bool check_symmetric_frame(SceneDraft& draft, bool has_epsilon) {
+  if (!check_square_inertia(draft, has_epsilon, false)) return false;
   const Eigen::Index N = draft.scene().dimension();
   if (const RowMatrix* Q = draft.block("Q", N, N)) draft.set_frame("Q", *Q);
   return draft.sound();
@@ -221,7 +189,7 @@ SystemEntry symmetric_rigid_body_entry() {
           .two_forms = {&form},
           .dirac_bracket = true,
           .representation = &Pair<false>::representation,
-          .motion = &in_both<body_equations, Pair<false>::start>,
+          .motion = &in_both<body_equations, Pair<false>::Start{}>,
           .rate = Rate::angular_speed};
 }
 
@@ -232,7 +200,7 @@ SystemEntry right_symmetric_rigid_body_entry() {
   info.equations = "Q' = Omega Q, P' = Omega P, M = (P Q^T - Q P^T) / epsilon";
   info.source = "[RB] Prop. 3.4";
   info.file = "engine/body/symmetric_rigid_body.cc";
-  return view_of_pair<true>(std::move(info), in_both<body_equations, Pair<true>::start>);
+  return Pair<true>::view_entry(std::move(info));
 }
 
 SystemEntry reduced_rigid_body_entry() {
@@ -242,7 +210,9 @@ SystemEntry reduced_rigid_body_entry() {
   info.equations = "Q' = Q J^-1(Q^T (A - A^T) Q) / epsilon, A = P Q^T constant, P = A Q";
   info.source = "[RB] (8.2)";
   info.file = "engine/body/symmetric_rigid_body.cc";
-  return view_of_pair<false>(std::move(info), in_both<body_equations, reduced_start>);
+  SystemEntry entry = Pair<false>::view_entry(std::move(info));
+  entry.motion = &in_both<body_equations, reduced_start>;
+  return entry;
 }
 
 SystemEntry symmetric_moser_veselov_entry() {

@@ -6,18 +6,14 @@
 
 namespace stiefel {
 
-Eigen::MatrixXd blocks_of_view(const Scene& scene) {
+BodyView::Two blocks_of_view(const Scene& scene) {
   const std::vector<BlockInfo>& blocks = system_entry(scene.system())->info.blocks;
-  const Eigen::Index N = scene.dimension();
-  Eigen::MatrixXd x(2 * N, N);
-  x << scene.block(std::string(blocks[0].name)), scene.block(std::string(blocks[1].name));
-  return x;
+  return {scene.block(std::string(blocks[0].name)), scene.block(std::string(blocks[1].name))};
 }
 
 Eigen::MatrixXd body_momentum(const Scene& scene) {
   const auto view = system_entry(scene.system())->view;
-  if (!view) return scene.M();
-  return view(scene).body(blocks_of_view(scene)).bottomRows(scene.dimension());
+  return view ? view(scene).body(blocks_of_view(scene))[1] : scene.M();
 }
 
 }  // namespace stiefel

@@ -9,7 +9,7 @@ namespace stiefel {
 
 /// Connects a scene with states that are dense matrices, blocks stacked by rows. The fields that a
 /// system reports are data: a name, a shape and a function of the state for each.
-class StackedObservables final : public Observables {
+class StackedObservables : public Observables {
  public:
   using Value = std::function<void(const Point&, Eigen::Ref<RowMatrix>)>;
 

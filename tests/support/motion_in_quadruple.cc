@@ -4,7 +4,6 @@
 
 #include "engine/accuracy/reported_form.h"
 #include "engine/body/rigid_body_data.h"
-#include "engine/body/taylor_parametric_rigid_body.h"
 #include "engine/body/taylor_rigid_body.h"
 #include "engine/bracket/taylor_double_bracket.h"
 #include "engine/frame/stiefel_forms.h"

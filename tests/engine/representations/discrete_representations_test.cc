@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include "engine/body/discrete_pairs.h"
-#include "engine/body/interpolation.h"
 #include "engine/dense/decompositions.h"
 #include "engine/structure/dirac_bracket.h"
 #include "tests/support/linalg/j_d_inverse.h"

@@ -2,9 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "engine/body/left_right.h"
-#include "engine/body/mclachlan_scovel_blocks.h"
-#include "engine/body/scaling.h"
 #include "engine/dense/decompositions.h"
 #include "engine/dense/so_3.h"
 #include "tests/support/representations/rigid_formulas.h"

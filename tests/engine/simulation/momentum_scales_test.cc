@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/accuracy/reference.h"
-#include "engine/body/scaling.h"
+#include "engine/body/psi.h"
 #include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/conversion.h"
