@@ -9,13 +9,13 @@
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/geodesics/closed_geodesic.h"
+#include "engine/frame/geodesics/connect_work.h"
 #include "engine/frame/geodesics/geodesic_search.h"
 #include "engine/frame/geodesics/geodesic_series.h"
 #include "engine/frame/geodesics/metric.h"
 #include "engine/frame/geodesics/path.h"
 #include "engine/frame/geodesics/relaxation.h"
 #include "engine/frame/geodesics/round_logarithm.h"
-#include "engine/frame/geodesics/shoot.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/conjugate_points.h"
 #include "stiefel/stop.h"
@@ -119,17 +119,16 @@ std::optional<ConnectRefusal> too_large(const TwoPointProblem& p) {
           " MiB, and takes " + std::to_string(static_cast<std::int64_t>(bytes) >> 20)};
 }
 
-/// Whether `repaired` leaves a frame as it is.
-bool is_orthonormal(const MatrixXd& Q, const MatrixXd& product) {
-  return defect(product) <= 4 * static_cast<double>(Q.cols()) * 0x1p-53;
+/// Returns a frame as it is where repairing it would leave it, else the nearest frame in
+/// `repaired`.
+const MatrixXd& frame(const MatrixXd& Q, const MatrixXd& product, MatrixXd& repaired) {
+  if (defect(product) <= 4 * static_cast<double>(Q.cols()) * 0x1p-53) return Q;
+  return repaired = nearest_orthogonal<double>(Q);
 }
 
-Posed posed(const TwoPointProblem& p, const FrameProducts& products) {
-  const auto frame = [](const MatrixXd& Q, const MatrixXd& product) {
-    return is_orthonormal(Q, product) ? Q : nearest_orthogonal<double>(Q);
-  };
-  const double scale = std::exp2(std::ilogb(p.inertia.cwiseAbs().maxCoeff()));
-  return {p.inertia / scale, scale, frame(p.Q_0, products.of_Q_0), frame(p.Q_T, products.of_Q_T)};
+/// Returns the power of 2 that leaves a Λ of the order of 1.
+double scale_of(const VectorXd& inertia) {
+  return std::exp2(std::ilogb(inertia.cwiseAbs().maxCoeff()));
 }
 
 /// Calls `solve` with a problem that can be solved and has a Λ, the products of its frames, and the
@@ -169,79 +168,50 @@ std::expected<Answer, ConnectRefusal> checked(const TwoPointProblem& given, std:
   }
 }
 
-/// Finds what the logarithm of β does. For Λ = I it goes beyond the injectivity radius only where
-/// it is `thorough`.
-void logarithm(const TwoPointProblem& problem, const MatrixXd& Q_0, const MatrixXd& Q_T,
-               const FrameProducts& products, bool thorough, Found& best) {
-  if (is_bent(problem))
-    round_logarithm(Q_0, Q_T, products, {*problem.beta, true, problem.restarts, problem.seed},
-                    best);
-  else
-    round_logarithm(Q_0, Q_T, products, {1, thorough}, best);
-}
-
-/// Searches where no closed form is the answer. `best` has what the logarithm of Λ = λI found.
-void search(const Posed& p, const TwoPointProblem& problem, bool is_round, Found& best) {
-  constexpr double most_of_round =
-      3e7;  // bytes of a search beyond the radius that nobody asked for
-  const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
-  const bool known = best.V.size() > 0;
-  const double most = known && problem.restarts == 0
-                          ? most_of_round
-                          : static_cast<double>(TwoPointProblem::most_bytes);
-  if (known && search_bytes(problem) > most) return;
-  Found other;
-  Found& found = known ? other : best;
-  if (p.lambda.minCoeff() > 0 && search_bytes(problem) <= most) by_multipliers(p, problem, found);
-  if (found.V.size() == 0 && n * N - n * (n + 1) / 2 <= most_dense_degrees)
-    by_paths(p, problem, found);
-  if (found.V.size() == 0 && is_round && !known)
-    logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), true, found);
-  if (known && found.V.size() > 0) {
-    if (*best.length < (1 - 1e-12) * found.V.norm()) {
-      found.V = best.V;
-      found.residual = best.residual;
-    }
-    best = std::move(found);
-  }
-  if (is_round && best.V.norm() <= (1 + 1e-12) * std::numbers::pi) best.shortest = Shortest::yes;
-}
-
 /// Says more of a geodesic than the search did: it is the shortest where it is no longer than a
 /// proven bound of the injectivity radius, and is not where it passes a conjugate point.
-void judge(const Posed& p, Found& best) {
+void judge(const VectorXd& lambda, const MatrixXd& Q_0, Found& best) {
   constexpr double most_work = 1e10, nearly_there = 1 - 1e-6;
   constexpr double most_degrees = 32;
-  const double n = static_cast<double>(p.Q_0.rows()), N = static_cast<double>(p.Q_0.cols());
   if (best.V.size() == 0 || best.shortest == Shortest::yes) return;
-  if (std::sqrt(2 * energy(p.lambda, best.V)) <= injectivity_bound(p.lambda, p.Q_0.rows()))
+  if (std::sqrt(2 * energy(lambda, best.V)) <= injectivity_bound(lambda, Q_0.rows()))
     best.shortest = Shortest::yes;
   // A local minimum of the action passes none.
-  if (best.shortest != Shortest::unknown || n * N - n * (n + 1) / 2 > most_degrees) return;
-  const auto passed = conjugate_points({p.lambda, p.Q_0, best.V, nearly_there, {}, most_work});
+  if (best.shortest != Shortest::unknown ||
+      connect_work::degrees(Q_0.rows(), Q_0.cols()) > most_degrees)
+    return;
+  const auto passed = conjugate_points({lambda, Q_0, best.V, nearly_there, {}, most_work});
   if (passed && !passed->points.empty()) best.shortest = Shortest::no;
 }
 
-/// Finds a geodesic by the first that does: a closed form, the logarithm of the metrics of β, a
-/// search. `best` has what the logarithm found already.
-void find(const Posed& p, const TwoPointProblem& problem, Found& best) {
-  if (p.Q_0 == p.Q_T) {
-    best = {MatrixXd::Zero(p.Q_0.rows(), p.Q_0.cols()), Shortest::yes, 1, 0, 0};
-  } else if (auto closed = closed_geodesic(p.lambda, p.Q_0, p.Q_T)) {
+/// Finds a geodesic by the logarithm of β, a closed form or a search. `products` are those of the
+/// frames.
+void find(const TwoPointProblem& problem, const MatrixXd& Q_0, const MatrixXd& Q_T,
+          const FrameProducts& products, Found& best) {
+  const Index n = Q_0.rows(), N = Q_0.cols();
+  const double scale = scale_of(problem.inertia);
+  const VectorXd lambda = problem.inertia / scale;
+  if (Q_0 == Q_T) {
+    best = {MatrixXd::Zero(n, N), Shortest::yes, 1, 0, 0};
+  } else if (1 < n && n < N && is_round(lambda)) {
+    const double beta = problem.beta.value_or(1);
+    round_logarithm(Q_0, Q_T, products, {beta, problem.restarts, problem.seed}, best);
+    if (beta != 1) return;
+    judge(lambda, Q_0, best);
+    if (best.shortest == Shortest::unknown) best.shortest = Shortest::none_shorter_found;
+  } else if (auto closed = closed_geodesic(lambda, Q_0, Q_T)) {
     best = *std::move(closed);
   } else {
-    const bool shoots = is_round(p.lambda) && !is_body(p.Q_0);
-    if (shoots && best.V.size() == 0)
-      logarithm(problem, p.Q_0, p.Q_T, frame_products(p.Q_0, p.Q_T), false, best);
-    if (is_bent(problem) || (best.V.size() > 0 && best.shortest == Shortest::yes)) return;
-    search(p, problem, shoots, best);
-    judge(p, best);
+    const Posed p{lambda, scale, Q_0, Q_T};
+    if (lambda.minCoeff() > 0) by_multipliers(p, problem, best);
+    if (best.V.size() == 0 && connect_work::degrees(n, N) <= most_dense_degrees)
+      by_paths(p, problem, best);
+    judge(lambda, Q_0, best);
   }
 }
 
 /// Returns max |Q(T) − Q_T| of an answer.
 double residual_of(const TwoPointProblem& problem, const Geodesic& answer, const MatrixXd& Q_T) {
-  if (is_body(answer.Q)) return miss(problem.inertia, answer.Q, answer.M, Q_T, problem.time);
   const auto end = geodesic_end(problem.inertia, answer.Q, answer.Qdot * problem.time);
   return end ? (*end - Q_T).cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
 }
@@ -276,27 +246,28 @@ std::expected<Geodesic, ConnectRefusal> answered(const TwoPointProblem& problem,
 std::expected<Geodesic, ConnectRefusal> search(const TwoPointProblem& problem,
                                                const FrameProducts& products,
                                                const StopScope& scope) {
-  const MatrixXd &Q_0 = problem.Q_0, &Q_T = problem.Q_T;
+  MatrixXd repaired_0, repaired_T;
+  const MatrixXd &Q_0 = frame(problem.Q_0, products.of_Q_0, repaired_0),
+                 &Q_T = frame(problem.Q_T, products.of_Q_T, repaired_T);
+  const bool as_given = &Q_0 == &problem.Q_0 && &Q_T == &problem.Q_T;
   Found best;
-  std::optional<Posed> p;  // where the frames are not those of the problem
   try {
-    if (1 < Q_0.rows() && Q_0.rows() < Q_0.cols() && is_round(problem.inertia) && Q_0 != Q_T &&
-        is_orthonormal(Q_0, products.of_Q_0) && is_orthonormal(Q_T, products.of_Q_T))
-      logarithm(problem, Q_0, Q_T, products, false, best);
-    const bool is_done = best.V.size() > 0 && (best.shortest == Shortest::yes || is_bent(problem));
-    if (!is_done) find(p.emplace(posed(problem, products)), problem, best);
+    find(problem, Q_0, Q_T, as_given ? products : frame_products(Q_0, Q_T), best);
   } catch (const Stopped&) {
     if (!scope.used_up() || problem.stop.stop_requested() || best.V.size() == 0) throw;
     if (best.shortest != Shortest::yes) best.shortest = Shortest::ended;
   }
   const StopScope rest = scope.used_up() ? StopScope::nothing() : StopScope(problem.stop);
-  return answered(problem, std::move(best), p ? p->Q_0 : Q_0, p ? p->Q_T : Q_T);
+  return answered(problem, std::move(best), Q_0, Q_T);
 }
 
 std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& problem,
                                                        const FrameProducts& products, int K) {
   constexpr double tolerance = 1e-10, stationary = 1e-12;
-  const Posed p = posed(problem, products);
+  MatrixXd repaired_0, repaired_T;
+  const double scale = scale_of(problem.inertia);
+  const Posed p{problem.inertia / scale, scale, frame(problem.Q_0, products.of_Q_0, repaired_0),
+                frame(problem.Q_T, products.of_Q_T, repaired_T)};
   std::vector<RelaxedPath> all = relaxed(p, problem, K, tolerance);
   std::erase_if(all, [](const RelaxedPath& c) { return !c.settled; });
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});

@@ -17,8 +17,6 @@ struct Found {
   int distinct = 0, start = 0;
   double residual = std::numeric_limits<double>::infinity();  ///< the best where V is empty
   std::optional<double> length = {};  ///< of V at Λ = I or β, where it is known
-  /// The least action of a path that led to no geodesic.
-  double least_missed = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace stiefel

@@ -5,14 +5,13 @@
 
 namespace stiefel {
 
-/// Returns Q(1) of the geodesic ½ tr(ΛQ̇ᵀQ̇) from (Q_0, V), n ≤ N and every λ_i > 0, by Taylor
-/// series of order 24 whose last terms are below rounding; nothing where it takes too many of them.
-/// With V = Q̇, [ST] (37)–(39):
-///
-///     V̇ = BQΛ⁻¹,   KB + BK = −2VVᵀ,   K = QΛ⁻¹Qᵀ .
-///
-/// Allocates about 1 kB for each number of a frame. Each order takes three products that are
-/// stacked over the orders below.
+/// Returns S = VΛ for n < N, M = ΛΩ + ΩΛ, Ω = QᵀV, for n = N.
+Eigen::MatrixXd momentum(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& Q,
+                         const Eigen::MatrixXd& V);
+
+/// Returns Q(1) of the geodesic ½ tr(ΛQ̇ᵀQ̇) from (Q_0, V) by Taylor series of order 24 whose last
+/// terms are below rounding; nothing where it takes too many of them. Allocates about 1 kB for each
+/// number of a frame.
 std::optional<Eigen::MatrixXd> geodesic_end(const Eigen::VectorXd& lambda,
                                             const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& V);
 

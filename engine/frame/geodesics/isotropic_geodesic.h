@@ -7,12 +7,14 @@
 
 namespace stiefel {
 
-/// The geodesic flow on V(n, N) with Λ = λI in closed form (Edelman, Arias and Smith 1998): with Y
-/// = Qᵀ, H = Q̇ᵀ = YA + KR, A = YᵀH skew and K orthonormal columns that complete Y,
+/// The geodesic flow on V(n, N) with Λ = λI, or in a metric of β, in closed form (Edelman, Arias
+/// and Smith 1998): with Y = Qᵀ, H = Q̇ᵀ = YA + KR, A = YᵀH skew and K orthonormal columns that
+/// complete Y,
 ///
-///     Y(t) = [Y K] exp(tW) [I; 0] e^{−tA},   Ẏ(t) = [Y K] exp(tW) [A; R] e^{−tA},
-///     W = [[2A, −Rᵀ], [R, 0]].
+///     Y(t) = [Y K] exp(tW) [I; 0] e^{(1−2β)tA},   Ẏ(t) = [Y K] exp(tW) [A; R] e^{(1−2β)tA},
+///     W = [[2βA, −Rᵀ], [R, 0]].
 ///
+/// β = 1 is Λ = λI.
 /// Costs O(Nn² + n³). States are Q over S = λQ̇.
 template <class Scalar>
 class IsotropicGeodesic {
@@ -21,21 +23,22 @@ class IsotropicGeodesic {
 
   static bool has(const Vector<double>& lambda) { return (lambda.array() == lambda(0)).all(); }
 
-  IsotropicGeodesic(const Vector<Scalar>& lambda, const Point& start);
+  IsotropicGeodesic(const Vector<Scalar>& lambda, const Point& start, Scalar beta = 1)
+      : IsotropicGeodesic(lambda(0), beta, start.topRows(start.rows() / 2).transpose(),
+                          start.bottomRows(start.rows() / 2).transpose() / lambda(0)) {}
 
   const Point& at(Scalar t);
 
  private:
-  IsotropicGeodesic(Scalar lambda, const Point& start, Eigen::Index n);
-  IsotropicGeodesic(Scalar lambda, const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
+  IsotropicGeodesic(Scalar lambda, Scalar beta, const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
 
   static Matrix<Scalar> skew(const Matrix<Scalar>& A);
   /// Returns [Y K], with K from the QR factors of [Y H].
   static Matrix<Scalar> completed(const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
-  static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR);
+  static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR, Scalar beta);
 
   Eigen::Index n_;
-  Scalar lambda_;
+  Scalar lambda_, beta_;
   Matrix<Scalar> YK_;  ///< [Y K]
   Matrix<Scalar> AR_;  ///< [A; R]
   SkewFlow<Scalar> by_W_, by_A_;
@@ -44,22 +47,14 @@ class IsotropicGeodesic {
 };
 
 template <class Scalar>
-IsotropicGeodesic<Scalar>::IsotropicGeodesic(const Vector<Scalar>& lambda, const Point& start)
-    : IsotropicGeodesic(lambda(0), start, start.rows() / 2) {}
-
-template <class Scalar>
-IsotropicGeodesic<Scalar>::IsotropicGeodesic(Scalar lambda, const Point& start, Eigen::Index n)
-    : IsotropicGeodesic(lambda, Matrix<Scalar>(start.topRows(n).transpose()),
-                        Matrix<Scalar>(start.bottomRows(n).transpose() / lambda)) {}
-
-template <class Scalar>
-IsotropicGeodesic<Scalar>::IsotropicGeodesic(Scalar lambda, const Matrix<Scalar>& Y,
+IsotropicGeodesic<Scalar>::IsotropicGeodesic(Scalar lambda, Scalar beta, const Matrix<Scalar>& Y,
                                              const Matrix<Scalar>& H)
     : n_(Y.cols()),
       lambda_(lambda),
+      beta_(beta),
       YK_(completed(Y, H)),
       AR_(YK_.transpose() * H),
-      by_W_(W(n_, AR_)),
+      by_W_(W(n_, AR_, beta)),
       by_A_(skew(AR_.topRows(n_))),
       turned_(YK_),
       product_(Y),
@@ -70,7 +65,7 @@ template <class Scalar>
 auto IsotropicGeodesic<Scalar>::at(Scalar t) -> const Point& {
   by_W_(t, E_);
   turned_.noalias() = YK_ * E_;
-  by_A_(-t, back_);
+  by_A_((1 - 2 * beta_) * t, back_);
   product_.noalias() = turned_.leftCols(n_) * back_;
   x_.topRows(n_) = product_.transpose();
   AR_back_.noalias() = AR_ * back_;
@@ -78,6 +73,7 @@ auto IsotropicGeodesic<Scalar>::at(Scalar t) -> const Point& {
   x_.bottomRows(n_) = lambda_ * product_.transpose();
   return x_;
 }
+
 template <class Scalar>
 Matrix<Scalar> IsotropicGeodesic<Scalar>::skew(const Matrix<Scalar>& A) {
   return (A - A.transpose()) / 2;
@@ -95,10 +91,10 @@ Matrix<Scalar> IsotropicGeodesic<Scalar>::completed(const Matrix<Scalar>& Y,
 }
 
 template <class Scalar>
-Matrix<Scalar> IsotropicGeodesic<Scalar>::W(Eigen::Index n, const Matrix<Scalar>& AR) {
+Matrix<Scalar> IsotropicGeodesic<Scalar>::W(Eigen::Index n, const Matrix<Scalar>& AR, Scalar beta) {
   const Eigen::Index k = AR.rows() - n;
   Matrix<Scalar> W = Matrix<Scalar>::Zero(n + k, n + k);
-  W.topLeftCorner(n, n) = 2 * skew(AR.topRows(n));
+  W.topLeftCorner(n, n) = 2 * beta * skew(AR.topRows(n));
   W.bottomLeftCorner(k, n) = AR.bottomRows(k);
   W.topRightCorner(n, k) = -AR.bottomRows(k).transpose();
   return W;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/frame/geodesics/round_logarithm.h"
+#include "engine/frame/geodesics/isotropic_geodesic.h"
 #include "engine/frame/stiefel.h"
 #include "engine/methods/variational.h"
 #include "engine/motion/representation.h"
@@ -79,7 +79,11 @@ std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& pr
     out.trajectory = followed(*scene, samples, problem.stop);
     if (with_scene) out.scene = *std::move(scene);
   } else if (samples > 0) {
-    out.trajectory = round_geodesic(answer->Q, answer->Qdot * problem.time, *problem.beta, samples);
+    Eigen::MatrixXd start(2 * answer->Q.rows(), answer->Q.cols());
+    start << answer->Q, answer->Qdot;
+    IsotropicGeodesic<double> motion(Eigen::VectorXd::Ones(start.cols()), start, *problem.beta);
+    for (int k = 0; k <= samples; ++k)
+      out.trajectory.push_back(motion.at(k * problem.time / samples).topRows(answer->Q.rows()));
   }
   out.Qdot = std::move(answer->Qdot);
   if (problem.stop.stop_requested()) return std::unexpected(refusal::Cancelled{});

@@ -37,7 +37,7 @@ class Model {
         degrees_(connect_work::degrees(path[0].rows(), path[0].cols())) {
     const Index n = path[0].rows(), N = path[0].cols();
     const double K = static_cast<double>(steps(path));
-    const VectorXd weight = K * lambda.transpose().replicate(n, 1).reshaped();
+    weight_ = K * lambda.transpose().replicate(n, 1).reshaped();
     MatrixXd weighted;
     for (std::size_t k = 1; k < steps(path); ++k) {
       stop_point(frame_ + 5 * size_ * degrees_ * (degrees_ + 27));
@@ -45,7 +45,7 @@ class Model {
       const MatrixXd g = gradient(lambda, path, k);
       const MatrixXd E = tangent_basis(Q);
       if (k > 1) outer_.push_back(-weighted.transpose() * E);
-      weighted = weight.asDiagonal() * E;
+      weighted = weight_.asDiagonal() * E;
 
       MatrixXd multiplied = E;  // sym(gQᵀ)δ for every basis vector δ
       const MatrixXd Sigma = (g * Q.transpose() + Q * g.transpose()) / 2;
@@ -57,9 +57,9 @@ class Model {
     }
   }
 
-  /// Solves (Hessian + shift · metric) x = −gradient. Returns false where that matrix is not
-  /// positive.
-  bool solve(double shift) {
+  /// Solves (Hessian + shift · metric) x = −gradient, or for the change of the path where its end
+  /// moves by `end`. Returns false where that matrix is not positive.
+  bool solve(double shift, const MatrixXd* end = nullptr) {
     const std::size_t count = inner_.size();
     std::vector<MatrixXd> factors;
     std::vector<MatrixXd> carried;
@@ -67,7 +67,9 @@ class Model {
     for (std::size_t k = 0; k < count; ++k) {
       stop_point(5 * degrees_ * (degrees_ + 12) * (degrees_ + 12));
       MatrixXd D = inner_[k] + shift * metric_[k];
-      step_[k] = -gradient_[k];
+      step_[k] = (end ? 0 : -1) * gradient_[k];
+      if (end && k + 1 == count)
+        step_[k] = basis_[k].transpose() * weight_.cwiseProduct(end->reshaped());
       if (k > 0) {
         carried.push_back(outer_[k - 1]);
         solve_positive(factors.back(), carried.back());
@@ -84,17 +86,14 @@ class Model {
     return true;
   }
 
-  /// Returns by how much the last step lowers the linear part of the model, which is twice the
-  /// decrease of the model.
-  double decrement() const {
-    double sum = 0;
-    for (std::size_t k = 0; k < step_.size(); ++k) sum -= step_[k].dot(gradient_[k]);
-    return sum;
-  }
   double largest_step() const {
     double largest = 0;
     for (const VectorXd& x : step_) largest = std::max(largest, x.cwiseAbs().maxCoeff());
     return largest;
+  }
+  /// Returns the change of the first inner frame.
+  MatrixXd first(const MatrixXd& Q) const {
+    return (basis_[0] * step_[0]).reshaped(Q.rows(), Q.cols());
   }
   Path moved(const Path& path) const {
     Path result = path;
@@ -108,6 +107,7 @@ class Model {
 
  private:
   double frame_, size_, degrees_;  ///< work and numbers of a frame, and its degrees of freedom
+  VectorXd weight_;                ///< K times Λ, acting on a tangent vector as a column
   std::vector<MatrixXd> basis_, metric_, inner_, outer_;
   std::vector<VectorXd> gradient_, step_;
 };
@@ -193,6 +193,14 @@ MatrixXd initial_velocity(const VectorXd& lambda, const Path& path) {
   MatrixXd X = Q * D.transpose() + D * Q.transpose();
   lyapunov.solve(X, X);
   return D - X * QL;
+}
+
+MatrixXd response(const VectorXd& lambda, const Path& path, const MatrixXd& end) {
+  Model model(lambda, path);
+  if (!model.solve(0, &end)) return MatrixXd::Zero(end.rows(), end.cols());
+  const MatrixXd &Q = path[0], V = static_cast<double>(steps(path)) * model.first(Q),
+                 along = V * Q.transpose();
+  return V - (along + along.transpose()) / 2 * Q;
 }
 
 bool relax(const VectorXd& lambda, Path& path, double tolerance, const std::stop_token& stop) {

@@ -29,6 +29,11 @@ double largest_gradient(const Eigen::VectorXd& lambda, const Path& path);
 /// where S_0 = (Q_1 − Q_0)ΛK − BQ_0/2K is tangent; at n = N from M/K = UΛ − ΛUᵀ, U = Q_0ᵀQ_1.
 Eigen::MatrixXd initial_velocity(const Eigen::VectorXd& lambda, const Path& path);
 
+/// Returns the change of that velocity where the end of the path moves by `end`, to an error of the
+/// order of 1/K; zero where the path is no minimum of the action.
+Eigen::MatrixXd response(const Eigen::VectorXd& lambda, const Path& path,
+                         const Eigen::MatrixXd& end);
+
 /// Returns the path with 2K steps: every new midpoint is the frame nearest to the mean of its
 /// neighbours.
 Path refined(const Path& path);

@@ -7,7 +7,6 @@
 #include "engine/frame/geodesics/connect_work.h"
 #include "engine/frame/geodesics/geodesic_search.h"
 #include "engine/frame/geodesics/relaxation.h"
-#include "engine/frame/geodesics/shoot.h"
 #include "engine/frame/geodesics/starts.h"
 
 namespace stiefel {
@@ -30,28 +29,7 @@ std::vector<RelaxedPath> distinct(std::vector<RelaxedPath> all) {
   return result;
 }
 
-void refine(const VectorXd& lambda, RelaxedPath& c, double tolerance, const std::stop_token& stop) {
-  c.path = refined(c.path);
-  c.settled = relax(lambda, c.path, tolerance, stop);
-  c.action = action(lambda, c.path);
-}
-
 double degrees(const Posed& p) { return connect_work::degrees(p.Q_0.rows(), p.Q_0.cols()); }
-
-/// Shoots from paths of doubled K until the geodesic near the path is found.
-Shot solved(const Posed& p, RelaxedPath& c, const std::stop_token& stop) {
-  const int finest = TwoPointProblem::most_path_steps(degrees(p));
-  Shot best;
-  for (;;) {
-    const Shot shot = shoot(p.lambda, p.Q_0, p.Q_T, initial_velocity(p.lambda, c.path), stop);
-    const bool near = energy(p.lambda, shot.V) <= (1 + strayed) * c.action + 1e-300;
-    if (near && shot.residual < best.residual) best = shot;
-    if (best.residual <= TwoPointProblem::joined || 2 * std::ssize(c.path) - 2 > finest)
-      return best;
-    refine(p.lambda, c, 1e-8, stop);
-    if (!c.settled) return best;
-  }
-}
 
 }  // namespace
 
@@ -81,39 +59,26 @@ std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& prob
 }
 
 void by_paths(const Posed& p, const TwoPointProblem& problem, Found& best) {
-  constexpr double coarse = 1e-6, fine = 1e-9, margin = 1.1;
-  const bool wide = p.wide();
-
-  std::vector<RelaxedPath> all = relaxed(p, problem, wide ? 32 : 16, coarse);
-  for (RelaxedPath& c : all)
-    for (int K = wide ? 64 : 32; K <= (wide ? 128 : 64); K *= 2)
-      refine(p.lambda, c, fine, problem.stop);
-  all = distinct(std::move(all));
-
-  best = {};
+  constexpr double accurate = 1e-12;
+  const int finest = TwoPointProblem::most_path_steps(degrees(p));
+  ShortestSoFar shortest;
   bool complete = true;
-  double least = std::numeric_limits<double>::infinity(), least_missed = least;
-  for (RelaxedPath& c : all) {
+  for (RelaxedPath& c : relaxed(p, problem, 32, 1e-6)) {
+    complete = complete && c.settled;
     best.distinct += c.settled;
-    if (c.action > margin * least) {
-      complete = complete && c.settled;
-      continue;
-    }
-    const Shot shot = solved(p, c, problem.stop);
-    if (shot.residual <= TwoPointProblem::joined) {
-      const double E = energy(p.lambda, shot.V);
-      if (E < least) best.V = shot.V, least = E, best.start = c.start;
-    } else {
-      complete = complete && c.settled;
-      best.residual = std::min(best.residual, shot.residual);
-      least_missed = std::min(least_missed, c.action);
-    }
+    if (c.action > margin * shortest.least) continue;
+    Velocity velocity;
+    do {
+      c.path = refined(c.path);
+      if (!relax(p.lambda, c.path, 1e-8, problem.stop)) break;
+      Velocity found =
+          corrected(p, initial_velocity(p.lambda, c.path), action(p.lambda, c.path),
+                    [&](const MatrixXd& end) { return response(p.lambda, c.path, end); });
+      if (found.residual < velocity.residual) velocity = std::move(found);
+    } while (velocity.residual > accurate && 2 * std::ssize(c.path) - 2 <= finest);
+    shortest.take(p, velocity, c.action, c.start, best);
   }
-  best.distinct = std::max(best.distinct, 1);
-  if (least_missed < (1 - 1e-3) * least)
-    best.shortest = Shortest::no;
-  else if (!complete)
-    best.shortest = Shortest::unknown;
+  best.shortest = shortest.verdict(complete);
 }
 
 }  // namespace stiefel

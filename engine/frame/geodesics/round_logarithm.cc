@@ -9,6 +9,7 @@
 
 #include "engine/dense/anderson.h"
 #include "engine/dense/decompositions.h"
+#include "engine/dense/newton_krylov.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/geodesics/connect_work.h"
 #include "engine/frame/geodesics/frame_span.h"
@@ -136,61 +137,30 @@ class RoundShooting {
     constexpr int most = 60;
     Anderson accelerate(x.size(), 1, 10);
     VectorXd best;
-    MatrixXd D;
     double least = std::numeric_limits<double>::infinity();
     int idle = 0;
     for (int k = 0; k < most && idle < 3; ++k) {
-      const double miss = shoot(x);
-      if (!std::isfinite(miss)) return false;
-      idle = least < nearly && miss > least / 2 ? idle + 1 : 0;
-      if (miss < least) least = miss, best = x;
-      if (miss <= rounding) break;
-      D = Y_[4] - T_;
-      for (std::size_t node = 5; node-- > 0;) project(Y_[node], D);
-      accelerate(x, -packed(D));
+      const double missed = shoot(x);
+      if (!std::isfinite(missed)) return false;
+      idle = least < nearly && missed > least / 2 ? idle + 1 : 0;
+      if (missed < least) least = missed, best = x;
+      if (missed <= rounding) break;
+      accelerate(x, -packed(miss()));
     }
     if (!(least <= nearly)) return false;
     x = best;
     return true;
   }
 
-  /// Minimises the miss from x by the method of Levenberg and Marquardt, with a Jacobian by
-  /// differences. Returns as `converge` does.
-  bool minimise(VectorXd& x) {
-    constexpr int most = 60;
-    constexpr Index most_degrees = 600;
-    constexpr double change = 0x1p-26;
-    const Index d = x.size();
-    if (const bool there = shoot(x) <= nearly; there || d > most_degrees) return there;
-    MatrixXd J(T_.size(), d), normal;
-    VectorXd miss = (Y_[4] - T_).reshaped();
-    double damping = 1e-3;
-    for (int k = 0; k < most; ++k) {
-      if (miss.cwiseAbs().maxCoeff() <= rounding) return true;
-      for (Index i = 0; i < d; ++i) {
-        VectorXd moved = x;
-        moved(i) += change;
-        shoot(moved);
-        J.col(i) = ((Y_[4] - T_).reshaped() - miss) / change;
-      }
-      const VectorXd slope = J.transpose() * miss;
-      normal.noalias() = J.transpose() * J;
-      if (!(slope.norm() > 1e-9 * miss.norm())) return false;  // a minimum that is no solution
-      for (bool better = false; !better; damping *= better ? 0.1 : 4) {
-        if (damping > 1e8) return miss.cwiseAbs().maxCoeff() <= nearly;
-        MatrixXd damped = normal;
-        damped.diagonal().array() += damping;
-        VectorXd step = slope;
-        factor_positive(damped);
-        solve_positive(damped, step);
-        const VectorXd next = x - step;
-        if (!std::isfinite(shoot(next))) continue;
-        const VectorXd there = (Y_[4] - T_).reshaped();
-        better = there.norm() < miss.norm();
-        if (better) x = next, miss = there;
-      }
-    }
-    return false;
+  /// Solves from an x near the solution by Newton's method. Returns as `converge` does.
+  bool refine(VectorXd& x) {
+    MatrixXd z = x;
+    const bool solved = newton_.solve(z, [&](const MatrixXd& at, MatrixXd& next) {
+      shoot(at);
+      next = at - packed(miss());
+    });
+    x = z;
+    return solved && shoot(x) <= nearly;
   }
 
   /// Returns the degrees of freedom of a velocity, of n + p rows or padded.
@@ -246,6 +216,13 @@ class RoundShooting {
     }
   }
 
+  /// Returns the miss at t = 1, taken back to t = 0.
+  MatrixXd miss() {
+    MatrixXd D = Y_[4] - T_;
+    for (std::size_t node = 5; node-- > 0;) project(Y_[node], D);
+    return D;
+  }
+
   /// Removes from D what is not tangent at Y.
   void project(const MatrixXd& Y, MatrixXd& D) {
     transposed_.topRows(n_) = Y.topRows(n_ + p_).transpose();
@@ -275,6 +252,7 @@ class RoundShooting {
   double beta_;
   MatrixXd T_, V_, W_, turn_, back_, quarter_back_, S_, product_, transposed_;
   std::array<MatrixXd, 5> Y_;
+  NewtonKrylov<double> newton_;
   SmallExponential exp_W_, exp_A_;
   SmallProduct multiply_ = small_product();
 };
@@ -287,7 +265,7 @@ MatrixXd join(RoundShooting& shooting, const MatrixXd& from, const MatrixXd& to,
   axes << from, complement(from);
   shooting.set_target(axes * to.transpose());
   x = shooting.chord();
-  if (!shooting.converge(x) && !shooting.minimise(x = shooting.chord())) return {};
+  if (!shooting.converge(x) && !shooting.refine(x = shooting.chord())) return {};
   shooting.shoot(x);
   return shooting.frame(k).transpose() * axes;
 }
@@ -300,7 +278,7 @@ bool prolong(RoundShooting& shooting, const MatrixXd& first, int parts, const Ma
   const double longest = (1 + 1e-9) * parts * shooting.length();
   x *= parts;
   shooting.set_target(T.transpose());
-  return shooting.minimise(x) && std::isfinite(shooting.shoot(x)) && shooting.length() <= longest;
+  return shooting.refine(x) && shooting.length() <= longest;
 }
 
 /// Shortens a broken geodesic until it has no kinks (Noakes 1998): every second frame of the path
@@ -362,7 +340,7 @@ void round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProduc
   VectorXd x = chord;
   const bool there = chord.norm() > 0 && shooting.converge(x);
   if (there) keep(x, 0);
-  if (search.thorough && !(there && best.shortest == Shortest::yes)) {
+  if (!(there && best.shortest == Shortest::yes)) {
     const MatrixXd T = span.target().transpose(), I = MatrixXd::Identity(T.rows(), T.cols());
     const MatrixXd near = join(shooting, T, I, 3, x);
     const bool back = near.size() > 0 && prolong(shooting, near, 4, T, x);
@@ -377,37 +355,12 @@ void round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProduc
   }
   std::mt19937_64 generator(search.seed);
   std::normal_distribution<double> normal;
-  for (int k = 1; k <= search.restarts; ++k) {
+  for (int k = 1; k <= search.restarts && best.shortest != Shortest::yes; ++k) {
     for (double& number : x) number = normal(generator);
     x = chord + (std::numbers::pi / x.norm()) * x;
     VectorXd other = x;
-    if (shooting.converge(x) || shooting.minimise(x = other)) keep(x, k);
+    if (shooting.converge(x) || shooting.refine(x = other)) keep(x, k);
   }
-}
-
-std::vector<MatrixXd> round_geodesic(const MatrixXd& Q_0, const MatrixXd& V, double beta,
-                                     int samples) {
-  const Index n = Q_0.rows(), N = Q_0.cols(), p = std::min(n, N - n);
-  MatrixXd both(N, 2 * n);
-  both << Q_0.transpose(), V.transpose();
-  MatrixXd rows = orthonormal_columns(both, n + p).transpose();
-  rows.topRows(n) = Q_0;
-  const MatrixXd X = rows * V.transpose();
-  const MatrixXd A = (X.topRows(n) - X.topRows(n).transpose()) / 2;
-  MatrixXd W = MatrixXd::Zero(n + p, n + p);
-  W.topLeftCorner(n, n) = 2 * beta * A;
-  W.bottomLeftCorner(p, n) = X.bottomRows(p);
-  W.topRightCorner(n, p) = -X.bottomRows(p).transpose();
-  SkewFlow<double> by_W(W), by_A((1 - 2 * beta) * A);
-  MatrixXd turn(n + p, n + p), back(n, n);
-  std::vector<MatrixXd> out = {Q_0};
-  for (int k = 1; k <= samples; ++k) {
-    const double t = static_cast<double>(k) / samples;
-    by_W(t, turn);
-    by_A(t, back);
-    out.push_back((turn.leftCols(n) * back).transpose() * rows);
-  }
-  return out;
 }
 
 }  // namespace stiefel

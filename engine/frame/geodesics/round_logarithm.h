@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "engine/frame/geodesics/found.h"
 #include "engine/frame/geodesics/frame_span.h"
@@ -18,7 +17,6 @@ namespace stiefel {
 /// canonical one.
 struct RoundSearch {
   double beta = 1;
-  bool thorough = false;
   int restarts = 0;
   std::uint64_t seed = 0;
 };
@@ -35,19 +33,13 @@ struct RoundSearch {
 /// takes 6 to 16 of them for lengths up to 0.8 π, and its work is proportional to
 /// Nn² + (n + p)³.
 ///
-/// Where the length is not within a proved bound of the injectivity radius and `thorough` is set,
-/// it also searches from Q_T to Q_0, and where one of the two does not converge, shortens a broken
-/// geodesic: so the shortest length that it finds does not depend on the order of the frames.
-/// `restarts` further searches start from random velocities of `seed`. The shortest geodesic
-/// counts, which is called the shortest of all where that bound says so, else unknown. The residual
-/// is the largest 2-norm of a row of Q(1) − Q_T. `best`, empty at first, is the shortest so far at
-/// any time.
+/// Where the length is not within a proved bound of the injectivity radius, it also searches from
+/// Q_T to Q_0, and where one of the two does not converge, shortens a broken geodesic: so the
+/// shortest length that it finds does not depend on the order of the frames. `restarts` further
+/// searches start from random velocities of `seed`. The shortest geodesic counts, which is called
+/// the shortest of all where that bound says so, else unknown. The residual is the largest 2-norm
+/// of a row of Q(1) − Q_T. `best`, empty at first, is the shortest so far at any time.
 void round_logarithm(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
                      const FrameProducts& products, const RoundSearch& search, Found& best);
-
-/// Returns the frames at `samples` + 1 equally spaced times of [0, 1] of the geodesic of β from the
-/// n × N frame Q_0, n < N, with the velocity V.
-std::vector<Eigen::MatrixXd> round_geodesic(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& V,
-                                            double beta, int samples);
 
 }  // namespace stiefel

@@ -65,8 +65,9 @@ struct TwoPointProblem {
 ///  no:                 a shorter path was seen whose geodesic could not be computed to `joined`;
 ///                      or the geodesic passes a conjugate point, beyond which none is the
 ///                      shortest.
-///  none_shorter_found: every start led to a minimum and none of these is shorter, which proves
-///                      nothing about minima that no start leads to.
+///  none_shorter_found: every start led to a minimum and none of these is shorter, for Λ = λI the
+///                      searches from both ends, which proves nothing about minima that no start
+///                      leads to.
 ///  unknown:            a start did not lead to a minimum; or the discrete problem; or a metric of
 ///                      β without a proof.
 ///  ended:              `most_work` ended the search, and this is the shortest that it had found.
@@ -129,15 +130,14 @@ using ConnectRefusal =
 /// Returns what `connect` refuses before it searches.
 std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& problem);
 
-/// Solves the two-point problem; with K its discrete form. For Λ = λI and n < N the answer comes
-/// from shooting in the span of both frames, at the cost O(Nn² + n³), as it does for β, whose
-/// `restarts` are random velocities; where that fails, a broken geodesic is shortened. Otherwise
-/// the search relaxes paths to minima of the action by the multipliers of QQᵀ = I, at the cost
-/// O(Nn⁴ + n⁶) whatever Λ is, and corrects the initial velocity of the shortest path until its
-/// geodesic ends at Q_T. Where that fails, and at n = N with a λ_i ≤ 0, dense Newton steps of whole
-/// paths follow for up to 128 degrees of freedom; they cost O(K d³) for each start, d = nN −
-/// n(n+1)/2, as the discrete problem does up to that d. Beyond, the multipliers solve it too, at
-/// the cost O(N (Kn)² n² + (Kn²)³).
+/// Solves the two-point problem; with K its discrete form. For Λ = λI and β, 1 < n < N, the answer
+/// comes from shooting in the span of both frames, at the cost O(Nn² + n³), with `restarts` random
+/// velocities; where that fails, a broken geodesic is shortened. Otherwise the search relaxes paths
+/// to minima of the action by the multipliers of QQᵀ = I, at the cost O(Nn⁴ + n⁶) whatever Λ is,
+/// and corrects the initial velocity of the shortest path until its geodesic ends at Q_T. Where
+/// that fails, and at n = N with a λ_i ≤ 0, dense Newton steps of whole paths follow for up to 128
+/// degrees of freedom; they cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem
+/// does up to that d. Beyond, the multipliers solve it too, at the cost O(N (Kn)² n² + (Kn²)³).
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
 
