@@ -65,14 +65,28 @@ class RattleStiefel {
   };
 
   RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h,
-                Arithmetic arithmetic = Arithmetic::compensated, LowerBlock lower = LowerBlock::S);
+                Arithmetic arithmetic = Arithmetic::compensated, LowerBlock lower = LowerBlock::S)
+      : arithmetic_(arithmetic),
+        h_(h),
+        unit_(lower == LowerBlock::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
+        n_(n),
+        inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
+        pass_(arithmetic, lower, n, lambda.size()),
+        riccati_(n),
+        lyapunov_(n) {
+    inverse_.head(lambda.size()) = (lambda / binary_unit<Scalar>(lambda.maxCoeff())).cwiseInverse();
+  }
 
   State start(const Point& x);
 
-  RunStatus step(State& state);
+  RunStatus step(State& state) { return step(state, h_); }
 
   /// Makes a step of size h. The stages of a composition differ in h and share one state.
   RunStatus step(State& state, Scalar h);
+
+  /// Return Y/h and Y′/h of the last step, Λ and h being divided by the unit of Λ.
+  const Matrix<Scalar>& B() const { return Y_; }
+  const Matrix<Scalar>& Z() const { return Y1_; }
 
   /// Returns the largest |h| up to `limit` for which a step from `state` exists, to 1e-3.
   std::optional<double> largest_step(const State& state, double limit);
@@ -108,29 +122,8 @@ class RattleStiefel {
   BlockedPass<Scalar> pass_;
   ConstraintRiccati<Scalar> riccati_;
   SymmetricLyapunov<Scalar> lyapunov_;
-  Matrix<Scalar> A_, E_, defect_, Y_, Y1_, found_, product_;
+  Matrix<Scalar> A_{n_, n_}, E_{A_}, defect_{A_}, Y_{A_}, Y1_{A_}, found_{A_}, product_{A_};
 };
-
-template <class Scalar>
-RattleStiefel<Scalar>::RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h,
-                                     Arithmetic arithmetic, LowerBlock lower)
-    : arithmetic_(arithmetic),
-      h_(h),
-      unit_(lower == LowerBlock::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
-      n_(n),
-      inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
-      pass_(arithmetic, lower, n, lambda.size()),
-      riccati_(n),
-      lyapunov_(n),
-      A_(n, n),
-      E_(n, n),
-      defect_(n, n),
-      Y_(n, n),
-      Y1_(n, n),
-      found_(n, n),
-      product_(n, n) {
-  inverse_.head(lambda.size()) = (lambda / binary_unit<Scalar>(lambda.maxCoeff())).cwiseInverse();
-}
 
 template <class Scalar>
 auto RattleStiefel<Scalar>::start(const Point& x) -> State {
@@ -138,11 +131,6 @@ auto RattleStiefel<Scalar>::start(const Point& x) -> State {
               Matrix<Scalar>::Zero(n_, n_)};
   pass_.measure(columns(state), state.moments);
   return state;
-}
-
-template <class Scalar>
-RunStatus RattleStiefel<Scalar>::step(State& state) {
-  return step(state, h_);
 }
 
 template <class Scalar>

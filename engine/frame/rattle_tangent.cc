@@ -1,8 +1,7 @@
 #include <algorithm>
 
-#include "engine/dense/continuation.h"
-#include "engine/dense/decompositions.h"
 #include "engine/dense/symmetric_solve.h"
+#include "engine/frame/rattle_stiefel.h"
 #include "engine/frame/rattle_tangent.h"
 #include "engine/frame/rattle_tangent_pass.h"
 #include "engine/methods/symmetric_stages.h"
@@ -22,35 +21,6 @@ using Tiles = std::vector<TileRow>;
 auto& element(auto& x, Index n, Index a, Index j) {
   return x[static_cast<std::size_t>(j / TileRow::columns * n + a)].x[j % TileRow::columns];
 }
-
-/// The multiplier Y of a step of RATTLE, in the letters of RattleStiefel.
-struct RattleMultiplier {
-  explicit RattleMultiplier(Index n) : A(n, n), P(n, n), E(n, n), Y(n, n), riccati_(n) {}
-
-  /// Finds Y for a step of size h from the present Y, else along the branch from Y = 0.
-  /// `measure(t)` sets A = GDᵀ, P = GGᵀ and E = DDᵀ for a step of size t.
-  bool find(double h, auto&& measure) {
-    const auto solve = [&](double t) {
-      measure(t);
-      E.diagonal().array() -= 1;
-      return riccati_.solve(A, P, E, Y);
-    };
-    if (solve(h)) return true;
-    Y.setZero();
-    return !(continuation(1, [&](double t) {
-               found_ = Y;
-               if (solve(t * h)) return true;
-               Y = found_;
-               return false;
-             }) < 1);
-  }
-
-  Dense A, P, E, Y;
-
- private:
-  ConstraintRiccati<double> riccati_;
-  Dense found_;
-};
 
 /// Moves vectors (δQ, δS) by the steps of RATTLE on V(n, N), one by one, in passes over packs of
 /// columns. With B and Z for Y/h and Y′/h in the letters of RattleStiefel, a step is
@@ -73,12 +43,10 @@ class RattleTangent final : public TangentMap {
         unit_(binary_unit(at.lambda.maxCoeff())),
         gamma_(symmetric_stages<double>(scene.order() > 0 ? scene.order() : 2)),
         parameters_(at),
+        map_(at.lambda, n_, at.h),
         pass_(make_rattle_tangent_pass(n_)),
-        multiplier_(n_),
         C_(n_),
         K_(n_),
-        B_(n_, n_),
-        Z_(n_, n_),
         R_(n_, n_),
         X_(n_, n_) {
     inverse_ = zero(1);
@@ -88,7 +56,6 @@ class RattleTangent final : public TangentMap {
 
   void start(const Dense&, const Dense& V) override {
     vectors_.assign(static_cast<std::size_t>(V.cols()), {zero(n_), zero(n_), {}, {}, {}, 0});
-    Z_.setZero();
     for (Index v = 0; v < V.cols(); ++v) {
       Vector& x = vectors_[static_cast<std::size_t>(v)];
       take(V.col(v).reshaped(2 * n_, N_), x.Q, x.S);
@@ -104,14 +71,21 @@ class RattleTangent final : public TangentMap {
   }
 
   RunStatus step(const Dense& point) override {
+    auto state = map_.start(point);
     take(point, Q_, S_);
     const std::size_t stages = 2 * gamma_.size() - 1;
     for (int k = 0; k < substeps_; ++k)
       for (std::size_t stage = 0; stage < stages; ++stage) {
         const double gamma = gamma_[std::min(stage, stages - 1 - stage)];
-        if (const RunStatus status = find_step(gamma * parameters_.h / unit_); !status.reached())
-          return status;
-        for (Vector& x : vectors_) move(x, gamma * x.by_h);
+        const double h = gamma * parameters_.h / unit_;
+        const Dense GD = state.moments.QQ[1] + h * state.moments.QV[1], GG = state.moments.QQ[2];
+        stop_point(12 * static_cast<double>(n_ * n_ * N_));
+        if (!map_.step(state, gamma * parameters_.h).reached())
+          return {Outcome::solver_stalled, std::nullopt};
+        C_.factor(GD + h * GG * map_.B());
+        K_.factor(state.moments.QQ[1]);
+        pass_->step(columns(), h, map_.B().data(), map_.Z().data());
+        for (Vector& x : vectors_) move(x, h, gamma * x.by_h);
         Q_.swap(next_);
         S_.swap(end_);
       }
@@ -153,26 +127,7 @@ class RattleTangent final : public TangentMap {
             next_.data(), end_.data(),     G1_.data(), V1_.data()};
   }
 
-  /// Finds the values of a step from Q and S.
-  RunStatus find_step(double h) {
-    stop_point(12 * static_cast<double>(n_ * n_ * N_));
-    h_ = h;
-    auto &A = multiplier_.A, &P = multiplier_.P, &E = multiplier_.E, &Y = multiplier_.Y;
-    Y = h_ * Z_;
-    const RattleColumns x = columns();
-    if (!multiplier_.find(h_,
-                          [&](double t) { pass_->measure(x, t, A.data(), P.data(), E.data()); }))
-      return {Outcome::solver_stalled, std::nullopt};
-    B_ = Y / h_;
-    C_.factor(A + P * Y);
-    pass_->advance(x, h_, B_.data(), A.data(), E.data());
-    K_.factor(A);
-    K_.solve(-1, E, Z_);
-    pass_->finish(x, Z_.data());
-    return {};
-  }
-
-  void move(Vector& x, double by_h) {
+  void move(Vector& x, double h, double by_h) {
     stop_point(9 * static_cast<double>(n_ * n_ * N_));
     const RattleColumns at = columns();
     const RattleVector vector{x.Q.data(),
@@ -182,9 +137,9 @@ class RattleTangent final : public TangentMap {
                               x.by_inverse.empty() ? nullptr : x.by_inverse.data(),
                               by_h,
                               work_.data()};
-    pass_->begin(at, vector, h_, B_.data(), R_.data());
-    C_.solve(-1 / h_, R_, X_);
-    pass_->move_Q(at, vector, h_, X_.data(), Z_.data(), R_.data());
+    pass_->begin(at, vector, h, map_.B().data(), R_.data());
+    C_.solve(-1 / h, R_, X_);
+    pass_->move_Q(at, vector, h, X_.data(), map_.Z().data(), R_.data());
     K_.solve(-1, R_, X_);
     pass_->move_S(at, vector, X_.data());
   }
@@ -193,13 +148,12 @@ class RattleTangent final : public TangentMap {
   int substeps_;
   bool compensated_;
   double unit_;  ///< Λ and h are divided by it, as in RattleStiefel
-  double h_ = 0;
   std::vector<double> gamma_;
   TangentParameters parameters_;
+  RattleStiefel<double> map_;
   std::unique_ptr<RattleTangentPass> pass_;
-  RattleMultiplier multiplier_;
   SymmetricSolve C_, K_;
-  Dense B_, Z_, R_, X_;
+  Dense R_, X_;
   Tiles inverse_, Q_, S_, half_, next_, end_, G1_, V1_, work_;
   std::vector<Vector> vectors_;
 };

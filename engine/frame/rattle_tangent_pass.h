@@ -36,13 +36,8 @@ class RattleTangentPass {
  public:
   virtual ~RattleTangentPass();
 
-  /// Sets A = GDᵀ, P = GGᵀ, E = DDᵀ with G = QΛ⁻¹, D = Q + hSΛ⁻¹.
-  virtual void measure(const RattleColumns& at, double h, double* A, double* P, double* E) = 0;
-  /// Sets S_½ = S + BQ, Q′ = Q + hS_½Λ⁻¹, and K = Q′Λ⁻¹Q′ᵀ, E = Q′(S_½Λ⁻¹)ᵀ.
-  virtual void advance(const RattleColumns& at, double h, const double* B, double* K,
-                       double* E) = 0;
-  /// Sets S′ = S_½ + ZQ′.
-  virtual void finish(const RattleColumns& at, const double* Z) = 0;
+  /// Sets S_½ = S + BQ, Q′ = Q + hS_½Λ⁻¹, S′ = S_½ + ZQ′.
+  virtual void step(const RattleColumns& at, double h, const double* B, const double* Z) = 0;
 
   /// With w = δS + BδQ, sets R = (δQ + hwΛ⁻¹ + hS_½δΛ⁻¹ + δh S_½Λ⁻¹)Q′ᵀ.
   virtual void begin(const RattleColumns& at, const RattleVector& x, double h, const double* B,

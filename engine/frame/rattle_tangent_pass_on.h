@@ -14,59 +14,24 @@ class RattleTangentPassOn final : public RattleTangentPass {
  public:
   explicit RattleTangentPassOn(std::ptrdiff_t n) : n_(n), local_{Block(n), Block(n)} {}
 
-  void measure(const RattleColumns& at, double h, double* A, double* P_, double* E) override {
-    Sum a(n(), A), p(n(), P_), e(n(), E);
+  void step(const RattleColumns& at, double h, const double* B, const double* Z) override {
     for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
       const std::ptrdiff_t packs = filled(at, t);
       const Rows Q = of(at.Q, t), S = of(at.S, t);
-      Rows G = local(0), D = local(1);
+      Rows half = of(at.half, t), next = of(at.next, t), G1 = of(at.G1, t), end = of(at.end, t),
+           V1 = of(at.V1, t);
       const P* const w = weights(at, t);
-      for (std::ptrdiff_t k = 0; k < packs; ++k)
-        for (std::ptrdiff_t i = 0; i < n(); ++i) {
-          G[i][k] = Q[i][k] * w[k];
-          D[i][k] = Q[i][k] + h * (S[i][k] * w[k]);
-        }
-      Product::template add<false>(G, D, n(), packs, a);
-      Product::template add<true>(G, G, n(), packs, p);
-      Product::template add<true>(D, D, n(), packs, e);
-    }
-    a.finish(false, n());
-    p.finish(true, n());
-    e.finish(true, n());
-  }
-
-  void advance(const RattleColumns& at, double h, const double* B, double* K, double* E) override {
-    Sum sum_K(n(), K), sum_E(n(), E);
-    for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
-      const std::ptrdiff_t packs = filled(at, t);
-      const Rows Q = of(at.Q, t), S = of(at.S, t);
-      Rows half = of(at.half, t), next = of(at.next, t), G1 = of(at.G1, t), V = local(0);
-      const P* const w = weights(at, t);
-      for (std::ptrdiff_t k = 0; k < packs; ++k)
+      for (std::ptrdiff_t k = 0; k < packs; ++k) {
         for (std::ptrdiff_t i = 0; i < n(); ++i) {
           half[i][k] = S[i][k] + times(B, i, Q, k);
-          V[i][k] = half[i][k] * w[k];
-          next[i][k] = Q[i][k] + h * V[i][k];
+          next[i][k] = Q[i][k] + h * (half[i][k] * w[k]);
           G1[i][k] = next[i][k] * w[k];
         }
-      Product::template add<true>(G1, next, n(), packs, sum_K);
-      Product::template add<false>(next, V, n(), packs, sum_E);
-    }
-    sum_K.finish(true, n());
-    sum_E.finish(false, n());
-  }
-
-  void finish(const RattleColumns& at, const double* Z) override {
-    for (std::ptrdiff_t t = 0; t < tiles(at); ++t) {
-      const std::ptrdiff_t packs = filled(at, t);
-      const Rows half = of(at.half, t), next = of(at.next, t);
-      Rows end = of(at.end, t), V1 = of(at.V1, t);
-      const P* const w = weights(at, t);
-      for (std::ptrdiff_t k = 0; k < packs; ++k)
         for (std::ptrdiff_t i = 0; i < n(); ++i) {
           end[i][k] = half[i][k] + times(Z, i, next, k);
           V1[i][k] = end[i][k] * w[k];
         }
+      }
     }
   }
 
