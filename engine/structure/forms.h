@@ -29,27 +29,6 @@ Scalar omega_canonical(const Matrix<Scalar>& x, const Matrix<Scalar>& u, const M
          2;  // ⟨ξ, η⟩ = ½ tr(ξᵀη)
 }
 
-/// Ω_gl on gl(N) × gl(N), [RB] (3.5), for u = (ξ_1, η_1), v = (ξ_2, η_2): ½ tr(η_2ᵀξ_1 − η_1ᵀξ_2).
-/// On S ⊂ SO(N) × SO(N), tangent vectors (Qξ, Pη), it is symplectic (Prop. 3.9).
-template <class Scalar>
-Scalar Omega_gl(const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
-  const Eigen::Index N = u.cols();
-  return (trace_product(u.topRows(N), v.bottomRows(N)) -
-          trace_product(v.topRows(N), u.bottomRows(N))) /
-         2;
-}
-
-/// Ω_L on SO(N) × SO(N) ∋ (Q_{k−1}, Q_k), [RB] (7.8), of L = tr(Q_{k−1}ΛQ_kᵀ), for u = (Q_{k−1}ξ_1,
-/// Q_kη_1) and v = (Q_{k−1}ξ_2, Q_kη_2): ½ tr(Q_kᵀQ_{k−1}(ξ_2Λη_1 − ξ_1Λη_2)), which is ½
-/// tr(u_1Λv_2ᵀ − v_1Λu_2ᵀ). Symplectic on E_L (Theorem 7.2); for Λ = I it is Ω_gl.
-template <class Scalar>
-Scalar Omega_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
-  const Eigen::Index N = u.cols();
-  return (trace_product(u.topRows(N) * lambda.asDiagonal(), v.bottomRows(N)) -
-          trace_product(v.topRows(N) * lambda.asDiagonal(), u.bottomRows(N))) /
-         2;
-}
-
 /// ω on pairs of n × N matrices, [ST] (63), (71), for u = (A_1, A_2), v = (B_1, B_2): tr(A_1ᵀB_2) −
 /// tr(A_2ᵀB_1). Its restrictions to W^k (Theorem 3) and to T*V(n, N) ∋ (Q, S), where it is −d⟨S,
 /// dQ⟩, are symplectic.
@@ -58,6 +37,21 @@ Scalar omega_pairs(const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
   const Eigen::Index n = u.rows() / 2;
   return trace_product(u.topRows(n), v.bottomRows(n)) -
          trace_product(u.bottomRows(n), v.topRows(n));
+}
+
+/// Ω_gl on gl(N) × gl(N), [RB] (3.5), for u = (ξ_1, η_1), v = (ξ_2, η_2): ½ tr(η_2ᵀξ_1 − η_1ᵀξ_2).
+/// On S ⊂ SO(N) × SO(N), tangent vectors (Qξ, Pη), it is symplectic (Prop. 3.9).
+template <class Scalar>
+Scalar Omega_gl(const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
+  return omega_pairs(u, v) / 2;
+}
+
+/// Ω_L on SO(N) × SO(N) ∋ (Q_{k−1}, Q_k), [RB] (7.8), of L = tr(Q_{k−1}ΛQ_kᵀ), for u = (Q_{k−1}ξ_1,
+/// Q_kη_1) and v = (Q_{k−1}ξ_2, Q_kη_2): ½ tr(Q_kᵀQ_{k−1}(ξ_2Λη_1 − ξ_1Λη_2)), which is ½
+/// tr(u_1Λv_2ᵀ − v_1Λu_2ᵀ). Symplectic on E_L (Theorem 7.2); for Λ = I it is Ω_gl.
+template <class Scalar>
+Scalar Omega_L(const Vector<Scalar>& lambda, const Matrix<Scalar>& u, const Matrix<Scalar>& v) {
+  return omega_pairs<Scalar>(u * lambda.asDiagonal(), v) / 2;
 }
 
 /// ω_c on T*V(n, N) ∋ (Q, QM̄), [ST] (93), for u = (QU_1, QZ_1), v = (QU_2, QZ_2) with skew U, Z:

@@ -26,6 +26,14 @@ Matrix<Scalar> stacked_pair(const Matrix<Scalar>& top, const Matrix<Scalar>& bot
   return x;
 }
 
+/// Two frames, one above the other.
+template <class Scalar>
+Matrix<Scalar> tangent_to_pairs(const Matrix<Scalar>& x, const Matrix<Scalar>& G) {
+  const Eigen::Index n = x.rows() / 2;
+  return stacked_pair<Scalar>(tangent_to_frames<Scalar>(x.topRows(n), G.topRows(n)),
+                              tangent_to_frames<Scalar>(x.bottomRows(n), G.bottomRows(n)));
+}
+
 /// (Q, M) ∈ T*SO(N) with ω, [RB] (3.13).
 template <class Scalar>
 struct CotangentOfRotations {
@@ -43,9 +51,7 @@ struct CotangentOfRotations {
 template <class Scalar>
 struct PairsOfRotations {
   Matrix<Scalar> tangent(const Matrix<Scalar>& x, const Matrix<Scalar>& G) const {
-    const Eigen::Index N = x.cols();
-    return stacked_pair<Scalar>(tangent_to_frames<Scalar>(x.topRows(N), G.topRows(N)),
-                                tangent_to_frames<Scalar>(x.bottomRows(N), G.bottomRows(N)));
+    return tangent_to_pairs(x, G);
   }
   Scalar form(const Matrix<Scalar>&, const Matrix<Scalar>& u, const Matrix<Scalar>& v) const {
     return Omega_gl(u, v);
@@ -58,7 +64,7 @@ struct ConsecutiveRotations {
   Vector<Scalar> lambda;
 
   Matrix<Scalar> tangent(const Matrix<Scalar>& x, const Matrix<Scalar>& G) const {
-    return PairsOfRotations<Scalar>().tangent(x, G);
+    return tangent_to_pairs(x, G);
   }
   Scalar form(const Matrix<Scalar>&, const Matrix<Scalar>& u, const Matrix<Scalar>& v) const {
     return Omega_L(lambda, u, v);
