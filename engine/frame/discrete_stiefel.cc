@@ -68,13 +68,7 @@ std::unique_ptr<Simulation> make_discrete_stiefel(const Scene& scene) {
 }
 
 /// Two frames.
-TangentSpace pairs_of_frames(const Scene&) {
-  return {[](const Dense& x, const Dense& G) {
-    const Index n = x.rows() / 2;
-    return stacked_pair<double>(tangent_to_frames<double>(x.topRows(n), G.topRows(n)),
-                                tangent_to_frames<double>(x.bottomRows(n), G.bottomRows(n)));
-  }};
-}
+TangentSpace pairs_of_frames(const Scene&) { return {tangent_to_pairs<double>}; }
 
 /// Moves (δQ_{k−1}, δQ_k) by the steps of the discrete variational problem, [ST] (55):
 ///

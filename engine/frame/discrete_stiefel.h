@@ -39,21 +39,7 @@ class DiscreteStiefel {
   };
 
   DiscreteStiefel(const Vector<Scalar>& lambda, Eigen::Index n)
-      : lambda_(lambda.template cast<Wide>()),
-        n_(n),
-        lyapunov_(n),
-        lu_(n),
-        Q_prev_(n, lambda.size()),
-        Q_(n, lambda.size()),
-        bar_(n, lambda.size()),
-        I_(Matrix<Wide>::Identity(n, n)),
-        inverse_(n, n),
-        C_T_(n, n),
-        G_(n, n),
-        E_(n, n),
-        X_(n, n),
-        B_(n, n),
-        next_(n) {}
+      : lambda_(lambda.template cast<Wide>()), n_(n), lyapunov_(n), lu_(n) {}
 
   State start(const Point& x) const { return {Accumulator<Point>(x, Arithmetic::compensated)}; }
 
@@ -143,8 +129,10 @@ class DiscreteStiefel {
   Eigen::Index n_;
   Lyapunov<Wide> lyapunov_;
   Lu<Wide> lu_;
-  Matrix<Wide> Q_prev_, Q_, bar_, I_, inverse_, C_T_, G_, E_, X_, B_;
-  Vector<Wide> next_;
+  Matrix<Wide> Q_prev_{n_, lambda_.size()}, Q_{Q_prev_}, bar_{Q_prev_};
+  Matrix<Wide> I_{Matrix<Wide>::Identity(n_, n_)}, inverse_{I_}, C_T_{I_}, G_{I_}, E_{I_}, X_{I_},
+      B_{I_};
+  Vector<Wide> next_{n_};
 };
 
 }  // namespace stiefel

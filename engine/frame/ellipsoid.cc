@@ -1,5 +1,5 @@
-#include "engine/frame/ellipsoid_invariants.h"
 #include "engine/frame/stiefel_forms.h"
+#include "engine/frame/stiefel_invariants.h"
 #include "engine/frame/stiefel_maps.h"
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/stacked_observables.h"

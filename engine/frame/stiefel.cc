@@ -2,7 +2,6 @@
 #include "engine/frame/rattle_tangent.h"
 #include "engine/frame/stiefel_forms.h"
 #include "engine/frame/stiefel_maps.h"
-#include "engine/frame/stiefel_momenta.h"
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/two_form.h"
 #include "engine/structure/tangent_spaces.h"

@@ -22,13 +22,7 @@ class Stiefel {
   using State = Matrix<Scalar>;
 
   Stiefel(Vector<Scalar> lambda, Eigen::Index n)
-      : lambda_(std::move(lambda)),
-        n_(n),
-        lyapunov_(n),
-        onto_frames_(n),
-        K_(n, n),
-        B_(n, n),
-        Y_(n, n) {}
+      : lambda_(std::move(lambda)), n_(n), lyapunov_(n), onto_frames_(n) {}
 
   const Vector<Scalar>& lambda() const { return lambda_; }
   Eigen::Index n() const { return n_; }
@@ -69,7 +63,7 @@ class Stiefel {
   Eigen::Index n_;
   SymmetricLyapunov<Scalar> lyapunov_;
   FrameProjection<Scalar> onto_frames_;
-  Matrix<Scalar> K_, B_, Y_;
+  Matrix<Scalar> K_{n_, n_}, B_{K_}, Y_{K_};
 };
 
 }  // namespace stiefel

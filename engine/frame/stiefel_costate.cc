@@ -1,8 +1,6 @@
 // Geodesics on V(n, N) by costates: P, or the momentum M held as its factors Q and P_0.
 #include "engine/frame/stiefel_costate.h"
 #include "engine/frame/stiefel_forms.h"
-#include "engine/frame/stiefel_invariants.h"
-#include "engine/frame/stiefel_momenta.h"
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/two_form.h"
 #include "engine/structure/tangent_spaces.h"
@@ -85,7 +83,7 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
   observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     of_S(x, out);
     if (with_M || !out.wants(family::PQt)) return;
-    const Eigen::MatrixXd A = costate_product<double>(x.topRows(n), x.bottomRows(n));
+    const Eigen::MatrixXd A = x.bottomRows(n) * x.topRows(n).transpose();
     out.add_elements(family::PQt, A, x.bottomRows(n).norm());
   };
   return make_simulation(scene, StiefelCostate<double>(lambda, n), shared(observables));

@@ -22,13 +22,7 @@ class StiefelCostate {
   using State = Matrix<Scalar>;
 
   StiefelCostate(Vector<Scalar> lambda, Eigen::Index n)
-      : lambda_(std::move(lambda)),
-        n_(n),
-        U_(lambda_, n),
-        S_(n, lambda_.size()),
-        SU_(S_),
-        SQdot_(n, n),
-        onto_frames_(n) {}
+      : lambda_(std::move(lambda)), n_(n), U_(lambda_, n), onto_frames_(n) {}
 
   const Vector<Scalar>& lambda() const { return lambda_; }
   Eigen::Index n() const { return n_; }
@@ -53,7 +47,7 @@ class StiefelCostate {
   Vector<Scalar> lambda_;
   Eigen::Index n_;
   OptimalControl<Scalar> U_;
-  Matrix<Scalar> S_, SU_, SQdot_;
+  Matrix<Scalar> S_{n_, lambda_.size()}, SU_{S_}, SQdot_{n_, n_};
   FrameProjection<Scalar> onto_frames_;
 };
 

@@ -6,7 +6,6 @@
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/stiefel_invariants.h"
-#include "engine/frame/stiefel_momenta.h"
 #include "engine/motion/stacked_observables.h"
 #include "stiefel/invariant_names.h"
 
@@ -126,7 +125,7 @@ void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen:
       out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * lambda.maxCoeff()) : E);
     }
     if (!out.wants(family::spatial_momentum)) return;
-    out.add_skew(family::spatial_momentum, frame_momentum<Wide>(wide_Q, wide_S),
+    out.add_skew(family::spatial_momentum, momentum_m<Wide>(wide_Q, wide_S),
                  at_rest ? of_terms : of_S);
   };
   observables.frame_defect = [n](const Eigen::MatrixXd& x) {
@@ -154,5 +153,30 @@ SeriesStart<Scalar> start_of_costate(const SceneNumbers<Scalar>& g, const char* 
 template SeriesStart<long double> start_of_costate(const SceneNumbers<long double>&, const char*,
                                                    const char*);
 template SeriesStart<Quad> start_of_costate(const SceneNumbers<Quad>&, const char*, const char*);
+
+namespace {
+
+/// Returns Q̇, from M where n = N, else from S.
+Eigen::MatrixXd Qdot_of(const Phase& x) {
+  return x.square() ? Qdot_of_M(x.lambda, x.Q, x.M) : Qdot_of_S(x.lambda, x.S);
+}
+WithinDomain<FormBlocks> write_velocity(const Phase& x, const ConversionTarget&, Margins&) {
+  return FormBlocks{{{"Q", x.Q}, {"Qdot", Qdot_of(x)}}};
+}
+
+/// Writes U by 𝒵, [ST] Theorem 2.
+WithinDomain<FormBlocks> write_angular_velocity(const Phase& x, const ConversionTarget&, Margins&) {
+  if (x.square()) return FormBlocks{{{"Q", x.Q}, {"U", x.Q.transpose() * Qdot_of(x)}}};
+  const auto N = static_cast<double>(x.Q.cols());
+  if (x.Q.cols() > largest_written_M) return outside({"N", N, largest_written_M}, "to");
+  return FormBlocks{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
+}
+
+}  // namespace
+
+namespace representations {
+constinit const Representation velocity = {false, nullptr, write_velocity};
+constinit const Representation angular_velocity = {false, nullptr, write_angular_velocity};
+}  // namespace representations
 
 }  // namespace stiefel

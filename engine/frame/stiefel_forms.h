@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "engine/frame/stiefel_legendre.h"
+#include "engine/frame/stiefel_momenta.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
 #include "engine/motion/stacked_observables.h"

@@ -4,7 +4,7 @@
 
 namespace stiefel {
 
-/// Invariants on V(n, N). Frames, S and P are n × N; m, k and PQᵀ are n × n. Nothing here is N × N.
+/// Invariants on V(n, N). Frames and S are n × N. Nothing here is N × N.
 
 /// Returns E = ½ tr(SΛ⁻¹Sᵀ), S = Q̇Λ.
 template <class Scalar>
@@ -12,19 +12,6 @@ Scalar stiefel_energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& S) {
   Scalar E = 0;
   for (Eigen::Index j = 0; j < S.cols(); ++j) E += S.col(j).squaredNorm() / lambda(j);
   return E / 2;
-}
-
-/// Returns PQᵀ = ½(k + m), constant along (68)–(69) for every costate P.
-template <class Scalar>
-Matrix<Scalar> costate_product(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
-  return P * Q.transpose();
-}
-
-/// Returns m = PQᵀ − QPᵀ, the spatial momentum; P is any costate, or S.
-template <class Scalar>
-Matrix<Scalar> frame_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
-  const Matrix<Scalar> product = costate_product(Q, P);
-  return product - product.transpose();
 }
 
 /// Returns m_k = Q_kΛQ_{k−1}ᵀ − Q_{k−1}ΛQ_kᵀ; [ST] (57).
@@ -54,6 +41,32 @@ std::vector<std::vector<Scalar>> discrete_lax_coefficients(const Vector<Scalar>&
   linear << O, I, -I, O;
   quadratic << -I, O, O, O;
   return power_traces<Scalar>(lambda.cwiseAbs2(), 0, Z, {constant, linear, quadratic}, K);
+}
+
+/// Returns Joachimsthal's invariant of geodesics on the ellipsoid: (qᵀΛ⁻¹q)(q̇ᵀq̇).
+template <class Scalar>
+Scalar joachimsthal(const Vector<Scalar>& lambda, const Vector<Scalar>& q,
+                    const Vector<Scalar>& qdot) {
+  return q.cwiseAbs2().cwiseQuotient(lambda).sum() * qdot.squaredNorm();
+}
+
+/// Returns the coefficients of tr M(μ)^k, k = 1..K, of the Lax matrix [ST] (18) of (q, p),
+///
+///     M(μ) = qpᵀ − pqᵀ + μΛ + μ⁻¹ qqᵀ Δ/(qᵀΛ⁻¹q),   Δ = (pᵀΛ⁻¹q)² − (pᵀΛ⁻¹p)(qᵀΛ⁻¹q).
+///
+/// Element [k − 1][j] belongs to μ^{j−k}, j = 0..2k. p is any costate, for example Λq̇.
+template <class Scalar>
+std::vector<std::vector<Scalar>> lax_coefficients(const Vector<Scalar>& lambda,
+                                                  const Vector<Scalar>& q, const Vector<Scalar>& p,
+                                                  int K) {
+  const Scalar qq = q.cwiseAbs2().cwiseQuotient(lambda).sum();
+  const Scalar pp = p.cwiseAbs2().cwiseQuotient(lambda).sum();
+  const Scalar qp = q.cwiseProduct(p).cwiseQuotient(lambda).sum();
+  Matrix<Scalar> Z(2, q.size()), skew(2, 2), corner(2, 2);
+  Z << q.transpose(), p.transpose();
+  skew << 0, 1, -1, 0;
+  corner << (qp * qp - pp * qq) / qq, 0, 0, 0;
+  return power_traces<Scalar>(lambda, 2, Z, {corner, skew}, K);  // the traces of μM(μ)
 }
 
 }  // namespace stiefel

@@ -9,7 +9,7 @@
 #include "engine/frame/ellipsoid.h"
 #include "engine/frame/stiefel.h"
 #include "engine/frame/stiefel_costate.h"
-#include "engine/frame/stiefel_invariants.h"
+#include "engine/frame/stiefel_momenta.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/scenes/body_state.h"
 #include "tests/support/scenes/random_frame.h"
@@ -105,7 +105,7 @@ TEST(Adaptive, EndsEveryStepOnTheManifold) {
   for (const auto& [n, N] : {std::pair{1, 4}, {2, 5}, {3, 4}}) {
     const testing::RandomFrame<double> frame(n, N, 3);
     const auto inverse = frame.lambda.cwiseInverse().asDiagonal();
-    const Matrix<double> m = frame_momentum<double>(frame.Q, frame.S);
+    const Matrix<double> m = momentum_m<double>(frame.Q, frame.S);
     const auto on_frames = [n = n](const Matrix<double>& x) {
       EXPECT_LE(orthogonality_defect(x.topRows(n)), rounding);
     };
@@ -114,7 +114,7 @@ TEST(Adaptive, EndsEveryStepOnTheManifold) {
       const Matrix<double> Q = x.topRows(n), S = x.bottomRows(n),
                            along = Q * inverse * S.transpose();
       EXPECT_LE((along + along.transpose()).cwiseAbs().maxCoeff(), rounding);
-      EXPECT_LE((frame_momentum<double>(Q, S) - m).norm(), 1e-2 * S.norm());
+      EXPECT_LE((momentum_m<double>(Q, S) - m).norm(), 1e-2 * S.norm());
     });
     Matrix<double> costate = frame.state();
     costate.bottomRows(n) += 0.3 * frame.Q;

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/body/discrete_pairs.h"
-#include "engine/frame/stiefel_legendre.h"
+#include "engine/frame/stiefel_momenta.h"
 #include "engine/structure/derivative.h"
 #include "engine/structure/tangent_spaces.h"
 #include "tests/support/linalg/j_d_inverse.h"

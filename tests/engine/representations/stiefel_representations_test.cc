@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/dense/decompositions.h"
-#include "engine/frame/stiefel_legendre.h"
+#include "engine/frame/stiefel_momenta.h"
 #include "tests/support/representations/frame_formulas.h"
 #include "tests/support/representations/rigid_formulas.h"
 #include "tests/support/scenes/random_matrices.h"

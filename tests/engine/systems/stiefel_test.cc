@@ -4,7 +4,6 @@
 
 #include <unsupported/Eigen/AutoDiff>
 #include "engine/frame/ellipsoid.h"
-#include "engine/frame/ellipsoid_invariants.h"
 #include "engine/frame/stiefel_costate.h"
 #include "engine/frame/stiefel_invariants.h"
 #include "tests/support/integrate.h"

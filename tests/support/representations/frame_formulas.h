@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/frame/stiefel_legendre.h"
+#include "engine/frame/stiefel_momenta.h"
 
 /// Formulas on V(n, N) that the engine does not need, for tests of those that it has.
 namespace stiefel::testing {
