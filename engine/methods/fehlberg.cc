@@ -77,6 +77,5 @@ void Fehlberg<Scalar>::step(const Field& field, const Numbers& x, const Numbers&
 }
 
 template class Fehlberg<double>;
-template class Fehlberg<long double>;
 
 }  // namespace stiefel

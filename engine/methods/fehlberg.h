@@ -7,7 +7,7 @@
 namespace stiefel {
 
 /// The pair of Runge–Kutta methods of orders 7 and 8 (Fehlberg 1968) for dx/dt = field(x), on the
-/// numbers of a state. Compiled once, in fehlberg.cc, for double and long double. Allocates only
+/// numbers of a state. Compiled once, in fehlberg.cc. Allocates only
 /// where the number of numbers changes.
 template <class Scalar>
 class Fehlberg {

@@ -1,12 +1,13 @@
 #include "engine/frame/geodesics/jacobi_flow.h"
 
 #include <cmath>
-#include <functional>
 
 #include "engine/dense/decompositions.h"
-#include "engine/frame/geodesics/geodesic_flow.h"
+#include "engine/dense/inertia_operator.h"
+#include "engine/frame/geodesics/connect_work.h"
+#include "engine/frame/geodesics/geodesic_series.h"
 #include "engine/frame/geodesics/path.h"
-#include "engine/methods/fehlberg.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -16,41 +17,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using State = JacobiFlow::State;
 
-template <template <class> class Form>
-class JacobiFlowBy : public JacobiFlow {
+/// n < N ([ST] (37)–(39)): Q̇ = SΛ⁻¹, Ṡ = BQ, KB + BK = −2Q̇Q̇ᵀ, K = QΛ⁻¹Qᵀ.
+class FrameJacobiFlow final : public JacobiFlow {
  public:
-  JacobiFlowBy(const VectorXd& lambda, Index n)
-      : JacobiFlow(n, lambda.size()), lambda_(lambda), field_(lambda, n) {}
-
-  void step(const State& x, double h, State& next, State& error) override {
-    stop_point(connect_work::flow(n_, N_));
-    slope_.resize(x.size());
-    field_(x, slope_);
-    fehlberg_.step(std::ref(field_), x, slope_, h, next, error);
-  }
-
-  State start(const MatrixXd& Q, const MatrixXd& V, const MatrixXd& directions) const override {
-    const Index size = n_ * N_;
-    State x(static_cast<std::size_t>(2 * size * (1 + directions.cols())));
-    field_.block(x, 0) = Q;
-    field_.block(x, 1) = Form<double>::momentum(lambda_, Q, V);
-    auto all = fields(x);
-    for (Index k = 0; k < directions.cols(); ++k)
-      all.col(k).tail(size) =
-          Form<double>::momentum(lambda_, Q, directions.col(k).reshaped(n_, N_)).reshaped();
-    return x;
-  }
-
- protected:
-  VectorXd lambda_;
-  GeodesicField<Form<double>, double> field_;
-  Fehlberg<double> fehlberg_;
-  State slope_;
-};
-
-class FrameJacobiFlow final : public JacobiFlowBy<FrameForm> {
- public:
-  using JacobiFlowBy::JacobiFlowBy;
+  FrameJacobiFlow(const VectorXd& lambda, Index n) : JacobiFlow(lambda, n) {}
 
   MatrixXd basis(const MatrixXd& Q) const override {
     const MatrixXd Z = tangent_basis(Q);
@@ -61,7 +31,7 @@ class FrameJacobiFlow final : public JacobiFlowBy<FrameForm> {
   }
 
   Coordinates coordinates(const State& x) const override {
-    const MatrixXd E = basis(frame(x));
+    const MatrixXd E = basis(block(x, 0));
     const auto all = fields(const_cast<State&>(x));
     const Index size = n_ * N_;
     return {E.transpose() * (weight().asDiagonal() * all.topRows(size)),
@@ -69,19 +39,55 @@ class FrameJacobiFlow final : public JacobiFlowBy<FrameForm> {
   }
 
   double curvature(const State& x) const override {
-    const MatrixXd Q = frame(x), K = Q * lambda_.cwiseInverse().asDiagonal() * Q.transpose();
-    const MatrixXd V = field_.block(x, 1) * lambda_.cwiseInverse().asDiagonal();
+    const MatrixXd Q = block(x, 0), K = Q * lambda_.cwiseInverse().asDiagonal() * Q.transpose();
+    const MatrixXd V = block(x, 1) * lambda_.cwiseInverse().asDiagonal();
     return V.norm() / std::sqrt(lambda_.minCoeff() * symmetric_eigenvalues(K)(0));
   }
 
  private:
+  void field(const Values& Q, const Values& S, Block dQ, Block dS) override {
+    V_ = S * lambda_.cwiseInverse().asDiagonal();
+    G_ = Q * lambda_.cwiseInverse().asDiagonal();
+    K_ = G_.lazyProduct(Q.transpose()).triangularView<Eigen::Lower>();
+    spectrum_.factor(K_);
+    B_ = divided(-2 * V_.lazyProduct(V_.transpose()));
+    dQ = V_;
+    dS = B_.lazyProduct(Q);
+  }
+
+  void variation(const Values& Q, const Values&, const Values& q, const Values& s, Block dq,
+                 Block ds) override {
+    const MatrixXd v = s * lambda_.cwiseInverse().asDiagonal(),
+                   half_k = q.lazyProduct(G_.transpose()), k = half_k + half_k.transpose(),
+                   kB = k.lazyProduct(B_), vV = v.lazyProduct(V_.transpose());
+    const MatrixXd b = divided(-2 * (vV + vV.transpose()) - kB - kB.transpose());
+    dq = v;
+    ds = b.lazyProduct(Q) + B_.lazyProduct(q);
+  }
+
+  /// Returns X with KX + XK = E.
+  MatrixXd divided(const MatrixXd& E) const {
+    const auto& Z = spectrum_.vectors();
+    const auto& kappa = spectrum_.values();
+    const MatrixXd EZ = E.lazyProduct(Z);
+    MatrixXd X = Z.transpose().lazyProduct(EZ);
+    for (Index j = 0; j < n_; ++j)
+      for (Index i = 0; i < n_; ++i) X(i, j) /= kappa(i) + kappa(j);
+    const MatrixXd XZ = X.lazyProduct(Z.transpose());
+    return Z.lazyProduct(XZ);
+  }
+
   /// Returns Λ as the diagonal that acts on a tangent vector as a column.
   VectorXd weight() const { return lambda_.transpose().replicate(n_, 1).reshaped(); }
+
+  SymmetricEigen<double> spectrum_;
+  MatrixXd V_, G_, K_, B_;
 };
 
-class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
+/// n = N ([RB] (2.2), (2.3)): Q̇ = QΩ, Ṁ = [M, Ω], Ω_ij = M_ij/(λ_i + λ_j). No λ_i is a divisor.
+class BodyJacobiFlow final : public JacobiFlow {
  public:
-  BodyJacobiFlow(const VectorXd& lambda, Index n) : JacobiFlowBy(lambda, n), root_(degrees()) {
+  BodyJacobiFlow(const VectorXd& lambda, Index n) : JacobiFlow(lambda, n), root_(degrees()) {
     for (Index j = 0, k = 0; j < N_; ++j)
       for (Index i = 0; i < j; ++i, ++k) root_(k) = std::sqrt(lambda(i) + lambda(j));
   }
@@ -100,7 +106,7 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
 
   Coordinates coordinates(const State& x) const override {
     const auto all = fields(const_cast<State&>(x));
-    const MatrixXd Q = frame(x), M = field_.block(x, 1), Omega = inverse(M);
+    const MatrixXd Q = block(x, 0), M = block(x, 1), Omega = inverse(M);
     Coordinates out{MatrixXd(degrees(), all.cols()), MatrixXd(degrees(), all.cols())};
     for (Index k = 0; k < all.cols(); ++k) {
       const MatrixXd turn = Q.transpose() * all.col(k).head(N_ * N_).reshaped(N_, N_),
@@ -116,7 +122,7 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
 
   /// Computes R from D_t²η = −Rη for the fields with D_tη = 0, for which δΩ = −Lη.
   double curvature(const State& x) const override {
-    const MatrixXd M = field_.block(x, 1), Omega = inverse(M), torque = bracket(M, Omega),
+    const MatrixXd M = block(x, 1), Omega = inverse(M), torque = bracket(M, Omega),
                    rate = inverse(torque);
     const auto L = [&](const MatrixXd& omega, const MatrixXd& m, const MatrixXd& eta) -> MatrixXd {
       return (bracket(eta, omega) - inverse(bracket(inertia(eta), omega) + bracket(m, eta))) / 2;
@@ -136,6 +142,20 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
   }
 
  private:
+  void field(const Values& Q, const Values& M, Block dQ, Block dM) override {
+    Omega_ = inverse(M);
+    dQ = Q.lazyProduct(Omega_);
+    dM = M.lazyProduct(Omega_) - Omega_.lazyProduct(M);
+  }
+
+  void variation(const Values& Q, const Values& M, const Values& q, const Values& m, Block dq,
+                 Block dm) override {
+    const MatrixXd omega = inverse(m);
+    dq = q.lazyProduct(Omega_) + Q.lazyProduct(omega);
+    dm =
+        m.lazyProduct(Omega_) - Omega_.lazyProduct(m) + M.lazyProduct(omega) - omega.lazyProduct(M);
+  }
+
   static MatrixXd bracket(const MatrixXd& a, const MatrixXd& b) { return a * b - b * a; }
   MatrixXd inverse(const MatrixXd& m) const { return inverse_inertia<double>(lambda_, m); }
   MatrixXd inertia(const MatrixXd& omega) const {
@@ -148,10 +168,38 @@ class BodyJacobiFlow final : public JacobiFlowBy<BodyForm> {
     return out;
   }
 
+  MatrixXd Omega_;
   VectorXd root_;  ///< √(λ_i + λ_j), i < j
 };
 
 }  // namespace
+
+State JacobiFlow::start(const MatrixXd& Q, const MatrixXd& V, const MatrixXd& directions) const {
+  const Index size = n_ * N_;
+  State x(static_cast<std::size_t>(2 * size * (1 + directions.cols())));
+  block(x, 0) = Q;
+  block(x, 1) = momentum(lambda_, Q, V);
+  auto all = fields(x);
+  for (Index k = 0; k < directions.cols(); ++k)
+    all.col(k).tail(size) = momentum(lambda_, Q, directions.col(k).reshaped(n_, N_)).reshaped();
+  return x;
+}
+
+void JacobiFlow::step(const State& x, double h, State& next, State& error) {
+  stop_point(connect_work::flow(n_, N_));
+  const auto derivative = [&](const State& at, State& dx) {
+    field(block(at, 0), block(at, 1), block(dx, 0), block(dx, 1));
+    const std::size_t blocks = at.size() / static_cast<std::size_t>(n_ * N_);
+    for (std::size_t k = 2; k < blocks; k += 2) {
+      stop_point(1.5 * connect_work::frame(n_, N_));
+      variation(block(at, 0), block(at, 1), block(at, k), block(at, k + 1), block(dx, k),
+                block(dx, k + 1));
+    }
+  };
+  slope_.resize(x.size());
+  derivative(x, slope_);
+  fehlberg_.step(derivative, x, slope_, h, next, error);
+}
 
 std::unique_ptr<JacobiFlow> JacobiFlow::make(const VectorXd& lambda, Index n) {
   if (n == lambda.size()) return std::make_unique<BodyJacobiFlow>(lambda, n);

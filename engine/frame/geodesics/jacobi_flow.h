@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "engine/methods/fehlberg.h"
+
 namespace stiefel {
 
 /// The geodesic flow of tr(ΛQ̇ᵀQ̇) with m Jacobi fields, in steps of the pair of Fehlberg of orders 7
@@ -25,12 +27,12 @@ class JacobiFlow {
 
   /// Returns the state with J_k(0) = 0 and D_tJ_k(0) = the columns of `directions`, nN × m, tangent
   /// at Q.
-  virtual State start(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& V,
-                      const Eigen::MatrixXd& directions) const = 0;
+  State start(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& V,
+              const Eigen::MatrixXd& directions) const;
   /// Returns d orthonormal tangent vectors at Q, each as a column of length nN.
   virtual Eigen::MatrixXd basis(const Eigen::MatrixXd& Q) const = 0;
   /// Computes the state after a time h, and an estimate of its error.
-  virtual void step(const State& x, double h, State& next, State& error) = 0;
+  void step(const State& x, double h, State& next, State& error);
 
   struct Coordinates {
     Eigen::MatrixXd A, B;
@@ -39,9 +41,6 @@ class JacobiFlow {
   /// Returns a bound of √|K|, K the sectional curvatures of planes with Q̇ at x, for unit speed.
   virtual double curvature(const State& x) const = 0;
 
-  Eigen::MatrixXd frame(const State& x) const {
-    return Eigen::Map<const Eigen::MatrixXd>(x.data(), n_, N_);
-  }
   /// The fields, each as a column of δQ over the variation of the momentum.
   Eigen::Map<Eigen::MatrixXd> fields(State& x) const {
     const Eigen::Index both = 2 * n_ * N_, all = static_cast<Eigen::Index>(x.size());
@@ -50,8 +49,32 @@ class JacobiFlow {
   Eigen::Index degrees() const { return n_ * N_ - n_ * (n_ + 1) / 2; }
 
  protected:
-  JacobiFlow(Eigen::Index n, Eigen::Index N) : n_(n), N_(N) {}
+  using Block = Eigen::Map<Eigen::MatrixXd>;
+  using Values = Eigen::Map<const Eigen::MatrixXd>;
+
+  JacobiFlow(const Eigen::VectorXd& lambda, Eigen::Index n)
+      : lambda_(lambda), n_(n), N_(lambda.size()) {}
+
+  /// Return block k of a state, of Q, p, and δQ, δp for each field, n × N; p is S for n < N, M for
+  /// n = N.
+  Values block(const State& x, std::size_t k) const {
+    return {x.data() + k * static_cast<std::size_t>(n_ * N_), n_, N_};
+  }
+  Block block(State& x, std::size_t k) const {
+    return {x.data() + k * static_cast<std::size_t>(n_ * N_), n_, N_};
+  }
+
+  /// Sets the derivatives of Q and p, then those of δQ and δp at the point of the last call.
+  virtual void field(const Values& Q, const Values& p, Block dQ, Block dp) = 0;
+  virtual void variation(const Values& Q, const Values& p, const Values& q, const Values& r,
+                         Block dq, Block dr) = 0;
+
+  Eigen::VectorXd lambda_;
   Eigen::Index n_, N_;
+
+ private:
+  Fehlberg<double> fehlberg_;
+  State slope_;
 };
 
 }  // namespace stiefel

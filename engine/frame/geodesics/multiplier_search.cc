@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -30,17 +29,10 @@ class Spans {
  public:
   explicit Spans(const Posed& p) : whole_(p), reduced_(p) {
     const Index n = p.Q_0.rows(), N = p.Q_0.cols();
-    std::vector<Index> order(static_cast<std::size_t>(N));
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::stable_sort(order, {}, [&](Index j) { return p.lambda(j); });
     Index columns = 0;
-    for (auto from = order.begin(); from != order.end();) {
-      const double lambda = p.lambda(*from);
-      const auto to =
-          std::find_if(from, order.end(), [&](Index j) { return p.lambda(j) != lambda; });
-      parts_.push_back({{from, to}, {}});
-      columns += std::min<Index>(to - from, 2 * n);
-      from = to;
+    for (std::vector<Index>& equal : equal_columns(p.lambda)) {
+      columns += std::min<Index>(std::ssize(equal), 2 * n);
+      parts_.push_back({std::move(equal), {}});
     }
     if (columns == N) {
       parts_.clear();

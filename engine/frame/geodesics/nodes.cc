@@ -55,9 +55,8 @@ MatrixXd combined(const Path& path, const Eigen::RowVectorXd& factors) {
   return Q;
 }
 
-}  // namespace
-
-Nodes lobatto(int K) {
+/// Returns the nodes of one piece, without the root.
+Nodes piece(int K) {
   Nodes nodes;
   VectorXd x(K + 1), P(K + 1);
   for (int k = 0; k <= K; ++k) {
@@ -79,15 +78,18 @@ Nodes lobatto(int K) {
   D.diagonal() = -D.rowwise().sum();
   nodes.start = D.row(0);
   nodes.stiffness = D.transpose() * nodes.weights.asDiagonal() * D;
-  const MatrixXd inner = nodes.stiffness.block(1, 1, K - 1, K - 1);
-  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
-  nodes.breaks = VectorXd::LinSpaced(2, 0, 1);
   return nodes;
 }
 
+}  // namespace
+
+Nodes lobatto(int K) { return pieces(VectorXd::LinSpaced(2, 0, 1), K); }
+
+Nodes equally_spaced(int K) { return pieces(VectorXd::LinSpaced(K + 1, 0, 1), 1); }
+
 Nodes pieces(const VectorXd& breaks, int K) {
   const Index count = breaks.size() - 1, size = count * K + 1;
-  const Nodes one = lobatto(K);
+  const Nodes one = piece(K);
   Nodes nodes;
   nodes.times = nodes.weights = VectorXd::Zero(size);
   nodes.stiffness = MatrixXd::Zero(size, size);
@@ -103,24 +105,6 @@ Nodes pieces(const VectorXd& breaks, int K) {
   const MatrixXd inner = nodes.stiffness.block(1, 1, size - 2, size - 2);
   nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
   nodes.breaks = breaks;
-  return nodes;
-}
-
-Nodes equally_spaced(int K) {
-  Nodes nodes;
-  nodes.times = VectorXd::LinSpaced(K + 1, 0, 1);
-  nodes.weights = VectorXd::Constant(K + 1, 1.0 / K);
-  nodes.weights(0) = nodes.weights(K) = 0.5 / K;
-  nodes.start = Eigen::RowVectorXd::Zero(K + 1);
-  nodes.start(0) = -K;
-  nodes.start(1) = K;
-  nodes.stiffness = MatrixXd::Zero(K + 1, K + 1);
-  nodes.stiffness.diagonal().setConstant(2 * K);
-  nodes.stiffness(0, 0) = nodes.stiffness(K, K) = K;
-  nodes.stiffness.diagonal(1).setConstant(-K);
-  nodes.stiffness.diagonal(-1).setConstant(-K);
-  const MatrixXd inner = nodes.stiffness.block(1, 1, K - 1, K - 1);
-  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
   return nodes;
 }
 

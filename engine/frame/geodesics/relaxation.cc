@@ -20,6 +20,18 @@ double real(Index k) { return static_cast<double>(k); }
 
 }  // namespace
 
+std::vector<std::vector<Index>> equal_columns(const VectorXd& lambda) {
+  std::vector<Index> order(static_cast<std::size_t>(lambda.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](Index j) { return lambda(j); });
+  std::vector<std::vector<Index>> out;
+  for (const Index j : order) {
+    if (out.empty() || lambda(out.back()[0]) != lambda(j)) out.emplace_back();
+    out.back().push_back(j);
+  }
+  return out;
+}
+
 Relaxation::Relaxation(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q_T,
                        const Nodes& nodes)
     : Q_0_(Q_0),
@@ -34,16 +46,10 @@ Relaxation::Relaxation(const VectorXd& lambda, const MatrixXd& Q_0, const Matrix
 
 void Relaxation::set_inertia(const VectorXd& lambda) {
   lambda_ = lambda;
-  std::vector<Index> order(static_cast<std::size_t>(N_));
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, {}, [&](Index j) { return lambda(j); });
-  groups_.clear();
-  group_of_.resize(order.size());
-  for (const Index j : order) {
-    if (groups_.empty() || groups_.back().lambda != lambda(j)) groups_.push_back({lambda(j), {}});
-    groups_.back().columns.push_back(j);
-    group_of_[static_cast<std::size_t>(j)] = static_cast<Index>(groups_.size()) - 1;
-  }
+  groups_ = equal_columns(lambda);
+  group_of_.resize(static_cast<std::size_t>(N_));
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (const Index j : groups_[g]) group_of_[static_cast<std::size_t>(j)] = static_cast<Index>(g);
   shift_ = 0;
   if (q_.size() > 0) measure();
 }
@@ -145,7 +151,7 @@ void Relaxation::assemble(const MatrixXd& inverse) {
       for (Index g = 0; g < count; ++g) {
         auto out = B.col(g).reshaped(n_, n_);
         out.setZero();
-        for (const Index j : groups_[static_cast<std::size_t>(g)].columns)
+        for (const Index j : groups_[static_cast<std::size_t>(g)])
           out.noalias() +=
               q_.col(j).segment(k * n_, n_) * q_.col(j).segment(l * n_, n_).transpose();
       }
@@ -171,9 +177,9 @@ bool Relaxation::solve(double shift) {
   Index negative = 0;
   inverse_.resize(m, count);
   for (Index g = 0; g < count; ++g) {
-    const Group& group = groups_[static_cast<std::size_t>(g)];
-    const VectorXd sum = d_.array() + (1 + shift) * group.lambda;
-    negative += (sum.array() < 0).count() * static_cast<Index>(group.columns.size());
+    const std::vector<Index>& group = groups_[static_cast<std::size_t>(g)];
+    const VectorXd sum = d_.array() + (1 + shift) * lambda_(group[0]);
+    negative += (sum.array() < 0).count() * static_cast<Index>(group.size());
     inverse_.col(g) = sum.cwiseInverse();
   }
   if (negative > unknowns_ || !inverse_.allFinite()) return false;
@@ -197,7 +203,7 @@ void Relaxation::subtract_negative(Index negative) {
     for (Index c = 0; c < X_.cols(); ++c) {
       const double inverse = inverse_(c, static_cast<Index>(g));
       if (!(inverse < 0)) continue;
-      for (const Index j : groups_[g].columns) {
+      for (const Index j : groups_[g]) {
         stop_point(1000 + 4 * real(n_ * K_ * (K_ + 2)));
         Y_.col(at++) = std::sqrt(-inverse) * constraint(q_.col(j), X_.col(c));
       }
