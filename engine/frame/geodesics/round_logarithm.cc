@@ -145,22 +145,60 @@ class RoundShooting {
       idle = least < nearly && missed > least / 2 ? idle + 1 : 0;
       if (missed < least) least = missed, best = x;
       if (missed <= rounding) break;
-      accelerate(x, -packed(miss()));
+      accelerate(x, -packed(carried_back()));
     }
     if (!(least <= nearly)) return false;
     x = best;
     return true;
   }
 
-  /// Solves from an x near the solution by Newton's method. Returns as `converge` does.
-  bool refine(VectorXd& x) {
+  /// Solves from x by Newton's method, and where x is too far from a solution for that, minimises
+  /// the miss by the method of Levenberg and Marquardt, with a Jacobian by differences. Returns as
+  /// `converge` does.
+  bool minimise(VectorXd& x) {
+    constexpr int most = 60;
+    constexpr Index most_degrees = 600;
+    constexpr double change = 0x1p-26;
+    const Index d = x.size();
     MatrixXd z = x;
     const bool solved = newton_.solve(z, [&](const MatrixXd& at, MatrixXd& next) {
       shoot(at);
-      next = at - packed(miss());
+      next = at - packed(carried_back());
     });
-    x = z;
-    return solved && shoot(x) <= nearly;
+    if (solved && shoot(z) <= nearly) {
+      x = z;
+      return true;
+    }
+    if (const bool there = shoot(x) <= nearly; there || d > most_degrees) return there;
+    MatrixXd J(T_.size(), d), normal;
+    VectorXd miss = (Y_[4] - T_).reshaped();
+    double damping = 1e-3;
+    for (int k = 0; k < most; ++k) {
+      if (miss.cwiseAbs().maxCoeff() <= rounding) return true;
+      for (Index i = 0; i < d; ++i) {
+        VectorXd moved = x;
+        moved(i) += change;
+        shoot(moved);
+        J.col(i) = ((Y_[4] - T_).reshaped() - miss) / change;
+      }
+      const VectorXd slope = J.transpose() * miss;
+      normal.noalias() = J.transpose() * J;
+      if (!(slope.norm() > 1e-9 * miss.norm())) return false;  // a minimum that is no solution
+      for (bool better = false; !better; damping *= better ? 0.1 : 4) {
+        if (damping > 1e8) return miss.cwiseAbs().maxCoeff() <= nearly;
+        MatrixXd damped = normal;
+        damped.diagonal().array() += damping;
+        VectorXd step = slope;
+        factor_positive(damped);
+        solve_positive(damped, step);
+        const VectorXd next = x - step;
+        if (!std::isfinite(shoot(next))) continue;
+        const VectorXd there = (Y_[4] - T_).reshaped();
+        better = there.norm() < miss.norm();
+        if (better) x = next, miss = there;
+      }
+    }
+    return false;
   }
 
   /// Returns the degrees of freedom of a velocity, of n + p rows or padded.
@@ -217,7 +255,7 @@ class RoundShooting {
   }
 
   /// Returns the miss at t = 1, taken back to t = 0.
-  MatrixXd miss() {
+  MatrixXd carried_back() {
     MatrixXd D = Y_[4] - T_;
     for (std::size_t node = 5; node-- > 0;) project(Y_[node], D);
     return D;
@@ -265,7 +303,7 @@ MatrixXd join(RoundShooting& shooting, const MatrixXd& from, const MatrixXd& to,
   axes << from, complement(from);
   shooting.set_target(axes * to.transpose());
   x = shooting.chord();
-  if (!shooting.converge(x) && !shooting.refine(x = shooting.chord())) return {};
+  if (!shooting.converge(x) && !shooting.minimise(x = shooting.chord())) return {};
   shooting.shoot(x);
   return shooting.frame(k).transpose() * axes;
 }
@@ -278,7 +316,7 @@ bool prolong(RoundShooting& shooting, const MatrixXd& first, int parts, const Ma
   const double longest = (1 + 1e-9) * parts * shooting.length();
   x *= parts;
   shooting.set_target(T.transpose());
-  return shooting.refine(x) && shooting.length() <= longest;
+  return shooting.minimise(x) && std::isfinite(shooting.shoot(x)) && shooting.length() <= longest;
 }
 
 /// Shortens a broken geodesic until it has no kinks (Noakes 1998): every second frame of the path
@@ -359,7 +397,7 @@ void round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProduc
     for (double& number : x) number = normal(generator);
     x = chord + (std::numbers::pi / x.norm()) * x;
     VectorXd other = x;
-    if (shooting.converge(x) || shooting.refine(x = other)) keep(x, k);
+    if (shooting.converge(x) || shooting.minimise(x = other)) keep(x, k);
   }
 }
 
