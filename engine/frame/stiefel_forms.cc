@@ -158,7 +158,8 @@ namespace {
 
 /// Returns Q̇, from M where n = N, else from S.
 Eigen::MatrixXd Qdot_of(const Phase& x) {
-  return x.square() ? Qdot_of_M(x.lambda, x.Q, x.M) : Qdot_of_S(x.lambda, x.S);
+  return x.square() ? Eigen::MatrixXd(x.Q * inverse_inertia(x.lambda, x.M))
+                    : Qdot_of_S(x.lambda, x.S);
 }
 WithinDomain<FormBlocks> write_velocity(const Phase& x, const ConversionTarget&, Margins&) {
   return FormBlocks{{{"Q", x.Q}, {"Qdot", Qdot_of(x)}}};
@@ -169,7 +170,9 @@ WithinDomain<FormBlocks> write_angular_velocity(const Phase& x, const Conversion
   if (x.square()) return FormBlocks{{{"Q", x.Q}, {"U", x.Q.transpose() * Qdot_of(x)}}};
   const auto N = static_cast<double>(x.Q.cols());
   if (x.Q.cols() > largest_written_M) return outside({"N", N, largest_written_M}, "to");
-  return FormBlocks{{{"Q", x.Q}, {"U", AngularVelocity<double>(x.lambda, x.Q, x.S).dense()}}};
+  OptimalControl<double> U(x.lambda, x.Q.rows());
+  U.set(x.Q, x.S);
+  return FormBlocks{{{"Q", x.Q}, {"U", U.dense()}}};
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/dense/angular_velocity.h"
+#include "engine/dense/optimal_control.h"
 #include "engine/motion/outside_domain.h"
 
 namespace stiefel {
@@ -78,7 +78,11 @@ Matrix<Scalar> Legendre(const Matrix<Scalar>& Q, const Matrix<Scalar>& S) {
 template <class Scalar>
 Matrix<Scalar> Legendre_inverse(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
                                 const Matrix<Scalar>& P) {
-  return AngularVelocity<Scalar>(lambda, Q, P).Qdot() * lambda.asDiagonal();
+  OptimalControl<Scalar> U(lambda, Q.rows());
+  Matrix<Scalar> Qdot(Q.rows(), Q.cols());
+  U.set(Q, P);
+  U.apply(Q, Qdot);
+  return Qdot * lambda.asDiagonal();
 }
 
 }  // namespace stiefel
