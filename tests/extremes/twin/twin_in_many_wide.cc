@@ -1,4 +1,5 @@
 #include "tests/extremes/twin/twin_in_many.h"
+#include "tests/support/linalg/quadruple.h"
 
 namespace stiefel::extremes {
 

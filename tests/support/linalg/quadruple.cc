@@ -7,6 +7,7 @@ namespace stiefel {
 
 template class Exponential<Quad>;
 template class Lyapunov<Quad>;
+template class SkewFlow<Quad>;
 template Matrix<Quad> orthonormal_columns(const Matrix<Quad>&, Eigen::Index, Eigen::Index);
 template SkewEigen<Quad> skew_eigen(const Matrix<Quad>&);
 template Vector<long double> symmetric_eigenvalues(const Matrix<long double>&);

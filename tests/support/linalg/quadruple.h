@@ -20,13 +20,14 @@ extern template class ConstraintRiccati<Quad>;
 extern template class RattleStiefel<Quad>;
 extern template class CayleyN<Quad>;
 
-/// J_D⁻¹ by Newton's method in the Cayley form.
-class JDInverseInQuad {
+/// J_D⁻¹ in more digits than the engine's, by Newton's method in the Cayley form.
+template <class Scalar>
+class WideJDInverse {
  public:
-  using State = Accumulator<Matrix<Quad>>;
+  using State = Accumulator<Matrix<Scalar>>;
   using Memory = NoMemory;
 
-  JDInverseInQuad(const Vector<Quad>& lambda, Quad h) : h_(h), cayley_(lambda, h) {}
+  WideJDInverse(const Vector<Scalar>& lambda, Scalar h) : h_(h), cayley_(lambda, h) {}
 
   Memory memory(const auto&) const { return {}; }
   bool solve(const State& x, const Memory&) {
@@ -34,18 +35,22 @@ class JDInverseInQuad {
     return continue_to(x, 1);
   }
   bool continue_to(const State& x, double t) {
-    return cayley_.newton((Quad(t) * h_) * x.value.bottomRows(x.value.cols()));
+    return cayley_.newton((Scalar(t) * h_) * x.value.bottomRows(x.value.cols()));
   }
   void restart() { cayley_.C().setZero(); }
   void transport(State& x, Memory&) { cayley_.transport(x); }
 
  private:
-  Quad h_;
-  CayleyN<Quad> cayley_;
+  Scalar h_;
+  CayleyN<Scalar> cayley_;
+};
+template <>
+struct JDInverseOf<SoN<long double>> {
+  using type = WideJDInverse<long double>;
 };
 template <>
 struct JDInverseOf<SoN<Quad>> {
-  using type = JDInverseInQuad;
+  using type = WideJDInverse<Quad>;
 };
 
 }  // namespace stiefel
