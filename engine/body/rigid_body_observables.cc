@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "engine/body/rigid_forms.h"
+#include "engine/dense/orthogonal.h"
 #include "engine/dense/so_3.h"
 
 namespace stiefel {
@@ -15,6 +16,7 @@ using Dense = Eigen::MatrixXd;
 struct Body3 {
   explicit Body3(const Scene& scene)
       : lambda(scene.inertia()), frame(scene.has_frame()), determinant(scene.determinant()) {
+    if (scene.method().empty()) map_step = scene.step();
     if (!scene.axes()) return;
     R = scene.axes()->rotation;
     r_conjugate = quaternion_of(*R);
@@ -52,6 +54,7 @@ struct Body3 {
   Eigen::Vector3d lambda;
   bool frame;
   double determinant;
+  std::optional<double> map_step;  ///< the step of the discrete body
   std::optional<Eigen::Matrix3d> R;
   Eigen::Vector4d r_conjugate = Eigen::Vector4d::UnitX();
 };
@@ -59,56 +62,66 @@ struct Body3 {
 /// Reports a body in three dimensions in the caller's axes.
 class Observables3 final : public StackedObservables {
  public:
-  explicit Observables3(const Scene& scene) : Observables3(scene, Body3(scene)) {}
+  explicit Observables3(const Scene& scene)
+      : Observables3(scene, std::make_unique<const Body3>(scene)) {}
 
   Point from_blocks(const Dense& blocks) const override {
-    return body_.point(body_.frame ? quaternion_of(body_.determinant * blocks.topRows(3))
-                                   : Eigen::Vector4d::UnitX(),
-                       vee(blocks.bottomRows(3)));
+    return body_->point(body_->frame ? quaternion_of(body_->determinant * blocks.topRows(3))
+                                     : Eigen::Vector4d::UnitX(),
+                        vee(blocks.bottomRows(3)));
   }
   Dense to_blocks(const Point& x) const override {
-    const Dense Q = body_.Q(x);
+    const Dense Q = body_->Q(x);
     Dense out(Q.rows() + 3, 3);
-    out << Q, hat(body_.m(x));
+    out << Q, hat(body_->m(x));
     return out;
   }
 
+  void invariants(const Point& x, InvariantList& out) const override {
+    const Dense M = hat(body_->m(x));
+    rigid_body_invariants(Side::left, body_->lambda, body_->Q(x), M, out);
+    if (body_->map_step) add_discrete_hamiltonian(body_->lambda, M, *body_->map_step, out);
+  }
+  std::optional<double> orthogonality(const Point& x) const override {
+    if (!body_->frame) return std::nullopt;
+    return orthogonality_defect(body_->Q(x));
+  }
+  double rate(const Point& x) const override { return body_->omega(x).norm(); }
+
  private:
-  Observables3(const Scene& scene, const Body3& body)
+  Observables3(const Scene& scene, std::unique_ptr<const Body3> held)
       : StackedObservables(
-            body.point(body.frame ? scene.attitude() : Eigen::Vector4d(Eigen::Vector4d::UnitX()),
-                       vee(body_momentum(scene)))),
-        body_(body) {
-    if (body.frame)
+            held->point(held->frame ? scene.attitude() : Eigen::Vector4d(Eigen::Vector4d::UnitX()),
+                        vee(body_momentum(scene)))),
+        body_(std::move(held)) {
+    const Body3* const body = body_.get();  // a copy in each function would take kilobytes
+    if (body->frame)
       computed_block({"Q", 3, 3}, [body](const auto& x, auto out) {
-        Eigen::Matrix<double, 3, 3, Eigen::RowMajor> Q = body.Q(x);
-        if (body.R) Q *= body.R->transpose();
+        Eigen::Matrix<double, 3, 3, Eigen::RowMajor> Q = body->Q(x);
+        if (body->R) Q *= body->R->transpose();
         out = Q;
       });
     computed_block({"M", 3, 3},
-                   [body](const auto& x, auto out) { out = hat(body.to_caller(body.m(x))); });
+                   [body](const auto& x, auto out) { out = hat(body->to_caller(body->m(x))); });
     field({"Omega", 3, 3},
-          [body](const auto& x, auto out) { out = hat(body.to_caller(body.omega(x))); });
-    if (body.frame && scene.determinant() == 1)
+          [body](const auto& x, auto out) { out = hat(body->to_caller(body->omega(x))); });
+    if (body->frame && scene.determinant() == 1)
       field({"quaternion", 1, 4}, [body](const auto& x, auto out) {
-        const Eigen::Vector4d q = body.q(x), &r = body.r_conjugate;
-        out = (body.R ? So3<double, true>::quaternion_times(q, r(0), r.tail<3>()) : q).transpose();
+        const Eigen::Vector4d q = body->q(x), &r = body->r_conjugate;
+        out = (body->R ? So3<double, true>::quaternion_times(q, r(0), r.tail<3>()) : q).transpose();
       });
     field({"angular_velocity", 1, 3},
-          [body](const auto& x, auto out) { out = body.to_caller(body.omega(x)).transpose(); });
-    if (body.frame) {
-      field({"angular_velocity_space", 1, 3},
-            [body](const auto& x, auto out) { out = body.to_space(x, body.omega(x)).transpose(); });
+          [body](const auto& x, auto out) { out = body->to_caller(body->omega(x)).transpose(); });
+    if (body->frame) {
+      field({"angular_velocity_space", 1, 3}, [body](const auto& x, auto out) {
+        out = body->to_space(x, body->omega(x)).transpose();
+      });
       field({"momentum_space", 1, 3},
-            [body](const auto& x, auto out) { out = body.to_space(x, body.m(x)).transpose(); });
+            [body](const auto& x, auto out) { out = body->to_space(x, body->m(x)).transpose(); });
     }
-    report_rigid_invariants(*this, scene,
-                            {.Q = [body](const auto& x) { return body.Q(x); },
-                             .M = [](const auto& x) -> Dense { return hat(Body3::m(x)); }});
-    speed = [body](const Dense& x) { return body.omega(x).norm(); };
   }
 
-  Body3 body_;
+  std::unique_ptr<const Body3> body_;
 };
 
 /// Returns the observables of states Q over M, or M alone, in N dimensions.

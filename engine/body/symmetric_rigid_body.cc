@@ -32,7 +32,7 @@ void set_P_of_M(SceneDraft& draft, const RowMatrix& given_M, bool right) {
 }
 
 /// Checks Λ for n = N and (Q, P) or (Q, M). Fills in the blocks Q and P, and `epsilon` if it is
-/// absent: with P it is `of_paper`; with M it is the power of two with ½ < ε‖M‖_op ≤ 1 (scaling.h).
+/// absent: with P it is `of_paper`; with M it is the power of two with ½ < ε‖M‖_op ≤ 1 (psi.h).
 void check_pair(SceneDraft& draft, bool right, double of_paper) {
   if (!check_symmetric_frame(draft, true)) return;
   auto& epsilon = draft.given().epsilon;

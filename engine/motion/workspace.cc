@@ -25,7 +25,7 @@ constexpr Workspace workspaces[] = {
 constexpr Workspace unknown = {"", 0, 200, 100, 100, 100, 40};
 
 /// Bytes of a simulation and its lane in a pack without the matrices.
-constexpr double object = 1700;
+constexpr double object = 2200;
 /// Bytes of a resolved scene without large arrays: strings, maps and vectors.
 constexpr std::size_t object_of_scene = 2200;
 

@@ -164,10 +164,10 @@ class Client:
         `metric`: "lambda" (that of `inertia`), "euclidean" (Lambda = I), "canonical", or "beta" with the number `beta`
         (Hüper, Markina and Silva Leite 2021); the last three without `inertia`. `steps` > 0 solves the discrete problem of as
         many steps of the variational method. `samples`: samples of the trajectory after the first, 0 for none. `seed` and
-        `restarts`: the seed and the number of the searches that start from random frames. `budget`: seconds, counted in
-        operations, after which the search for a pair ends with the shortest geodesic so far, whose `shortest` is then "ended",
-        or with SOLVER_STALLED; at most, and by default, 200. `scenes`: whether each answer has its
-        scene beside its velocity, where the metric has one. `normalize`: takes the nearest frames of what was rounded to a few
+        `restarts`: the seed and the number of the searches that start from random frames or velocities. `budget`: seconds,
+        counted in operations, after which the search for a pair ends with the shortest geodesic so far, whose `shortest` is
+        then "ended", or with SOLVER_STALLED; at most, and by default, 200. `scenes`: whether each answer has its scene beside
+        its velocity, where the metric has one. `normalize`: takes the nearest frames of what was rounded to a few
         digits.
         """
         if not isinstance(pairs, Iterable):
