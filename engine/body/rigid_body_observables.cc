@@ -89,6 +89,8 @@ class Observables3 final : public StackedObservables {
   double rate(const Point& x) const override { return body_->omega(x).norm(); }
 
  private:
+  using Square = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
   Observables3(const Scene& scene, std::unique_ptr<const Body3> held)
       : StackedObservables(
             held->point(held->frame ? scene.attitude() : Eigen::Vector4d(Eigen::Vector4d::UnitX()),
@@ -97,27 +99,32 @@ class Observables3 final : public StackedObservables {
     const Body3* const body = body_.get();  // a copy in each function would take kilobytes
     if (body->frame)
       computed_block({"Q", 3, 3}, [body](const auto& x, auto out) {
-        Eigen::Matrix<double, 3, 3, Eigen::RowMajor> Q = body->Q(x);
+        Square Q = body->Q(x);
         if (body->R) Q *= body->R->transpose();
-        out = Q;
+        Eigen::Map<Square>(out.data()) = Q;
       });
-    computed_block({"M", 3, 3},
-                   [body](const auto& x, auto out) { out = hat(body->to_caller(body->m(x))); });
-    field({"Omega", 3, 3},
-          [body](const auto& x, auto out) { out = hat(body->to_caller(body->omega(x))); });
+    computed_block({"M", 3, 3}, [body](const auto& x, auto out) {
+      Eigen::Map<Square>(out.data()) = hat(body->to_caller(body->m(x)));
+    });
+    field({"Omega", 3, 3}, [body](const auto& x, auto out) {
+      Eigen::Map<Square>(out.data()) = hat(body->to_caller(body->omega(x)));
+    });
     if (body->frame && scene.determinant() == 1)
       field({"quaternion", 1, 4}, [body](const auto& x, auto out) {
         const Eigen::Vector4d q = body->q(x), &r = body->r_conjugate;
-        out = (body->R ? So3<double, true>::quaternion_times(q, r(0), r.tail<3>()) : q).transpose();
+        Eigen::Map<Eigen::Vector4d>(out.data()) =
+            body->R ? So3<double, true>::quaternion_times(q, r(0), r.tail<3>()) : q;
       });
-    field({"angular_velocity", 1, 3},
-          [body](const auto& x, auto out) { out = body->to_caller(body->omega(x)).transpose(); });
+    field({"angular_velocity", 1, 3}, [body](const auto& x, auto out) {
+      Eigen::Map<Eigen::Vector3d>(out.data()) = body->to_caller(body->omega(x));
+    });
     if (body->frame) {
       field({"angular_velocity_space", 1, 3}, [body](const auto& x, auto out) {
-        out = body->to_space(x, body->omega(x)).transpose();
+        Eigen::Map<Eigen::Vector3d>(out.data()) = body->to_space(x, body->omega(x));
       });
-      field({"momentum_space", 1, 3},
-            [body](const auto& x, auto out) { out = body->to_space(x, body->m(x)).transpose(); });
+      field({"momentum_space", 1, 3}, [body](const auto& x, auto out) {
+        Eigen::Map<Eigen::Vector3d>(out.data()) = body->to_space(x, body->m(x));
+      });
     }
   }
 
