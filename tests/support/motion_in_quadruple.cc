@@ -38,7 +38,9 @@ std::function<MotionState(double)> motion_in_quadruple(const Scene& scene) {
     return motion(TaylorParametricRigidBody<Quad>(start.lambda, start.mu, order), start);
   if (motion_of.equations == &frame_equations)
     return motion(TaylorStiefel<Quad>(start.lambda, start.x.rows() / 2, order), start);
-  return motion(TaylorDoubleBracket<Quad>(start.lambda, start.lambda_v, order), start);
+  if (motion_of.equations == &double_bracket_equations)
+    return motion(TaylorDoubleBracket<Quad>(start.lambda, start.lambda_v, order), start);
+  return {};
 }
 
 }  // namespace stiefel::testing

@@ -197,8 +197,8 @@ TEST(Reference, SaysHowFarItIsOff) {
 }
 
 /// For every system, at the start, soon after and later: the reference's own error is never 0, and
-/// the reference differs from the motion in quadruple precision by no more than the error it
-/// states.
+/// the reference differs from the motion in quadruple precision, where the tests have it, by no
+/// more than the error it states.
 TEST(Reference, OfNoSystemVouchesForItself) {
   for (const auto& system : catalogue().systems) {
     if (system.discrete || system_entry(system.name)->motion == nullptr) continue;
@@ -210,11 +210,12 @@ TEST(Reference, OfNoSystemVouchesForItself) {
     for (const double t : {1e-9, 1e-3, 0.1, 5.0, 20.0}) {
       const auto answer = reference->at(t, {});
       ASSERT_TRUE(answer) << system.name;
-      const MotionState state = exact(t);
-      const double difference = error_of(answer->state, state).largest();
-      EXPECT_LE(difference, answer->error) << system.name << " at " << t;
+      if (exact) {
+        const double difference = error_of(answer->state, exact(t)).largest();
+        EXPECT_LE(difference, answer->error) << system.name << " at " << t;
+      }
       EXPECT_LT(answer->error, 1e-11) << system.name << " at " << t;
-      const double size = static_cast<double>(state.attitude.cwiseAbs().maxCoeff());
+      const double size = static_cast<double>(answer->state.attitude.cwiseAbs().maxCoeff());
       const double rounding = static_cast<double>(std::numeric_limits<long double>::epsilon());
       EXPECT_GE(answer->error, rounding * std::max(1.0, size)) << system.name << " at " << t;
     }

@@ -7,6 +7,7 @@
 #include <random>
 #include <sstream>
 
+#include "engine/accuracy/reported_form.h"
 #include "engine/body/parametric_psi.h"
 #include "engine/body/parametric_rigid_body.h"
 #include "engine/body/psi.h"
@@ -30,11 +31,6 @@ namespace {
 using Wide = long double;
 using Dense = Matrix<Wide>;
 
-/// The true attitude and momentum, in the form in which a simulation reports them.
-struct Truth {
-  Dense attitude, momentum;
-};
-
 template <class System>
 Dense moved(System system, const Scene& scene, const char* first, const char* second, double t,
             Wide tolerance) {
@@ -51,26 +47,38 @@ Dense velocity(System system, const Dense& x) {
   return rate.topRows(x.rows() / 2);
 }
 
-Truth double_bracket(const Scene& scene, double t, Wide tolerance) {
+MotionState double_bracket(const Scene& scene, double t, Wide tolerance) {
   const auto vector = [](const std::vector<double>& v) {
     return Vector<Wide>(Eigen::Map<const Eigen::VectorXd>(v.data(), std::ssize(v)).cast<Wide>());
   };
   const auto& given = scene.description();
   const Dense x = moved(DoubleBracket<Wide>(vector(given.inertia_u), vector(given.inertia_v)),
                         scene, "Q", "P", t, tolerance);
-  return {x.topRows(x.rows() / 2), x.bottomRows(x.rows() / 2)};
+  return present<Wide>({.complex = true}, x, x.rows() / 2);
 }
 
-Truth truth(const Scene& scene, double t, Wide tolerance) {
+/// Returns the motion of a system that `truth` does not name, from the state at step 0 by
+/// `adaptive`: it shares the vector field with the scene's steps, but nothing with the reference.
+MotionState by_small_steps(const Scene& scene, std::int64_t steps, Wide tolerance) {
+  SceneDescription d = scene.description();
+  d.method = MethodDescription{"adaptive", {}, {}, "", static_cast<double>(100 * tolerance)};
+  const auto now = make_simulation(Scene::resolve(d).value());
+  EXPECT_TRUE(now->advance(steps).reached()) << d.system;
+  return read_motion(scene, *now);
+}
+
+/// The true attitude and momentum, in the form in which a simulation reports them.
+MotionState truth(const Scene& scene, std::int64_t steps, Wide tolerance) {
+  const double t = scene.time(steps);
   const std::string& system = scene.system();
   if (system == "double_bracket") return double_bracket(scene, t, tolerance);
   const Vector<Wide> lambda = scene.inertia().cast<Wide>();
   const Wide epsilon = scene.epsilon();
   const auto halves = [](const Dense& x) {
-    return Truth{x.topRows(x.rows() / 2), x.bottomRows(x.rows() / 2)};
+    return MotionState{x.topRows(x.rows() / 2), x.bottomRows(x.rows() / 2)};
   };
   const auto geodesic = [&](auto flow, const Dense& x) {
-    return Truth{x.topRows(x.rows() / 2), velocity(flow, x) * lambda.asDiagonal()};
+    return MotionState{x.topRows(x.rows() / 2), velocity(flow, x) * lambda.asDiagonal()};
   };
   if (system == "rigid_body" || system_entry(system)->view) {
     const bool right = catalogue().system(system)->side == Side::right;
@@ -81,17 +89,18 @@ Truth truth(const Scene& scene, double t, Wide tolerance) {
     return {attitude, momentum};
   }
   if (system == "symmetric_rigid_body") {
-    const auto [Q, P] =
+    MotionState of =
         halves(moved(SymmetricRigidBody<Wide>(lambda, epsilon), scene, "Q", "P", t, tolerance));
-    return {Q, Psi<Wide>(Q, P, epsilon)};
+    of.momentum = Psi<Wide>(of.attitude, of.momentum, epsilon);
+    return of;
   }
   if (system == "parametric_rigid_body") {
     const Wide mu = scene.parameter();
-    const auto [Q, P] = halves(
+    MotionState of = halves(
         moved(ParametricRigidBody<Wide>(lambda, mu, epsilon), scene, "Q", "P", t, tolerance));
-    Dense M = parametric_momentum<Wide>(Q, P) / epsilon;
-    M.diagonal() -= mu * lambda.cwiseAbs2();
-    return {Q, M};
+    of.momentum = parametric_momentum<Wide>(of.attitude, of.momentum) / epsilon;
+    of.momentum.diagonal() -= mu * lambda.cwiseAbs2();
+    return of;
   }
   if (system == "ellipsoid") {
     const bool costate = scene.block("p").size() > 0;
@@ -100,33 +109,12 @@ Truth truth(const Scene& scene, double t, Wide tolerance) {
     return costate ? geodesic(with_p, moved(with_p, scene, "q", "p", t, tolerance))
                    : geodesic(with_qdot, moved(with_qdot, scene, "q", "qdot", t, tolerance));
   }
+  if (!system.starts_with("stiefel")) return by_small_steps(scene, steps, tolerance);
   const Eigen::Index n = scene.Q().rows();
   if (system == "stiefel")
     return halves(moved(Stiefel<Wide>(lambda, n), scene, "Q", "S", t, tolerance));
   const StiefelCostate<Wide> costate(lambda, n);
   return geodesic(costate, moved(costate, scene, "Q", "P", t, tolerance));
-}
-
-/// Returns a field of a simulation. A complex field has real and imaginary part of an element side
-/// by side; the result has them in separate rows, as states do.
-Dense field(const Simulation& now, const std::string& name, bool complex) {
-  const Dense value = now.get(name).cast<Wide>();
-  if (!complex) return value;
-  Dense rows(2 * value.rows(), value.cols() / 2);
-  for (Eigen::Index i = 0; i < value.rows(); ++i)
-    for (Eigen::Index j = 0; j < rows.cols(); ++j) {
-      rows(i, j) = value(i, 2 * j);
-      rows(value.rows() + i, j) = value(i, 2 * j + 1);
-    }
-  return rows;
-}
-
-Dense momentum(const Scene& scene, const Simulation& now) {
-  const auto has = [&](const char* name) {
-    return std::ranges::any_of(now.fields(), [&](const Field& f) { return f.name == name; });
-  };
-  if (has("Qdot")) return field(now, "Qdot", false) * scene.inertia().cast<Wide>().asDiagonal();
-  return field(now, has("M") ? "M" : "P", scene.system() == "double_bracket");
 }
 
 /// Returns the estimate divided by the true error of `value`. Returns nothing if the true error is
@@ -185,12 +173,10 @@ ErrorOutcome survey_error(unsigned seed) {
   const ErrorEstimate estimate = estimate_error(scene, *now, 5e10, {});
   out.reference = estimate.reference;
   out.missing = estimate.missing;
-  const double t = scene.time(now->step());
-  const Truth exact = truth(scene, t, 1e-17L), other = truth(scene, t, 1e-15L);
-  const Dense Q =
-      field(*now, scene.system() == "ellipsoid" ? "q" : "Q", scene.system() == "double_bracket");
-  out.attitude = ratio(estimate.attitude, Q, exact.attitude, other.attitude, 1);
-  out.momentum = ratio(estimate.momentum, momentum(scene, *now), exact.momentum, other.momentum,
+  const MotionState state = read_motion(scene, *now), exact = truth(scene, now->step(), 1e-17L),
+                    other = truth(scene, now->step(), 1e-15L);
+  out.attitude = ratio(estimate.attitude, state.attitude, exact.attitude, other.attitude, 1);
+  out.momentum = ratio(estimate.momentum, state.momentum, exact.momentum, other.momentum,
                        exact.momentum.cwiseAbs().maxCoeff());
   return out;
 }
