@@ -13,10 +13,11 @@ _SIDES: dict[str, str] = {}
 
 
 def side_of(system: str, systems: Callable[[], Any]) -> str:
-    """Returns how the frame of a system moves: "left" if Q takes body to space, "right" if it takes space to body, "" if it is no
-    attitude. `systems`: returns those of a server, which is asked once in a process."""
+    """Returns how the frame of a body with M = J(Omega) moves: "left" if Q takes body to space, "right" if it takes space to body;
+    "" of other systems. `systems`: returns those of a server, which is asked once in a process."""
     if system not in _SIDES:
-        _SIDES.update({one.name: pb.Side.Name(one.side)[5:].lower().replace("unspecified", "") for one in systems()})
+        _SIDES.update({one.name: pb.Side.Name(one.side)[5:].lower() if one.side and (one.velocity or one.discrete) else ""
+                       for one in systems()})
     return _SIDES.get(system, "")
 
 
