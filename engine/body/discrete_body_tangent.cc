@@ -1,18 +1,168 @@
-#include "engine/body/rigid_tangents.h"
-
-#include "engine/body/body_columns.h"
 #include "engine/body/moser_veselov.h"
 #include "engine/body/preprocessed_moser_veselov.h"
+#include "engine/body/rigid_tangents.h"
+#include "engine/dense/so_3.h"
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/symmetric_stages.h"
 #include "engine/methods/variational.h"
+#include "engine/numbers/compensated.h"
 #include "engine/numbers/dual.h"
+#include "engine/numbers/pair.h"
 
 namespace stiefel {
 namespace {
 
 using Dense = Eigen::MatrixXd;
 using Index = Eigen::Index;
+
+/// Tangent vectors of a left-invariant body, (η, δM) with δQ = Qη, by their elements i < j, in
+/// pairs. N is the dimension where it is fixed, else Eigen::Dynamic.
+template <int N>
+class BodyColumns {
+ public:
+  static constexpr int d = N > 0 ? N*(N - 1) / 2 : Eigen::Dynamic;
+
+  /// Returns the number of elements i < j, and the place of one.
+  static constexpr Index size(Index n) { return n * (n - 1) / 2; }
+  static constexpr Index at(Index i, Index j) { return j * (j - 1) / 2 + i; }
+
+  BodyColumns(Index n, Arithmetic arithmetic) : n_(n), arithmetic_(arithmetic) {}
+
+  using Elements = Eigen::Matrix<Pair, d, 1>;
+  /// Two vectors.
+  struct Two {
+    Accumulator<Elements> eta, m;
+  };
+  std::vector<Two>& pairs() { return pairs_; }
+  const std::vector<Two>& pairs() const { return pairs_; }
+  bool has_frame() const { return has_frame_; }
+
+  /// Takes vectors, which are blocks, at a point of Observables.
+  void set(const Dense& point, const Dense& V) {
+    const Index rows = V.rows() / n_;
+    has_frame_ = rows > n_;
+    const Accumulator<Elements> zero(Elements::Constant(size(n_), Pair(0)), arithmetic_);
+    pairs_.assign(static_cast<std::size_t>((V.cols() + 1) / 2), {zero, zero});
+    const Dense Q = has_frame_ ? frame(point) : Dense();
+    for (Index v = 0; v < V.cols(); ++v) {
+      Two& x = pairs_[static_cast<std::size_t>(v / 2)];
+      const Dense block = V.col(v).reshaped(rows, n_);
+      write(block.bottomRows(n_), v % 2, x.m.value);
+      if (has_frame_) write(Q.transpose() * block.topRows(n_), v % 2, x.eta.value);
+    }
+  }
+
+  void read(const Dense& point, Dense& V) const {
+    const Index rows = V.rows() / n_;
+    const Dense Q = has_frame_ ? frame(point) : Dense();
+    for (Index v = 0; v < V.cols(); ++v) {
+      const Two& x = pairs_[static_cast<std::size_t>(v / 2)];
+      auto block = V.col(v).reshaped(rows, n_);
+      block.bottomRows(n_) = matrix(x.m.value, v % 2);
+      if (has_frame_) block.topRows(n_) = Q * matrix(x.eta.value, v % 2);
+    }
+  }
+
+ private:
+  /// Returns Q at a point, which in three dimensions has it as a quaternion.
+  static Dense frame(const Dense& point) {
+    if constexpr (N == 3)
+      return rotation_matrix<double>(Eigen::Vector4d(point.topRows(4)));
+    else
+      return point.topRows(point.cols());
+  }
+  void write(const Dense& A, Index lane, Elements& out) const {
+    for (Index j = 0; j < n_; ++j)
+      for (Index i = 0; i < j; ++i)
+        out(at(i, j)).set(static_cast<int>(lane), (A(i, j) - A(j, i)) / 2);
+  }
+  Dense matrix(const Elements& x, Index lane) const {
+    Dense A = Dense::Zero(n_, n_);
+    for (Index j = 0; j < n_; ++j)
+      for (Index i = 0; i < j; ++i) {
+        A(i, j) = x(at(i, j))[static_cast<int>(lane)];
+        A(j, i) = -A(i, j);
+      }
+    return A;
+  }
+
+  Index n_;
+  Arithmetic arithmetic_;
+  bool has_frame_ = false;
+  std::vector<Two> pairs_;
+};
+
+/// The linear maps of one step Q ↦ QU, M ↦ M′ = UᵀMU on elements i < j.
+template <int N>
+class RotationOfColumns {
+ public:
+  using Columns = BodyColumns<N>;
+  static constexpr int d = Columns::d;
+  using Square = Eigen::Matrix<double, N, N>;
+  using Operator = Eigen::Matrix<double, d, d>;
+  using Elements = typename Columns::Elements;
+
+  explicit RotationOfColumns(Index n)
+      : rows_(n, n),
+        turned_(n, n),
+        turn_(Columns::size(n), Columns::size(n)),
+        bracket_(turn_.rows(), turn_.rows()) {}
+
+  /// Takes D = U − I and M′.
+  void set(const Square& D, const Square& M1) {
+    rows_ = D.transpose();
+    turned_ = D;
+    turned_.diagonal().array() += 1;
+    set_turn(D);
+    const Index n = D.rows();
+    bracket_.setZero();
+    for (Index j = 0; j < n; ++j)
+      for (Index i = 0; i < j; ++i)
+        for (Index k = 0; k < n; ++k) {
+          add(bracket_, Columns::at(i, j), k, j, M1(i, k));
+          add(bracket_, Columns::at(i, j), i, k, -M1(k, j));
+        }
+  }
+
+  /// Adds the coefficient of element (k, l) of a skew matrix to a row of an operator on elements.
+  template <class Matrix>
+  static void add(Matrix& A, Index row, Index k, Index l, double value) {
+    if (k < l) A(row, Columns::at(k, l)) += value;
+    if (k > l) A(row, Columns::at(l, k)) -= value;
+  }
+
+  /// Adds UᵀXU − X.
+  void add_turn(const Elements& x, Elements& sum) const { add_product(turn_, x, sum); }
+  /// Adds [M′, υ].
+  void add_bracket(const Elements& upsilon, Elements& sum) const {
+    add_product(bracket_, upsilon, sum);
+  }
+
+ private:
+  /// Sets the element (i, j), (k, l) to U_ki U_lj − U_li U_kj − δ_ki δ_lj without cancellation.
+  void set_turn(const Square& D) {
+    const Index n = D.rows();
+    double* out = turn_.data();
+    for (Index l = 0; l < n; ++l)
+      for (Index k = 0; k < l; ++k, out += turn_.rows()) {
+        const double *of_k = rows_.data() + n * k, *of_l = rows_.data() + n * l;
+        for (Index j = 0; j < n; ++j) {
+          const double a = turned_(l, j), b = turned_(k, j);
+          double* const column = out + Columns::at(0, j);
+          for (Index i = 0; i < j; ++i) column[i] = of_k[i] * a - of_l[i] * b;
+          if (k < j) column[k] += D(l, j);
+          if (l < j) column[l] -= b;
+        }
+      }
+  }
+  static void add_product(const Operator& A, const Elements& x, Elements& sum) {
+    for (Index k = 0; k < A.cols(); ++k)
+      for (Index i = 0; i < A.rows(); ++i) sum(i) += Pair(A(i, k)) * x(k);
+  }
+
+  Square rows_, turned_;  ///< Dᵀ and U
+  Operator turn_, bracket_;
+};
 
 /// Turns U into D = U − I, whose diagonal follows from its other elements: 2D_jj = −Σ_i D_ij².
 template <class Square>
@@ -160,13 +310,13 @@ class DiscreteBodyTangent final : public TangentMap {
         N_(scene.dimension()),
         parameters_(at),
         stages_(scene, at),
-        columns_(N_, scene.arithmetic() == Arithmetic::compensated),
+        columns_(N_, scene.arithmetic()),
         rotation_(N_),
         lu_(static_cast<std::size_t>(Columns::size(N_))),
         D_(N_, N_),
         M_(N_, N_),
-        upsilon_(lu_size()),
-        sum_(lu_size()) {}
+        upsilon_(Columns::size(N_)),
+        sum_(Columns::size(N_)) {}
 
   void start(const Dense& point, const Dense& V) override {
     columns_.set(point, V);
@@ -203,13 +353,12 @@ class DiscreteBodyTangent final : public TangentMap {
   using Columns = BodyColumns<Values::N>;
   using Rotation = RotationOfColumns<Values::N>;
 
-  std::size_t lu_size() const { return static_cast<std::size_t>(Columns::size(N_)); }
   std::size_t count() const { return 2 * stages_.gamma.size() - 1; }
   std::size_t folded(std::size_t stage) const { return std::min(stage, count() - 1 - stage); }
   double U(Index i, Index j) const { return (i == j ? 1 : 0) + D_(i, j); }
 
   void move(double gamma) {
-    const auto size = static_cast<Index>(lu_size());
+    const Index size = Columns::size(N_);
     stop_point(static_cast<double>(size * size * size) / 3);
     rotation_.set(D_, M_);
     lu_.set_zero();
@@ -224,17 +373,16 @@ class DiscreteBodyTangent final : public TangentMap {
     for (std::size_t p = 0; p < columns_.pairs().size(); ++p) {
       stop_point(8 * static_cast<double>(size * size));
       auto& x = columns_.pairs()[p];
-      const Pair* const m = x.m.values();
-      std::fill(sum_.begin(), sum_.end(), Pair(0));
-      rotation_.add_turn(m, sum_.data());
-      for (std::size_t i = 0; i < sum_.size(); ++i) upsilon_[i] = h * (m[i] + sum_[i]);
+      sum_.setConstant(Pair(0));
+      rotation_.add_turn(x.m.value, sum_);
+      upsilon_ = h * (x.m.value + sum_);
       if (varies_[p]) add_parameters(p, gamma);
       lu_.solve(upsilon_.data());
-      rotation_.add_bracket(upsilon_.data(), sum_.data());
-      for (std::size_t i = 0; i < sum_.size(); ++i) x.m.add(i, sum_[i]);
+      rotation_.add_bracket(upsilon_, sum_);
+      x.m.add(sum_);
       if (!columns_.has_frame()) continue;
-      rotation_.add_turn(x.eta.values(), upsilon_.data());
-      for (std::size_t i = 0; i < sum_.size(); ++i) x.eta.add(i, upsilon_[i]);
+      rotation_.add_turn(x.eta.value, upsilon_);
+      x.eta.add(upsilon_);
     }
   }
 
@@ -246,9 +394,9 @@ class DiscreteBodyTangent final : public TangentMap {
     const Pair dh = Pair(gamma) * pair(parameters_.by_h);
     for (Index j = 0; j < N_; ++j)
       for (Index i = 0; i < j; ++i)
-        upsilon_[static_cast<std::size_t>(Columns::at(i, j))] +=
-            dh * Pair(M_(i, j)) + pair(stages_.by_lambda.row(j)) * Pair(U(j, i)) -
-            pair(stages_.by_lambda.row(i)) * Pair(U(i, j));
+        upsilon_(Columns::at(i, j)) += dh * Pair(M_(i, j)) +
+                                       pair(stages_.by_lambda.row(j)) * Pair(U(j, i)) -
+                                       pair(stages_.by_lambda.row(i)) * Pair(U(i, j));
   }
 
   int substeps_;
@@ -261,7 +409,7 @@ class DiscreteBodyTangent final : public TangentMap {
   std::vector<typename Stages::Map::State> states_;
   std::vector<bool> varies_;
   typename Values::Square D_, M_;  ///< U − I and M′ of the last stage
-  std::vector<Pair> upsilon_, sum_;
+  typename Columns::Elements upsilon_, sum_;
 };
 
 template <class Space, template <class> class Stages>

@@ -13,35 +13,6 @@ namespace stiefel {
 /// operation gives each of them the bits that it has alone.
 using Pair = Pack<double, Isa::baseline, 2>;
 
-/// Pairs in sums over many steps, with the rounding errors of the additions in compensated
-/// arithmetic.
-class PairSums {
- public:
-  PairSums(std::size_t size, bool compensated)
-      : values_(size, Pair(0)), carries_(compensated ? size : 0, Pair(0)) {}
-
-  Pair* values() { return values_.data(); }
-  const Pair* values() const { return values_.data(); }
-
-  /// Sets number `lane` of pair i, and its rounding error to 0.
-  void set(std::size_t i, int lane, double x) {
-    values_[i].set(lane, x);
-    if (!carries_.empty()) carries_[i].set(lane, 0);
-  }
-  void add(std::size_t i, Pair increment) {
-    if (carries_.empty()) {
-      values_[i] += increment;
-      return;
-    }
-    const Pair a = values_[i], b = carries_[i] + increment, sum = a + b, part = sum - a;
-    carries_[i] = (a - (sum - part)) + (b - part);
-    values_[i] = sum;
-  }
-
- private:
-  std::vector<Pair> values_, carries_;
-};
-
 /// LU factors of a small dense matrix with pivoting by rows, for right-hand sides in pairs.
 class PairLu {
  public:
