@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 
-#include "engine/body/parametric_moser_veselov.h"
 #include "engine/body/parametric_psi.h"
 #include "engine/body/parametric_rigid_body.h"
 #include "engine/body/rigid_body_data.h"
@@ -228,7 +227,7 @@ SystemEntry parametric_moser_veselov_entry() {
   info.equations =
       "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k (U + mu Lambda), P_{k+1} = P_k (U + mu Lambda)";
   info.source = "[RB] (8.10)-(8.11)";
-  info.file = "engine/body/parametric_moser_veselov.h";
+  info.file = "engine/body/parametric_rigid_body.h";
   info.discrete = true;
   return {.info = info,
           .check = [](SceneDraft& draft) { check_parametric(draft, draft.step()); },

@@ -5,7 +5,7 @@
 #include "engine/body/psi.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/rigid_forms.h"
-#include "engine/body/symmetric_rigid_body_maps.h"
+#include "engine/body/symmetric_rigid_body.h"
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/two_form.h"
 #include "engine/scene/scene_draft.h"
@@ -222,7 +222,7 @@ SystemEntry symmetric_moser_veselov_entry() {
   info.summary = "symmetric representation of the discrete rigid body";
   info.equations = "U Lambda - Lambda U^T = h M_k, Q_{k+1} = Q_k U, P_{k+1} = P_k U";
   info.source = "[RB] (4.7)";
-  info.file = "engine/body/symmetric_moser_veselov.h";
+  info.file = "engine/body/symmetric_rigid_body.h";
   info.discrete = true;
   info.velocity = {};
   info.invariants.push_back(discrete_hamiltonian_info);

@@ -1,15 +1,31 @@
 #pragma once
 
+#include <complex>
 #include <string_view>
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/so_n.h"
 #include "engine/methods/concepts.h"
-#include "engine/numbers/complex_as_real.h"
+#include "engine/numbers/scalar.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
+
+/// Complex matrices in real numbers. Z = X + iY, p × q, is stored as X over Y, 2p × q, and acts as
+///
+///     R(Z) = [[X, −Y], [Y, X]],   R(WZ) = R(W)R(Z),   R(Z†) = R(Z)ᵀ,
+///
+/// The stored form is the left half of R(Z), so R(W)·stored(Z) = stored(WZ). Code for real matrices
+/// of any scalar thereby serves complex ones, and a complex state is a block of real numbers.
+/// `complex_as_real` writes R(Z).
+template <class Stored, class Real>
+void complex_as_real(const Eigen::MatrixBase<Stored>& stored, Eigen::MatrixBase<Real>& R) {
+  const Eigen::Index p = stored.rows() / 2, q = stored.cols();
+  R.leftCols(q) = stored;
+  R.topRightCorner(p, q) = -stored.bottomRows(p);
+  R.bottomRightCorner(p, q) = stored.topRows(p);
+}
 
 /// The coupled double bracket equations on U(p) × U(q), [RB] (5.7)–(5.11), complex p × q Q and P:
 ///
@@ -20,7 +36,7 @@ namespace stiefel {
 /// and the singular values of Q, of P and of every aQ + bP. The limit Λ_U → ∞ is the left-invariant
 /// rigid body and Λ_V → ∞ the right-invariant one, both in the symmetric representation.
 ///
-/// State: Re Q, Im Q, Re P, Im P stacked by rows, 4p × q (complex_as_real.h). The pair (e^a, e^b)
+/// State: Re Q, Im Q, Re P, Im P stacked by rows, 4p × q (complex_as_real). The pair (e^a, e^b)
 /// acts from the left as Q ↦ e^a Q e^{−b}, so the bracket is −[·, ·]. An element of the algebra is
 /// diag(a, b), as in Q̂ of (5.11), with a and b as real skew matrices of twice the size.
 template <class Scalar_>
@@ -103,5 +119,29 @@ class DoubleBracket {
   Algebra theta_, D_;
   Matrix<Scalar> Q_, P_, G_U_, G_V_, product_;
 };
+
+/// Returns the Hamiltonian of the coupled double bracket, ¼⟨U, J_U U⟩ + ¼⟨V, J_V V⟩ with ⟨A, B⟩ = ½
+/// tr(A†B), [RB] (5.6): the sum of ⅛ Σ |X_ij|²/(λ_i + λ_j) for X = PQ† − QP† with Λ_U and for X =
+/// P†Q − Q†P with Λ_V. In the limits Λ_U → ∞ and Λ_V → ∞ it is half the rigid body's energy.
+template <class Scalar>
+Scalar double_bracket_hamiltonian(const Vector<Scalar>& lambda_u, const Vector<Scalar>& lambda_v,
+                                  const Matrix<std::complex<Scalar>>& Q,
+                                  const Matrix<std::complex<Scalar>>& P) {
+  const auto term = [](const Vector<Scalar>& lambda, const Matrix<std::complex<Scalar>>& G) {
+    Scalar sum = 0;
+    for (Eigen::Index j = 0; j < G.cols(); ++j)
+      for (Eigen::Index i = 0; i < G.rows(); ++i)
+        sum += std::norm(G(i, j) - std::conj(G(j, i))) / (lambda(i) + lambda(j));
+    return sum / 8;
+  };
+  return term(lambda_u, P * Q.adjoint()) + term(lambda_v, P.adjoint() * Q);
+}
+
+/// Returns the singular values of aQ + bP, p × q, in descending order, to an error of rounding
+/// times the largest. They are constant for every a and b, because U(p) × U(q) acts on Q and P in
+/// the same way. (a, b) = (1, 0) gives those of Q, (0, 1) those of P.
+Vector<double> singular_values(const Matrix<std::complex<double>>& Q,
+                               const Matrix<std::complex<double>>& P, std::complex<double> a,
+                               std::complex<double> b);
 
 }  // namespace stiefel

@@ -6,7 +6,7 @@
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/taylor_motion.h"
 #include "engine/motion/series_start.h"
-#include "engine/numbers/complex_as_real.h"
+#include "engine/bracket/double_bracket.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -19,7 +19,7 @@ namespace stiefel {
 ///     (k+1) Q_{k+1} = Σ_{j ≤ k} (U_j Q_{k−j} − Q_j V_{k−j}),   and the same for P.
 ///
 /// A state is Re Q, Im Q, Re P, Im P stacked by rows, 4p × q; products are those of the real forms
-/// R(Z) of complex_as_real.h.
+/// R(Z) of complex_as_real.
 template <class Scalar_>
 class TaylorDoubleBracket {
  public:

@@ -7,6 +7,8 @@
 
 namespace stiefel {
 
+template class IsotropicGeodesic<double>;
+template class IsotropicGeodesic<long double>;
 template class TaylorStiefel<long double>;
 template class TaylorMotion<TaylorStiefel<long double>>;
 

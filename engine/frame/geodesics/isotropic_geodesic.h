@@ -100,7 +100,7 @@ Matrix<Scalar> IsotropicGeodesic<Scalar>::W(Eigen::Index n, const Matrix<Scalar>
   return W;
 }
 
-// Compiled once, in isotropic_geodesic.cc.
+// Compiled once, in frame_references.cc.
 extern template class IsotropicGeodesic<double>;
 extern template class IsotropicGeodesic<long double>;
 

@@ -1,4 +1,3 @@
-#include "engine/methods/composition.h"
 
 #include <gtest/gtest.h>
 

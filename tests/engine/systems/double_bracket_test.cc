@@ -7,7 +7,6 @@
 
 #include "engine/body/body_invariants.h"
 #include "engine/body/symmetric_rigid_body.h"
-#include "engine/bracket/double_bracket_invariants.h"
 #include "engine/methods/munthe_kaas4.h"
 #include "tests/support/integrate.h"
 #include "tests/support/reference_cases.h"

@@ -5,7 +5,7 @@
 #include "engine/body/body_invariants.h"
 #include "engine/body/psi.h"
 #include "engine/body/rigid_body_maps.h"
-#include "engine/body/symmetric_rigid_body_maps.h"
+#include "engine/body/symmetric_rigid_body.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/stiefel_invariants.h"
 #include "engine/methods/variational.h"
