@@ -61,19 +61,28 @@ int lanes_of(const Scene& scene) {
   return scene.in_float() ? vector_width<float>(widest_isa()) : vector_width<double>(widest_isa());
 }
 
+/// Whether products of the numbers of a body with the step of `like` stay normal.
+bool stays_normal(const Scene& like, const Eigen::Ref<const Eigen::VectorXd>& lambda,
+                  const Eigen::Ref<const Eigen::MatrixXd>& M) {
+  const auto is_normal = [&](double x) { return is_far_from_ends(x, like.in_float()); };
+  const double h = step_of_map(like);
+  for (int j = 0; j < lambda.size(); ++j)
+    for (int i = 0; i < j; ++i) {
+      const double I = lambda(i) + lambda(j), m = M(i, j);
+      if (!is_normal(I) || !is_normal(h * m / I) || !is_normal(m)) return false;
+    }
+  return is_normal(h);
+}
+
 bool takes(const Scene& scene) {
   const int N = scene.dimension();
   if (is_exact_body(scene)) return has_packs();
   if (!has_packs() || N < 3 || N > 4 || packing_of(scene) == Packing::none) return false;
-  const auto stays_normal = [&](double x) { return is_far_from_ends(x, scene.in_float()); };
-  const double h = step_of_map(scene);
-  const Eigen::MatrixXd M = body_momentum(scene);
-  for (int j = 0; j < N; ++j)
-    for (int i = 0; i < j; ++i) {
-      const double I = scene.inertia()(i) + scene.inertia()(j), m = M(i, j);
-      if (!stays_normal(I) || !stays_normal(h * m / I) || !stays_normal(m)) return false;
-    }
-  return stays_normal(h);
+  return stays_normal(scene, scene.inertia(), body_momentum(scene));
+}
+
+bool takes_body(const Scene& like, const Body3& body) {
+  return is_exact_body(like) || stays_normal(like, body.lambda, hat(body.m));
 }
 
 /// Bodies in three dimensions by the method `exact`. Those without a motion in theta functions are
@@ -185,6 +194,6 @@ std::unique_ptr<PackedBodies> pack(std::span<const Scene> bodies, std::span<cons
   return pack_bodies(bodies);
 }
 
-const Packs body_packs = {takes, lanes_of, pack};
+const Packs body_packs = {takes, takes_body, lanes_of, pack};
 
 }  // namespace stiefel

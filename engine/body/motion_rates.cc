@@ -40,21 +40,21 @@ class Momentum {
   Eigen::Vector4d lambda_;
 };
 
-/// Returns the body of a scene in three dimensions. Moments and momentum are divided by their
-/// largest element, so that no square overflows.
-SortedTop<double> sorted_top(const Scene& scene) {
-  const auto [I, differences] = PrincipalMoments3<double>(scene.inertia());
-  const Eigen::Vector3d m = vee(body_momentum(scene));
+/// Returns a body in three dimensions. Moments and momentum are divided by their largest element,
+/// so that no square overflows.
+SortedTop<double> sorted_top(const Eigen::Vector3d& lambda, const Eigen::Vector3d& m) {
+  const auto [I, differences] = PrincipalMoments3<double>(lambda);
   return {{I / I.maxCoeff(), differences / I.maxCoeff()}, m / m.cwiseAbs().maxCoeff()};
 }
 
-double separatrix_parameter(const Scene& scene) {
-  return body_momentum(scene).isZero(0) ? 1 : sorted_top(scene).complementary_parameter();
+double separatrix_parameter(const Eigen::Vector3d& lambda, const Eigen::Vector3d& m) {
+  return m.isZero(0) ? 1 : sorted_top(lambda, m).complementary_parameter();
 }
 
 double largest_turning_rate(const Scene& scene) {
-  if (body_momentum(scene).isZero(0)) return 0;
-  const auto top = sorted_top(scene);
+  const Eigen::Vector3d momentum = vee(body_momentum(scene));
+  if (momentum.isZero(0)) return 0;
+  const auto top = sorted_top(scene.inertia(), momentum);
   const int i = top.circled(), k = 2 - i;
   const auto& [I, m, Delta] = std::tie(top.I, top.m, top.Delta);
   const auto quotient = [](double a, double b) { return b != 0 ? a / b : 0; };
@@ -68,7 +68,7 @@ double largest_turning_rate(const Scene& scene) {
   const double now = m.cwiseQuotient(I).squaredNorm();
   const double omega = std::max({now, square(B_i, 0, B_k), square(top.G * top.G - B_j, B_j, 0)});
   const double lambda = std::abs(Delta(k) * top.difference(i, 1)) / (I(0) * I(1) * I(2));
-  const double unit = vee(body_momentum(scene)).cwiseAbs().maxCoeff() /
+  const double unit = momentum.cwiseAbs().maxCoeff() /
                       PrincipalMoments3<double>(scene.inertia()).moments.maxCoeff();
   return unit * std::sqrt(std::max(omega, lambda));
 }

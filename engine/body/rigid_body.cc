@@ -12,6 +12,7 @@
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/rk4.h"
 #include "engine/methods/variational.h"
+#include "engine/motion/body_view.h"
 #include "engine/motion/method_entry.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
@@ -24,22 +25,22 @@
 namespace stiefel {
 namespace {
 
-std::string list_text(const std::vector<double>& list) {
+std::string list_text(std::span<const double> list) {
   return list.empty() ? "absent" : to_text(list);
 }
 
 /// Returns the principal axes of an inertia tensor or of moments; adds violations if they are
 /// invalid.
-PrincipalAxes check_moments(SceneDraft& draft, const BodyDescription& body) {
-  const bool tensor = !body.inertia_tensor.empty();
+PrincipalAxes check_moments(SceneDraft& draft, const GivenBody& body) {
+  const bool tensor = !body.tensor.empty();
   if (tensor == !body.moments.empty()) {
     draft.refuse("body",
                  tensor ? "inertia_tensor and moments" : "neither inertia_tensor nor moments",
                  "needs exactly one of inertia_tensor and moments");
     return {};
   }
-  const std::string field = tensor ? "body.inertia_tensor" : "body.moments";
-  const auto& given = tensor ? body.inertia_tensor : body.moments;
+  const std::string_view field = tensor ? "body.inertia_tensor" : "body.moments";
+  const auto given = tensor ? body.tensor : body.moments;
   if (given.size() != (tensor ? 6u : 3u)) {
     draft.refuse(
         field, to_text(given),
@@ -62,19 +63,13 @@ PrincipalAxes check_moments(SceneDraft& draft, const BodyDescription& body) {
   return axes;
 }
 
-void check_body(SceneDraft& draft) {
-  auto& body = *draft.given().body;
-  if (!draft.given().inertia.empty())
-    draft.refuse("inertia", to_text(draft.given().inertia), "must be absent when `body` is given");
-  if (!draft.given().initial.empty())
-    draft.refuse("initial", std::to_string(draft.given().initial.size()) + " blocks",
-                 "must be absent when `body` is given");
+/// Checks a body and returns it in its principal axes; adds violations if it is invalid.
+std::optional<Body3> body_of(SceneDraft& draft, const GivenBody& body) {
   const PrincipalAxes axes = check_moments(draft, body);
   if (body.angular_velocity.size() != 3)
     draft.refuse("body.angular_velocity", list_text(body.angular_velocity), "must have 3 numbers");
   else
     draft.all_finite("body.angular_velocity", body.angular_velocity);
-  if (body.attitude.empty()) body.attitude = {1, 0, 0, 0};
   if (body.attitude.size() != 4)
     draft.refuse("body.attitude", to_text(body.attitude), "must have 4 numbers: w, x, y, z");
   else if (draft.all_finite("body.attitude", body.attitude)) {
@@ -83,20 +78,34 @@ void check_body(SceneDraft& draft) {
       draft.refuse("body.attitude", to_text(body.attitude) + " of norm " + to_text(norm),
                    "must have norm 1 to " + to_text(draft.largest_repair()));
   }
-  if (!draft.sound()) return;
+  if (!draft.sound()) return std::nullopt;
 
   const Eigen::Vector3d given_omega(body.angular_velocity.data());
   if (!draft.check_velocity("body.angular_velocity", "max |ω|", given_omega.cwiseAbs().maxCoeff()))
-    return;
+    return std::nullopt;
   const Eigen::Matrix3d& R = axes.rotation;
   const Eigen::Vector3d omega = R.transpose() * given_omega;
   Eigen::Matrix<double, 7, 1> q = Eigen::Matrix<double, 7, 1>::Zero();
   q.head<4>() = Eigen::Vector4d(body.attitude.data()).normalized();
   const Eigen::Vector3d m = axes.moments.cwiseProduct(omega);
-  if (!draft.check_size("body.angular_velocity", "max |Iω|", m.cwiseAbs().maxCoeff())) return;
+  if (!draft.check_size("body.angular_velocity", "max |Iω|", m.cwiseAbs().maxCoeff()))
+    return std::nullopt;
   const Eigen::Vector4d r = quaternion_of(R);
-  draft.set_body(axes, So3<double, true>::quaternion_times(q, r(0), r.tail<3>()),
-                 inertia_of_moments(axes.moments), hat(m));
+  return Body3{.lambda = inertia_of_moments(axes.moments),
+               .m = m,
+               .attitude = So3<double, true>::quaternion_times(q, r(0), r.tail<3>()),
+               .axes = axes};
+}
+
+void check_body(SceneDraft& draft) {
+  auto& body = *draft.given().body;
+  if (!draft.given().inertia.empty())
+    draft.refuse("inertia", to_text(draft.given().inertia), "must be absent when `body` is given");
+  if (!draft.given().initial.empty())
+    draft.refuse("initial", std::to_string(draft.given().initial.size()) + " blocks",
+                 "must be absent when `body` is given");
+  if (body.attitude.empty()) body.attitude = {1, 0, 0, 0};
+  if (const auto checked = body_of(draft, GivenBody(body))) draft.set_body(*checked);
 }
 
 void check_momentum_or_body(SceneDraft& draft) {
@@ -160,7 +169,8 @@ constexpr Tangents body_tangents = {body_space, of_methods},
 bool in_4d(const Scene& scene) { return scene.dimension() == 4; }
 bool in_4d_without_frame(const Scene& scene) { return in_4d(scene) && !scene.has_frame(); }
 bool away_from_separatrix(const Scene& scene) {
-  return scene.dimension() == 3 && body_rates.separatrix(scene) >= next_to_separatrix;
+  return scene.dimension() == 3 &&
+         body_rates.separatrix(scene.inertia(), vee(body_momentum(scene))) >= next_to_separatrix;
 }
 
 constexpr std::array recommendations = {
@@ -212,6 +222,7 @@ SystemEntry rigid_body_family() {
     info.fields.push_back(field);
   return {.info = info,
           .check = check_momentum_or_body,
+          .body_of = body_of,
           .make = make_rigid_body,
           .methods = methods_of_rigid_bodies,
           .two_forms = {&form},

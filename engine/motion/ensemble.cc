@@ -26,16 +26,18 @@ Ensemble::Ensemble(const Members& scenes) : members_(scenes.size()) {
   groups_ = groups_of(scenes, [this](std::span<const Scene> group, std::size_t first) {
     return form_group(group, first);
   });
-  sum_up();
+  sum_up(scenes.front());
 }
 
 Ensemble::Ensemble(std::span<const Scene> group) : members_(group.size()) {
   groups_.push_back(form_group(group, 0));
-  sum_up();
+  sum_up(group.front());
 }
 
-void Ensemble::sum_up() {
-  for (const Group& group : groups_) step_cost_ += group.cost;
+void Ensemble::sum_up(const Scene& first) {
+  std::size_t packed = 0;
+  for (const Group& group : groups_) packed += group.can_be_packed ? group.count : 0;
+  step_cost_ = stiefel::step_cost(first, *members_.front(), members_.size(), packed);
   each_saved_ = members_.front()->saved_size();
   fields_ = members_.front()->fields();
   for (Field& field : fields_) field.members = static_cast<int>(members_.size());
@@ -43,9 +45,8 @@ void Ensemble::sum_up() {
 }
 
 Ensemble::Group Ensemble::form_group(std::span<const Scene> scenes, std::size_t first) {
-  Group group{first, scenes.size()};
+  Group group{first, scenes.size(), can_be_packed(scenes[0])};
   for (std::size_t k = 0; k < group.count; ++k) members_[first + k] = make_simulation(scenes[k]);
-  group.cost = group_cost(scenes, *members_[first]);
   if (group.count == 1) return group;
   const std::size_t each = members_[first]->saved_size();
   group.states.resize(each * static_cast<std::size_t>(body_lanes(scenes[0])));

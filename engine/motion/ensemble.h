@@ -51,7 +51,7 @@ class Ensemble final : public Simulation {
   /// themselves are out of date (`stale`) until `bring_up_to_date`.
   struct Group {
     std::size_t first, count;
-    double cost = 0;  ///< nanoseconds for a step
+    bool can_be_packed;
     std::unique_ptr<PackedBodies> packed = nullptr;
     std::vector<double> states = {}, before = {};  ///< states now, and before the last round
     mutable bool stale = false;
@@ -67,8 +67,8 @@ class Ensemble final : public Simulation {
     bool again = false;     ///< whether a member stopped after `steps`
   };
 
-  /// Sets what follows from the groups.
-  void sum_up();
+  /// Sets what follows from the groups; takes the first member.
+  void sum_up(const Scene& first);
   Group form_group(std::span<const Scene> scenes, std::size_t first);
   std::span<double> state(Group& group, std::size_t lane) const;
   /// Sets the states of the group's members at step_, from `before` or from a caller.

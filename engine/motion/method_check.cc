@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/dense/principal_moments_3.h"
 #include "engine/motion/method_entry.h"
 #include "engine/motion/resolve.h"
 #include "engine/motion/system_entry.h"
@@ -69,9 +70,14 @@ void check_scalar(SceneDraft& draft, const SystemInfo& system) {
 }
 
 /// Returns whether dM/dt, or dS/dt, of size ‖M‖‖Ω‖, or Ω² is next to denormal although a step turns
-/// the frame. A method that adds up this rate would then see no motion.
-bool rate_underflows(const Scene& scene, const SystemInfo& system) {
+/// the frame. A method that adds up this rate would then see no motion. `size` and `speed` are the
+/// largest elements of M and Ω.
+bool rate_underflows(double size, double speed, double step) {
   constexpr double least_rate = 1e-302, least_turn = 1e-18;
+  return std::min(size, speed) * speed < least_rate && std::abs(step) * speed > least_turn;
+}
+
+bool rate_underflows(const Scene& scene, const SystemInfo& system) {
   const Eigen::VectorXd& lambda = scene.inertia();
   for (const BlockInfo& info : system.blocks) {
     const bool of_body = info.name == "M" && info.required;
@@ -84,8 +90,7 @@ bool rate_underflows(const Scene& scene, const SystemInfo& system) {
         size = std::max(size, m);
         if (!of_body || i != j) speed = std::max(speed, m / inertia);
       }
-    if (std::min(size, speed) * speed < least_rate && std::abs(scene.step()) * speed > least_turn)
-      return true;
+    if (rate_underflows(size, speed, scene.step())) return true;
   }
   return false;
 }
@@ -98,6 +103,13 @@ std::string takes_every_inertia(const SystemInfo& system) {
 }
 
 }  // namespace
+
+bool accepts_body(const MethodEntry* method, const Body3& body, double step) {
+  if (method == nullptr || !method->by_field) return true;
+  const Eigen::Vector3d I = PrincipalMoments3<double>(body.lambda).moments;
+  return !rate_underflows(body.m.cwiseAbs().maxCoeff(),
+                          body.m.cwiseAbs().cwiseQuotient(I).maxCoeff(), step);
+}
 
 void check_method(SceneDraft& draft, const SystemInfo& system) {
   auto& method = *draft.given().method;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 namespace stiefel {
 
 class Scene;
@@ -17,10 +19,11 @@ struct MotionRates {
   double (*momentum)(const Scene&, double angular_speed) = nullptr;
   /// For a geodesic on V(1, N): returns the largest (‖q⃛‖/‖q̇‖)^{1/2} in sixteen rotations.
   double (*velocity)(const Scene&) = nullptr;
-  /// For a body in three dimensions: returns the complementary parameter 1 − k² of Jacobi's
-  /// functions, in which its motion is expressed: 0 on the separatrix and for a rotation about the
-  /// middle axis, 1 for a symmetric body and for a rotation about another axis.
-  double (*separatrix)(const Scene&) = nullptr;
+  /// For a body in three dimensions with Λ and the vector m of M: returns the complementary
+  /// parameter 1 − k² of Jacobi's functions, in which its motion is expressed: 0 on the separatrix
+  /// and for a rotation about the middle axis, 1 for a symmetric body and for a rotation about
+  /// another axis.
+  double (*separatrix)(const Eigen::Vector3d& lambda, const Eigen::Vector3d& m) = nullptr;
 };
 
 /// Members of an ensemble whose MotionRates::separatrix is below this bound are next to the

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <numeric>
 
-#include "engine/motion/groups.h"
+#include "engine/motion/given_members.h"
+#include "engine/motion/packed_bodies.h"
 #include "stiefel/price.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -25,24 +27,28 @@ Outline outline_of(const Simulation& simulation) {
           simulation.step_cost(), simulation.direct()};
 }
 
-Outline outline_of(const Members& members,
+Outline outline_of(const Scene& ensemble,
                    const std::function<void(const Scene&, const Simulation&)>& look) {
-  Outline out;
-  for_each_group(members, 0, members.size(), [&](std::span<const Scene> group, std::size_t) {
-    std::unique_ptr<Simulation> one;
-    for (const Scene& scene : group) {
-      one = make_simulation(scene);
-      look(scene, *one);
+  const Members members = ensemble.members();
+  const Scene first = members.front();
+  const auto one = make_simulation(first);
+  GivenMembers given(ensemble.description(), first);
+  const bool by_numbers = given.any() && can_be_packed(first);
+  std::size_t packed = 0;
+  for (std::size_t b = 0; b < members.size(); ++b) {
+    stop_point();
+    if (const auto body = b > 0 && by_numbers ? given[b] : std::nullopt) {
+      packed += system_entry(first.system())->packs->takes_body(first, *body);
+    } else {
+      const Scene member = members[b];
+      look(member, *make_simulation(member));
+      packed += can_be_packed(member);
     }
-    if (out.fields.empty()) {
-      const double before = out.step_cost;
-      out = outline_of(*one);
-      out.step_cost = before;
-    }
-    out.step_cost += group_cost(group, *one);
-  });
+  }
+  Outline out = outline_of(*one);
   for (Field& field : out.fields) field.members = static_cast<int>(members.size());
   out.saved_size *= members.size();
+  out.step_cost = step_cost(first, *one, members.size(), packed);
   return out;
 }
 

@@ -14,6 +14,12 @@ bool can_be_packed(const Scene& scene) {
   return packs && packs->takes(scene);
 }
 
+double step_cost(const Scene& first, const Simulation& one, std::size_t members,
+                 std::size_t packed) {
+  return static_cast<double>(members - packed) * one.step_cost() +
+         first.substeps() * nanoseconds(ensemble_step_price(first, packed, step_weight(first)));
+}
+
 double ensemble_step_price(const Scene& one, std::size_t members, double alone) {
   const auto pack = can_be_packed(one) ? pack_price(one) : std::nullopt;
   if (!pack) return alone * static_cast<double>(members);

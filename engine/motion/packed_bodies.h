@@ -5,7 +5,8 @@
 #include <memory>
 #include <span>
 
-#include "stiefel/scene.h"
+#include "engine/scene/body_3.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 
@@ -32,6 +33,8 @@ class PackedBodies {
 struct Packs {
   /// Whether a scene can advance together with others like it.
   bool (*takes)(const Scene&);
+  /// Whether a body can advance together with a scene of the same ensemble that `takes` accepts.
+  bool (*takes_body)(const Scene& like, const Body3&);
   /// Returns the number of lanes on this machine for scenes like this one.
   int (*lanes)(const Scene&);
   /// Packs at most as many scenes of one ensemble as there are lanes. `start` holds their states at
@@ -43,5 +46,10 @@ struct Packs {
 int body_lanes(const Scene& scene);
 /// Whether a scene can advance together with others like it: its system has packs, which take it.
 bool can_be_packed(const Scene& scene);
+
+/// Returns a rough number of nanoseconds for a step of an ensemble, for slicing: `packed` of its
+/// members can be packed. `one` is the simulation of its first member, the scene `first`.
+double step_cost(const Scene& first, const Simulation& one, std::size_t members,
+                 std::size_t packed);
 
 }  // namespace stiefel

@@ -8,6 +8,8 @@
 namespace stiefel {
 
 class SceneDraft;
+struct Body3;
+struct MethodEntry;
 
 /// Checks a draft of a single motion, also by its system, and its method if there is one.
 void check_scene(SceneDraft& draft);
@@ -19,6 +21,10 @@ void check_method(SceneDraft& draft, const SystemInfo& system);
 /// Checks that the method of a draft, if it has one, accepts the scene: Λ, and what
 /// SystemEntry::refusal says. Call it once the system has checked its own fields.
 void check_method_accepts_scene(SceneDraft& draft, const SystemInfo& system);
+
+/// Whether a method, null for a discrete system, accepts a body in three dimensions given by
+/// `body`.
+bool accepts_body(const MethodEntry* method, const Body3& body, double step);
 
 /// Whether the description is of a continuous system and has no method, so that a method must be
 /// chosen for its tolerance or recommended before Scene::resolve accepts it.

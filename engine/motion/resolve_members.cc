@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/motion/given_members.h"
 #include "engine/motion/recommendation.h"
 #include "engine/motion/resolve.h"
 #include "engine/scene/members.h"
@@ -27,9 +28,9 @@ struct OfMembers {
   }
 };
 
-/// Calls `violations_of` with the description of each member, one after another. Returns the
-/// violations of the ensemble as a whole, else those of the first members that have any, at
-/// most 16. One that several members have is returned once.
+/// Calls `violations_of` with each member's index, one after another. Returns the violations of the
+/// ensemble as a whole, else those of the first members that have any, at most 16. One that several
+/// members have is returned once.
 template <class ViolationsOf>
 Violations check_each(const SceneDescription& ensemble, const Place& place,
                       const ViolationsOf& violations_of) {
@@ -39,7 +40,7 @@ Violations check_each(const SceneDescription& ensemble, const Place& place,
   std::size_t count = 0;
   for (int b = 0; b < *ensemble.members && count < most_violations; ++b) {
     stop_point();
-    for (Violation& violation : violations_of(member_of(ensemble, b))) {
+    for (Violation& violation : violations_of(b)) {
       ++count;
       const auto before = std::ranges::find_if(found, [&](auto& one) { return one.is(violation); });
       if (before == found.end())
@@ -59,16 +60,16 @@ Violations check_each(const SceneDescription& ensemble, const Place& place,
 
 Violations check_members_before_choice(const SceneDescription& ensemble, double largest_repair,
                                        const Place& place) {
-  return check_each(ensemble, place, [&](const SceneDescription& member) {
-    return check_before_choice(member, largest_repair, place);
+  return check_each(ensemble, place, [&](int b) {
+    return check_before_choice(member_of(ensemble, b), largest_repair, place);
   });
 }
 
 std::expected<MethodDescription, Violations> recommended_for_members(
     const SceneDescription& ensemble, double largest_repair, const Place& place) {
   std::vector<Recommendation> left = recommended(ensemble.system);
-  Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
-    SceneDraft draft(std::move(member), largest_repair, place);
+  Violations wrong = check_each(ensemble, place, [&](int b) {
+    SceneDraft draft(member_of(ensemble, b), largest_repair, place);
     check_scene(draft);
     if (draft.sound()) keep_what_takes(draft.scene(), left);
     return draft.violations();
@@ -78,7 +79,8 @@ std::expected<MethodDescription, Violations> recommended_for_members(
   const Recommendation& one = left.front();
   MethodDescription method = one.description();
   int substeps = 1;
-  wrong = check_each(ensemble, place, [&](SceneDescription member) {
+  wrong = check_each(ensemble, place, [&](int b) {
+    SceneDescription member = member_of(ensemble, b);
     member.method = method;
     const auto scene = Scene::resolve(std::move(member), largest_repair, place);
     if (!scene) return scene.error();
@@ -97,21 +99,25 @@ std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble, dou
     if (wrong.empty()) wrong.push_back(method_not_chosen(ensemble, place));
     return std::unexpected(std::move(wrong));
   }
-  std::optional<double> epsilon;
-  bool common_epsilon = true, any = false;
-  Violations wrong = check_each(ensemble, place, [&](SceneDescription member) {
-    const auto scene = Scene::resolve(std::move(member), largest_repair, place);
-    if (!scene) return scene.error();
-    const auto& own = scene->description().epsilon;
-    if (!std::exchange(any, true)) epsilon = own;
-    common_epsilon = common_epsilon && own == epsilon;
+  std::expected<Scene, Violations> first = std::unexpected(Violations());
+  bool common_epsilon = true;
+  std::optional<GivenMembers> given;
+  Violations wrong = check_each(ensemble, place, [&](int b) {
+    if (given && given->any() && (*given)[static_cast<std::size_t>(b)]) return Violations();
+    auto scene = Scene::resolve(member_of(ensemble, b), largest_repair, place);
+    if (!scene) return std::move(scene.error());
+    if (!first) {
+      first = *std::move(scene);
+      given.emplace(ensemble, *first, largest_repair);
+    } else if (scene->description().epsilon != first->description().epsilon) {
+      common_epsilon = false;
+    }
     return Violations();
   });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
-  if (common_epsilon) ensemble.epsilon = epsilon;  // otherwise each member chooses its own again
-  auto first = Scene::resolve(member_of(ensemble, 0), largest_repair, place);
-  if (!first) return first;
+  // Otherwise each member chooses its own again.
+  if (common_epsilon) ensemble.epsilon = first->description().epsilon;
   ensemble.method = first->description().method;
   if (ensemble.body && ensemble.body->attitude.empty())
     ensemble.body->attitude = first->description().body->attitude;

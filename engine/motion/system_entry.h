@@ -13,7 +13,9 @@
 namespace stiefel {
 
 class SceneDraft;
+struct Body3;
 struct BodyView;
+struct GivenBody;
 struct MotionRates;
 struct MotionStart;
 struct Packs;
@@ -37,6 +39,9 @@ struct SystemEntry {
   SystemInfo info;
   /// Checks a description, and fills in inertia and blocks of the resulting scene.
   void (*check)(SceneDraft&);
+  /// Checks the numbers of a `body` alone and returns the body, or adds violations; null for
+  /// systems without `body`.
+  std::optional<Body3> (*body_of)(SceneDraft&, const GivenBody&) = nullptr;
   /// Makes the simulation of a scene, by its method.
   std::unique_ptr<Simulation> (*make)(const Scene&);
   /// Returns the methods that apply, and what they do to the invariants of `info`.

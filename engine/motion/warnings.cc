@@ -4,7 +4,10 @@
 #include <cstddef>
 #include <numbers>
 
+#include "engine/dense/so_3.h"
 #include "engine/methods/exact.h"
+#include "engine/motion/body_view.h"
+#include "engine/motion/given_members.h"
 #include "engine/motion/motion_rates.h"
 #include "engine/motion/step_weight.h"
 #include "engine/motion/system_entry.h"
@@ -42,59 +45,85 @@ std::string of_inertia(const Eigen::VectorXd& lambda) {
   return moments.empty() ? "" : name + ", " + moments;
 }
 
-std::string of_body(const Scene& scene) {
-  if (!scene.axes()) return of_inertia(scene.inertia());
-  const std::string fault = of_moments(scene.axes()->moments);
+std::string of_moments(const PrincipalAxes& axes, const GivenBody& given) {
+  const std::string fault = of_moments(axes.moments);
   if (fault.empty()) return fault;
-  return fault + (scene.description().body->inertia_tensor.empty()
+  return fault + (given.tensor.empty()
                       ? "; are all three in one unit?"
                       : "; are all six entries in one unit, and the products those of the matrix, "
                         "Ixy = -∫ xy dm?");
 }
 
-/// Returns a warning where a body in three dimensions is so near a separatrix that rounding decides
-/// its motion.
-std::string of_separatrix(const Scene& scene) {
-  const SystemEntry& entry = *system_entry(scene.system());
-  if (!entry.rates || !entry.rates->separatrix || entry.info.discrete || scene.dimension() != 3)
-    return "";
-  const double parameter = entry.rates->separatrix(scene);
-  if (!(parameter < next_to_separatrix)) return "";
-  const std::string where =
-      "the motion is next to a separatrix: 1 - k^2 = " + short_text(parameter) +
-      " of its elliptic functions";
-  return where + (scene.method() == Exact::traits.name
-                      ? "; the ensemble has the method exact, which keeps the motion"
-                      : "; the rounding of methods other than exact grows by its inverse");
-}
-
-std::string of_turn(const Scene& scene) {
-  if (!scene.description().body) return "";
-  const std::vector<double>& omega = scene.description().body->angular_velocity;
-  const double turn =
-      Eigen::Vector3d(omega.data()).stableNorm() * std::abs(scene.step()) / std::numbers::pi;
+std::string of_turn(const GivenBody& given, double step) {
+  const double turn = Eigen::Vector3d(given.angular_velocity.data()).stableNorm() * std::abs(step) /
+                      std::numbers::pi;
   if (!(turn > 1)) return "";
-  return "a step of " + to_text(scene.step()) + " s turns the body by " +
-         to_text(std::round(180 * turn)) +
+  return "a step of " + to_text(step) + " s turns the body by " + to_text(std::round(180 * turn)) +
          " degrees: more than half a turn; angular_velocity is in rad/s";
 }
 
-using Warning = std::string (*)(const Scene&);
-constexpr std::array<Warning, 3> of_one = {of_body, of_turn, of_separatrix};
+/// The warnings about one body or member: each is empty where there is none.
+class Warnings {
+ public:
+  /// Takes a scene, or the first member of an ensemble.
+  explicit Warnings(const Scene& scene)
+      : step_(scene.step()), exact_(scene.method() == Exact::traits.name) {
+    const SystemEntry& entry = *system_entry(scene.system());
+    const bool keeps = exact_ && scene.members().empty();
+    if (entry.rates && !entry.info.discrete && scene.dimension() == 3 && !keeps)
+      separatrix_ = entry.rates->separatrix;
+  }
+
+  using Texts = std::array<std::string, 3>;
+  Texts of(const Scene& scene) const {
+    if (scene.axes()) {
+      const GivenBody given(*scene.description().body);
+      return of(given, *scene.axes(), scene.inertia(), vee(scene.M()));
+    }
+    return {of_inertia(scene.inertia()), "",
+            separatrix_ ? of_separatrix(scene.inertia(), vee(body_momentum(scene))) : ""};
+  }
+  Texts of(const GivenBody& given, const PrincipalAxes& axes, const Eigen::Vector3d& lambda,
+           const Eigen::Vector3d& m) const {
+    return {of_moments(axes, given), of_turn(given, step_), of_separatrix(lambda, m)};
+  }
+
+ private:
+  /// Returns a warning where a body in three dimensions is so near a separatrix that rounding
+  /// decides its motion.
+  std::string of_separatrix(const Eigen::Vector3d& lambda, const Eigen::Vector3d& m) const {
+    if (!separatrix_) return "";
+    const double parameter = separatrix_(lambda, m);
+    if (!(parameter < next_to_separatrix)) return "";
+    return "the motion is next to a separatrix: 1 - k^2 = " + short_text(parameter) +
+           " of its elliptic functions" +
+           (exact_ ? "; the ensemble has the method exact, which keeps the motion"
+                   : "; the rounding of methods other than exact grows by its inverse");
+  }
+
+  double step_;
+  bool exact_;
+  double (*separatrix_)(const Eigen::Vector3d&, const Eigen::Vector3d&) = nullptr;
+};
 
 /// Returns each warning about a member once, with the first member that has it and their number.
-std::vector<std::string> of_members(const Members& members) {
-  std::array<std::string, of_one.size()> first;
-  std::array<std::size_t, of_one.size()> count{};
+std::vector<std::string> of_members(const Scene& ensemble) {
+  const Members members = ensemble.members();
+  const Warnings warnings(ensemble);
+  GivenMembers given(ensemble.description(), members.front());
+  Warnings::Texts first;
+  std::array<std::size_t, first.size()> count{};
   for (std::size_t b = 0; b < members.size(); ++b) {
-    const Scene member = members[b];
-    for (std::size_t w = 0; w < of_one.size(); ++w) {
-      const std::string text = of_one[w](member);
-      if (!text.empty() && ++count[w] == 1) first[w] = "member " + std::to_string(b) + ": " + text;
-    }
+    const auto body = given.any() ? given[b] : std::nullopt;
+    const Warnings::Texts texts =
+        body ? warnings.of(given.given(b), *body->axes, body->lambda, body->m)
+             : warnings.of(members[b]);
+    for (std::size_t w = 0; w < texts.size(); ++w)
+      if (!texts[w].empty() && ++count[w] == 1)
+        first[w] = "member " + std::to_string(b) + ": " + texts[w];
   }
   std::vector<std::string> all;
-  for (std::size_t w = 0; w < of_one.size(); ++w) {
+  for (std::size_t w = 0; w < first.size(); ++w) {
     if (count[w] > 1)
       first[w] += " (" + std::to_string(count[w]) + " members have a warning like this)";
     if (count[w] > 0) all.push_back(first[w]);
@@ -105,12 +134,13 @@ std::vector<std::string> of_members(const Members& members) {
 }  // namespace
 
 std::vector<std::string> warnings(const Scene& scene) {
-  std::vector<std::string> all = of_members(scene.members());
-  if (scene.members().empty())
-    for (const Warning of : of_one) {
-      if (of == of_separatrix && scene.method() == Exact::traits.name) continue;
-      if (std::string text = of(scene); !text.empty()) all.push_back(std::move(text));
-    }
+  std::vector<std::string> all;
+  if (!scene.members().empty()) {
+    all = of_members(scene);
+  } else {
+    for (std::string& text : Warnings(scene).of(scene))
+      if (!text.empty()) all.push_back(std::move(text));
+  }
   if (auto estimated = estimate_warning(scene)) all.push_back(*std::move(estimated));
   return all;
 }

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <charconv>
+#include <span>
 #include <string>
-#include <vector>
 
 namespace stiefel {
 
@@ -31,7 +31,7 @@ inline std::string scientific_text(double x, int digits) {
 inline std::string short_text(double x) { return scientific_text(x, 2); }
 
 /// Writes a list, cut off after 8 numbers: "[1, 2.5, 0.1]".
-inline std::string to_text(const std::vector<double>& v) {
+inline std::string to_text(std::span<const double> v) {
   std::string out = "[";
   for (std::size_t k = 0; k < v.size() && k < 8; ++k) out += (k > 0 ? ", " : "") + to_text(v[k]);
   return out + (v.size() > 8 ? ", …]" : "]");

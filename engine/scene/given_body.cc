@@ -5,6 +5,17 @@
 
 namespace stiefel {
 
+GivenBody::GivenBody(const BodyDescription& all, std::size_t b, std::size_t count) {
+  const auto part = [=](const std::vector<double>& list, std::size_t each) {
+    const auto numbers = std::span(list);
+    return numbers.size() == each * count ? numbers.subspan(each * b, each) : numbers;
+  };
+  tensor = part(all.inertia_tensor, 6);
+  moments = part(all.moments, 3);
+  attitude = part(all.attitude, 4);
+  angular_velocity = part(all.angular_velocity, 3);
+}
+
 template <class Scalar>
 GivenAxes<Scalar> given_axes(const BodyDescription& body) {
   using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;

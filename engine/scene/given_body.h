@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "engine/dense/principal_moments_3.h"
 #include "engine/numbers/quadruple.h"
@@ -8,6 +9,15 @@
 #include "stiefel/scene.h"
 
 namespace stiefel {
+
+/// The numbers that BodyDescription has for one body.
+struct GivenBody {
+  std::span<const double> tensor, moments, attitude, angular_velocity;
+
+  /// Takes the numbers of member b of `count`; a list that does not have them for each member
+  /// (scene_fields.h) is common to all.
+  explicit GivenBody(const BodyDescription& all, std::size_t b = 0, std::size_t count = 1);
+};
 
 /// The principal axes of a body, computed in Scalar from its doubles: I = R diag(moments) Rᵀ, det R
 /// = +1. Moments and a diagonal tensor keep their axes and their order, R = 1.

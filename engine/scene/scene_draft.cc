@@ -31,8 +31,13 @@ Scales scales(const SceneDescription& scene) {
 /// A step that turns a frame by more radians leaves no digit of its attitude.
 constexpr double largest_turn = 0x1p52;
 
-std::string element(const std::string& field, std::size_t k) {
-  return field + "[" + std::to_string(k) + "]";
+std::string element(std::string_view field, std::size_t k) {
+  return std::string(field) + "[" + std::to_string(k) + "]";
+}
+
+/// Writes a quantity: "max |M| = 1e+200".
+std::string equation(std::string_view what, double x) {
+  return std::string(what) + " = " + to_text(x);
 }
 
 }  // namespace
@@ -41,7 +46,7 @@ std::string shape_text(Eigen::Index rows, Eigen::Index cols) {
   return std::to_string(rows) + " x " + std::to_string(cols);
 }
 
-void SceneDraft::refuse(const std::string& field, std::string value, std::string rule) {
+void SceneDraft::refuse(std::string_view field, std::string value, std::string rule) {
   violations_.push_back(place_.violation(field, std::move(value), std::move(rule)));
 }
 
@@ -60,24 +65,24 @@ void SceneDraft::check_step() {
     refuse("step", to_text(*h), "|step| " + scales(given()).rule());
 }
 
-bool SceneDraft::check_number(const std::string& field, const std::string& what, double x) {
+bool SceneDraft::check_number(std::string_view field, std::string_view what, double x) {
   if (scales(given()).contain(x)) return true;
-  refuse(field, what + " = " + to_text(x), what + " " + scales(given()).rule());
+  refuse(field, equation(what, x), std::string(what) + " " + scales(given()).rule());
   return false;
 }
 
-bool SceneDraft::check_size(const std::string& field, const std::string& what, double size) {
+bool SceneDraft::check_size(std::string_view field, std::string_view what, double size) {
   if (size <= scales(given()).largest) return true;
-  refuse(field, what + " = " + to_text(size), what + " " + scales(given()).rule());
+  refuse(field, equation(what, size), std::string(what) + " " + scales(given()).rule());
   return false;
 }
 
-bool SceneDraft::check_velocity(const std::string& field, const std::string& what, double size) {
+bool SceneDraft::check_velocity(std::string_view field, std::string_view what, double size) {
   if (!check_size(field, what, size)) return false;
   const double turn = std::abs(step()) * size;
   if (turn <= largest_turn || !scales(given()).contain(step())) return true;
-  refuse("step", to_text(step()) + ", |step| " + what + " = " + to_text(turn),
-         "|step| " + what + " must be at most " + to_text(largest_turn) +
+  refuse("step", to_text(step()) + ", |step| " + equation(what, turn),
+         "|step| " + std::string(what) + " must be at most " + to_text(largest_turn) +
              ": the angle of a step has no more digits");
   return false;
 }
@@ -93,7 +98,7 @@ bool SceneDraft::check_momentum(const std::string& field, const Eigen::MatrixXd&
   return check_velocity(field, "max |Ω|", largest);
 }
 
-bool SceneDraft::all_finite(const std::string& field, const std::vector<double>& values) {
+bool SceneDraft::all_finite(std::string_view field, std::span<const double> values) {
   for (std::size_t k = 0; k < values.size(); ++k)
     if (!std::isfinite(values[k])) {
       refuse(element(field, k), to_text(values[k]), "must be finite");
@@ -231,13 +236,12 @@ void SceneDraft::set_skew(const std::string& name, const RowMatrix& M) {
   set_block(name, M - (M + M.transpose()) / 2);
 }
 
-void SceneDraft::set_body(const PrincipalAxes& axes, const Eigen::Vector4d& attitude,
-                          const Eigen::VectorXd& inertia, const Eigen::MatrixXd& M) {
-  scene_.axes_ = axes;
-  scene_.inertia_ = inertia;
-  scene_.attitude_ = attitude;
-  set_block("Q", rotation_matrix<double>(attitude));
-  set_block("M", M);
+void SceneDraft::set_body(const Body3& body) {
+  scene_.axes_ = body.axes;
+  scene_.inertia_ = body.lambda;
+  scene_.attitude_ = body.attitude;
+  set_block("Q", rotation_matrix<double>(body.attitude));
+  set_block("M", hat(body.m));
 }
 
 }  // namespace stiefel

@@ -2,8 +2,11 @@
 
 #include <expected>
 #include <limits>
+#include <span>
+#include <string_view>
 
 #include "engine/numbers/to_text.h"
+#include "engine/scene/body_3.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/scene.h"
 
@@ -22,8 +25,8 @@ class SceneDraft {
     scene_.description_ = std::move(description);
   }
   /// Starts from a valid scene that is to be changed.
-  SceneDraft(Scene scene, const Place& place)
-      : scene_(std::move(scene)), largest_repair_(Scene::drift_tolerance), place_(place) {}
+  SceneDraft(Scene scene, const Place& place, double largest_repair = Scene::drift_tolerance)
+      : scene_(std::move(scene)), largest_repair_(largest_repair), place_(place) {}
 
   /// Sets the system whose blocks and name the checks below use.
   void set_system(const SystemInfo& system) { system_ = &system; }
@@ -38,19 +41,20 @@ class SceneDraft {
   bool sound() const { return violations_.empty(); }
   const Violations& violations() const { return violations_; }
   /// Adds a violation. `field` is the description's own: "initial.Q".
-  void refuse(const std::string& field, std::string value, std::string rule);
+  void refuse(std::string_view field, std::string value, std::string rule);
   void refuse(Violation violation) { violations_.push_back(std::move(violation)); }
+  void forget_violations() { violations_.clear(); }
 
   void check_step();
   /// Returns whether all values are finite; adds a violation for the first element that is not.
-  bool all_finite(const std::string& field, const std::vector<double>& values);
+  bool all_finite(std::string_view field, std::span<const double> values);
   /// Refuses a number, `what` in words, whose square would over- or underflow.
-  bool check_number(const std::string& field, const std::string& what, double x);
+  bool check_number(std::string_view field, std::string_view what, double x);
   /// Refuses a size whose square would overflow.
-  bool check_size(const std::string& field, const std::string& what, double size);
+  bool check_size(std::string_view field, std::string_view what, double size);
   /// Refuses a velocity, 1/time, that is too large to compute with, and a step in which it turns a
   /// frame by an angle without digits.
-  bool check_velocity(const std::string& field, const std::string& what, double size);
+  bool check_velocity(std::string_view field, std::string_view what, double size);
   /// Refuses a momentum that is too large to compute with, or whose Ω = J⁻¹(M) is. `field` is where
   /// the scene gives it.
   bool check_momentum(const std::string& field, const Eigen::MatrixXd& M);
@@ -79,8 +83,7 @@ class SceneDraft {
   void set_frame(const std::string& name, const RowMatrix& Q);
   /// Sets a block to its skew part, which must be within Scene::skew_tolerance of it.
   void set_skew(const std::string& name, const RowMatrix& M);
-  void set_body(const PrincipalAxes& axes, const Eigen::Vector4d& attitude,
-                const Eigen::VectorXd& inertia, const Eigen::MatrixXd& M);
+  void set_body(const Body3& body);
 
  private:
   Scene scene_;

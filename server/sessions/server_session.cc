@@ -128,7 +128,7 @@ Session::Session(Scene scene, MemoryBudget& memory)
   } else {
     // The simulations and states of the members are many times as large as their scenes, so they
     // are not made before the first step.
-    outline_ = outline_of(members, look_at);
+    outline_ = outline_of(scene_, look_at);
     set_work(members.front(), members.size(), rate);
   }
   default_fields_ = stiefel::default_fields(scene_, fields(), outline_.block_count);

@@ -77,9 +77,11 @@ std::vector<std::size_t> default_fields(const Scene& scene, const std::vector<Fi
 
 Outline outline_of(const Simulation& simulation);
 
-/// Returns the outline of an ensemble without building its simulation: makes the members'
-/// simulations one after another, calls `look` with each and its scene, and drops it.
-Outline outline_of(const Members& members,
+/// Returns the outline of an ensemble without building its simulation. Calls `look` with members
+/// and their simulations, one after another: with the first, and with all that can be unlike it.
+/// Members that are bodies of `body` and advance together in vector registers are alike: their
+/// fields are finite, and the price of their steps does not depend on the rate.
+Outline outline_of(const Scene& ensemble,
                    const std::function<void(const Scene&, const Simulation&)>& look);
 
 }  // namespace stiefel

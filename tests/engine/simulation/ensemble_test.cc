@@ -377,9 +377,8 @@ TEST(Ensemble, TheOutlineIsThatOfItsSimulation) {
     const Scene together = resolved(ensemble_of(scenes));
     const auto simulation = make_simulation(together);
     std::vector<double> rates;
-    const Outline found =
-        outline_of(together.members(),
-                   [&](const Scene&, const Simulation& member) { rates.push_back(member.rate()); });
+    const Outline found = outline_of(
+        together, [&](const Scene&, const Simulation& member) { rates.push_back(member.rate()); });
     const Outline expected = outline_of(*simulation);
     EXPECT_EQ(found.saved_size, expected.saved_size) << method;
     EXPECT_EQ(found.step_cost, expected.step_cost) << method;
