@@ -120,6 +120,7 @@ TEST(Workspace, OfMembers) {
 
 TEST(Workspace, OfALargeScene) {
   const auto body = testing::description(testing::RandomBody(96, 1), 0.01, "rk4");
+  ASSERT_TRUE(Scene::resolve(body));  // which makes the tables of the first use
   const double before = allocated();
   SceneDescription copy = body;
   const auto scene = Scene::resolve(std::move(copy)).value();
