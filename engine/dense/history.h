@@ -37,14 +37,14 @@ class History {
         }
       }
     };
-    in_ranges(next.size(), chunk, static_cast<double>(next.size()), predict_range);
+    in_ranges(next.size(), chunk, static_cast<double>(p * next.size()), predict_range);
     return true;
   }
 
   template <class Block>
   void push(const Block& solution) {
     for (std::size_t k = depth - 1; k > 0; --k) past_[k].swap(past_[k - 1]);
-    std::copy_n(solution.data(), solution.size(), past_[0].data());
+    copy_numbers(solution.data(), solution.size(), past_[0].data());
     if (count_(0, 0) < Scalar(depth)) count_(0, 0) += 1;
   }
 

@@ -41,7 +41,7 @@ class LaggedAnderson {
       square += square_(k);
     }
     if (k_ < 2 || !(square > 0)) {
-      x = g;
+      copy_numbers(g.data(), g.size(), x.data());
     } else {
       const Scalar gamma = along / square;
       by_chunks(x.size(), [&](Eigen::Index, auto here) {

@@ -115,24 +115,31 @@ void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Sca
 
 void upper_gram(const Eigen::MatrixXd& A, Eigen::MatrixXd& out) {
   using Eigen::Index;
+  constexpr Index width = 48, unit = 12;
   const Index N = A.cols();
-  const auto columns = [&](Index begin, Index end) {
-    const auto some = A.middleCols(begin, end - begin);
-    if (begin > 0)
-      out.block(0, begin, begin, end - begin).noalias() = A.leftCols(begin).transpose() * some;
-    auto corner = out.block(begin, begin, end - begin, end - begin);
-    corner.triangularView<Eigen::Upper>().setZero();
-    corner.selfadjointView<Eigen::Upper>().rankUpdate(some.transpose());
-  };
   Crew* const crew = N < least_divided_order ? nullptr : crew_to_divide();
-  if (!crew || crew->threads_at_hand() < 2) return columns(0, N);
-  constexpr Index width = 48;
-  const Index blocks = N / width;
+  const Index blocks = crew && crew->threads_at_hand() > 1 ? (N + width - 1) / width : 1;
+  const auto edge = [&](Index block) {
+    return block == blocks ? N : N / unit * block / blocks * unit;
+  };
+  const auto tile = [&](Index i, Index j) {
+    const Index rows = edge(i + 1) - edge(i), columns = edge(j + 1) - edge(j);
+    const auto some = A.middleCols(edge(j), columns);
+    auto part = out.block(edge(i), edge(j), rows, columns);
+    if (i < j) {
+      part.noalias() = A.middleCols(edge(i), rows).transpose() * some;
+    } else {
+      part.triangularView<Eigen::Upper>().setZero();
+      part.selfadjointView<Eigen::Upper>().rankUpdate(some.transpose());
+    }
+  };
+  if (blocks == 1) return tile(0, 0);
   const double operations = static_cast<double>(A.size()) * static_cast<double>(N) / 2;
-  share_out(*crew, static_cast<std::size_t>(blocks), operations * operation_nanoseconds<double>,
-            [&](std::size_t k) {  // the largest first
-              const Index begin = (blocks - 1 - static_cast<Index>(k)) * width;
-              columns(begin, k == 0 ? N : begin + width);
+  share_out(*crew, static_cast<std::size_t>(blocks * (blocks + 1) / 2),
+            operations * operation_nanoseconds<double>, [&](std::size_t k) {
+              Index i = static_cast<Index>(k), j = 0;
+              while (i > j) i -= ++j;
+              tile(i, j);
             });
 }
 

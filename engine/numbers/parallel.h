@@ -41,24 +41,34 @@ void for_each_in_parallel(std::span<Element> elements, double nanoseconds, const
 }
 
 /// Calls work(begin, end) for consecutive ranges that together are 0 ... count, on the threads of
-/// the crew. Ranges begin at multiples of `unit` and are no shorter; how many there are depends on
-/// the threads, so the result of `work` must not depend on the division. `nanoseconds` is an
-/// estimate of the work on all. For parts of the work on matrices of at least
+/// the crew, the last range first. Ranges begin at multiples of `unit` and are no shorter; how many
+/// there are depends on the threads, so the result of `work` must not depend on the division.
+/// `nanoseconds` is an estimate of the work on all. For parts of the work on matrices of at least
 /// `least_divided_order`.
 template <class Work>
 void in_ranges(Eigen::Index count, Eigen::Index unit, double nanoseconds, const Work& work,
                Eigen::Index ranges_a_thread = 4) {
-  constexpr double least_nanoseconds = 1e4;  // of a range
+  constexpr double least_nanoseconds = 5e3;  // of a range
   const Eigen::Index units = count / unit;
   Crew* crew = units < 2 || nanoseconds < 2 * least_nanoseconds ? nullptr : crew_to_divide();
   const auto threads = crew ? static_cast<Eigen::Index>(crew->threads_at_hand()) : 1;
   if (threads < 2) return work(Eigen::Index{0}, count);
   const auto worth = static_cast<Eigen::Index>(std::min(nanoseconds / least_nanoseconds, 1e6));
-  const Eigen::Index ranges = std::min({worth, ranges_a_thread * threads, units});
+  Eigen::Index ranges = std::min({worth, ranges_a_thread * threads, units});
+  if (ranges > threads) ranges -= ranges % threads;
   const Eigen::Index size = (units + ranges - 1) / ranges * unit, last = (units * unit - 1) / size;
   share_out(*crew, static_cast<std::size_t>(last + 1), nanoseconds, [&](std::size_t index) {
-    const auto i = static_cast<Eigen::Index>(index);
+    const auto i = last - static_cast<Eigen::Index>(index);
     work(i * size, i == last ? count : (i + 1) * size);
+  });
+}
+
+/// Copies so many numbers, in ranges.
+template <class From, class To>
+[[gnu::noinline]] void copy_numbers(const From* from, Eigen::Index count, To* to) {
+  constexpr Eigen::Index unit = 4096;
+  in_ranges(count, unit, static_cast<double>(count) / 2, [&](Eigen::Index begin, Eigen::Index end) {
+    std::copy(from + begin, from + end, to + begin);
   });
 }
 
