@@ -5,10 +5,12 @@
 #include <functional>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "engine/methods/concepts.h"
 #include "engine/motion/coordinates.h"
 #include "engine/motion/observed_simulation.h"
+#include "engine/numbers/parallel.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -52,13 +54,16 @@ class SimulationOf final : public ObservedSimulation {
 
   void save(std::span<double> out) const override {
     double* to = out.data();
-    state_.each([&](auto& block) { to = std::copy_n(block.data(), block.size(), to); });
+    state_.each([&](auto& block) {
+      copy_numbers(block.data(), block.size(), to);
+      to += block.size();
+    });
   }
 
   void restore(std::int64_t step, std::span<const double> saved) override {
     const double* from = saved.data();
     state_.each([&](auto& block) {
-      std::copy_n(from, block.size(), block.data());
+      copy_numbers(from, block.size(), block.data());
       from += block.size();
     });
     step_ = step;
@@ -101,7 +106,8 @@ class SimulationOf final : public ObservedSimulation {
     } else {
       for (const std::int64_t end = step_ + steps; step_ < end; ++step_) {
         if (copies_each_step_ || (!only_rotates && since_copy_ >= between_copies)) {
-          before_ = state_;
+          before_.resize(saved_size_);
+          save(before_);
           since_copy_ = 0;
         }
         if (const RunStatus status = step_of_scene(stop); !status.reached()) return status;
@@ -115,9 +121,8 @@ class SimulationOf final : public ObservedSimulation {
 
   /// Goes back to the copy, and from there to the state before the last step.
   RunStatus go_back() {
-    state_ = *before_;
-    const std::int64_t good = std::exchange(since_copy_, 0);
-    step_ -= good;
+    const std::int64_t good = since_copy_;
+    restore(step_ - good, before_);
     walk(good, {});
     return {Outcome::not_finite, std::nullopt};
   }
@@ -126,7 +131,7 @@ class SimulationOf final : public ObservedSimulation {
     for (int k = 0; k < substeps_; ++k) {
       const RunStatus status = step_of_map(stop);
       if (status.reached()) continue;
-      if (k > 0) state_ = *before_;
+      if (k > 0) undo();
       return status.outcome == Outcome::left_domain && make_
                  ? left_domain_of_all_substeps(status, stop)
                  : status;
@@ -144,7 +149,7 @@ class SimulationOf final : public ObservedSimulation {
   }
 
   void undo() override {
-    if (copies_each_step_) state_ = *before_;
+    if (copies_each_step_) restore(step_, before_);
   }
 
   RunStatus walk_to(std::span<const double> times) override {
@@ -197,7 +202,7 @@ class SimulationOf final : public ObservedSimulation {
   Make make_;
   mutable Eigen::MatrixXd point_;    ///< what `point` returns where the state is not a point itself
   mutable typename F::State state_;  // mutable because `each` serves both saving and restoring
-  std::optional<typename F::State> before_;  ///< the state since_copy_ steps before
+  std::vector<double> before_;       ///< the state since_copy_ steps before, as `save` writes it
   int since_copy_ = between_copies;
   std::size_t saved_size_ = 0;
   /// Whether a step may fail or be stopped when the state has changed already.
