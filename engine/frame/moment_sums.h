@@ -59,9 +59,8 @@ class MomentSums {
 
  private:
   using Sum = TileSum<Pack<Scalar, isa>, rows>;
-  /// Chooses the largest block that fits into the registers: 4 × 4 or 1 × 2 elements.
-  static constexpr bool many_registers = isa == Isa::avx512;
-  using Product = TileProduct<many_registers ? 4 : 1, many_registers ? 4 : 2>;
+  /// Chooses the largest block that fits into the registers: 4 × 4, 1 × 4 or 1 × 2 elements.
+  using Product = TileProduct<isa == Isa::avx512 ? 4 : 1, isa == Isa::baseline ? 2 : 4>;
 
   Sum QQ0_, QQ1_, QQ2_, QQ3_, QV0_, QV1_, QV2_, VV0_, VV1_;
 };
