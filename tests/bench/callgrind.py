@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Sequence
 
 # glibc clears and copies more than 2 kB by an instruction that repeats itself, which callgrind counts once a byte. With
 # these limits it does so by a loop.
@@ -75,15 +76,28 @@ def tangents(program: Path, steps: int) -> list[dict]:
     return found
 
 
+def undivided(program: Path, largest: int, columns: int) -> list[dict]:
+    """The part of the instructions of a step that is outside the pieces which threads share."""
+    if not shutil.which("valgrind"):
+        return []
+    found = []
+    for name, *what in [(f"N = {largest}, h|Omega| = {h}", largest, h) for h in (0.05, 0.2)] + [(f"V(4, {columns})", "frames", columns)]:
+        pieces, all_steps = (_instructions(program, *what, 4, options=[f"--toggle-collect={function}"])
+                             for function in ("divided_piece", "counted_steps"))
+        found.append({"name": f"variational, plain, {name}, instructions that threads do not share", "unit": "of a step",
+                      "bound": 0.03, "values": [1 - pieces / all_steps]})
+    return found
+
+
 def _per_step(program: Path, *what: object, steps: int) -> float:
     """Returns instructions per step from the difference of two runs, so that the start does not count."""
     once, thrice = (_instructions(program, *what, k * steps) for k in (1, 3))
     return (thrice - once) / (2 * steps)
 
 
-def _instructions(program: Path, *arguments: object) -> int:
+def _instructions(program: Path, *arguments: object, options: Sequence[str] = ()) -> int:
     print("  callgrind", *arguments, file=sys.stderr)
-    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", str(program), *map(str, arguments)]
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *options, str(program), *map(str, arguments)]
     output = subprocess.run(command, check=True, capture_output=True, text=True, env=ENVIRONMENT).stderr
     match = re.search(r"Collected\s*:\s*(\d+)", output)
     assert match, output

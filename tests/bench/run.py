@@ -92,6 +92,8 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     found += callgrind.measure(programs / "bench_instructions", counts["instructions"])
     found += callgrind.tangents(programs / "bench_tangents", counts["instructions"] // 40)
     if counts["instructions"]:
+        found += callgrind.undivided(programs / "bench_divided", counts["largest"], min(counts["columns"], 100_000))
+    if counts["instructions"]:
         found += weights.measure(programs / "bench_weights")
         found += prices.measure(programs / "bench_prices")
     if counts["bodies"]:
