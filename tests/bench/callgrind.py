@@ -82,7 +82,7 @@ def undivided(program: Path, largest: int, columns: int) -> list[dict]:
         return []
     found = []
     for name, *what in [(f"N = {largest}, h|Omega| = {h}", largest, h) for h in (0.05, 0.2)] + [(f"V(4, {columns})", "frames", columns)]:
-        pieces, all_steps = (_instructions(program, *what, 4, options=[f"--toggle-collect={function}"])
+        pieces, all_steps = (_instructions(program, *what, 4, 2, options=[f"--toggle-collect={function}"])
                              for function in ("divided_piece", "counted_steps"))
         found.append({"name": f"variational, plain, {name}, instructions that threads do not share", "unit": "of a step",
                       "bound": 0.03, "values": [1 - pieces / all_steps]})

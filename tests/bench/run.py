@@ -66,6 +66,9 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     run("large", repeats, counts["largest"], counts["seconds"])
     run("large", "cores", repeats, counts["largest"], min(counts["columns"], 1_000_000), 10 * counts["seconds"])
     run("cores", min(repeats, 3), min(counts["members"], 48_000), 2 * counts["largest"], min(counts["columns"], 1_000_000))
+    largest, columns = counts["largest"], min(counts["columns"], 200_000)
+    for size in ((largest, 0.05), (largest, 0.2), (2 * largest, 0.2), ("frames", columns)):
+        run("divided", *size, 20, 2, 4, 8, 16)
     run("ensembles", repeats, counts["seconds"])
     run("exact", repeats, counts["seconds"])
     run("summaries", repeats, counts["seconds"])
@@ -76,6 +79,9 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     with serve("--threads", 2) as two, serve("--threads", 1) as one:
         run(str(Path(__file__).parent / "service/large_ensembles.py"), two.address, two.pid, one.address, one.pid, repeats,
             counts["members"], 1000 * counts["members"])
+    for threads in (k for k in (1, 2, 4, 8) if k <= (os.cpu_count() or 1)):
+        with serve("--threads", threads) as server:
+            run(str(Path(__file__).parent / "service/clients.py"), server.address, threads, min(repeats, 3), 20 * counts["seconds"])
     with serve("--threads", 2) as two, serve("--threads", 1) as one, serve("--threads", 1) as other:
         run("pairs", two.address, one.address, other.address, repeats, counts["pairs"])
     with Process([str(programs / "bench_overload"), "serve", str(THREADS)]) as server:
