@@ -6,11 +6,16 @@
 
 #include "engine/body/exact_body.h"
 #include "engine/body/preprocessed_moser_veselov.h"
+#include "engine/body/reports_3.h"
+#include "engine/dense/euler_angles.h"
 #include "engine/dense/principal_moments_3.h"
 #include "engine/dense/so_4.h"
 #include "engine/methods/symmetric_stages.h"
 #include "engine/motion/body_view.h"
+#include "engine/motion/flat_bodies.h"
+#include "engine/motion/given_members.h"
 #include "engine/motion/method_entry.h"
+#include "engine/numbers/parallel.h"
 
 namespace stiefel {
 namespace {
@@ -40,21 +45,14 @@ Packing packing_of(const Scene& scene) {
   return method ? method->traits.packing : Packing::stages;
 }
 
-/// Returns the inertia for the single stage of a modified body in three dimensions.
-template <class Scalar>
-DiscreteInertia3<Scalar> modified_inertia(const Scene& scene, Scalar h) {
-  const ModifiedJDInverse3<Scalar, false> inverse(rounded_to<Scalar>(scene.inertia()), h,
-                                                  scene.order());
-  return inverse.memory(rounded_to<Scalar>(vee(body_momentum(scene))));
-}
-
-/// Appends the stages of a body to those of the other bodies.
-template <class Pairs, class Scalar, class Inertia>
-void add_stages(const Scene& scene, Scalar h, std::vector<std::vector<Inertia>>& out) {
-  const auto gamma = symmetric_stages<Scalar>(std::max(scene.order(), 2));
-  const auto lambda = rounded_to<Scalar>(scene.inertia());
-  out.resize(gamma.size());
-  for (std::size_t s = 0; s < gamma.size(); ++s) out[s].emplace_back(Pairs(lambda), gamma[s] * h);
+/// Returns the bodies in their lanes.
+template <class Element, class Make>
+std::vector<Element> in_lanes(std::span<const PackedBody> bodies, int lanes, const Make& make) {
+  std::vector<Element> all;
+  all.reserve(static_cast<std::size_t>(lanes));
+  for (std::size_t k = 0; k < static_cast<std::size_t>(lanes); ++k)
+    all.push_back(make(bodies[std::min(k, bodies.size() - 1)]));
+  return all;
 }
 
 int lanes_of(const Scene& scene) {
@@ -89,38 +87,41 @@ bool takes_body(const Scene& like, const Body3& body) {
 /// left to their own Simulations.
 class PackedClosedForms final : public PackedBodies {
  public:
-  PackedClosedForms(std::span<const Scene> bodies, std::span<const double> start)
-      : substeps_(bodies.front().substeps()) {
-    times_.unit = bodies.front().step() / substeps_;
-    const std::size_t each = start.size() / static_cast<std::size_t>(lanes());
-    for (std::size_t lane = 0; lane * each < start.size(); ++lane)
-      bodies_.push_back(top_in_time(bodies[std::min(lane, bodies.size() - 1)],
-                                    start.subspan(lane * each, each - 1)));
+  PackedClosedForms(const Scene& like, std::vector<TopInTime> bodies)
+      : bodies_(std::move(bodies)),
+        unit_(like.step() / like.substeps()),
+        substeps_(like.substeps()) {
+    const auto some =
+        std::ranges::find_if(bodies_, [](TopInTime& body) { return body.theta().has_value(); });
+    for (int lane = 0; lane < lanes() && some != bodies_.end(); ++lane) {
+      TopInTime& body = bodies_[std::min<std::size_t>(lane, bodies_.size() - 1)];
+      side_by_side_.put(lane, body.theta() ? *body.theta() : *some->theta());
+    }
   }
 
   int lanes() const override { return ThetaTop::lanes(); }
 
-  Progress advance(std::span<double> states, std::int64_t steps) override {
-    if (!std::exchange(ready_, true)) put_side_by_side();
-    const std::size_t each = states.size() / bodies_.size();
+  Progress advance(std::span<double> states, std::int64_t steps) const override {
+    const std::size_t each = states.size() / static_cast<std::size_t>(lanes());
+    ThetaTop::Times times{.unit = unit_, .high = {}, .low = {}};
+    const auto all = static_cast<unsigned>(lanes());
     unsigned easy = 0;
-    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+    for (unsigned lane = 0; lane < all; ++lane) {
       const double k = states[lane * each + each - 1] + static_cast<double>(steps) * substeps_;
-      const auto& theta = bodies_[lane].theta();
-      times_.high[lane] = k;
-      times_.low[lane] = 0;
-      const auto time = static_cast<double>(static_cast<long double>(k) * times_.unit);
+      const auto& theta = body(lane).theta_found();
+      times.high[lane] = k;
+      const auto time = static_cast<double>(static_cast<long double>(k) * unit_);
       if (theta && std::abs(k) < largest && theta->takes(time)) easy |= 1u << lane;
     }
     if (easy == 0) return {0, 0};
-    side_by_side_.at(times_, states_);
-    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+    ThetaTop::Lanes found;
+    side_by_side_.at(times, found);
+    for (unsigned lane = 0; lane < all; ++lane) {
       if (!(easy >> lane & 1)) continue;
-      TopInTime& body = bodies_[lane];
-      const auto x = body.rounded(states_, static_cast<int>(lane));
+      const auto x = body(lane).rounded(found, static_cast<int>(lane));
       const auto to = states.subspan(lane * each, each);
       std::ranges::copy(x.tail(static_cast<Eigen::Index>(each) - 1), to.begin());
-      to.back() = times_.high[lane];
+      to.back() = times.high[lane];
     }
     if (easy == (1u << lanes()) - 1) return {steps, 0};
     return {0, easy};
@@ -129,54 +130,20 @@ class PackedClosedForms final : public PackedBodies {
  private:
   static constexpr double largest = 0x1p53;  ///< numbers of steps below are exact
 
-  /// Computes the constants of the motions, which takes longer than many states: at the first
-  /// advance, for which an ensemble uses all cores.
-  void put_side_by_side() {
-    const auto some =
-        std::ranges::find_if(bodies_, [](TopInTime& body) { return body.theta().has_value(); });
-    for (int lane = 0; lane < lanes() && some != bodies_.end(); ++lane)
-      side_by_side_.put(lane, bodies_[lane].theta() ? *bodies_[lane].theta() : *some->theta());
+  const TopInTime& body(std::size_t lane) const {
+    return bodies_[std::min(lane, bodies_.size() - 1)];
   }
 
   std::vector<TopInTime> bodies_;
   ThetaTops side_by_side_;
-  ThetaTop::Times times_{};
-  ThetaTop::Lanes states_;
+  double unit_;
   int substeps_;
-  bool ready_ = false;
 };
 
-}  // namespace
-
 template <class Scalar>
-BodiesSideBySide<Scalar> side_by_side(std::span<const Scene> bodies, int lanes) {
-  const Scene& first = bodies.front();
-  const auto h = static_cast<Scalar>(step_of_map(first));
-  const Packing packing = packing_of(first);
-  BodiesSideBySide<Scalar> out{
-      first.dimension(), first.has_frame(), first.arithmetic(), first.substeps(), h, {}, {}, {}};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(lanes); ++k) {
-    const Scene& body = bodies[std::min(k, bodies.size() - 1)];
-    if (packing == Packing::vector_field) {
-      out.lambda.emplace_back(rounded_to<Scalar>(body.inertia()));
-    } else if (packing == Packing::modified_inertia) {
-      out.stages_3.resize(1);
-      out.stages_3[0].push_back(modified_inertia(body, h));
-    } else if (first.dimension() == 3) {
-      add_stages<PrincipalMoments3<Extended<Scalar>>>(body, h, out.stages_3);
-    } else {
-      add_stages<PairSums4<Extended<Scalar>>>(body, h, out.stages_4);
-    }
-  }
-  return out;
-}
-
-template BodiesSideBySide<float> side_by_side(std::span<const Scene>, int);
-template BodiesSideBySide<double> side_by_side(std::span<const Scene>, int);
-
-template <class Scalar>
-std::unique_ptr<PackedBodies> pack_bodies_in(std::span<const Scene> bodies) {
-  const auto together = side_by_side<Scalar>(bodies, lanes_of(bodies.front()));
+std::unique_ptr<PackedBodies> pack_bodies_in(const Scene& like,
+                                             std::span<const PackedBody> bodies) {
+  const auto together = side_by_side<Scalar>(like, bodies, lanes_of(like));
 #ifdef STIEFEL_X86_64
   if (widest_isa() == Isa::avx512) return pack_bodies_on<Isa::avx512>(together);
   return pack_bodies_on<Isa::avx2>(together);
@@ -185,15 +152,183 @@ std::unique_ptr<PackedBodies> pack_bodies_in(std::span<const Scene> bodies) {
 #endif
 }
 
-std::unique_ptr<PackedBodies> pack_bodies(std::span<const Scene> bodies) {
-  return bodies.front().in_float() ? pack_bodies_in<float>(bodies) : pack_bodies_in<double>(bodies);
+/// Bodies of (Q, M) in three dimensions.
+class FlatBodies3 final : public FlatBodies {
+ public:
+  explicit FlatBodies3(const Scene& scene)
+      : FlatBodies(scene),
+        like_(ensemble().members().front()),
+        reports_(like_),
+        saved_(first().saved_size()),
+        bodies_(size()) {
+    constexpr std::size_t portion = 256;
+    constexpr double of_member = 200;  // nanoseconds
+    std::vector<std::size_t> starts;
+    for (std::size_t b = 0; b < size(); b += portion) starts.push_back(b);
+    std::vector<char> packable(size());
+    for_each_in_parallel(
+        std::span(starts), of_member * static_cast<double>(size()), [&](std::size_t from) {
+          GivenMembers given(ensemble().description(), like_);
+          for (std::size_t b = from; b < std::min(from + portion, size()); ++b) {
+            stop_point();
+            const auto found = given.any() ? given[b] : std::nullopt;
+            bodies_[b] = Reported3(found ? *found : body_3(ensemble().members()[b]));
+            packable[b] = takes_body(like_, bodies_[b]);
+          }
+        });
+    std::vector<std::size_t> together;
+    for (std::size_t b = 0; b < size(); ++b)
+      if (packable[b]) together.push_back(b);
+    pack_all(std::move(together), lanes_of(like_));
+  }
+
+  void start(std::size_t b, std::span<double> state) const override {
+    const Body3& body = bodies_[b];
+    const auto put = [in_float = like_.in_float()](const auto& numbers, double* to) {
+      if (in_float)
+        std::ranges::copy(rounded_to<float>(numbers), to);
+      else
+        std::ranges::copy(numbers, to);
+    };
+    std::ranges::fill(state, 0);
+    put(body.m, state.data() + point_end() - 3);
+    if (body.has_frame) put(body.attitude, state.data());
+  }
+
+  void write(std::size_t b, std::span<const double> state, std::size_t index,
+             std::span<double> out) const override {
+    const std::vector<Field>& listed = first().fields();
+    if (index < listed.size()) return reports_.write(bodies_[b], point(state), index, out);
+    Eigen::Vector4d q;
+    Eigen::Vector3d omega;
+    write(b, state, *find_field(listed, "quaternion"), {q.data(), 4});
+    write(b, state, *find_field(listed, "angular_velocity"), {omega.data(), 3});
+    Eigen::Map<Eigen::Vector3d>(out.data()) =
+        EulerField::with_code(index - listed.size()).value(q, omega);
+  }
+  void invariants(std::size_t b, std::span<const double> state, InvariantList& out) const override {
+    reports_.invariants(bodies_[b], point(state), out);
+  }
+  std::optional<double> orthogonality(std::size_t b, std::span<const double> state) const override {
+    return reports_.orthogonality(bodies_[b], point(state));
+  }
+  double rate(std::size_t b, std::span<const double> state) const override {
+    return reports_.rate(bodies_[b], point(state));
+  }
+
+ private:
+  std::shared_ptr<const PackedBodies> make_pack(
+      std::span<const std::size_t> members) const override {
+    if (is_exact_body(like_)) {
+      std::vector<TopInTime> tops;
+      for (const std::size_t b : members) tops.push_back(top(b));
+      return std::make_shared<PackedClosedForms>(like_, std::move(tops));
+    }
+    std::vector<PackedBody> some(members.size());
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      some[k].lambda << bodies_[members[k]].lambda, 0;
+      some[k].m = bodies_[members[k]].m;
+    }
+    return pack_bodies(like_, some);
+  }
+
+  /// Returns where the point (q; m) or m of a state ends; carries, or the number of steps, follow.
+  std::size_t point_end() const { return saved_ < 7 ? 3 : 7; }
+  const double* point(std::span<const double> state) const {
+    return state.data() + point_end() - static_cast<std::size_t>(reports_.size());
+  }
+  TopInTime top(std::size_t b) const {
+    const Body3& body = bodies_[b];
+    std::optional<ExtendedBody> given;
+    if (body.axes)
+      given =
+          extended_body(GivenBody(*ensemble().description().body, b, size()), *body.axes, body.m);
+    Eigen::Matrix<double, 7, 1> start;
+    start << body.attitude, body.m;
+    const auto size = static_cast<std::size_t>(reports_.size());
+    return top_in_time(body.lambda, given, std::span(start.data(), 7).last(size));
+  }
+
+  const Scene like_;
+  Reports3 reports_;
+  std::size_t saved_;
+  std::vector<Reported3> bodies_;
+};
+
+std::shared_ptr<const FlatBodies> flat(const Scene& ensemble) {
+  const bool moves = is_exact_body(ensemble) || packing_of(ensemble) != Packing::none;
+  if (!has_packs() || ensemble.dimension() != 3 || !moves || system_entry(ensemble.system())->view)
+    return nullptr;
+  return std::make_shared<FlatBodies3>(ensemble);
 }
 
-std::unique_ptr<PackedBodies> pack(std::span<const Scene> bodies, std::span<const double> start) {
-  if (is_exact_body(bodies.front())) return std::make_unique<PackedClosedForms>(bodies, start);
-  return pack_bodies(bodies);
+std::unique_ptr<PackedBodies> pack(std::span<const Scene> scenes, std::span<const double> start) {
+  if (is_exact_body(scenes.front())) {
+    const std::size_t each = start.size() / scenes.size();
+    std::vector<TopInTime> tops;
+    for (std::size_t k = 0; k < scenes.size(); ++k)
+      tops.push_back(top_in_time(scenes[k].inertia(), extended_body(scenes[k]),
+                                 start.subspan(k * each, each - 1)));
+    return std::make_unique<PackedClosedForms>(scenes.front(), std::move(tops));
+  }
+  std::vector<PackedBody> bodies;
+  for (const Scene& scene : scenes) bodies.push_back(packed_body(scene));
+  return pack_bodies(scenes.front(), bodies);
 }
 
-const Packs body_packs = {takes, takes_body, lanes_of, pack};
+}  // namespace
+
+PackedBody packed_body(const Scene& scene) {
+  PackedBody body;
+  body.lambda << scene.inertia(), Eigen::VectorXd::Zero(4 - scene.dimension());
+  if (scene.dimension() == 3) body.m = vee(body_momentum(scene));
+  return body;
+}
+
+template <class Scalar>
+BodiesSideBySide<Scalar> side_by_side(const Scene& like, std::span<const PackedBody> bodies,
+                                      int lanes) {
+  using Wide = Extended<Scalar>;
+  const auto h = static_cast<Scalar>(step_of_map(like));
+  const int N = like.dimension();
+  BodiesSideBySide<Scalar> out{N, like.has_frame(), like.arithmetic(), like.substeps(), h, {}, {},
+                               {}};
+  const auto lambda = [](const PackedBody& body) { return rounded_to<Scalar>(body.lambda); };
+  const Packing packing = packing_of(like);
+  if (packing == Packing::vector_field) {
+    out.lambda = in_lanes<typename decltype(out.lambda)::value_type>(bodies, lanes, lambda);
+  } else if (packing == Packing::modified_inertia) {
+    out.stages_3.push_back(
+        in_lanes<DiscreteInertia3<Scalar>>(bodies, lanes, [&](const PackedBody& body) {
+          const ModifiedJDInverse3<Scalar, false> inverse(lambda(body).template head<3>(), h,
+                                                          like.order());
+          return inverse.memory(rounded_to<Scalar>(body.m));
+        }));
+  } else {
+    for (const Scalar gamma : symmetric_stages<Scalar>(std::max(like.order(), 2)))
+      if (N == 3)
+        out.stages_3.push_back(
+            in_lanes<DiscreteInertia3<Scalar>>(bodies, lanes, [&](const PackedBody& body) {
+              return DiscreteInertia3<Scalar>(
+                  PrincipalMoments3<Wide>(lambda(body).template head<3>()), gamma * h);
+            }));
+      else
+        out.stages_4.push_back(
+            in_lanes<DiscreteInertia4<Scalar>>(bodies, lanes, [&](const PackedBody& body) {
+              return DiscreteInertia4<Scalar>(PairSums4<Wide>(lambda(body)), gamma * h);
+            }));
+  }
+  return out;
+}
+
+template BodiesSideBySide<float> side_by_side(const Scene&, std::span<const PackedBody>, int);
+template BodiesSideBySide<double> side_by_side(const Scene&, std::span<const PackedBody>, int);
+
+std::unique_ptr<PackedBodies> pack_bodies(const Scene& like, std::span<const PackedBody> bodies) {
+  return like.in_float() ? pack_bodies_in<float>(like, bodies)
+                         : pack_bodies_in<double>(like, bodies);
+}
+
+const Packs body_packs = {takes, takes_body, lanes_of, pack, flat};
 
 }  // namespace stiefel

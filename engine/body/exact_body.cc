@@ -19,8 +19,8 @@ std::span<const double> numbers(const Point& point) {
 /// What the motion of a body in three dimensions depends on beside its start, in the digits in
 /// which the scene was given.
 struct GivenTop {
-  explicit GivenTop(const Scene& scene) : inertia(scene.inertia()) {
-    const auto body = scene.axes() ? extended_body(scene) : std::nullopt;
+  explicit GivenTop(const Eigen::Vector3d& lambda, const std::optional<ExtendedBody>& body)
+      : inertia(lambda) {
     if (!body) return;
     inertia = {body->inertia.moments.cast<Quad>(), body->inertia.differences.cast<Quad>()};
     axes = body->axes;
@@ -65,7 +65,8 @@ bool is_exact_body(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> exact_body(const Scene& scene) {
-  const auto motion = [given = GivenTop(scene)](const Point& start) {
+  const auto motion = [given =
+                           GivenTop(scene.inertia(), extended_body(scene))](const Point& start) {
     return std::make_shared<ExactBody>(given.from(numbers(start)));
   };
   using Map = ClosedFormMap<Point>;
@@ -73,8 +74,9 @@ std::unique_ptr<Simulation> exact_body(const Scene& scene) {
                                              rigid_body_observables(scene));
 }
 
-TopInTime top_in_time(const Scene& scene, std::span<const double> state) {
-  return GivenTop(scene).from(state);
+TopInTime top_in_time(const Eigen::Vector3d& lambda, const std::optional<ExtendedBody>& given,
+                      std::span<const double> state) {
+  return GivenTop(lambda, given).from(state);
 }
 
 }  // namespace stiefel

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "engine/body/exact/top_in_time.h"
+#include "engine/scene/given_body.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -16,6 +17,7 @@ bool is_exact_body(const Scene& scene);
 std::unique_ptr<Simulation> exact_body(const Scene& scene);
 
 /// Returns the motion of such a body from (q; m), or from m where it has no frame.
-TopInTime top_in_time(const Scene& scene, std::span<const double> state);
+TopInTime top_in_time(const Eigen::Vector3d& lambda, const std::optional<ExtendedBody>& given,
+                      std::span<const double> state);
 
 }  // namespace stiefel

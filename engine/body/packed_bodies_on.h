@@ -31,16 +31,17 @@ class DiscreteBodies {
   };
 
   /// `stages` is the first half of the palindromic sequence of stages, including the middle one.
-  DiscreteBodies(std::vector<Inertia> stages, bool moves_frame)
+  DiscreteBodies(std::shared_ptr<const std::vector<Inertia>> stages, bool moves_frame)
       : stages_(std::move(stages)), body_(moves_frame) {}
 
   /// Makes the step in the easy lanes and returns them. The states in the other lanes become
   /// undefined.
   auto step_where_easy(State& state) {
-    const std::size_t count = 2 * stages_.size() - 1;
-    auto easy = stages_.front().positive;
+    const std::vector<Inertia>& stages = *stages_;
+    const std::size_t count = 2 * stages.size() - 1;
+    auto easy = stages.front().positive;
     for (std::size_t stage = 0; stage < count; ++stage) {
-      const Inertia& I = stages_[std::min(stage, count - 1 - stage)];
+      const Inertia& I = stages[std::min(stage, count - 1 - stage)];
       easy = easy & body_.solve_where_easy(state.x, I);
       body_.transport(state.x, I);
     }
@@ -48,7 +49,7 @@ class DiscreteBodies {
   }
 
  private:
-  std::vector<Inertia> stages_;
+  std::shared_ptr<const std::vector<Inertia>> stages_;
   Body body_;
 };
 
@@ -65,7 +66,8 @@ class PackedBodiesOn final : public PackedBodies {
 
   int lanes() const override { return P::lanes; }
 
-  Progress advance(std::span<double> states, std::int64_t steps) override {
+  Progress advance(std::span<double> states, std::int64_t steps) const override {
+    Map map = map_;  // with a workspace of its own
     double* numbers = states.data();
     const auto stride = static_cast<std::ptrdiff_t>(states.size()) / P::lanes;
     State x{}, before{};
@@ -75,7 +77,7 @@ class PackedBodiesOn final : public PackedBodies {
     unsigned further = every_lane;
     for (int k = 0; step < steps;) {
       if (k == 0) before.x.assign(x.x);
-      further &= map_.step_where_easy(x).lanes_set();
+      further &= map.step_where_easy(x).lanes_set();
       if (++k < substeps_) continue;
       if (further != every_lane) break;
       k = 0;
@@ -150,10 +152,11 @@ std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bod
     return bodies.frame ? pack_by_field<P, typename These::template Space<true>>(bodies)
                         : pack_by_field<P, typename These::template Space<false>>(bodies);
   using Map = DiscreteBodies<typename These::Discrete>;
-  std::vector<typename Map::Inertia> stages;
-  for (const auto& stage : These::stages(bodies)) stages.emplace_back(stage.data());
-  return std::make_unique<PackedBodiesOn<P, Map>>(bodies.arithmetic, bodies.substeps,
-                                                  std::move(stages), bodies.frame);
+  const auto stages = std::make_shared<std::vector<typename Map::Inertia>>();
+  stages->reserve(These::stages(bodies).size());
+  for (const auto& stage : These::stages(bodies)) stages->emplace_back(stage.data());
+  return std::make_unique<PackedBodiesOn<P, Map>>(bodies.arithmetic, bodies.substeps, stages,
+                                                  bodies.frame);
 }
 
 }  // namespace stiefel

@@ -121,7 +121,7 @@ void check_momentum_or_body(SceneDraft& draft) {
 template <class Scalar>
 SeriesStart<Scalar> start_of_given(const SceneNumbers<Scalar>& g, const BodyDescription& given) {
   using Dense = Matrix<Scalar>;
-  const auto [I, R] = given_axes<Scalar>(given);
+  const auto [I, R] = given_axes<Scalar>(GivenBody(given));
   const auto q = g.numbers(Eigen::Vector4d(given.attitude.data()));
   const auto omega = g.numbers(Eigen::Vector3d(given.angular_velocity.data()));
   const Vector3<Scalar> m = I.cwiseProduct(R.transpose() * omega);

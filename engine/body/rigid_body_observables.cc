@@ -1,10 +1,8 @@
 // What is read of the states of rigid bodies.
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
+#include "engine/body/reports_3.h"
 #include "engine/body/rigid_forms.h"
-#include "engine/dense/orthogonal.h"
 #include "engine/dense/so_3.h"
 
 namespace stiefel {
@@ -12,123 +10,49 @@ namespace {
 
 using Dense = Eigen::MatrixXd;
 
-/// A body in three dimensions; a point is (q; m) or m alone, along the principal axes.
-struct Body3 {
-  explicit Body3(const Scene& scene)
-      : lambda(scene.inertia()), frame(scene.has_frame()), determinant(scene.determinant()) {
-    if (scene.method().empty()) map_step = scene.step();
-    if (!scene.axes()) return;
-    R = scene.axes()->rotation;
-    r_conjugate = quaternion_of(*R);
-    r_conjugate.tail<3>() *= -1;
+/// Reports a body in three dimensions in the caller's axes.
+class Observables3 final : public Observables {
+ public:
+  explicit Observables3(const Scene& scene) : body_(body_3(scene)), reports_(scene) {
+    fields_ = reports_.fields();
+    block_count_ = reports_.block_count();
   }
 
-  static Eigen::Vector3d m(const Dense& x) { return x.bottomRows<3>(); }
-  static Eigen::Vector4d q(const Dense& x) { return x.topRows<4>(); }
-  /// Q of a point; empty where the scene has none.
-  Dense Q(const Dense& x) const {
-    return frame ? Dense(determinant * rotation_matrix<double>(q(x))) : Dense(0, 0);
+  Point start(const Scene&) const override { return point(body_.attitude, body_.m); }
+  void write(const Point& x, std::size_t index, std::span<double> out) const override {
+    reports_.write(body_, x.data(), index, out);
   }
-  Eigen::Vector3d omega(const Dense& x) const {
-    Eigen::Vector3d w;
-    So3<double, false>::inverse_inertia(lambda, m(x), w);
-    return w;
+  void invariants(const Point& x, InvariantList& out) const override {
+    reports_.invariants(body_, x.data(), out);
   }
-  Dense point(const Eigen::Vector4d& q, const Eigen::Vector3d& m) const {
-    Dense x(frame ? 7 : 3, 1);
-    if (frame) x.topRows<4>() = q;
+  std::optional<double> orthogonality(const Point& x) const override {
+    return reports_.orthogonality(body_, x.data());
+  }
+  double rate(const Point& x) const override { return reports_.rate(body_, x.data()); }
+
+  Point from_blocks(const Dense& blocks) const override {
+    return point(body_.has_frame ? quaternion_of(body_.determinant * blocks.topRows(3))
+                                 : Eigen::Vector4d::UnitX(),
+                 vee(blocks.bottomRows(3)));
+  }
+  Dense to_blocks(const Point& x) const override {
+    Dense out(body_.has_frame ? 6 : 3, 3);
+    if (body_.has_frame)
+      out.topRows(3) = body_.determinant * rotation_matrix<double>(Eigen::Vector4d(x.topRows<4>()));
+    out.bottomRows(3) = hat(Eigen::Vector3d(x.bottomRows<3>()));
+    return out;
+  }
+
+ private:
+  Point point(const Eigen::Vector4d& q, const Eigen::Vector3d& m) const {
+    Point x(reports_.size(), 1);
+    if (body_.has_frame) x.topRows<4>() = q;
     x.bottomRows<3>() = m;
     return x;
   }
 
-  Eigen::Vector3d to_caller(const Eigen::Vector3d& v) const { return R ? *R * v : v; }
-  /// The vector of Q A Qᵀ in space axes for A = hat(v) in principal axes. A number that overflows
-  /// is the largest one, so that a state counts as finite as long as q and v are.
-  static Eigen::Vector3d to_space(const Dense& x, const Eigen::Vector3d& v) {
-    constexpr double most = std::numeric_limits<double>::max();
-    return Eigen::Vector3d(rotation_matrix<double>(q(x)) * v).unaryExpr([](double y) {
-      return std::isfinite(y) ? y : std::copysign(most, y);
-    });
-  }
-
-  Eigen::Vector3d lambda;
-  bool frame;
-  double determinant;
-  std::optional<double> map_step;  ///< the step of the discrete body
-  std::optional<Eigen::Matrix3d> R;
-  Eigen::Vector4d r_conjugate = Eigen::Vector4d::UnitX();
-};
-
-/// Reports a body in three dimensions in the caller's axes.
-class Observables3 final : public StackedObservables {
- public:
-  explicit Observables3(const Scene& scene)
-      : Observables3(scene, std::make_unique<const Body3>(scene)) {}
-
-  Point from_blocks(const Dense& blocks) const override {
-    return body_->point(body_->frame ? quaternion_of(body_->determinant * blocks.topRows(3))
-                                     : Eigen::Vector4d::UnitX(),
-                        vee(blocks.bottomRows(3)));
-  }
-  Dense to_blocks(const Point& x) const override {
-    const Dense Q = body_->Q(x);
-    Dense out(Q.rows() + 3, 3);
-    out << Q, hat(body_->m(x));
-    return out;
-  }
-
-  void invariants(const Point& x, InvariantList& out) const override {
-    const Dense M = hat(body_->m(x));
-    rigid_body_invariants(Side::left, body_->lambda, body_->Q(x), M, out);
-    if (body_->map_step) add_discrete_hamiltonian(body_->lambda, M, *body_->map_step, out);
-  }
-  std::optional<double> orthogonality(const Point& x) const override {
-    if (!body_->frame) return std::nullopt;
-    return orthogonality_defect(body_->Q(x));
-  }
-  double rate(const Point& x) const override { return body_->omega(x).norm(); }
-
- private:
-  using Square = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-  Observables3(const Scene& scene, std::unique_ptr<const Body3> held)
-      : StackedObservables(
-            held->point(held->frame ? scene.attitude() : Eigen::Vector4d(Eigen::Vector4d::UnitX()),
-                        vee(body_momentum(scene)))),
-        body_(std::move(held)) {
-    const Body3* const body = body_.get();  // a copy in each function would take kilobytes
-    if (body->frame)
-      computed_block({"Q", 3, 3}, [body](const auto& x, auto out) {
-        Square Q = body->Q(x);
-        if (body->R) Q *= body->R->transpose();
-        Eigen::Map<Square>(out.data()) = Q;
-      });
-    computed_block({"M", 3, 3}, [body](const auto& x, auto out) {
-      Eigen::Map<Square>(out.data()) = hat(body->to_caller(body->m(x)));
-    });
-    field({"Omega", 3, 3}, [body](const auto& x, auto out) {
-      Eigen::Map<Square>(out.data()) = hat(body->to_caller(body->omega(x)));
-    });
-    if (body->frame && scene.determinant() == 1)
-      field({"quaternion", 1, 4}, [body](const auto& x, auto out) {
-        const Eigen::Vector4d q = body->q(x), &r = body->r_conjugate;
-        Eigen::Map<Eigen::Vector4d>(out.data()) =
-            body->R ? So3<double, true>::quaternion_times(q, r(0), r.tail<3>()) : q;
-      });
-    field({"angular_velocity", 1, 3}, [body](const auto& x, auto out) {
-      Eigen::Map<Eigen::Vector3d>(out.data()) = body->to_caller(body->omega(x));
-    });
-    if (body->frame) {
-      field({"angular_velocity_space", 1, 3}, [body](const auto& x, auto out) {
-        Eigen::Map<Eigen::Vector3d>(out.data()) = body->to_space(x, body->omega(x));
-      });
-      field({"momentum_space", 1, 3}, [body](const auto& x, auto out) {
-        Eigen::Map<Eigen::Vector3d>(out.data()) = body->to_space(x, body->m(x));
-      });
-    }
-  }
-
-  std::unique_ptr<const Body3> body_;
+  Reported3 body_;
+  Reports3 reports_;
 };
 
 /// Returns the observables of states Q over M, or M alone, in N dimensions.

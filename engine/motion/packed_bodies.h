@@ -25,9 +25,11 @@ class PackedBodies {
   virtual ~PackedBodies();
   virtual int lanes() const = 0;
   /// Advances by up to `steps`, and stops before a step that is not easy for all bodies. `states`
-  /// holds what Simulation::save gives for each body, one after another.
-  virtual Progress advance(std::span<double> states, std::int64_t steps) = 0;
+  /// holds what Simulation::save gives for each body, one after another. Thread-safe.
+  virtual Progress advance(std::span<double> states, std::int64_t steps) const = 0;
 };
+
+class FlatBodies;
 
 /// How scenes of a system advance together, for SystemEntry::packs.
 struct Packs {
@@ -37,9 +39,11 @@ struct Packs {
   bool (*takes_body)(const Scene& like, const Body3&);
   /// Returns the number of lanes on this machine for scenes like this one.
   int (*lanes)(const Scene&);
-  /// Packs at most as many scenes of one ensemble as there are lanes. `start` holds their states at
-  /// step 0, and in the lanes without a scene that of the last one.
+  /// Packs at most as many scenes of one ensemble as there are lanes; lanes without a scene repeat
+  /// the last one. `start` holds their states at step 0.
   std::unique_ptr<PackedBodies> (*make)(std::span<const Scene>, std::span<const double> start);
+  /// Returns the members of an ensemble as numbers; null where that is not possible.
+  std::shared_ptr<const FlatBodies> (*flat)(const Scene& ensemble);
 };
 
 /// Returns Packs::lanes of a scene's system, which must have packs.

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "engine/methods/adaptive.h"
+#include "engine/motion/ensemble.h"
 #include "engine/motion/system_entry.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
@@ -127,10 +128,9 @@ std::string to_sentence(const RunStatus& status, const Scene& scene) {
 }
 
 double rate_at(const RunStatus& status, const Simulation& last) {
-  const auto members = last.members();
-  if (!status.member || static_cast<std::size_t>(*status.member) >= members.size())
-    return last.rate();
-  return members[static_cast<std::size_t>(*status.member)]->rate();
+  const auto* ensemble = dynamic_cast<const Ensemble*>(&last);
+  return ensemble && status.member ? ensemble->rate(static_cast<std::size_t>(*status.member))
+                                   : last.rate();
 }
 
 std::string to_sentence(const RunStatus& status, const Scene& scene, double rate) {

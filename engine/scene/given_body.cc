@@ -17,9 +17,9 @@ GivenBody::GivenBody(const BodyDescription& all, std::size_t b, std::size_t coun
 }
 
 template <class Scalar>
-GivenAxes<Scalar> given_axes(const BodyDescription& body) {
+GivenAxes<Scalar> given_axes(const GivenBody& body) {
   using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
-  const auto& given = body.inertia_tensor.empty() ? body.moments : body.inertia_tensor;
+  const auto given = body.tensor.empty() ? body.moments : body.tensor;
   const auto I = [&](std::size_t k) { return Scalar(given[k]); };
   const bool diagonal = given.size() == 3 || (given[3] == 0 && given[4] == 0 && given[5] == 0);
   if (diagonal) return {Vector3<Scalar>(I(0), I(1), I(2)), Matrix3::Identity()};
@@ -32,8 +32,8 @@ GivenAxes<Scalar> given_axes(const BodyDescription& body) {
   return {values, R};
 }
 
-template GivenAxes<long double> given_axes(const BodyDescription& body);
-template GivenAxes<Quad> given_axes(const BodyDescription& body);
+template GivenAxes<long double> given_axes(const GivenBody& body);
+template GivenAxes<Quad> given_axes(const GivenBody& body);
 
 PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor) {
   if (inertia_tensor.isDiagonal(0)) return {inertia_tensor.diagonal(), Eigen::Matrix3d::Identity()};
@@ -46,21 +46,24 @@ Eigen::Vector3d inertia_of_moments(const Eigen::Vector3d& I) {
   return Eigen::Vector3d(I(1) + I(2) - I(0), I(2) + I(0) - I(1), I(0) + I(1) - I(2)) / 2;
 }
 
-std::optional<ExtendedBody> extended_body(const Scene& scene) {
-  if (!scene.description().body) return std::nullopt;
+ExtendedBody extended_body(const GivenBody& given, const PrincipalAxes& axes,
+                           const Eigen::Vector3d& rounded) {
   using Wide = ExtendedBody::Wide;
-  const BodyDescription& body = *scene.description().body;
-  const auto [I, R] = given_axes<Wide>(body);
-  const Eigen::Matrix<Wide, 4, 1> axes =
-      quaternion_of(scene.axes()->rotation.cast<Wide>().transpose() * R);
+  const auto [I, R] = given_axes<Wide>(given);
+  const Eigen::Matrix<Wide, 4, 1> turn = quaternion_of(axes.rotation.cast<Wide>().transpose() * R);
   const Vector3<Wide> omega =
-      R.transpose() * Eigen::Vector3d(body.angular_velocity.data()).cast<Wide>();
-  const Vector3<Wide> m = rotation_matrix<Wide>(axes) * I.cwiseProduct(omega);
-  return ExtendedBody{
+      R.transpose() * Eigen::Vector3d(given.angular_velocity.data()).cast<Wide>();
+  const Vector3<Wide> m = rotation_matrix<Wide>(turn) * I.cwiseProduct(omega);
+  return {
       {I, Vector3<Wide>(I(1) - I(2), I(2) - I(0), I(0) - I(1))},
-      m - vee(scene.M()).cast<Wide>(),
-      axes,
+      m - rounded.cast<Wide>(),
+      turn,
   };
+}
+
+std::optional<ExtendedBody> extended_body(const Scene& scene) {
+  if (!scene.axes()) return std::nullopt;
+  return extended_body(GivenBody(*scene.description().body), *scene.axes(), vee(scene.M()));
 }
 
 }  // namespace stiefel

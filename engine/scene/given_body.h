@@ -28,11 +28,11 @@ struct GivenAxes {
 };
 
 template <class Scalar>
-GivenAxes<Scalar> given_axes(const BodyDescription& body);
+GivenAxes<Scalar> given_axes(const GivenBody& body);
 
 // Compiled once, in given_body.cc.
-extern template GivenAxes<long double> given_axes(const BodyDescription& body);
-extern template GivenAxes<Quad> given_axes(const BodyDescription& body);
+extern template GivenAxes<long double> given_axes(const GivenBody& body);
+extern template GivenAxes<Quad> given_axes(const GivenBody& body);
 
 /// Returns the principal axes of an inertia tensor in kg m².
 PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor);
@@ -57,6 +57,9 @@ struct ExtendedBody {
   Eigen::Matrix<Wide, 4, 1> axes;
 };
 
+/// Returns a body in extended precision, from the numbers of `body` and what became of them.
+ExtendedBody extended_body(const GivenBody& given, const PrincipalAxes& axes,
+                           const Eigen::Vector3d& m);
 /// Returns the body of a scene in extended precision; nullopt for a scene that is not given by
 /// `body`.
 std::optional<ExtendedBody> extended_body(const Scene& scene);

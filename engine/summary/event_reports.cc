@@ -22,8 +22,8 @@ std::optional<double> EventReports::slope(Member& member, std::size_t event, std
                                           const std::stop_token& stop) {
   constexpr double delta = 0.03, of_step[] = {45.0 / 60, -9.0 / 60, 1.0 / 60};
   std::vector<double> there(saved.begin(), saved.end());
-  if (!member.between.direct() && fraction != 0) {
-    const Simulation* now = member.between.at(k, fraction, saved, stop);
+  if (!member.between().direct() && fraction != 0) {
+    const Simulation* now = member.between().at(k, fraction, saved, stop);
     if (now == nullptr) return std::nullopt;
     now->save(there);
     fraction = 0;
@@ -34,7 +34,7 @@ std::optional<double> EventReports::slope(Member& member, std::size_t event, std
     double g[2];
     for (const int side : {0, 1}) {
       const double away = side == 0 ? -j * delta : j * delta;
-      const Simulation* now = member.between.at(k, fraction + away, there, stop);
+      const Simulation* now = member.between().at(k, fraction + away, there, stop);
       if (now == nullptr) return std::nullopt;
       g[side] = functions_.value(*now, event);
     }
@@ -71,7 +71,7 @@ std::vector<EventReports::Zero> EventReports::zeros(Member& member, const LastSt
     if (period > 0 && std::abs(g_[e] - member.g[e]) >= period / 2) continue;
     const auto g = [&](double fraction) -> std::optional<double> {
       if (event.extremum) return slope(member, e, step.to - 1, fraction, step.before, stop);
-      const Simulation* now = member.between.at(step.to - 1, fraction, step.before, stop);
+      const Simulation* now = member.between().at(step.to - 1, fraction, step.before, stop);
       if (now == nullptr) return std::nullopt;
       return functions_.value(*now, e);
     };
@@ -83,19 +83,17 @@ std::vector<EventReports::Zero> EventReports::zeros(Member& member, const LastSt
   return found;
 }
 
-std::optional<EventReports::Terminal> EventReports::report(Member& member, std::size_t index,
-                                                           const LastStep& step,
+std::optional<EventReports::Terminal> EventReports::report(Member& member, const LastStep& step,
                                                            const std::stop_token& stop) {
   for (const auto& [e, fraction] : zeros(member, step, stop)) {
     const EventDescription& event = plan_.what.events[e];
     const Simulation* at = &step.now;
     if (fraction < 1)
-      if (const auto* there = member.between.at(step.to - 1, fraction, step.before, stop))
+      if (const auto* there = member.between().at(step.to - 1, fraction, step.before, stop))
         at = there;
     const long double steps = static_cast<long double>(step.to - 1) + fraction;
-    reported_.push_back({e, step.to - 1, fraction,
-                         static_cast<double>(steps * member.scene->step()), index,
-                         written_fields(plan_, *at)});
+    reported_.push_back({e, step.to - 1, fraction, static_cast<double>(steps * plan_.step_size),
+                         member.index, written_fields(plan_, *at)});
     const std::uint64_t count = ++member.events[e];
     if (event.terminal && count >= std::max<std::uint64_t>(event.limit, 1))
       return Terminal{e, fraction};

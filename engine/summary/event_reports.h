@@ -31,10 +31,8 @@ class EventReports {
   void begin(Member& member, std::int64_t k, const Simulation& now, const std::stop_token& stop) {
     if (any()) values(member, k, now, member.g, stop);
   }
-  /// Reports the events in the last step of a member, number `index` of the ensemble, up to the one
-  /// that ends it.
-  std::optional<Terminal> report(Member& member, std::size_t index, const LastStep& step,
-                                 const std::stop_token& stop);
+  /// Reports the events in the last step of a member, up to the one that ends it.
+  std::optional<Terminal> report(Member& member, const LastStep& step, const std::stop_token& stop);
   std::vector<Event>& reported() { return reported_; }
 
  private:

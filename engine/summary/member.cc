@@ -2,27 +2,38 @@
 
 namespace stiefel {
 
-Member::Member(const Scene& own, const Simulation& start, const Plan& plan)
-    : scene(&own),
-      last(plan.reads.size()),
-      events(plan.what.events.size(), 0),
-      between(own, start.direct()) {
-  for (std::size_t q = 0; q < plan.reads.size(); ++q) {
+Member::Member(const Scene& all, std::size_t number, const Plan& plan)
+    : index(number), events(plan.what.events.size(), 0), all_(&all) {
+  for (std::size_t q = 0; plan.reads_on_the_way && q < plan.reads.size(); ++q) {
     const Quantity& quantity = plan.what.quantities[q];
-    const Plan::Read& read = plan.reads[q];
-    readings.push_back(make_reading(own, start, quantity.name));
+    const std::size_t size = plan.reads[q].size;
     const auto kept = static_cast<std::size_t>(quantity.quantiles.empty() ? 0 : plan.samples());
-    accumulators.emplace_back(quantity, read.size, kept * read.size);
+    accumulators.emplace_back(quantity, size, kept * size);
   }
+}
+
+void Member::make_readings(const Simulation& start, const Plan& plan) {
+  for (const Quantity& quantity : plan.what.quantities)
+    readings_.push_back(make_reading(scene(), start, quantity.name));
+}
+
+const Scene& Member::scene() {
+  if (all_->members().empty()) return *all_;
+  if (!scene_) scene_ = std::make_unique<Scene>(all_->members()[index]);
+  return *scene_;
+}
+
+PartialStep& Member::between() {
+  if (!between_) between_ = std::make_unique<PartialStep>(scene());
+  return *between_;
 }
 
 void Member::finish(const Simulation& now, const MemberEnd& how, const Plan& plan,
                     const std::stop_token& stop) {
-  for (std::size_t q = 0; q < plan.reads.size(); ++q) {
-    last[q].resize(plan.reads[q].size);
-    readings[q]->read(now, last[q], {}, stop);
-    for (double& number : last[q]) number = canonical(number);
-  }
+  last.resize(plan.last_size);
+  for (std::size_t q = 0; q < plan.reads.size(); ++q)
+    reading(plan, q).read(now, plan.last(last, q), {}, stop);
+  for (double& number : last) number = canonical(number);
   end = how;
 }
 
@@ -40,7 +51,7 @@ void Member::save_end(ByteWriter& out) const {
   out.put(end->last_step);
   out.put(end->ended_by);
   out.put(end->rate);
-  for (const auto& numbers : last) out.put(numbers);
+  out.put(last);
 }
 
 void Member::restore(const Plan& plan, ByteReader& in) {
@@ -66,10 +77,8 @@ void Member::restore_end(const Plan& plan, ByteReader& in) {
   in.require(outcome >= 0 && outcome <= static_cast<std::int32_t>(Outcome::cancelled));
   if (in.sound()) end->status.outcome = static_cast<Outcome>(outcome);
   if (has_step) end->status.largest_step = largest;
-  for (std::size_t q = 0; q < plan.reads.size(); ++q) {
-    last[q].resize(plan.reads[q].size);
-    in.get(last[q]);
-  }
+  last.resize(plan.last_size);
+  in.get(last);
 }
 
 }  // namespace stiefel

@@ -23,10 +23,22 @@ struct MemberEnd {
 };
 
 /// What a summary keeps of one member: its statistics, its events and its end.
-struct Member {
-  /// `start` is the simulation of the scene at step 0. Scene and plan must outlive the member.
-  Member(const Scene& scene, const Simulation& start, const Plan& plan);
+class Member {
+ public:
+  /// Takes member `index` of an ensemble, or a single scene. Scene and plan must outlive the
+  /// member.
+  Member(const Scene& all, std::size_t index, const Plan& plan);
+  /// Makes readings of its own; `start` is its simulation at step 0. Without them
+  /// Plan::Read::common reads its states.
+  void make_readings(const Simulation& start, const Plan& plan);
 
+  /// Its scene, and its states between steps, which are made when they are asked for.
+  const Scene& scene();
+  PartialStep& between();
+
+  Reading& reading(const Plan& plan, std::size_t quantity) {
+    return readings_.empty() ? *plan.reads[quantity].common : *readings_[quantity];
+  }
   /// Sets `last` to the values of the quantities at the last good state, and the end.
   void finish(const Simulation& now, const MemberEnd& how, const Plan& plan,
               const std::stop_token& stop);
@@ -34,18 +46,21 @@ struct Member {
   void save(ByteWriter& out) const;
   void restore(const Plan& plan, ByteReader& in);
 
-  const Scene* scene;
-  std::vector<std::unique_ptr<Reading>> readings;  ///< of each quantity of the description
-  std::vector<Accumulators> accumulators;
-  std::vector<std::vector<double>> last;
-  std::vector<std::uint64_t> events;  ///< number so far, of each event of the description
-  std::vector<double> g;              ///< values of the events' functions at the current step
-  PartialStep between;
+  std::size_t index;
+  std::vector<Accumulators> accumulators;  ///< of each quantity; none if none reads on the way
+  std::vector<double> last;                ///< the values of all quantities
+  std::vector<std::uint64_t> events;       ///< number so far, of each event of the description
+  std::vector<double> g;                   ///< values of the events' functions at the current step
   std::optional<MemberEnd> end = {};
 
  private:
   void save_end(ByteWriter& out) const;
   void restore_end(const Plan& plan, ByteReader& in);
+
+  const Scene* all_;
+  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<PartialStep> between_;
+  std::vector<std::unique_ptr<Reading>> readings_;
 };
 
 /// The step that a member made last.

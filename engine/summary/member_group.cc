@@ -1,55 +1,67 @@
 #include "engine/summary/member_group.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace stiefel {
 namespace {
 
-std::vector<Member> make_members(std::span<const Scene> scenes, const JointSimulation& start,
-                                 const Plan& plan) {
-  std::vector<Member> members;
-  members.reserve(scenes.size());
-  for (std::size_t b = 0; b < scenes.size(); ++b)
-    members.emplace_back(scenes[b], start.state(b), plan);
-  return members;
+std::vector<std::size_t> indices(std::size_t first, std::size_t count) {
+  std::vector<std::size_t> all(count);
+  std::iota(all.begin(), all.end(), first);
+  return all;
 }
 
 }  // namespace
 
-MemberGroup::MemberGroup(std::span<const Scene> scenes, std::size_t first, bool ensemble,
-                         const Plan& plan)
+MemberGroup::MemberGroup(const Scene& scene, std::shared_ptr<const FlatBodies> flat,
+                         std::size_t first, std::size_t count, const Plan& plan)
     : first_(first),
       plan_(plan),
-      motion_(scenes, ensemble),
-      members_(make_members(scenes, motion_, plan)),
-      events_(plan, motion_.state(0)),
-      times_(plan, motion_.direct()) {
+      motion_(scene, std::move(flat), indices(first, count)),
+      direct_(motion_.first().direct()),
+      events_(plan, motion_.first()),
+      times_(plan, direct_) {
+  const bool common = motion_.flat() && std::ranges::all_of(plan.reads, [](const auto& read) {
+                        return read.common != nullptr;
+                      });
+  members_.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    members_.emplace_back(scene, first + i, plan);
+    if (!common || !motion_.is_packed(i)) members_[i].make_readings(motion_.read(i), plan);
+  }
   std::size_t most = 0;
   for (const Plan::Read& read : plan.reads) most = std::max(most, read.size);
   values_.resize(most);
   drifts_.resize(most);
 }
 
+void MemberGroup::start_at(std::int64_t step, std::span<const double> saved) {
+  step_ = step;
+  const std::size_t each = motion_.each_saved();
+  for (std::size_t i = 0; i < left(); ++i) motion_.restore(i, step, saved.subspan(each * i, each));
+}
+
 LastStep MemberGroup::last_step(std::size_t i) const {
   const std::size_t each = motion_.each_saved();
   const auto before = std::span(before_);
-  return {step(), motion_.state(i), before.empty() ? before : before.subspan(i * each, each)};
+  return {step_, motion_.read(i), before.empty() ? before : before.subspan(i * each, each)};
 }
 
 bool MemberGroup::waits_for_events() const {
-  return events_.any() && step() >= plan_.what.from &&
-         std::ranges::any_of(motion_.going(),
-                             [&](std::size_t b) { return events_.waits(members_[b]); });
+  if (!events_.any() || step_ < plan_.what.from) return false;
+  return std::ranges::any_of(members_,
+                             [&](const Member& one) { return !one.end && events_.waits(one); });
 }
 
 std::int64_t MemberGroup::next_stop(std::int64_t to) const {
-  if (step() < plan_.what.from) return std::min(to, plan_.what.from);
-  if (waits_for_events()) return step() + 1;
+  if (step_ < plan_.what.from) return std::min(to, plan_.what.from);
+  if (waits_for_events()) return step_ + 1;
   std::int64_t next = to;
   if (plan_.reads_on_the_way) next = std::min(next, next_sample_);
   if (const Plan::Time* time = times_.next()) {
-    const bool between = time->arrival > time->before && time->before > step();
+    const bool between = time->arrival > time->before && time->before > step_;
     next = std::min(next, between ? time->before : time->arrival);
   }
   return next;
@@ -60,15 +72,14 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
   interrupted_ = false;
   stop_ = stop;
   times_.write_to(first_time, states);
-  if (step() == plan_.what.from && !begun_) begin();
-  while (!done() && step() < to) {
+  if (step_ == plan_.what.from && !begun_) begin();
+  while (!done() && step_ < to) {
     const std::int64_t next = next_stop(to);
     keep_states_before();
     if (!go(next, stop)) return;
-    if (step() != next) continue;
-    if (step() == plan_.what.from)
+    if (step_ == plan_.what.from)
       begin();
-    else if (step() > plan_.what.from)
+    else if (step_ > plan_.what.from)
       arrive();
     if (!stop.stop_requested()) continue;
     interrupted_ = true;  // the samples read last may be incomplete
@@ -80,56 +91,66 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
 void MemberGroup::keep_states_before() {
   const Plan::Time* time = times_.next();
   if (time == nullptr && !events_.any()) return;
-  const bool between = time != nullptr && time->before == step() && time->arrival > step();
+  const bool between = time != nullptr && time->before == step_ && time->arrival > step_;
   before_.clear();
   if (!between && !waits_for_events()) return;
-  before_.resize(motion_.saved_size());
-  motion_.save(before_);
+  const std::size_t each = motion_.each_saved();
+  before_.resize(each * left());
+  for (std::size_t i = 0; i < left(); ++i)
+    motion_.save(i, std::span(before_).subspan(each * i, each));
 }
 
 bool MemberGroup::go(std::int64_t next, const std::stop_token& stop) {
-  const RunStatus status = motion_.advance(next, stop);
-  if (status.reached()) return true;
-  if (status.outcome == Outcome::cancelled) {
-    interrupted_ = true;
-    return false;
-  }
-  const auto stopped = static_cast<std::size_t>(status.member.value_or(0));
-  RunStatus own = status;
-  own.member.reset();
-  finish(stopped, motion_.state(stopped), step(), own);
+  for (JointMotion::Group& group : motion_.groups())
+    if (!go(group, next, stop)) {
+      interrupted_ = true;
+      return false;
+    }
+  step_ = next;
   regroup();
+  return true;
+}
+
+bool MemberGroup::go(JointMotion::Group& group, std::int64_t next, const std::stop_token& stop) {
+  while (!group.members.empty() && group.step < next) {
+    const auto count = static_cast<std::int64_t>(group.members.size());
+    const auto [steps, status, i] = motion_.advance(group, next - group.step, stop);
+    computed_ += (direct_ ? std::min<std::int64_t>(steps, 1) : steps) * count;
+    if (status.reached()) continue;
+    if (status.outcome == Outcome::cancelled) return false;
+    finish(i, motion_.read(i), group.step, status);
+    motion_.leave(group, i);
+  }
   return true;
 }
 
 void MemberGroup::begin() {
   begun_ = true;
   for (std::size_t i = 0; i < left(); ++i) {
-    events_.begin(member(i), step(), motion_.state(i), stop_);
-    times_.write(member(i), index(i), last_step(i), 1, stop_);
-    sample(member(i), motion_.state(i));
-    if (step() == plan_.what.to) finish(i, motion_.state(i), step(), {});
+    events_.begin(member(i), step_, motion_.read(i), stop_);
+    times_.write(member(i), last_step(i), 1, stop_);
+    sample(member(i), motion_.read(i));
+    if (step_ == plan_.what.to) finish(i, motion_.read(i), step_, {});
   }
-  next_sample_ = plan_.next_sample(step());
-  times_.pass(step());
+  next_sample_ = plan_.next_sample(step_);
+  times_.pass(step_);
   regroup();
 }
 
 void MemberGroup::arrive() {
   const bool events = events_.any() && !before_.empty();
-  const bool sampled = step() == next_sample_, last = step() == plan_.what.to;
+  const bool sampled = step_ == next_sample_, last = step_ == plan_.what.to;
   bool ended = last;
   for (std::size_t i = 0; i < left(); ++i) {
     const auto end = events ? report_events(i) : std::nullopt;
-    if (times_.next() != nullptr)
-      times_.write(member(i), index(i), last_step(i), end.value_or(1), stop_);
+    if (times_.next() != nullptr) times_.write(member(i), last_step(i), end.value_or(1), stop_);
     ended = ended || end.has_value();
     if (end) continue;
-    if (sampled) sample(member(i), motion_.state(i));
-    if (last) finish(i, motion_.state(i), step(), {});
+    if (sampled) sample(member(i), motion_.read(i));
+    if (last) finish(i, motion_.read(i), step_, {});
   }
-  if (sampled && !last) next_sample_ += std::min(plan_.what.every, plan_.what.to - step());
-  times_.pass(step());
+  if (sampled && !last) next_sample_ += std::min(plan_.what.every, plan_.what.to - step_);
+  times_.pass(step_);
   before_.clear();
   if (ended) regroup();
 }
@@ -140,18 +161,17 @@ void MemberGroup::sample(Member& member, const Simulation& now) {
     if (!read.on_the_way) continue;
     const auto values = std::span(values_).first(read.size);
     const auto drifts = std::span(drifts_).first(read.drift ? read.size : 0);
-    member.readings[q]->read(now, values, drifts, stop_);
+    member.reading(plan_, q).read(now, values, drifts, stop_);
     member.accumulators[q].take(values, drifts);
   }
 }
 
 std::optional<double> MemberGroup::report_events(std::size_t i) {
   const LastStep step = last_step(i);
-  const auto terminal = events_.report(member(i), index(i), step, stop_);
+  const auto terminal = events_.report(member(i), step, stop_);
   if (!terminal) return std::nullopt;
-  const auto before = make_simulation(*member(i).scene);
-  before->restore(step.to - 1, step.before);
-  finish(i, *before, step.to - 1, {}, static_cast<std::int64_t>(terminal->event));
+  finish(i, motion_.read(i, step.to - 1, step.before), step.to - 1, {},
+         static_cast<std::int64_t>(terminal->event));
   return terminal->fraction;
 }
 
@@ -164,46 +184,57 @@ void MemberGroup::finish(std::size_t i, const Simulation& last, std::int64_t at,
 }
 
 void MemberGroup::regroup() {
-  motion_.remove([&](std::size_t b) { return members_[b].end.has_value(); });
+  const auto stays = [&](std::size_t index) { return !members_[index - first_].end; };
+  const std::size_t each = motion_.each_saved();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < left(); ++i) {
+    if (!stays(motion_.index(i))) continue;
+    if (!before_.empty())
+      std::copy_n(before_.begin() + static_cast<std::ptrdiff_t>(each * i), each,
+                  before_.begin() + static_cast<std::ptrdiff_t>(each * kept));
+    ++kept;
+  }
+  if (kept == left()) return;
+  before_.resize(before_.empty() ? 0 : each * kept);
+  motion_.keep_members(stays);
 }
 
 void MemberGroup::cancel() {
   for (std::size_t i = 0; i < left(); ++i)
-    finish(i, motion_.state(i), step(), {Outcome::cancelled, std::nullopt});
-  motion_.remove_all();
+    if (!member(i).end)
+      finish(i, motion_.read(i), motion_.step(i), {Outcome::cancelled, std::nullopt});
+  regroup();
 }
 
 void MemberGroup::save(ByteWriter& out) const {
-  std::vector<double> saved(motion_.saved_size());
-  motion_.save(saved);
-  auto waiting = std::span<const double>(saved);
+  std::vector<double> state(motion_.each_saved());
+  std::size_t i = 0;
   for (const Member& member : members_) {
     member.save(out);
     if (member.end) continue;
-    const auto theirs = waiting.first(motion_.each_saved());
-    out.put(std::vector<double>(theirs.begin(), theirs.end()));
-    waiting = waiting.subspan(motion_.each_saved());
+    motion_.save(i++, state);
+    out.put(state);
   }
 }
 
 void MemberGroup::restore(std::int64_t step, bool begun, ByteReader& in) {
-  std::vector<double> state(motion_.each_saved()), all;
-  std::vector<std::size_t> going;
+  const std::size_t each = motion_.each_saved();
+  std::vector<double> state(each), all;
   for (std::size_t b = 0; b < members_.size() && in.sound(); ++b) {
     members_[b].restore(plan_, in);
     if (members_[b].end) continue;
     in.get(state);
     all.insert(all.end(), state.begin(), state.end());
-    going.push_back(b);
   }
-  if (!in.sound()) return motion_.remove_all();
-  motion_.resume(std::move(going), step, all);
+  if (!in.sound()) return motion_.keep_members([](std::size_t) { return false; });
+  regroup();
+  start_at(step, all);
   if (done()) return;
   begun_ = begun;
   if (!begun) return;
   next_sample_ = plan_.next_sample(step);
   times_.pass(step);
-  for (std::size_t i = 0; i < left(); ++i) events_.begin(member(i), step, motion_.state(i), {});
+  for (std::size_t i = 0; i < left(); ++i) events_.begin(member(i), step, motion_.read(i), {});
 }
 
 }  // namespace stiefel

@@ -6,24 +6,28 @@
 #include <stop_token>
 #include <vector>
 
+#include "engine/motion/joint_motion.h"
 #include "engine/summary/event_reports.h"
-#include "engine/summary/joint_simulation.h"
 #include "engine/summary/member.h"
 #include "engine/summary/plan.h"
 #include "engine/summary/states_at_times.h"
 
 namespace stiefel {
 
-/// Members of an ensemble that advance together, as many as a vector register has lanes, or one
-/// scene that is no ensemble. Members that have ended leave the group, and the others go on.
+/// Consecutive members of an ensemble, or one scene that is no ensemble. Members that have ended
+/// leave the group, and the others go on.
 class MemberGroup {
  public:
-  /// `first` is the index of the first member. Scenes and plan must outlive the group.
-  MemberGroup(std::span<const Scene> scenes, std::size_t first, bool ensemble, const Plan& plan);
+  /// Takes `count` members from `first` on. Scene and plan must outlive the group; `flat` is
+  /// flat_bodies(scene).
+  MemberGroup(const Scene& scene, std::shared_ptr<const FlatBodies> flat, std::size_t first,
+              std::size_t count, const Plan& plan);
 
   /// Starts from the states of its members at `step`, one after another.
-  void start_at(std::int64_t step, std::span<const double> saved) { motion_.restore(step, saved); }
+  void start_at(std::int64_t step, std::span<const double> saved);
   std::size_t saved_size() const { return motion_.each_saved() * members_.size(); }
+  /// Returns how many of the members advance with others in vector registers.
+  std::size_t packed() const { return motion_.packed(); }
 
   /// Advances to step `to`. Writes its part of `states`, the states at times, of which the first
   /// belongs to time index `first_time`. A stop request on the way makes it `interrupted`.
@@ -32,12 +36,12 @@ class MemberGroup {
   bool interrupted() const { return interrupted_; }
   /// Ends the members that have not ended.
   void cancel();
-  bool done() const { return motion_.going().empty(); }
+  bool done() const { return motion_.size() == 0; }
 
   std::vector<Event>& events() { return events_.reported(); }
   /// Returns the number of times up to the last one that any member reached.
   std::size_t times_reached() const { return times_.reached(); }
-  std::int64_t computed_steps() const { return motion_.computed_steps(); }
+  std::int64_t computed_steps() const { return computed_; }
   std::int64_t map_steps() const { return motion_.map_steps(); }
 
   std::size_t size() const { return members_.size(); }
@@ -46,8 +50,8 @@ class MemberGroup {
     return members_[member].accumulators[quantity];
   }
   /// Returns the values of a quantity at the last sample.
-  const std::vector<double>& last(std::size_t member, std::size_t quantity) const {
-    return members_[member].last[quantity];
+  std::span<const double> last(std::size_t member, std::size_t quantity) const {
+    return plan_.last(members_[member].last, quantity);
   }
 
   /// Whether the first sample has been taken.
@@ -58,19 +62,18 @@ class MemberGroup {
   void restore(std::int64_t step, bool begun, ByteReader& in);
 
  private:
-  std::int64_t step() const { return motion_.step(); }
   /// Returns the number of members that have not ended; i below counts these.
-  std::size_t left() const { return motion_.going().size(); }
-  Member& member(std::size_t i) { return members_[motion_.going()[i]]; }
-  /// Returns the index of the i-th member in the ensemble.
-  std::size_t index(std::size_t i) const { return first_ + motion_.going()[i]; }
+  std::size_t left() const { return motion_.size(); }
+  Member& member(std::size_t i) { return members_[motion_.index(i) - first_]; }
   LastStep last_step(std::size_t i) const;
 
   bool waits_for_events() const;
   /// Returns the next step at which something is to be done, at most `to`.
   std::int64_t next_stop(std::int64_t to) const;
-  /// Advances to step `next`. Returns false on a stop request.
+  /// Advances to step `next`. Returns false on a stop request, which may leave members at other
+  /// steps.
   bool go(std::int64_t next, const std::stop_token& stop);
+  bool go(JointMotion::Group& group, std::int64_t next, const std::stop_token& stop);
   /// Keeps the states at this step if the next one has times or events between its states.
   void keep_states_before();
   /// Does what is to be done at the first sample, or after a step.
@@ -88,13 +91,15 @@ class MemberGroup {
 
   std::size_t first_;
   const Plan& plan_;
-  JointSimulation motion_;
+  JointMotion motion_;
+  bool direct_;
   std::vector<Member> members_;
   EventReports events_;
   StatesAtTimes times_;
   std::vector<double> before_;           ///< states at the step before, where they are needed
   std::vector<double> values_, drifts_;  ///< of one quantity at a sample
-  std::int64_t next_sample_ = 0;
+  std::int64_t step_ = 0;                ///< of all members
+  std::int64_t computed_ = 0, next_sample_ = 0;
   std::stop_token stop_;
   bool begun_ = false, interrupted_ = false;
 };

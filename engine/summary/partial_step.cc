@@ -24,6 +24,9 @@ Scene with_step(const Scene& scene, double step, int substeps) {
 
 }  // namespace
 
+PartialStep::PartialStep(const Scene& scene)
+    : scene_(scene), simulation_(make_simulation(scene)), direct_(simulation_->direct()) {}
+
 const Simulation* PartialStep::at(std::int64_t k, double fraction, std::span<const double> saved,
                                   const std::stop_token& stop) {
   if (direct_) {
@@ -43,7 +46,6 @@ const Simulation* PartialStep::at(std::int64_t k, double fraction, std::span<con
 const Simulation* PartialStep::at_first_of(std::span<const double> times,
                                            const std::stop_token& stop) {
   if (stop.stop_requested()) return nullptr;
-  if (!simulation_) simulation_ = make_simulation(scene_);
   auto& motion = dynamic_cast<ObservedSimulation&>(*simulation_);
   return motion.move_to(times, stop).reached() ? simulation_.get() : nullptr;
 }

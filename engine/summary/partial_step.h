@@ -14,9 +14,9 @@ namespace stiefel {
 /// the state before, or for a closed form the state at that time. It uses a simulation of its own.
 class PartialStep {
  public:
-  /// `direct` is Simulation::direct of the scene's simulation.
-  PartialStep(const Scene& scene, bool direct) : scene_(scene), direct_(direct) {}
+  explicit PartialStep(const Scene& scene);
 
+  /// Simulation::direct of the scene.
   bool direct() const { return direct_; }
   /// Returns a simulation in the state at step k + fraction, −1 < fraction < 2, valid until the
   /// next call; null where the shorter step has no solution, or on a stop request. `saved` is the
@@ -30,8 +30,8 @@ class PartialStep {
 
  private:
   const Scene& scene_;
-  bool direct_;
   std::unique_ptr<Simulation> simulation_;
+  bool direct_;
 };
 
 }  // namespace stiefel

@@ -71,7 +71,7 @@ class Check {
   void quantity(std::size_t i) {
     const Quantity& asked = plan_.what.quantities[i];
     Plan::Read read;
-    const auto reading = make_reading(first_ ? *first_ : scene_, start_, asked.name);
+    auto reading = make_reading(first_ ? *first_ : scene_, start_, asked.name);
     if (!reading) {
       refuse(at("quantities", i, ".name"), asked.name,
              "must be one of " + names(true) + near_quantity(asked.name));
@@ -85,6 +85,9 @@ class Check {
     const auto of = field(asked.name);
     read.complex = of && of->complex;
     statistics(i, asked, read);
+    if (of && !read.drift) read.common = std::move(reading);
+    read.first = plan_.last_size;
+    plan_.last_size += read.size;
     plan_.reads_on_the_way = plan_.reads_on_the_way || read.on_the_way;
     plan_.reads.push_back(std::move(read));
   }
@@ -288,6 +291,7 @@ std::expected<Plan, Violations> make_plan(const Scene& scene, const Simulation& 
   Plan plan;
   plan.what = std::move(what);
   plan.discrete = catalogue().system(scene.system())->discrete;
+  plan.step_size = scene.step();
   Violations violations = Check(scene, start, plan).run();
   if (!violations.empty()) return std::unexpected(std::move(violations));
   return plan;

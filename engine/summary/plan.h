@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <expected>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/summary/readings.h"
@@ -26,16 +28,27 @@ struct Plan {
     bool complex = false;
     bool on_the_way = false;  ///< read at every sample, not only at the last one
     bool drift = false;
+    std::size_t first = 0;  ///< where the values stand in Member::last
+    /// Reads the states of every body of an ensemble of FlatBodies; null for what depends on the
+    /// start.
+    std::shared_ptr<Reading> common = nullptr;
   };
 
   SummaryDescription what;
   bool discrete = false;
+  double step_size = 0;  ///< Scene::step
   std::vector<Time> times;
   std::vector<Read> reads;
   std::vector<std::size_t> fields;  ///< indices of the fields that are written at times and events
   std::size_t state_size = 0;       ///< number of their values for one member
+  std::size_t last_size = 0;        ///< number of the values of all quantities
   bool reads_on_the_way = false;
 
+  /// Returns a quantity's part of Member::last.
+  template <class Numbers>
+  auto last(Numbers& all, std::size_t quantity) const {
+    return std::span(all).subspan(reads[quantity].first, reads[quantity].size);
+  }
   std::int64_t samples() const {
     const std::int64_t steps = what.to - what.from;
     return steps / what.every + 1 + (steps % what.every > 0);

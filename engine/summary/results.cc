@@ -10,8 +10,8 @@ namespace {
 constexpr const char* statistic_names[] = {"last", "min",          "max",  "mean",
                                            "rms",  "sign_changes", "drift"};
 
-template <class Number>
-void append(std::vector<Number>& all, const std::vector<Number>& some) {
+template <class Numbers>
+void append(auto& all, const Numbers& some) {
   all.insert(all.end(), some.begin(), some.end());
 }
 
@@ -65,6 +65,7 @@ class Results {
     std::optional<Accumulators> all;
     std::vector<const Accumulators*> of;
     for (const MemberOf& member : members_) {
+      if (!plan_.reads_on_the_way) break;  // there are no accumulators
       const Accumulators& one = member.accumulators(q);
       if (over && all)
         all->merge(one);

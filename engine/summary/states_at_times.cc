@@ -18,7 +18,7 @@ std::vector<double> written_fields(const Plan& plan, const Simulation& now) {
   return numbers;
 }
 
-void StatesAtTimes::write(Member& member, std::size_t index, const LastStep& step, double up_to,
+void StatesAtTimes::write(Member& member, const LastStep& step, double up_to,
                           const std::stop_token& stop) {
   for (std::size_t j = next_; j < plan_.times.size() && plan_.times[j].arrival <= step.to; ++j) {
     const Plan::Time& time = plan_.times[j];
@@ -27,9 +27,9 @@ void StatesAtTimes::write(Member& member, std::size_t index, const LastStep& ste
     reached_ = std::max(reached_, j + 1);
     const Simulation* now = &step.now;
     if (between && direct_)
-      now = member.between.at_first_of(std::span(plan_.what.times).subspan(j), stop);
+      now = member.between().at_first_of(std::span(plan_.what.times).subspan(j), stop);
     else if (between)
-      now = member.between.at(time.before, time.fraction, step.before, stop);
+      now = member.between().at(time.before, time.fraction, step.before, stop);
     if (now == nullptr) continue;
     const std::vector<double> numbers = written_fields(plan_, *now);
     // Writes field after field, in each field member after member.
@@ -38,7 +38,7 @@ void StatesAtTimes::write(Member& member, std::size_t index, const LastStep& ste
     std::size_t from = 0;
     for (const std::size_t field : plan_.fields) {
       const auto size = field_size(now->fields(), field);
-      const std::size_t to = from * members + index * size;
+      const std::size_t to = from * members + member.index * size;
       std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(from), size,
                   out.begin() + static_cast<std::ptrdiff_t>(to));
       from += size;

@@ -34,10 +34,8 @@ class StatesAtTimes {
   void pass(std::int64_t to) {
     while (next_ < plan_.times.size() && plan_.times[next_].arrival <= to) ++next_;
   }
-  /// Writes the states of a member, number `index` of the ensemble, at the times up to the fraction
-  /// `up_to` of its last step.
-  void write(Member& member, std::size_t index, const LastStep& step, double up_to,
-             const std::stop_token& stop);
+  /// Writes the states of a member at the times up to the fraction `up_to` of its last step.
+  void write(Member& member, const LastStep& step, double up_to, const std::stop_token& stop);
   /// Returns the number of times up to the last one that any member reached.
   std::size_t reached() const { return reached_; }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "engine/motion/groups.h"
+#include "engine/motion/ensemble.h"
 #include "engine/motion/rounds.h"
 #include "engine/numbers/parallel.h"
 #include "engine/summary/member_group.h"
@@ -15,6 +15,8 @@ namespace {
 /// Most numbers of events and states that wait to be taken; more end the slice. 16 MiB.
 constexpr std::size_t most_waiting = std::size_t{1} << 21;
 
+constexpr double of_body = 200, of_member = 8000;  ///< nanoseconds to begin
+
 std::vector<double> empty_state(std::size_t size) {
   return std::vector<double>(size, canonical(NAN));
 }
@@ -24,10 +26,8 @@ std::vector<double> empty_state(std::size_t size) {
 struct Summary::Parts {
   const Scene& scene;
   Plan plan;
-  std::vector<std::vector<Scene>> scenes = {};  ///< the members of each group
   std::vector<std::unique_ptr<MemberGroup>> groups = {};
   std::size_t members = 1;
-  std::size_t saved_size = 0;  ///< for one member
   bool direct = false;
   double step_cost = 0;  ///< nanoseconds for a step of all members, without the reading
   std::int64_t step = 0, computed_before = 0;
@@ -39,29 +39,33 @@ struct Summary::Parts {
   std::vector<Event> events = {};
   std::vector<StateAtTime> states = {};
 
-  void make_groups(const Simulation& start) {
-    const auto all = scene.members();
-    if (all.empty()) {
+  void make_groups(const Simulation& start, const std::shared_ptr<const FlatBodies>& flat) {
+    if (scene.members().empty()) {
       step_cost = start.step_cost();
-      groups.push_back(std::make_unique<MemberGroup>(std::span(&scene, 1), 0, false, plan));
+      groups.push_back(std::make_unique<MemberGroup>(scene, nullptr, 0, 1, plan));
       return;
     }
-    members = all.size();
-    struct Made {
-      double cost;
-      std::vector<Scene> scenes;
-      std::unique_ptr<MemberGroup> group;
-    };
-    const auto make = [&](std::vector<Scene> together, std::size_t first) {
-      Made made{group_cost(together, start), std::move(together), nullptr};
-      made.group = std::make_unique<MemberGroup>(made.scenes, first, true, plan);
-      return made;
-    };
-    for (Made& made : groups_of(all, make)) {
-      step_cost += made.cost;
-      scenes.push_back(std::move(made.scenes));
-      groups.push_back(std::move(made.group));
-    }
+    members = scene.members().size();
+    const Scene first = scene.members().front();
+    const std::size_t size = group_size(first, flat.get());
+    groups.resize((members + size - 1) / size);
+    const double nanoseconds = static_cast<double>(members) * (flat ? of_body : of_member);
+    for_each_in_parallel(std::span(groups), nanoseconds, [&](auto& group) {
+      const std::size_t from = size * static_cast<std::size_t>(&group - groups.data());
+      group =
+          std::make_unique<MemberGroup>(scene, flat, from, std::min(size, members - from), plan);
+    });
+    std::size_t packed = 0;
+    for (const auto& group : groups) packed += group->packed();
+    step_cost = stiefel::step_cost(first, start, members, packed);
+  }
+
+  /// Returns how many members a group has: as many packs as leave enough groups to divide.
+  std::size_t group_size(const Scene& first, const FlatBodies* flat) const {
+    constexpr std::size_t least_groups = 64, most_packs = 16;
+    if (!flat) return can_be_packed(first) ? static_cast<std::size_t>(body_lanes(first)) : 1;
+    const auto lanes = static_cast<std::size_t>(flat->lanes());
+    return lanes * std::clamp(members / (lanes * least_groups), std::size_t{1}, most_packs);
   }
 
   bool done() const {
@@ -154,15 +158,17 @@ Summary::Summary(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 Summary::Summary(Summary&&) noexcept = default;
 Summary::~Summary() = default;
 
-std::expected<Summary, Violations> Summary::prepare(const Scene& scene, SummaryDescription what) {
+std::expected<Summary, Violations> Summary::prepare(const Scene& scene, SummaryDescription what,
+                                                    const Simulation* begun) {
   const auto members = scene.members();
+  const auto* ensemble = dynamic_cast<const Ensemble*>(begun);
+  const auto flat = ensemble ? ensemble->flat() : flat_bodies(scene);
   const auto start = members.empty() ? make_simulation(scene) : make_simulation(members.front());
   auto plan = make_plan(scene, *start, std::move(what));
   if (!plan) return std::unexpected(std::move(plan.error()));
   auto parts = std::unique_ptr<Parts>(new Parts{scene, *std::move(plan)});
   parts->direct = start->direct();
-  parts->saved_size = start->saved_size();
-  parts->make_groups(*start);
+  parts->make_groups(*start, flat);
   return Summary(std::move(parts));
 }
 

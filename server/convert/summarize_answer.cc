@@ -28,10 +28,14 @@ std::string digest_of(v1::SummarizeRequest request) {
   return {reinterpret_cast<const char*>(&digest), sizeof digest};
 }
 
-Summary prepared(const Session& session, const v1::SummarizeRequest& request, MemoryLease& memory) {
+/// Prepares a summary with a simulation of the session, which then stays there for the next call.
+Summary prepared(Session& session, const v1::SummarizeRequest& request, MemoryLease& memory) {
   const auto times = static_cast<std::uint64_t>(request.times_size());
   memory.grow(memory_price({held_by(request), times * time_bytes}));
-  Summary summary = value_of(Summary::prepare(session.scene(), from_proto(request)));
+  SimulationPtr begun;
+  if (!session.scene().members().empty()) begun = session.acquire(0);
+  Summary summary = value_of(Summary::prepare(session.scene(), from_proto(request), begun.get()));
+  if (begun) session.release(std::move(begun));
   memory.grow(memory_price({.workspace = summary_workspace(session, summary),
                             .reply = summary.statistics_bytes(),
                             .reply_of = "quantities"}));

@@ -89,7 +89,9 @@ void compare(const std::string& name, int N, const MethodDescription& method, in
       scenes.push_back(body(N, static_cast<unsigned>(i * members + b + 1), method));
     const Scene ensemble = Scene::resolve(testing::ensemble_of(scenes)).value();
     const auto some = ensemble.members().range(0, most);
-    const auto bodies = side_by_side<Scalar>(some, most);
+    std::vector<PackedBody> packed_bodies;
+    for (const Scene& scene : some) packed_bodies.push_back(packed_body(scene));
+    const auto bodies = side_by_side<Scalar>(ensemble, packed_bodies, most);
     const double alone = one_by_one(some, duration);
     if (widest_isa() != Isa::baseline)
       avx2.add(packed(*pack_bodies_on<Isa::avx2>(bodies), some, duration), alone);

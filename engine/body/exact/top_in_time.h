@@ -59,6 +59,8 @@ class TopInTime {
     }
     return theta_;
   }
+  /// Returns what theta() found, once it was called.
+  const std::optional<ThetaTop>& theta_found() const { return theta_; }
   /// Returns the state of theta() in a lane, rounded, in the axes of the scene.
   Point rounded(const ThetaTop::Lanes& lanes, int lane) const {
     if (!turned_) return Point(theta_->rounded(lanes, lane).data());

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "stiefel/run_status.h"
-#include "stiefel/scene.h"
+#include "stiefel/simulation.h"
 #include "stiefel/violation.h"
 
 namespace stiefel {
@@ -132,8 +132,11 @@ class Summary {
   static constexpr std::uint64_t max_numbers = std::uint64_t{1} << 24;
 
   /// Returns a summary at step 0, which refers to the scene: the scene must outlive it. The
-  /// violations name the fields of the description, "quantities[0].name".
-  static std::expected<Summary, Violations> prepare(const Scene& scene, SummaryDescription what);
+  /// violations name the fields of the description, "quantities[0].name". What `begun`, a
+  /// simulation of the scene, holds of an ensemble's members is not computed again; it need not
+  /// outlive the call.
+  static std::expected<Summary, Violations> prepare(const Scene& scene, SummaryDescription what,
+                                                    const Simulation* begun = nullptr);
   Summary(Summary&&) noexcept;
   ~Summary();
 

@@ -151,7 +151,10 @@ void expect_hard_steps(int N) {
   const auto lanes = static_cast<std::size_t>(body_lanes(together));
   int stopped = 0;
   for (std::size_t first = 0; first < scenes.size(); first += lanes) {
-    const auto packed = pack_bodies(together.members().range(first, lanes));
+    std::vector<PackedBody> some;
+    for (const Scene& body : together.members().range(first, lanes))
+      some.push_back(packed_body(body));
+    const auto packed = pack_bodies(together, some);
     std::vector<double> states;
     for (std::size_t k = first; k < first + lanes; ++k) {
       const auto state = saved(*make_simulation(together.members()[k]));
@@ -190,7 +193,9 @@ void expect_the_same_bits(int N, const char* arithmetic, const char* scalar) {
   auto scenes = bodies(16, "variational", 4, arithmetic, 0.1, true, N);
   for (auto& scene : scenes) scene.method->scalar = scalar;
   const Scene together = resolved(ensemble_of(scenes));
-  const auto given = side_by_side<Scalar>(together.members().range(0, 16), 16);
+  std::vector<PackedBody> some;
+  for (const Scene& body : together.members()) some.push_back(packed_body(body));
+  const auto given = side_by_side<Scalar>(together, some, 16);
   std::vector<double> states, expected;
   for (const Scene& body : together.members()) {
     const auto simulation = make_simulation(body);
@@ -356,6 +361,52 @@ TEST(Ensemble, MembersMayBeAtRest) {
   const auto scene = Scene::resolve(two);
   ASSERT_TRUE(scene);
   for (const Scene& member : scene->members()) EXPECT_EQ(member.block("S").norm(), 0);
+}
+
+/// A body with these moments, attitude and angular velocity.
+SceneDescription given_body(std::vector<double> moments, std::vector<double> attitude,
+                            std::vector<double> omega, double step) {
+  SceneDescription scene;
+  scene.system = "rigid_body";
+  scene.method = MethodDescription{"rk4", {}, {}, "plain"};
+  scene.step = step;
+  scene.body = BodyDescription{{}, std::move(moments), std::move(attitude), std::move(omega)};
+  return scene;
+}
+
+/// Also where its numbers are checked without a scene of its own.
+TEST(Ensemble, AWrongMemberIsRefusedLikeAWrongScene) {
+  const std::vector<double> I = {1, 2, 3}, q = {1, 0, 0, 0}, slow = {0, 1e-140, 0};
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  int refused = 0;
+  for (const auto& wrong :
+       {given_body({1, -2, 3}, q, slow, 1), given_body({1, 2, 1e160}, q, slow, 1),
+        given_body({1e-160, 2, 3}, q, slow, 1), given_body({1, nan, 3}, q, slow, 1),
+        given_body(I, {1, 1e-2, 0, 0}, slow, 1), given_body(I, {1, nan, 0, 0}, slow, 1),
+        given_body(I, {1 + 1e-7, 0, 0, 0}, slow, 1), given_body(I, q, {1e160, 0, 0}, 1),
+        given_body(I, q, {1e20, 0, 0}, 1), given_body({1, 2, 1e100}, q, {0, 0, 1e60}, 1e-60),
+        given_body(I, q, {0, nan, 0}, 1), given_body(I, q, {1e-155, 0, 0}, 1e140),
+        given_body(I, q, {1e-130, 1e-130, 0}, 1)}) {
+    const auto right = given_body(I, q, slow, *wrong.step);
+    ASSERT_TRUE(Scene::resolve(right));
+    const auto alone = Scene::resolve(wrong);
+    const auto together = Scene::resolve(ensemble_of({right, wrong, wrong}));
+    ASSERT_EQ(together.has_value(), alone.has_value()) << *wrong.step;
+    if (alone) {
+      const Scene member = together->members()[1];
+      EXPECT_EQ(member.M(), alone->M());
+      EXPECT_EQ(member.attitude(), alone->attitude());
+      continue;
+    }
+    ++refused;
+    ASSERT_EQ(together.error().size(), alone.error().size());
+    for (std::size_t k = 0; k < alone.error().size(); ++k) {
+      EXPECT_EQ(together.error()[k].field, alone.error()[k].field);
+      EXPECT_EQ(together.error()[k].value, alone.error()[k].value + " (member 1 and others)");
+      EXPECT_EQ(together.error()[k].rule, alone.error()[k].rule);
+    }
+  }
+  EXPECT_EQ(refused, 11);
 }
 
 /// A list with the numbers of one member holds for all members.

@@ -68,6 +68,21 @@ TEST(SummaryOfAnEnsemble, OfManyMembersIsTheSameInPartsAndResumed) {
   EXPECT_EQ(finish(summary).bits(), whole);
 }
 
+/// What a simulation of the ensemble has computed serves the summaries after it.
+TEST(SummaryOfAnEnsemble, IsTheSameAfterASimulation) {
+  for (const char* method : {"rk4", "variational", "exact"}) {
+    auto scenes = bodies(21, method, 0.3);
+    scenes[5].initial["M"].values *= 1e-210;  // its products are too small to be packed
+    const Scene ensemble = resolved(testing::ensemble_of(scenes));
+    const auto what = everything(3, 90, 11);
+    const auto expected = run(ensemble, what).bits();
+    const auto simulation = make_simulation(ensemble);
+    ASSERT_TRUE(simulation->advance(7).reached());
+    Summary summary = Summary::prepare(ensemble, what, simulation.get()).value();
+    EXPECT_EQ(finish(summary).bits(), expected) << method;
+  }
+}
+
 /// Events and states at times are reported in the order of steps, once all members have passed
 /// them.
 TEST(SummaryOfAnEnsemble, OfManyMembersFindsTheSameEventsInParts) {
