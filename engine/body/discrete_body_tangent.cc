@@ -156,8 +156,11 @@ class RotationOfColumns {
       }
   }
   static void add_product(const Operator& A, const Elements& x, Elements& sum) {
-    for (Index k = 0; k < A.cols(); ++k)
-      for (Index i = 0; i < A.rows(); ++i) sum(i) += Pair(A(i, k)) * x(k);
+    const Index size = A.rows();
+    const double* a = A.data();
+    Pair* const to = sum.data();
+    for (Index k = 0; k < size; ++k)
+      for (Index i = 0; i < size; ++i) to[i] += Pair(*a++) * x(k);
   }
 
   Square rows_, turned_;  ///< Dᵀ and U

@@ -49,8 +49,48 @@ class DifferentialOfU {
   }
 
  private:
-  bool sweep(const Dense& K, Dense& dU, Dense& S);
-  void solve(const Dense& K, Dense& dU);
+  bool sweep(const Dense& K, Dense& dU, Dense& S) {
+    const Index N = lambda_.size();
+    const double s = sine_, c = (1 + std::sqrt(1 - s * s)) / 2,
+                 rate = s / (c + std::sqrt(c * c + s * s));
+    inverse_inertia(lambda_, K, omega_);
+    const double enough = 0x1p-52 * s * omega_.cwiseAbs().maxCoeff();
+    const int most = s > 0 ? 3 + static_cast<int>(std::log(0x1p-52) / std::log(rate)) : 1;
+    dU = omega_ + weight_.cwiseProduct(S);
+    before_ = S;
+    double a = 1 / c, b = 0, left = 0;
+    for (int k = 0; k < most; ++k) {
+      stop_point(static_cast<double>(N * dU.size()));
+      P_.noalias() = X_.transpose() * dU;
+      left = 0;
+      for (Index j = 0; j < N; ++j)
+        for (Index i = 0; i <= j; ++i) {
+          const double now = S(i, j), r = -(P_(i, j) + P_(j, i)) / 2 - now,
+                       next = now + a * r + b * (now - before_(i, j));
+          left = std::max(left, std::abs(r));
+          before_(i, j) = now;
+          S(i, j) = S(j, i) = next;
+        }
+      dU = omega_ + weight_.cwiseProduct(S);
+      if (left <= enough) break;
+      a = k == 0 ? 2 * c / (2 * c * c + s * s) : 1 / (c + s * s / 4 * a);
+      b = c * a - 1;
+    }
+    return left <= 64 * enough;
+  }
+  void solve(const Dense& K, Dense& dU) {
+    Dense U = X_;
+    U.diagonal().array() += 1;
+    if (!lyapunov_) lyapunov_.emplace(lambda_.size());
+    if (!factored_) lyapunov_->factor(lambda_.asDiagonal() * U);
+    factored_ = true;
+    P_.noalias() = K * U;
+    Dense upsilon(P_.rows(), P_.cols());
+    upsilon.noalias() = U.transpose() * P_;
+    lyapunov_->solve(upsilon, upsilon);
+    upsilon = ((upsilon - upsilon.transpose()) / 2).eval();
+    dU.noalias() = U * upsilon;
+  }
 
   Eigen::VectorXd lambda_;
   Dense weight_, omega_, before_, P_, X_;
@@ -58,50 +98,6 @@ class DifferentialOfU {
   bool has_weights_, factored_ = false;
   std::optional<Lyapunov<double>> lyapunov_;
 };
-
-bool DifferentialOfU::sweep(const Dense& K, Dense& dU, Dense& S) {
-  const Index N = lambda_.size();
-  const double s = sine_, c = (1 + std::sqrt(1 - s * s)) / 2,
-               rate = s / (c + std::sqrt(c * c + s * s));
-  inverse_inertia(lambda_, K, omega_);
-  const double enough = 0x1p-52 * s * omega_.cwiseAbs().maxCoeff();
-  const int most = s > 0 ? 3 + static_cast<int>(std::log(0x1p-52) / std::log(rate)) : 1;
-  dU = omega_ + weight_.cwiseProduct(S);
-  before_ = S;
-  double a = 1 / c, b = 0, left = 0;
-  for (int k = 0; k < most; ++k) {
-    stop_point(static_cast<double>(N * dU.size()));
-    P_.noalias() = X_.transpose() * dU;
-    left = 0;
-    for (Index j = 0; j < N; ++j)
-      for (Index i = 0; i <= j; ++i) {
-        const double now = S(i, j), r = -(P_(i, j) + P_(j, i)) / 2 - now,
-                     next = now + a * r + b * (now - before_(i, j));
-        left = std::max(left, std::abs(r));
-        before_(i, j) = now;
-        S(i, j) = S(j, i) = next;
-      }
-    dU = omega_ + weight_.cwiseProduct(S);
-    if (left <= enough) break;
-    a = k == 0 ? 2 * c / (2 * c * c + s * s) : 1 / (c + s * s / 4 * a);
-    b = c * a - 1;
-  }
-  return left <= 64 * enough;
-}
-
-void DifferentialOfU::solve(const Dense& K, Dense& dU) {
-  Dense U = X_;
-  U.diagonal().array() += 1;
-  if (!lyapunov_) lyapunov_.emplace(lambda_.size());
-  if (!factored_) lyapunov_->factor(lambda_.asDiagonal() * U);
-  factored_ = true;
-  P_.noalias() = K * U;
-  Dense upsilon(P_.rows(), P_.cols());
-  upsilon.noalias() = U.transpose() * P_;
-  lyapunov_->solve(upsilon, upsilon);
-  upsilon = ((upsilon - upsilon.transpose()) / 2).eval();
-  dU.noalias() = U * upsilon;
-}
 
 /// Moves (η, δM) by the steps of the discrete rigid body in any dimension, Q ↦ QU, M ↦ M′, UΛ − ΛUᵀ
 /// = hM, ΛU − UᵀΛ = hM′. With X = U − I and K = hδM + δhM + δΛUᵀ − UδΛ,

@@ -209,15 +209,11 @@ SystemEntry rigid_body_family() {
            {"momentum_space", "1 x 3", "N = 3: the vector of Q M Q^T, in space axes"},
            {"euler_angles_SEQUENCE", "1 x 3",
             "N = 3, det Q = 1: angles in rad in one of SciPy's sequences, euler_angles_ZXZ about "
-            "axes "
-            "of "
-            "the body, euler_angles_zxz of space; the first and the third jump by 2 pi, and a "
-            "client "
-            "unwraps them along a run; within 1e-7 of gimbal lock the third is 0"},
+            "axes of the body, euler_angles_zxz of space; the first and the third jump by 2 pi, "
+            "and a client unwraps them along a run; within 1e-7 of gimbal lock the third is 0"},
            {"euler_rates_SEQUENCE", "1 x 3",
             "N = 3, det Q = 1: the time derivatives of these angles; the largest double where "
-            "infinite, "
-            "at gimbal lock"},
+            "infinite, at gimbal lock"},
        }))
     info.fields.push_back(field);
   return {.info = info,

@@ -3,7 +3,7 @@
 #include "engine/body/rigid_tangents.h"
 #include "engine/dense/so_3.h"
 #include "engine/numbers/compensated.h"
-#include "engine/numbers/pack.h"
+#include "engine/numbers/pair.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -12,15 +12,12 @@ namespace {
 using Dense = Eigen::MatrixXd;
 using Index = Eigen::Index;
 
-/// Two vectors side by side.
-using Two = Pack<double, Isa::baseline, 2>;
-
 /// States as matrices, Q over M or M alone.
 struct Matrices {
   static constexpr bool fixed = false;  ///< whether states have a fixed size
-  using State = Matrix<Two>;
-  using Algebra = Matrix<Two>;
-  using Lambda = Vector<Two>;
+  using State = Matrix<Pair>;
+  using Algebra = Matrix<Pair>;
+  using Lambda = Vector<Pair>;
 
   static auto momentum(auto& x) { return x.bottomRows(x.cols()); }
   /// Returns 1/(λ_i + λ_j), 0 for i = j: Ω_ij = M_ij/(λ_i + λ_j).
@@ -66,7 +63,7 @@ struct Matrices {
   }
 
   /// Points and vectors are blocks already.
-  static State of_point(const Dense& point) { return point.cast<Two>(); }
+  static State of_point(const Dense& point) { return point.cast<Pair>(); }
   static Dense of_block(const Dense&, const Dense& block) { return block; }
   static Dense block(const Dense&, const Dense& dx) { return dx; }
 
@@ -78,8 +75,8 @@ struct Matrices {
     for (Index j = 0; j < N; ++j) {
       stop_point(static_cast<double>(N * N));
       const auto rows = [&]<int count>(std::integral_constant<int, count>, Index i) {
-        Two sums[count];
-        for (int r = 0; r < count; ++r) sums[r] = adds ? out(i + r, j) : Two(0);
+        Pair sums[count];
+        for (int r = 0; r < count; ++r) sums[r] = adds ? out(i + r, j) : Pair(0);
         for (Index k = 0; k < N; ++k)
           for (int r = 0; r < count; ++r) sums[r] += a(i + r, k) * b(k, j);
         for (int r = 0; r < count; ++r) out(i + r, j) = sums[r];
@@ -93,8 +90,8 @@ struct Matrices {
 
 /// Three dimensions: (q; m), or m alone.
 template <bool frame>
-struct Quaternions : So3<Two, frame> {
-  using Space = So3<Two, frame>;
+struct Quaternions : So3<Pair, frame> {
+  using Space = So3<Pair, frame>;
   using Space::quaternion_times;
   using typename Space::State, typename Space::Algebra, typename Space::Lambda;
   static constexpr bool fixed = true;
@@ -111,14 +108,14 @@ struct Quaternions : So3<Two, frame> {
                         const Algebra& domega, State& out) {
     if constexpr (frame)
       out.template head<4>() =
-          Two(0.5) * (quaternion_times(dx, omega) + quaternion_times(x, domega));
+          Pair(0.5) * (quaternion_times(dx, omega) + quaternion_times(x, domega));
     for (int k = 0; k < 3; ++k) {
       const int i = (k + 1) % 3, j = (k + 2) % 3;
       momentum(out)(k) = (lambda(j) - lambda(i)) * (omega(i) * domega(j) + domega(i) * omega(j));
     }
   }
 
-  static State of_point(const Dense& point) { return point.cast<Two>(); }
+  static State of_point(const Dense& point) { return point.cast<Pair>(); }
   /// δq = ½q∘(0, η), η the skew part of QᵀδQ.
   static Dense of_block(const Dense& point, const Dense& block) {
     Dense dx(frame ? 7 : 3, 1);
@@ -151,7 +148,7 @@ class Rk4BodyTangent final : public TangentMap {
       : substeps_(scene.substeps()),
         arithmetic_(scene.arithmetic()),
         parameters_(at),
-        lambda_(at.lambda.cast<Two>()),
+        lambda_(at.lambda.cast<Pair>()),
         inverse_inertia_(Space::inverse_inertia(lambda_)) {}
 
   void start(const Dense& point, const Dense& V) override {
@@ -161,8 +158,8 @@ class Rk4BodyTangent final : public TangentMap {
       // Returns the numbers of two vectors, of which the second may be missing.
       const auto both = [&](auto&& of) {
         const Dense a = of(first), b = first + 1 < V.cols() ? of(first + 1) : Dense(0 * a);
-        return Matrix<Two>(Matrix<Two>::NullaryExpr(a.rows(), a.cols(), [&](Index i, Index j) {
-          return Two::of_lanes([&](int k) { return (k == 0 ? a : b)(i, j); });
+        return Matrix<Pair>(Matrix<Pair>::NullaryExpr(a.rows(), a.cols(), [&](Index i, Index j) {
+          return Pair::of_lanes([&](int k) { return (k == 0 ? a : b)(i, j); });
         }));
       };
       Vectors& x = vectors_.emplace_back();
@@ -181,7 +178,7 @@ class Rk4BodyTangent final : public TangentMap {
       stop_point(600 * static_cast<double>(vectors_.size() + 1));
       find_values(x);
       for (Vectors& v : vectors_) move(v);
-      x += Two(parameters_.h / 6) * sum_k_;
+      x += Pair(parameters_.h / 6) * sum_k_;
     }
     return {};
   }
@@ -212,7 +209,7 @@ class Rk4BodyTangent final : public TangentMap {
   struct Vectors {
     Sum sum;
     Lambda by_lambda;
-    Two by_h;
+    Pair by_h;
     bool varies = false;  ///< whether these are not zero
   };
   struct Work {
@@ -237,7 +234,7 @@ class Rk4BodyTangent final : public TangentMap {
       if (s == 0)
         at.x = x;
       else
-        at.x = x + Two(nodes_[s] * parameters_.h) * stages_[s - 1].k;
+        at.x = x + Pair(nodes_[s] * parameters_.h) * stages_[s - 1].k;
       at.Omega = inverse_inertia_.cwiseProduct(Space::momentum(at.x));
       Space::velocity(lambda_, at.x, at.Omega, at.k);
       add(s, at.k, sum_k_);
@@ -254,9 +251,9 @@ class Rk4BodyTangent final : public TangentMap {
       if (s == 0)
         dx = v.sum.value;
       else
-        dx = v.sum.value + Two(nodes_[s] * parameters_.h) * dk;
+        dx = v.sum.value + Pair(nodes_[s] * parameters_.h) * dk;
       if (v.varies) {
-        if (s > 0) dx += (Two(nodes_[s]) * v.by_h) * stages_[s - 1].k;
+        if (s > 0) dx += (Pair(nodes_[s]) * v.by_h) * stages_[s - 1].k;
         Space::momentum(dx) -= Space::J(v.by_lambda, at.Omega);
       }
       dOmega = inverse_inertia_.cwiseProduct(Space::momentum(dx));
@@ -267,8 +264,8 @@ class Rk4BodyTangent final : public TangentMap {
       }
       add(s, dk, sum);
     }
-    sum *= Two(parameters_.h / 6);
-    if (v.varies) sum += (v.by_h * Two(1. / 6)) * sum_k_;
+    sum *= Pair(parameters_.h / 6);
+    if (v.varies) sum += (v.by_h * Pair(1. / 6)) * sum_k_;
     v.sum.add(sum);
   }
 

@@ -89,6 +89,19 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
   return make_simulation(scene, StiefelCostate<double>(lambda, n), shared(observables));
 }
 
+template <bool with_M>
+SystemEntry entry(SystemInfo info) {
+  info.file = "engine/frame/stiefel_costate.h";
+  return {.info = std::move(info),
+          .check = with_M ? check_momentum : check,
+          .make = [](const Scene& scene) { return make(scene, with_M); },
+          .methods = methods_on<StiefelCostate<double>>,
+          .recommended = for_costates,
+          .representation = with_M ? &momentum_representation : &representation,
+          .motion = &in_both<frame_equations, start>,
+          .rate = Rate::frame_speed};
+}
+
 }  // namespace
 
 SystemEntry stiefel_costate_entry() {
@@ -103,16 +116,9 @@ SystemEntry stiefel_costate_entry() {
   info.equations =
       "Q' = Q U, P' = P U - Q A, A = [Q^T Q, U Lambda U], Q^T Q U Lambda + Lambda U Q^T Q = M";
   info.source = "[ST] (68)-(69)";
-  info.file = "engine/frame/stiefel_costate.h";
-  return {.info = info,
-          .check = check,
-          .make = [](const Scene& scene) { return make(scene, false); },
-          .methods = methods_on<StiefelCostate<double>>,
-          .recommended = for_costates,
-          .two_forms = {&form_of_pairs},
-          .representation = &representation,
-          .motion = &in_both<frame_equations, start>,
-          .rate = Rate::frame_speed};
+  SystemEntry made = entry<false>(std::move(info));
+  made.two_forms = {&form_of_pairs};
+  return made;
 }
 
 SystemEntry stiefel_momentum_entry() {
@@ -123,15 +129,7 @@ SystemEntry stiefel_momentum_entry() {
   info.equations =
       "Q' = Q U, M' = [M, U] - A, A = [Q^T Q, U Lambda U], Q^T Q U Lambda + Lambda U Q^T Q = M";
   info.source = "[ST] (46)";
-  info.file = "engine/frame/stiefel_costate.h";
-  return {.info = info,
-          .check = check_momentum,
-          .make = [](const Scene& scene) { return make(scene, true); },
-          .methods = methods_on<StiefelCostate<double>>,
-          .recommended = for_costates,
-          .representation = &momentum_representation,
-          .motion = &in_both<frame_equations, start>,
-          .rate = Rate::frame_speed};
+  return entry<true>(std::move(info));
 }
 
 }  // namespace stiefel
