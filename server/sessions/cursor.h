@@ -12,7 +12,7 @@ namespace stiefel::server {
 class Cursor {
  public:
   /// Acquires a simulation at the nearest state at or before `to`. The session must outlive the
-  /// cursor. To make the simulation of an ensemble takes 10 µs a member, with stop points
+  /// cursor. To make the simulation of an ensemble takes 1 to 60 µs a member, with stop points
   /// (stiefel/stop.h).
   Cursor(Session& session, std::int64_t to)
       : session_(&session),
