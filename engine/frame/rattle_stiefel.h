@@ -77,14 +77,35 @@ class RattleStiefel {
     inverse_.head(lambda.size()) = (lambda / binary_unit<Scalar>(lambda.maxCoeff())).cwiseInverse();
   }
 
-  State start(const Point& x);
+  State start(const Point& x) {
+    State state{Accumulator<Point>(x, arithmetic_), FrameMoments<Scalar>(n_),
+                Matrix<Scalar>::Zero(n_, n_)};
+    pass_.measure(columns(state), state.moments);
+    return state;
+  }
+  /// Sets a state to x, but for the multiplier from which the next solve starts.
+  void restart(State& state, const Point& x) {
+    state.x.value = x;
+    if (state.x.compensated) state.x.carry.setZero();
+    pass_.measure(columns(state), state.moments);
+  }
 
   RunStatus step(State& state) { return step(state, h_); }
 
   /// Makes a step of size h. The stages of a composition differ in h and share one state.
-  RunStatus step(State& state, Scalar h);
+  RunStatus step(State& state, Scalar h) {
+    const RunStatus status = find_multipliers(state, h);
+    if (status.reached()) advance(state, h);
+    return status;
+  }
+  /// The two halves of a step: finds the multipliers, and moves the columns by them.
+  RunStatus find_multipliers(State& state, Scalar h);
+  void advance(State& state, Scalar h) {
+    pass_.advance(columns(state), h / unit_, Y_.data(), Y1_.data(), state.moments);
+  }
 
-  /// Return Y/h and Y′/h of the last step, Λ and h being divided by the unit of Λ.
+  /// Return K′, Y/h and Y′/h of the last multipliers, Λ and h being divided by the unit of Λ.
+  const Matrix<Scalar>& K1() const { return A_; }
   const Matrix<Scalar>& B() const { return Y_; }
   const Matrix<Scalar>& Z() const { return Y1_; }
 
@@ -105,7 +126,8 @@ class RattleStiefel {
 
   double follow(const FrameMoments<Scalar>& at, Scalar h, double end);
 
-  /// Finds Y′ from K′ = QΛ⁻¹Qᵀ + QΛ⁻¹Xᵀ + XΛ⁻¹Qᵀ + XΛ⁻¹Xᵀ and the right-hand side defect_ − XXᵀ.
+  /// Sets A_ = K′ = QΛ⁻¹Qᵀ + QΛ⁻¹Xᵀ + XΛ⁻¹Qᵀ + XΛ⁻¹Xᵀ, and finds Y′ from it and the right-hand
+  /// side defect_ − XXᵀ.
   void find_Y1(const FrameMoments<Scalar>& at, Scalar h);
 
   /// Adds XΛ⁻ᵖXᵀ = h² VΛ⁻ᵖVᵀ + h(YGΛ⁻ᵖVᵀ + VΛ⁻ᵖGᵀY) + YGΛ⁻ᵖGᵀY.
@@ -126,15 +148,7 @@ class RattleStiefel {
 };
 
 template <class Scalar>
-auto RattleStiefel<Scalar>::start(const Point& x) -> State {
-  State state{Accumulator<Point>(x, arithmetic_), FrameMoments<Scalar>(n_),
-              Matrix<Scalar>::Zero(n_, n_)};
-  pass_.measure(columns(state), state.moments);
-  return state;
-}
-
-template <class Scalar>
-RunStatus RattleStiefel<Scalar>::step(State& state, Scalar h) {
+RunStatus RattleStiefel<Scalar>::find_multipliers(State& state, Scalar h) {
   using std::abs;
   const double size = static_cast<double>(abs(h));
   h /= unit_;
@@ -149,7 +163,6 @@ RunStatus RattleStiefel<Scalar>::step(State& state, Scalar h) {
   state.half_B = Y1_ / (h * h);
   Y_ /= h;
   Y1_ /= h;
-  pass_.advance(columns(state), h, Y_.data(), Y1_.data(), state.moments);
   return {};
 }
 

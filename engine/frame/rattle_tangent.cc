@@ -43,7 +43,8 @@ class RattleTangent final : public TangentMap {
         unit_(binary_unit(at.lambda.maxCoeff())),
         gamma_(symmetric_stages<double>(scene.order() > 0 ? scene.order() : 2)),
         parameters_(at),
-        map_(at.lambda, n_, at.h),
+        map_(at.lambda, n_, at.h, Arithmetic::plain),
+        state_(map_.start(Dense::Zero(2 * n_, N_))),
         pass_(make_rattle_tangent_pass(n_)),
         C_(n_),
         K_(n_),
@@ -55,6 +56,7 @@ class RattleTangent final : public TangentMap {
   }
 
   void start(const Dense&, const Dense& V) override {
+    state_.half_B.setZero();
     vectors_.assign(static_cast<std::size_t>(V.cols()), {zero(n_), zero(n_), {}, {}, {}, 0});
     for (Index v = 0; v < V.cols(); ++v) {
       Vector& x = vectors_[static_cast<std::size_t>(v)];
@@ -71,21 +73,25 @@ class RattleTangent final : public TangentMap {
   }
 
   RunStatus step(const Dense& point) override {
-    auto state = map_.start(point);
+    map_.restart(state_, point);
     take(point, Q_, S_);
     const std::size_t stages = 2 * gamma_.size() - 1;
     for (int k = 0; k < substeps_; ++k)
       for (std::size_t stage = 0; stage < stages; ++stage) {
         const double gamma = gamma_[std::min(stage, stages - 1 - stage)];
         const double h = gamma * parameters_.h / unit_;
-        const Dense GD = state.moments.QQ[1] + h * state.moments.QV[1], GG = state.moments.QQ[2];
         stop_point(12 * static_cast<double>(n_ * n_ * N_));
-        if (!map_.step(state, gamma * parameters_.h).reached())
+        if (!map_.find_multipliers(state_, gamma * parameters_.h).reached())
           return {Outcome::solver_stalled, std::nullopt};
-        C_.factor(GD + h * GG * map_.B());
-        K_.factor(state.moments.QQ[1]);
+        const auto& at = state_.moments;
+        R_ = at.QQ[1] + h * at.QV[1];
+        R_.noalias() += h * at.QQ[2] * map_.B();
+        C_.factor(R_);
+        K_.factor(map_.K1());
         pass_->step(columns(), h, map_.B().data(), map_.Z().data());
         for (Vector& x : vectors_) move(x, h, gamma * x.by_h);
+        const bool last = k + 1 == substeps_ && stage + 1 == stages;
+        if (!last) map_.advance(state_, gamma * parameters_.h);
         Q_.swap(next_);
         S_.swap(end_);
       }
@@ -116,10 +122,14 @@ class RattleTangent final : public TangentMap {
     return Tiles(static_cast<std::size_t>(tiles * rows), TileRow{});
   }
   void take(const auto& blocks, Tiles& Q, Tiles& S) const {
-    for (Index j = 0; j < N_; ++j)
+    constexpr Index width = TileRow::columns;
+    for (Index first = 0; first < N_; first += width)
       for (Index a = 0; a < n_; ++a) {
-        element(Q, n_, a, j) = blocks(a, j);
-        element(S, n_, a, j) = blocks(n_ + a, j);
+        double *q = &element(Q, n_, a, first), *s = &element(S, n_, a, first);
+        for (Index j = 0; j < std::min(width, N_ - first); ++j) {
+          q[j] = blocks(a, first + j);
+          s[j] = blocks(n_ + a, first + j);
+        }
       }
   }
   RattleColumns columns() {
@@ -151,6 +161,7 @@ class RattleTangent final : public TangentMap {
   std::vector<double> gamma_;
   TangentParameters parameters_;
   RattleStiefel<double> map_;
+  RattleStiefel<double>::State state_;
   std::unique_ptr<RattleTangentPass> pass_;
   SymmetricSolve C_, K_;
   Dense R_, X_;
