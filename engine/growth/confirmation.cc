@@ -121,7 +121,7 @@ RunStatus Confirmation::advance(double steps, double step_cost, const std::stop_
   // To the end of an interval at most, whose state is kept.
   const RunStatus status = run_->advance(
       *motion_, std::min(static_cast<std::int64_t>(now), run_->interval_end() - run_->at()), stop);
-  if (status.reached() && run_->at() == run_->last_end()) motion_->save(state_);
+  if (status.reached() && run_->is_current()) motion_->save(state_);
   return status;
 }
 
@@ -136,8 +136,7 @@ bool Confirmation::restore(const std::vector<char>& saved) {
   ByteReader in(std::string_view(saved.data(), saved.size()));
   std::vector<double> state(state_.size());
   in.get(state);
-  LyapunovHeader header;
-  header.each([&](auto& number) { in.get(number); });
+  const LyapunovHeader header = LyapunovHeader::read(in);
   if (!in.sound() || header.interval != run_->interval() || header.step < run_->what().from ||
       header.step > run_->what().to)
     return false;

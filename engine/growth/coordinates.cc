@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "engine/dense/decompositions.h"
-#include "engine/dense/so_3.h"
 #include "engine/growth/tangent_of.h"
 #include "stiefel/stop.h"
 
@@ -29,26 +28,30 @@ Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
   return out;
 }
 
-Dense TangentChart::unit(Eigen::Index k) const {
-  if (cols_ == 3) return hat(Eigen::Vector3d(Eigen::Vector3d::Unit(k)));
-  Dense E = Dense::Zero(cols_, cols_);
-  for (Eigen::Index i = 0, at = 0; i < cols_; ++i)
-    for (Eigen::Index j = i + 1; j < cols_; ++j, ++at)
-      if (at == k) {
-        E(i, j) = 1;
-        E(j, i) = -1;
-      }
-  return E;
+Dense blocks_of(const Simulation& motion) {
+  Dense x;
+  for (std::size_t i = 0; i < motion.block_count(); ++i) {
+    const Dense block = motion.get(motion.fields()[i].name);
+    x.conservativeResize(x.rows() + block.rows(), block.cols());
+    x.bottomRows(block.rows()) = block;
+  }
+  return x;
 }
 
-void TangentChart::write_skew(const Dense& A, Eigen::Ref<Eigen::VectorXd> out) const {
-  if (cols_ == 3) {
-    out = vee(A);
-    return;
-  }
-  for (Eigen::Index i = 0, at = 0; i < cols_; ++i)
-    for (Eigen::Index j = i + 1; j < cols_; ++j) out(at++) = A(i, j);
+namespace {
+
+/// Returns the element whose value is coordinate k of a skew N × N matrix.
+std::pair<Eigen::Index, Eigen::Index> element(Eigen::Index N, Eigen::Index k) {
+  if (N == 3) return {(k + 2) % 3, (k + 1) % 3};
+  Eigen::Index i = 0;
+  for (; k >= N - 1 - i; ++i) k -= N - 1 - i;
+  return {i, i + 1 + k};
 }
+
+}  // namespace
+
+TangentChart::TangentChart(const Scene& scene, const Dense& x)
+    : space_(tangents_of(scene.system())->space(scene)), rows_(x.rows()), cols_(x.cols()) {}
 
 /// Householder's reflections of the longest column that is left.
 Dense orthonormal_range(Dense A) {
@@ -79,12 +82,11 @@ Dense orthonormal_range(Dense A) {
   return Q;
 }
 
-template <class Tangent>
-Dense TangentChart::tangents(const Dense& x, const Tangent& tangent) const {
-  const Eigen::Index size = rows_ * cols_;
-  Dense all(size, size);
-  for (Eigen::Index k = 0; k < size; ++k) {
-    stop_point(static_cast<double>(rows_ * size));
+Dense TangentChart::tangents(
+    const Dense& x, const std::function<Dense(const Dense&, const Dense&)>& tangent) const {
+  Dense all(size(), size());
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    stop_point(static_cast<double>(rows_ * size()));
     Dense G = Dense::Zero(rows_, cols_);
     G(k) = 1;
     all.col(k) = tangent(x, G).reshaped();
@@ -105,36 +107,36 @@ Dense TangentChart::basis_of_every_inertia(const Dense& x) const {
 }
 
 Dense TangentChart::basis(const Dense& x) const {
-  const Eigen::Index size = rows_ * cols_;
-  if (!is_body()) return orthonormal_range(tangents(x, space_.tangent));
-  const Eigen::Index half = cols_ * (cols_ - 1) / 2, frame = rows_ > cols_ ? half : 0;
-  Dense out = Dense::Zero(size, frame + half);
-  for (Eigen::Index k = 0; k < half; ++k) {
-    Dense block = Dense::Zero(rows_, cols_);
-    const Dense E = unit(k);
-    if (frame > 0) {
-      block.topRows(cols_) = x.topRows(cols_) * E;
-      out.col(k) = block.reshaped();
+  if (!is_body()) return orthonormal_range(tangents_of_units(x));
+  const Eigen::Index frame = has_frame() ? half() : 0;
+  Dense out = Dense::Zero(size(), frame + half());
+  for (Eigen::Index k = 0; k < half(); ++k) {
+    const auto [i, j] = element(cols_, k);
+    auto at = [&](Eigen::Index column) { return out.col(column).reshaped(rows_, cols_); };
+    if (has_frame()) {  // Q E_k
+      at(k).topRows(cols_).col(j) = x.topRows(cols_).col(i);
+      at(k).topRows(cols_).col(i) = -x.topRows(cols_).col(j);
     }
-    block.setZero();
-    block.bottomRows(cols_) = E;
-    out.col(frame + k) = block.reshaped();
+    at(frame + k).bottomRows(cols_)(i, j) = 1;
+    at(frame + k).bottomRows(cols_)(j, i) = -1;
   }
   return out;
 }
 
 Dense TangentChart::coordinates(const Dense& x, const Dense& V, bool of_every_inertia) const {
   if (!is_body()) return (of_every_inertia ? basis_of_every_inertia(x) : basis(x)).transpose() * V;
-  const Eigen::Index half = cols_ * (cols_ - 1) / 2, frame = rows_ > cols_ ? half : 0;
-  Dense out(frame + half, V.cols());
-  const Lu<double> Q(frame > 0 ? Dense(x.topRows(cols_)) : Dense(Dense::Identity(cols_, cols_)));
-  for (Eigen::Index k = 0; k < V.cols(); ++k) {
-    const Dense block = V.col(k).reshaped(rows_, cols_);
-    if (frame > 0) {
-      const Dense eta = Q.solve(block.topRows(cols_));
-      write_skew(skew_part(eta), out.col(k).head(half));
+  const Eigen::Index frame = has_frame() ? half() : 0;
+  Dense out(frame + half(), V.cols());
+  const Lu<double> Q(has_frame() ? Dense(x.topRows(cols_)) : Dense(Dense::Identity(cols_, cols_)));
+  for (Eigen::Index v = 0; v < V.cols(); ++v) {
+    const Dense block = V.col(v).reshaped(rows_, cols_);
+    const Dense eta = has_frame() ? skew_part(Q.solve(block.topRows(cols_))) : Dense(),
+                dM = skew_part(block.bottomRows(cols_));
+    for (Eigen::Index k = 0; k < half(); ++k) {
+      const auto [i, j] = element(cols_, k);
+      if (has_frame()) out(k, v) = eta(i, j);
+      out(frame + k, v) = dM(i, j);
     }
-    write_skew(skew_part(block.bottomRows(cols_)), out.col(k).tail(half));
   }
   return out;
 }
@@ -144,10 +146,9 @@ Dense TangentChart::tangent(const Dense& x, const Dense& G) const {
   if (!is_body()) return space_.tangent(x, G);
   Dense out(rows_, cols_);
   out.bottomRows(cols_) = skew_part(G.bottomRows(cols_));
-  if (rows_ == cols_) return out;
+  if (!has_frame()) return out;
   const Dense Q = x.topRows(cols_), dQ = G.topRows(cols_);
-  const Lu<double> lu(Q);
-  out.topRows(cols_) = Q * skew_part(lu.solve(dQ));
+  out.topRows(cols_) = Q * skew_part(Lu<double>(Q).solve(dQ));
   return out;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 
 #include "engine/motion/tangent_map.h"
+#include "stiefel/simulation.h"
 
 namespace stiefel {
 
@@ -17,14 +18,25 @@ Eigen::MatrixXd orthonormal_range(Eigen::MatrixXd A);
 Eigen::MatrixXd by_columns(const Eigen::MatrixXd& V, Eigen::Index rows, Eigen::Index cols);
 Eigen::MatrixXd by_rows(const Eigen::MatrixXd& V, Eigen::Index rows, Eigen::Index cols);
 
+/// Returns the blocks of a state in the caller's axes, stacked by rows.
+Eigen::MatrixXd blocks_of(const Simulation& motion);
+
 /// The coordinates of tangent vectors at the states of a scene (linearization.h). States and
-/// vectors are blocks stacked by rows; a vector is a column, its numbers column by column.
+/// vectors are blocks stacked by rows, in the caller's axes; a vector is a column, its numbers
+/// column by column.
 class TangentChart {
  public:
   using Dense = Eigen::MatrixXd;
 
-  TangentChart(TangentSpace space, Eigen::Index rows, Eigen::Index cols)
-      : space_(std::move(space)), rows_(rows), cols_(cols) {}
+  /// Takes a scene that has tangents, and one of its states.
+  TangentChart(const Scene& scene, const Dense& x);
+
+  Eigen::Index rows() const { return rows_; }
+  Eigen::Index cols() const { return cols_; }
+  Eigen::Index size() const { return rows_ * cols_; }
+  const TangentSpace& space() const { return space_; }
+  /// Whether the coordinates are (η, δM).
+  bool is_body() const { return !space_.tangent; }
 
   /// Returns the basis at x, rows·cols × dimension.
   Dense basis(const Dense& x) const;
@@ -35,16 +47,16 @@ class TangentChart {
   Dense coordinates(const Dense& x, const Dense& V, bool of_every_inertia) const;
   /// Returns the tangent part of a vector at x.
   Dense tangent(const Dense& x, const Dense& G) const;
+  /// Returns the tangent parts of all unit matrices at x.
+  Dense tangents_of_units(const Dense& x) const { return tangents(x, space_.tangent); }
 
  private:
-  bool is_body() const { return !space_.tangent; }
   /// Returns tangent(x, E) of every unit matrix E.
-  template <class Tangent>
-  Dense tangents(const Dense& x, const Tangent& tangent) const;
-  /// The skew matrix with coordinate k equal to 1.
-  Dense unit(Eigen::Index k) const;
-  /// Writes the coordinates of a skew matrix.
-  void write_skew(const Dense& A, Eigen::Ref<Eigen::VectorXd> out) const;
+  Dense tangents(const Dense& x,
+                 const std::function<Dense(const Dense&, const Dense&)>& tangent) const;
+  /// The number of coordinates of a skew matrix.
+  Eigen::Index half() const { return cols_ * (cols_ - 1) / 2; }
+  bool has_frame() const { return rows_ > cols_; }
 
   TangentSpace space_;
   Eigen::Index rows_, cols_;

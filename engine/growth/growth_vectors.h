@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "engine/growth/coordinates.h"
-#include "stiefel/simulation.h"
 
 namespace stiefel {
 
@@ -17,7 +16,8 @@ class GrowthVectors {
   /// The most vectors of states whose tangent space is too large to be counted.
   static constexpr std::int64_t most_of_large = 64;
 
-  GrowthVectors(const Scene& scene, TangentSpace space, const Simulation& start);
+  /// Takes a scene that has tangents, and its first state.
+  GrowthVectors(const Scene& scene, const Simulation& start);
 
   Eigen::Index size() const { return weights_.size(); }
   /// The dimension of the tangent space at x; 0 where the state is too large for it.
@@ -26,23 +26,18 @@ class GrowthVectors {
   const Eigen::VectorXd& weights() const { return weights_; }
   void set_weights(const Eigen::VectorXd& weights) { weights_ = weights; }
 
-  /// Returns the state, in the caller's axes.
-  Dense state(const Simulation& motion) const;
-
   /// Returns k random orthonormal vectors at x.
   Dense random(const Dense& x, Eigen::Index k, std::uint64_t seed) const;
   /// Takes the tangent parts of V at x, and V = V′R to V′, R upper triangular with r_ii ≥ 0.
   Dense orthonormalise(const Dense& x, Dense& V) const;
 
-  Dense by_rows(const Dense& V) const { return stiefel::by_rows(V, rows_, cols_); }
-  Dense by_columns(const Dense& V) const { return stiefel::by_columns(V, rows_, cols_); }
+  Dense by_rows(const Dense& V) const { return stiefel::by_rows(V, chart_.rows(), chart_.cols()); }
+  Dense by_columns(const Dense& V) const {
+    return stiefel::by_columns(V, chart_.rows(), chart_.cols());
+  }
 
  private:
-  bool is_body() const { return !space_.tangent; }
-  Dense tangent(const Dense& x, const Dense& G) const;
-
-  TangentSpace space_;
-  Eigen::Index rows_, cols_;
+  TangentChart chart_;
   Eigen::VectorXd weights_;
 };
 

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/dense/so_3.h"
 #include "engine/growth/coordinates.h"
 #include "engine/growth/tangent_of.h"
 #include "engine/motion/observed_simulation.h"
@@ -21,59 +20,49 @@ using Dense = Eigen::MatrixXd;
 
 constexpr double tangency = 1e-8;
 
-}  // namespace
+/// Returns the point, in principal axes. A scene without members has no other simulation.
+const Dense& point_of(const Simulation& motion) {
+  return dynamic_cast<const ObservedSimulation&>(motion).point();
+}
 
 /// The vectors and the map that moves them.
-class Linearization::Vectors {
+class MovedVectors final : public Linearization {
  public:
-  Vectors(const Scene& scene, const LinearizationDescription& what, const Simulation& start)
-      : as_blocks_(what.as_blocks), by_inertia_(what.by_inertia), first_(start.step()) {
-    if (scene.axes()) R_ = scene.axes()->rotation;
-    const Dense x = blocks(start);
-    rows_ = x.rows();
-    cols_ = x.cols();
-    const TangentSpace space = tangents_of(scene.system())->space(scene);
-    chart_.emplace(space, rows_, cols_);
-    if (by_inertia_ && space.by_inertia) start_by_inertia_ = space.by_inertia(x);
-    has_coordinates_ = rows_ * cols_ <= largest_in_coordinates;
-  }
-
-  bool has_coordinates() const { return has_coordinates_; }
-
-  /// Makes the map for the vectors V, in principal axes, and the parameters.
-  void begin(const Scene& scene, const LinearizationDescription& what, const Dense& V,
-             const Simulation& start) {
+  /// Takes the vectors V at the state x of `start`, in the caller's axes; adds those of parameters.
+  MovedVectors(const Scene& scene, const LinearizationDescription& what, TangentChart chart,
+               const Dense& x, Dense V, const Simulation& start)
+      : scene_(scene),
+        as_blocks_(what.as_blocks),
+        by_inertia_(what.by_inertia),
+        first_(start.step()),
+        chart_(std::move(chart)) {
+    rows_ = chart_.rows();
+    cols_ = chart_.cols();
     const Eigen::VectorXd& lambda = scene.inertia();
-    const Eigen::Index inertia = what.by_inertia ? lambda.size() : 0;
-    count_ = V.cols() + inertia + (what.by_step ? 1 : 0);
+    const Eigen::Index given = V.cols(), inertia = what.by_inertia ? lambda.size() : 0;
+    count_ = given + inertia + (what.by_step ? 1 : 0);
     TangentParameters at{lambda, scene.description().step.value_or(0) / scene.substeps(),
                          Dense::Zero(lambda.size(), count_), Eigen::VectorXd::Zero(count_)};
-    at.by_lambda.middleCols(V.cols(), inertia).setIdentity();
-    at.by_h.tail(count_ - V.cols() - inertia).setConstant(1.0 / scene.substeps());
-    Dense all(rows_ * cols_, count_);
-    for (Eigen::Index v = 0; v < count_; ++v) {
-      stop_point();
-      if (v < V.cols())
-        all.col(v) = V.col(v);
-      else if (v - V.cols() < start_by_inertia_.cols())
-        all.col(v) = start_by_inertia_.col(v - V.cols());
-      else
-        all.col(v).setZero();
-    }
+    at.by_lambda.middleCols(given, inertia).setIdentity();
+    at.by_h.tail(count_ - given - inertia).setConstant(1.0 / scene.substeps());
+    turn(false, V);
+    V.conservativeResize(chart_.size(), count_);
+    V.rightCols(count_ - given).setZero();
+    if (by_inertia_ && chart_.space().by_inertia)
+      V.middleCols(given, inertia) = chart_.space().by_inertia(x);
     map_ = tangent_of(scene, scene.method())->make(scene, at);
-    map_->start(observed(start), all);
+    map_->start(point_of(start), V);
   }
 
-  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop) {
+  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop) override {
     if (map_->direct()) {
       const RunStatus status = motion.advance(steps, stop);
       if (!status.reached()) return status;
       return unless_stopped(stop, [&] { return map_->at(motion.step() - first_); })
           .value_or(RunStatus{Outcome::cancelled, std::nullopt});
     }
-    const auto& state = dynamic_cast<const ObservedSimulation&>(motion);
     for (; steps > 0; --steps) {
-      point_ = state.point();
+      point_ = point_of(motion);
       if (const RunStatus status = motion.advance(1, stop); !status.reached()) return status;
       const RunStatus status = unless_stopped(stop, [&] {
                                  return map_->step(point_);
@@ -83,121 +72,78 @@ class Linearization::Vectors {
     return {};
   }
 
-  /// Returns the vectors as blocks in principal axes.
-  Dense read(const Simulation& motion) const {
-    Dense V(rows_ * cols_, count_);
-    map_->read(observed(motion), V);
-    return V;
+  Dense vectors(const Simulation& motion) const override {
+    Dense V(chart_.size(), count_);
+    map_->read(point_of(motion), V);
+    turn(true, V);
+    return as_blocks_ ? by_rows(V, rows_, cols_)
+                      : chart_.coordinates(blocks_of(motion), V, by_inertia_);
   }
-
-  const TangentChart& chart() const { return *chart_; }
-  bool as_blocks() const { return as_blocks_; }
-  bool by_inertia() const { return by_inertia_; }
-  Eigen::Index rows() const { return rows_; }
-  Eigen::Index cols() const { return cols_; }
-  Eigen::Index count() const { return count_; }
-
-  /// Returns the state's blocks, stacked, in principal axes.
-  Dense blocks(const Simulation& motion) const {
-    if (!is_vector(motion)) return observed(motion);
-    const Dense& p = observed(motion);
-    const Eigen::Index rows = p.rows() == 7 ? 6 : 3;
-    Dense x(rows, 3);
-    x.bottomRows(3) = hat(Eigen::Vector3d(p.bottomRows(3)));
-    if (rows == 6) x.topRows(3) = rotation_matrix<double>(Eigen::Vector4d(p.topRows(4)));
-    return x;
+  Dense basis(const Simulation& motion) const override {
+    if (!by_inertia_) return start_basis(motion);
+    return by_rows(chart_.basis_of_every_inertia(blocks_of(motion)), rows_, cols_);
   }
-
-  /// Turn vectors (blocks) to the caller's axes and from them; coordinates too.
-  Dense to_caller(Dense V) const { return turned(std::move(V), R_); }
-  Dense from_caller(Dense V) const { return turned(std::move(V), R_.transpose()); }
-  /// Turns a basis, so that its coordinates are the caller's, numbers row by row.
-  Dense in_caller_axes(const Dense& B) const {
-    const Dense unit = Dense::Identity(B.cols(), B.cols());
-    return by_rows(to_caller(B * coordinates_from_caller(unit)), rows_, cols_);
-  }
-  Dense coordinates_to_caller(const Dense& C) const { return turned_coordinates(C, R_); }
-  Dense coordinates_from_caller(const Dense& C) const {
-    return turned_coordinates(C, R_.transpose());
+  Dense start_basis(const Simulation& motion) const override {
+    return by_rows(chart_.basis(blocks_of(motion)), rows_, cols_);
   }
 
  private:
-  /// Returns the point, in principal axes. A scene without members has no other simulation.
-  static const Dense& observed(const Simulation& motion) {
-    return dynamic_cast<const ObservedSimulation&>(motion).point();
-  }
-  /// Whether the point is (q; m) or m of a body in three dimensions.
-  static bool is_vector(const Simulation& motion) {
-    const Dense& point = observed(motion);
-    return point.cols() == 1 && (point.rows() == 7 || point.rows() == 3) &&
-           motion.fields().front().cols == 3;
-  }
-  /// δQ Tᵀ over T δM Tᵀ.
-  Dense turned(Dense V, const Eigen::Matrix3d& T) const {
-    if (R_ == Eigen::Matrix3d::Identity()) return V;
+  /// Turns vectors of a body in three dimensions from principal axes to the caller's, or back: δQ
+  /// to δQ Tᵀ, δM to T δM Tᵀ. A point has the rotation Q det Q as a quaternion.
+  void turn(bool to_caller, Dense& V) const {
+    if (!chart_.is_body() || chart_.size() != 18) return;
+    if (!scene_.axes() && scene_.determinant() == 1) return;
+    Eigen::Matrix3d T = Eigen::Matrix3d::Identity();
+    if (scene_.axes())
+      T = to_caller ? scene_.axes()->rotation : scene_.axes()->rotation.transpose();
     for (Eigen::Index k = 0; k < V.cols(); ++k) {
-      Dense block = (V.col(k).reshaped(rows_, 3) * T.transpose()).eval();
+      Dense block = V.col(k).reshaped(6, 3) * T.transpose();
+      block.topRows(3) *= scene_.determinant();
       block.bottomRows(3) = (T * block.bottomRows(3)).eval();
       V.col(k) = block.reshaped();
     }
-    return V;
-  }
-  Dense turned_coordinates(const Dense& C, const Eigen::Matrix3d& T) const {
-    if (R_ == Eigen::Matrix3d::Identity()) return C;
-    Dense out(C.rows(), C.cols());
-    for (Eigen::Index top = 0; top < C.rows(); top += 3)
-      out.middleRows(top, 3) = T * C.middleRows(top, 3);
-    return out;
   }
 
-  bool as_blocks_, by_inertia_, has_coordinates_ = false;
+  const Scene scene_;
+  bool as_blocks_, by_inertia_;
   std::int64_t first_;
-  Eigen::Matrix3d R_ = Eigen::Matrix3d::Identity();
-  Eigen::Index rows_ = 0, cols_ = 0, count_ = 0;
-  std::optional<TangentChart> chart_;
-  Dense start_by_inertia_;  ///< the derivatives of the first state by Λ; empty: 0
+  TangentChart chart_;
   std::unique_ptr<TangentMap> map_;
   Dense point_;
 };
 
-std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
-                                                             LinearizationDescription what,
-                                                             const Simulation& start,
-                                                             const Place& place) {
+}  // namespace
+
+std::expected<std::unique_ptr<Linearization>, Violations> Linearization::make(
+    const Scene& scene, const LinearizationDescription& what, const Simulation& start,
+    const Place& place) {
   const auto refused = [&](std::string_view field, std::string value, std::string rule) {
     return std::unexpected(Violations{place.violation(field, std::move(value), std::move(rule))});
   };
   if (Violations none = without_tangent(scene, place); !none.empty())
     return std::unexpected(std::move(none));
-  auto vectors = std::make_unique<Vectors>(scene, what, start);
-  const Eigen::Index rows = vectors->rows(), cols = vectors->cols();
-  const bool needs_coordinates = !what.vectors || !what.as_blocks;
-  if (needs_coordinates && !vectors->has_coordinates())
-    return refused("vectors", what.vectors ? "coordinates" : "absent",
-                   "must be given as blocks: coordinates are offered for states of up to " +
-                       std::to_string(largest_in_coordinates) + " numbers");
-  const Dense x = vectors->blocks(start);
+  const Dense x = blocks_of(start);
+  TangentChart chart(scene, x);
   Dense V;
-  if (!what.vectors) {
-    V = vectors->chart().basis(x);
-    // Columns are unit vectors in the caller's axes.
-    const Dense unit = Dense::Identity(V.cols(), V.cols());
-    V = (V * vectors->coordinates_from_caller(unit)).eval();
-  } else if (!what.as_blocks) {
-    const Dense basis = vectors->chart().basis(x);
-    if (what.vectors->rows() != basis.cols() || !what.vectors->allFinite())
+  if (!what.vectors || !what.as_blocks) {
+    if (chart.size() > largest_in_coordinates)
+      return refused("vectors", what.vectors ? "coordinates" : "absent",
+                     "must be given as blocks: coordinates are offered for states of up to " +
+                         std::to_string(largest_in_coordinates) + " numbers");
+    V = chart.basis(x);
+    if (what.vectors && (what.vectors->rows() != V.cols() || !what.vectors->allFinite()))
       return refused("vectors", std::to_string(what.vectors->rows()) + " coordinates",
-                     "must have " + std::to_string(basis.cols()) + " finite coordinates each");
-    V = basis * vectors->coordinates_from_caller(*what.vectors);
+                     "must have " + std::to_string(V.cols()) + " finite coordinates each");
+    if (what.vectors) V = (V * *what.vectors).eval();
   } else {
-    if (what.vectors->rows() != rows * cols || !what.vectors->allFinite())
+    if (what.vectors->rows() != chart.size() || !what.vectors->allFinite())
       return refused("vectors", std::to_string(what.vectors->rows()) + " numbers",
-                     "must be finite and " + shape_text(rows, cols) + " each");
-    V = vectors->from_caller(by_columns(*what.vectors, rows, cols));
+                     "must be finite and " + shape_text(x.rows(), x.cols()) + " each");
+    V = by_columns(*what.vectors, x.rows(), x.cols());
     Violations violations;
     for (Eigen::Index k = 0; k < V.cols() && violations.size() < 16; ++k) {
-      const Dense G = V.col(k).reshaped(rows, cols);
-      const double off = (vectors->chart().tangent(x, G) - G).norm();
+      const Dense G = V.col(k).reshaped(x.rows(), x.cols());
+      const double off = (chart.tangent(x, G) - G).norm();
       if (!(off <= tangency * G.norm()))
         violations.push_back(
             place.violation("vectors[" + std::to_string(k) + "]",
@@ -206,36 +152,8 @@ std::expected<Linearization, Violations> Linearization::make(const Scene& scene,
     }
     if (!violations.empty()) return std::unexpected(std::move(violations));
   }
-  vectors->begin(scene, what, V, start);
-  return Linearization(std::move(vectors));
+  return std::make_unique<MovedVectors>(scene, what, std::move(chart), x, std::move(V), start);
 }
-
-RunStatus Linearization::advance(Simulation& motion, std::int64_t steps,
-                                 const std::stop_token& stop) {
-  return vectors_->advance(motion, steps, stop);
-}
-
-Dense Linearization::vectors(const Simulation& motion) const {
-  const Dense V = vectors_->read(motion);
-  if (vectors_->as_blocks()) return by_rows(vectors_->to_caller(V), rows(), cols());
-  return vectors_->coordinates_to_caller(
-      vectors_->chart().coordinates(vectors_->blocks(motion), V, vectors_->by_inertia()));
-}
-
-Dense Linearization::basis(const Simulation& motion) const {
-  const Dense x = vectors_->blocks(motion);
-  return vectors_->in_caller_axes(vectors_->by_inertia()
-                                      ? vectors_->chart().basis_of_every_inertia(x)
-                                      : vectors_->chart().basis(x));
-}
-
-Dense Linearization::start_basis(const Simulation& motion) const {
-  return vectors_->in_caller_axes(vectors_->chart().basis(vectors_->blocks(motion)));
-}
-
-Eigen::Index Linearization::rows() const { return vectors_->rows(); }
-Eigen::Index Linearization::cols() const { return vectors_->cols(); }
-Eigen::Index Linearization::count() const { return vectors_->count(); }
 
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates) {
   if (!tangents_of(scene.system())) return 0;
@@ -253,10 +171,5 @@ std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool
              sizeof(double) * (kept * (copies * m + of_values) + x.size * basis) + object) +
          simulation_bytes(scene);
 }
-
-Linearization::Linearization(std::unique_ptr<Vectors> vectors) : vectors_(std::move(vectors)) {}
-Linearization::Linearization(Linearization&&) noexcept = default;
-Linearization& Linearization::operator=(Linearization&&) noexcept = default;
-Linearization::~Linearization() = default;
 
 }  // namespace stiefel

@@ -1,7 +1,6 @@
 #include "stiefel/lyapunov.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "engine/growth/confirmation.h"
@@ -12,78 +11,42 @@
 
 namespace stiefel {
 
-std::expected<LyapunovExponents, Violations> LyapunovExponents::make(
-    const Scene& scene, const LyapunovDescription& what, const Simulation& start,
-    const Place& place) {
+LyapunovExponents::Made LyapunovExponents::make(const Scene& scene, const LyapunovDescription& what,
+                                                const Simulation& start, const Place& place) {
   auto run = std::make_unique<LyapunovRun>(scene, what);
-  if (auto violations = run->prepare(start, place); !violations.empty())
-    return std::unexpected(std::move(violations));
-  if (auto violations = run->begin(start, place); !violations.empty())
-    return std::unexpected(std::move(violations));
-  return LyapunovExponents(std::move(run));
+  Violations violations = run->prepare(start, place);
+  if (violations.empty()) violations = run->begin(start, place);
+  if (!violations.empty()) return std::unexpected(std::move(violations));
+  return run;
 }
 
 std::int64_t LyapunovExponents::saved_step(std::string_view saved) {
   ByteReader in(saved);
-  LyapunovHeader header;
-  header.each([&](auto& number) { in.get(number); });
+  const LyapunovHeader header = LyapunovHeader::read(in);
   return in.sound() && header.is == LyapunovHeader::format ? header.step : -1;
 }
 
-std::expected<LyapunovExponents, Violations> LyapunovExponents::resume(
-    const Scene& scene, const LyapunovDescription& what, std::string_view saved,
-    const Simulation& now, const Place& place) {
-  const auto refused = [&] {
-    return std::unexpected(Violations{place.violation(
-        "checkpoint", std::to_string(saved.size()) + " bytes",
-        "must come from a LyapunovExponents of the same request, whose `to` and `every` alone may "
-        "differ, and not be beyond `to`")});
-  };
+LyapunovExponents::Made LyapunovExponents::resume(const Scene& scene,
+                                                  const LyapunovDescription& what,
+                                                  std::string_view saved, const Simulation& now,
+                                                  const Place& place) {
   ByteReader in(saved);
-  LyapunovHeader header;
-  header.each([&](auto& number) { in.get(number); });
-  const LyapunovHeader asked = LyapunovHeader::of(what);
-  if (!in.sound() || header.is != LyapunovHeader::format || header.step != now.step() ||
-      header.step < what.from || header.step > what.to || header.interval < 1 ||
-      header.from != asked.from || header.count != asked.count ||
-      header.asked_interval != asked.asked_interval || header.seed != asked.seed)
-    return refused();
+  const LyapunovHeader header = LyapunovHeader::read(in), asked = LyapunovHeader::of(what);
+  const bool fits = in.sound() && header.is == LyapunovHeader::format &&
+                    header.step == now.step() && header.step >= what.from &&
+                    header.step <= what.to && header.interval >= 1 && header.from == asked.from &&
+                    header.count == asked.count && header.asked_interval == asked.asked_interval &&
+                    header.seed == asked.seed;
   auto run = std::make_unique<LyapunovRun>(scene, what);
-  if (auto violations = run->prepare(now, place, header); !violations.empty())
+  if (Violations violations = fits ? run->prepare(now, place, header) : Violations();
+      !violations.empty())
     return std::unexpected(std::move(violations));
-  if (!run->restore(in, now)) return refused();
-  return LyapunovExponents(std::move(run));
+  if (fits && run->restore(in, now)) return run;
+  return std::unexpected(Violations{place.violation(
+      "checkpoint", std::to_string(saved.size()) + " bytes",
+      "must come from a LyapunovExponents of the same request, whose `to` and `every` alone may "
+      "differ, and not be beyond `to`")});
 }
-
-std::string LyapunovExponents::save() const { return run_->save(); }
-
-RunStatus LyapunovExponents::advance(Simulation& motion, std::int64_t steps,
-                                     const std::stop_token& stop) {
-  return run_->advance(motion, steps, stop);
-}
-
-bool LyapunovExponents::done() const { return run_->done(); }
-bool LyapunovExponents::is_current() const { return run_->at() == run_->last_end(); }
-std::int64_t LyapunovExponents::step() const { return run_->last_end(); }
-std::int64_t LyapunovExponents::interval() const { return run_->interval(); }
-std::int64_t LyapunovExponents::computed_steps() const { return run_->computed(); }
-std::int64_t LyapunovExponents::covered_steps() const { return run_->covered(); }
-Eigen::Index LyapunovExponents::vectors() const { return run_->growth().count(); }
-
-Eigen::VectorXd LyapunovExponents::exponents() const {
-  const Growth& growth = run_->growth();
-  return growth.sums().head(run_->shown()) / growth.time();
-}
-Eigen::VectorXd LyapunovExponents::errors() const {
-  const Growth& growth = run_->growth();
-  const double powers = std::log1p(run_->rate() * growth.time()) / growth.time();
-  return growth.batch_means().errors.head(run_->shown()).array() + powers;
-}
-Eigen::VectorXd LyapunovExponents::log_gali() const {
-  return run_->growth().log_gali().head(std::max<Eigen::Index>(run_->shown() - 1, 0));
-}
-MotionKind LyapunovExponents::kind() const { return run_->judgement().kind; }
-std::string LyapunovExponents::reason() const { return run_->judgement().reason; }
 
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,
                              std::int64_t size) {
@@ -103,10 +66,5 @@ std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what
          sizeof(double) *
              (6 * D * (m + beside) + squares * D * D + 256 * (m + beside + 16) + 8 * m * m);
 }
-
-LyapunovExponents::LyapunovExponents(std::unique_ptr<LyapunovRun> run) : run_(std::move(run)) {}
-LyapunovExponents::LyapunovExponents(LyapunovExponents&&) noexcept = default;
-LyapunovExponents& LyapunovExponents::operator=(LyapunovExponents&&) noexcept = default;
-LyapunovExponents::~LyapunovExponents() = default;
 
 }  // namespace stiefel

@@ -27,16 +27,11 @@ LyapunovRun::LyapunovRun(const Scene& scene, const LyapunovDescription& what, bo
     : scene_(scene), what_(what), judged_(judged), growth_(1) {}
 LyapunovRun::~LyapunovRun() = default;
 
-LyapunovHeader LyapunovHeader::of(const LyapunovDescription& what) {
-  return {
-      .from = what.from, .count = what.count, .asked_interval = what.interval, .seed = what.seed};
-}
-
 Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
                                 const std::optional<LyapunovHeader>& saved) {
   if (Violations none = without_tangent(scene_, place); !none.empty()) return none;
-  vectors_.emplace(scene_, tangents_of(scene_.system())->space(scene_), start);
-  const std::int64_t dimension = vectors_->dimension(vectors_->state(start));
+  vectors_.emplace(scene_, start);
+  const std::int64_t dimension = vectors_->dimension(blocks_of(start));
   if (dimension == 0 && what_.count == 0)
     return {place.violation("count", "0",
                             "must be given: all exponents are offered for states of up to " +
@@ -69,26 +64,23 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
 }
 
 Violations LyapunovRun::begin(const Simulation& start, const Place& place) {
-  V_ = vectors_->random(vectors_->state(start), count_, what_.seed);
+  V_ = vectors_->random(blocks_of(start), count_, what_.seed);
   start.save(first_);
   return restart(start, place);
 }
 
 Violations LyapunovRun::restart(const Simulation& motion, const Place& place) {
   linearization_.reset();
-  LinearizationDescription moved;
-  moved.vectors = vectors_->by_rows(V_);
-  moved.as_blocks = true;
-  auto made = Linearization::make(scene_, std::move(moved), motion, place);
+  auto made = Linearization::make(scene_, {vectors_->by_rows(V_), true}, motion, place);
   if (!made) return std::move(made.error());
-  linearization_.emplace(*std::move(made));
+  linearization_ = *std::move(made);
   return {};
 }
 
 RunStatus LyapunovRun::close(const Simulation& motion) {
   V_ = vectors_->by_columns(linearization_->vectors(motion));
   if (!V_.allFinite()) return {Outcome::not_finite, std::nullopt};
-  const Dense R = vectors_->orthonormalise(vectors_->state(motion), V_);
+  const Dense R = vectors_->orthonormalise(blocks_of(motion), V_);
   if (!(R.diagonal().minCoeff() > 0) || !R.allFinite()) return {Outcome::not_finite, std::nullopt};
   growth_.add(static_cast<double>(at_ - last_end_) * std::abs(scene_.step()), R);
   last_end_ = at_;
@@ -141,7 +133,7 @@ std::string LyapunovRun::begin_confirmation() {
   confirmed_to_ = what_.to;
   const auto start = make_simulation(scene_);
   start->restore(what_.from, first_);
-  const Dense x = vectors_->state(*start), V = vectors_->random(x, 1, what_.seed + 1 + attempt_);
+  const Dense x = blocks_of(*start), V = vectors_->random(x, 1, what_.seed + 1 + attempt_);
   const Confirmation::First first{
       .scene = scene_,
       .start = *start,
@@ -167,7 +159,7 @@ RunStatus LyapunovRun::confirm(double steps, double step_cost, const std::stop_t
   if (!confirmation_->done()) return {};
   const Judgement found = confirmed(judgement_, growth_, confirmation_->run().growth(), rate_,
                                     status.reached(), confirmation_->how(), attempt_);
-  computed_beside_ += confirmation_->run().computed();
+  computed_beside_ += confirmation_->run().computed_steps();
   if (found.kind != MotionKind::chaotic && attempt_ + 1 < Confirmation::most_attempts) {
     saved_confirmation_.clear();
     ++attempt_;
@@ -179,15 +171,20 @@ RunStatus LyapunovRun::confirm(double steps, double step_cost, const std::stop_t
   return {};
 }
 
-std::int64_t LyapunovRun::computed() const {
-  return computed_ + computed_beside_ + (confirmation_ ? confirmation_->run().computed() : 0);
+Eigen::VectorXd LyapunovRun::errors() const {
+  const double powers = std::log1p(rate_ * growth_.time()) / growth_.time();
+  return growth_.batch_means().errors.head(shown()).array() + powers;
 }
 
-std::int64_t LyapunovRun::covered() const {
+std::int64_t LyapunovRun::computed_steps() const {
+  return computed_ + computed_beside_ + (confirmation_ ? confirmation_->run().computed_steps() : 0);
+}
+
+std::int64_t LyapunovRun::covered_steps() const {
   const std::int64_t own = last_end_ - what_.from;
   if (!confirmation_) return own;
   const LyapunovRun& other = confirmation_->run();
-  return own + (attempt_ * intervals() + other.last_end() / other.interval()) * interval_;
+  return own + (attempt_ * intervals() + other.step() / other.interval()) * interval_;
 }
 
 std::string LyapunovRun::save() const {

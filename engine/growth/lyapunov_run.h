@@ -30,12 +30,20 @@ struct LyapunovHeader {
   }
 
   /// Returns what a request fixes.
-  static LyapunovHeader of(const LyapunovDescription& what);
+  static LyapunovHeader of(const LyapunovDescription& what) {
+    return {
+        .from = what.from, .count = what.count, .asked_interval = what.interval, .seed = what.seed};
+  }
+  static LyapunovHeader read(ByteReader& in) {
+    LyapunovHeader header;
+    header.each([&](auto& number) { in.get(number); });
+    return header;
+  }
 };
 
 /// The run of a LyapunovExponents: the growth of vectors beside a motion, and after it, where its
 /// verdict needs one, the confirmation.
-class LyapunovRun {
+class LyapunovRun final : public LyapunovExponents {
   using Dense = Eigen::MatrixXd;
 
  public:
@@ -44,7 +52,7 @@ class LyapunovRun {
 
   /// A run that is not judged has no verdict.
   LyapunovRun(const Scene& scene, const LyapunovDescription& what, bool judged = true);
-  ~LyapunovRun();
+  ~LyapunovRun() override;
 
   /// Returns what forbids the description, else an empty list. `saved`: of the run that goes on.
   Violations prepare(const Simulation& start, const Place& place = {},
@@ -53,27 +61,36 @@ class LyapunovRun {
   Violations begin(const Simulation& start, const Place& place = {});
   /// Reads what stands behind the header.
   bool restore(ByteReader& in, const Simulation& now);
-  std::string save() const;
 
-  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop);
-  bool done() const { return ended_ || (at_ == what_.to && !confirmation_); }
+  std::string save() const override;
+  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop) override;
+  bool done() const override { return ended_ || (at_ == what_.to && !confirmation_); }
+  bool is_current() const override { return at_ == last_end_; }
+  std::int64_t step() const override { return last_end_; }
+  std::int64_t interval() const override { return interval_; }
+  std::int64_t computed_steps() const override;
+  std::int64_t covered_steps() const override;
+  Eigen::Index vectors() const override { return count_; }
+  Eigen::VectorXd exponents() const override {
+    return growth_.sums().head(shown()) / growth_.time();
+  }
+  Eigen::VectorXd errors() const override;
+  Eigen::VectorXd log_gali() const override {
+    return growth_.log_gali().head(std::max<Eigen::Index>(shown() - 1, 0));
+  }
+  MotionKind kind() const override { return judgement_.kind; }
+  std::string reason() const override { return judgement_.reason; }
 
   const LyapunovDescription& what() const { return what_; }
   const Growth& growth() const { return growth_; }
+  std::int64_t at() const { return at_; }
+  std::int64_t interval_end() const { return std::min(what_.to, last_end_ + interval_); }
+
+ private:
+  /// Returns the number of exponents that are asked for.
   Eigen::Index shown() const {
     return what_.count > 0 ? static_cast<Eigen::Index>(what_.count) : count_;
   }
-  std::int64_t at() const { return at_; }
-  std::int64_t interval_end() const { return std::min(what_.to, last_end_ + interval_); }
-  std::int64_t interval() const { return interval_; }
-  std::int64_t last_end() const { return last_end_; }
-  std::int64_t computed() const;
-  /// Returns how many steps the motion and its confirmation have covered.
-  std::int64_t covered() const;
-  double rate() const { return rate_; }
-  const Judgement& judgement() const { return judgement_; }
-
- private:
   /// Begins an interval with V at the state of `motion`.
   Violations restart(const Simulation& motion, const Place& place = {});
   /// Ends an interval.
@@ -95,7 +112,7 @@ class LyapunovRun {
   std::vector<double> first_;      ///< the saved state at the start
   Dense V_;                        ///< at the last end of an interval
   Growth growth_;
-  std::optional<Linearization> linearization_;
+  std::unique_ptr<Linearization> linearization_;
   std::string
       saved_;  ///< at the last end of a whole interval, while a shorter one runs and after it
   bool ended_ = false;

@@ -42,5 +42,5 @@ int main(int, char** argv) {
       motion->get(scene.system() == "stiefel" ? "S" : "M");
   const Eigen::VectorXd v = x.reshaped<Eigen::RowMajor>();
   auto tangent = Linearization::make(scene, {v.replicate(1, vectors), true, false, false}, *motion);
-  return tangent && tangent->advance(*motion, steps).reached() ? 0 : 1;
+  return tangent && (*tangent)->advance(*motion, steps).reached() ? 0 : 1;
 }

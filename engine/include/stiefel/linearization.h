@@ -50,37 +50,32 @@ class Linearization {
 
   /// Refuses ensembles, methods and systems without a derivative, and vectors that do not fit or
   /// are not tangent. Throws Stopped (stop.h).
-  static std::expected<Linearization, Violations> make(const Scene& scene,
-                                                       LinearizationDescription description,
-                                                       const Simulation& start,
-                                                       const Place& place = {});
+  static std::expected<std::unique_ptr<Linearization>, Violations> make(
+      const Scene& scene, const LinearizationDescription& description, const Simulation& start,
+      const Place& place = {});
+  virtual ~Linearization() = default;
 
   /// Advances `motion` by `steps` ≥ 0 steps and the vectors with it. Ends at the last good state,
   /// with the vectors there.
-  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop = {});
+  virtual RunStatus advance(Simulation& motion, std::int64_t steps,
+                            const std::stop_token& stop = {}) = 0;
 
   /// Returns the vectors at the state of `motion`, one a column, in coordinates or as blocks.
-  Eigen::MatrixXd vectors(const Simulation& motion) const;
+  virtual Eigen::MatrixXd vectors(const Simulation& motion) const = 0;
   /// Returns the basis of the coordinates at the state of `motion`: column k is the vector with the
   /// coordinates e_k as blocks.
-  Eigen::MatrixXd basis(const Simulation& motion) const;
+  virtual Eigen::MatrixXd basis(const Simulation& motion) const = 0;
   /// Returns that of vectors that start there, which are tangent.
-  Eigen::MatrixXd start_basis(const Simulation& motion) const;
+  virtual Eigen::MatrixXd start_basis(const Simulation& motion) const = 0;
 
   /// The rows and columns of a vector as blocks, and the number of vectors, those of parameters
   /// included.
-  Eigen::Index rows() const;
-  Eigen::Index cols() const;
-  Eigen::Index count() const;
+  Eigen::Index rows() const { return rows_; }
+  Eigen::Index cols() const { return cols_; }
+  Eigen::Index count() const { return count_; }
 
-  Linearization(Linearization&&) noexcept;
-  Linearization& operator=(Linearization&&) noexcept;
-  ~Linearization();
-
- private:
-  class Vectors;
-  explicit Linearization(std::unique_ptr<Vectors> vectors);
-  std::unique_ptr<Vectors> vectors_;
+ protected:
+  Eigen::Index rows_ = 0, cols_ = 0, count_ = 0;
 };
 
 /// Returns an upper bound of the bytes of a Linearization with so many vectors, which are given or

@@ -31,8 +31,6 @@ struct LyapunovDescription {
 /// discrete system it speaks of the map. "Regular" speaks of the computed steps.
 enum class MotionKind : std::uint8_t { undecided, regular, chaotic };
 
-class LyapunovRun;
-
 /// The Lyapunov exponents of a motion, in 1/time, from the growth of k tangent vectors. A vector is
 /// measured by |δQ|² + n|δM|²/|M|², with the norms of the blocks at the first step, so that the
 /// choice of units does not matter.
@@ -50,64 +48,55 @@ class LyapunovExponents {
 
   static constexpr int most_second_motions = 2;
 
+  using Made = std::expected<std::unique_ptr<LyapunovExponents>, Violations>;
+
   /// Refuses ensembles, methods without a tangent, and descriptions that do not fit. `start` is at
   /// `what.from`. Throws Stopped (stop.h), as do the functions below.
-  static std::expected<LyapunovExponents, Violations> make(const Scene& scene,
-                                                           const LyapunovDescription& what,
-                                                           const Simulation& start,
-                                                           const Place& place = {});
-
-  /// Writes what is needed to go on, at the last end of an interval, as bytes.
-  std::string save() const;
+  static Made make(const Scene& scene, const LyapunovDescription& what, const Simulation& start,
+                   const Place& place = {});
   /// Returns the step at which `save` wrote the bytes; −1 if they are not of that kind.
   static std::int64_t saved_step(std::string_view saved);
   /// Goes on where `save` wrote the bytes, with a motion at that step. `what.to` may differ from
   /// the one that was saved. Refuses bytes of another description.
-  static std::expected<LyapunovExponents, Violations> resume(const Scene& scene,
-                                                             const LyapunovDescription& what,
-                                                             std::string_view saved,
-                                                             const Simulation& now,
-                                                             const Place& place = {});
+  static Made resume(const Scene& scene, const LyapunovDescription& what, std::string_view saved,
+                     const Simulation& now, const Place& place = {});
+  virtual ~LyapunovExponents() = default;
+
+  /// Writes what is needed to go on, at the last end of an interval, as bytes.
+  virtual std::string save() const = 0;
 
   /// Advances `motion` by at most about `steps` steps; after `to` was reached, the second motion by
   /// steps of about the same cost, where the verdict needs it.
-  RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop = {});
+  virtual RunStatus advance(Simulation& motion, std::int64_t steps,
+                            const std::stop_token& stop = {}) = 0;
   /// Whether the verdict is known, or the motion has ended early.
-  bool done() const;
+  virtual bool done() const = 0;
   /// Whether the vectors are at the end of an interval or at `to`, so that the numbers are those of
   /// `step()`.
-  bool is_current() const;
+  virtual bool is_current() const = 0;
 
-  std::int64_t step() const;
-  std::int64_t interval() const;
+  virtual std::int64_t step() const = 0;
+  virtual std::int64_t interval() const = 0;
   /// The number of steps that were made, those of the second motion included.
-  std::int64_t computed_steps() const;
+  virtual std::int64_t computed_steps() const = 0;
   /// The number of steps that are covered since `from`, up to the end of an interval, by the motion
   /// and by second ones, of which there are at most `most_second_motions`.
-  std::int64_t covered_steps() const;
+  virtual std::int64_t covered_steps() const = 0;
   /// The number of tangent vectors.
-  Eigen::Index vectors() const;
+  virtual Eigen::Index vectors() const = 0;
 
   /// λ_i(t), i = 1 … k.
-  Eigen::VectorXd exponents() const;
+  virtual Eigen::VectorXd exponents() const = 0;
   /// The half-widths of 95 % intervals: batch means by blocking [FlyvbjergPetersen1989], the
   /// batches doubled down to 8 of them and their rise continued (docs/lyapunov.md), and ln(1 +
   /// ωt)/t, ω the rate at the first step, which growth by a factor t contributes.
-  Eigen::VectorXd errors() const;
+  virtual Eigen::VectorXd errors() const = 0;
   /// ln GALI_2 … ln GALI_k.
-  Eigen::VectorXd log_gali() const;
+  virtual Eigen::VectorXd log_gali() const = 0;
 
-  MotionKind kind() const;
+  virtual MotionKind kind() const = 0;
   /// Says in words and numbers why the motion is of that kind.
-  std::string reason() const;
-
-  LyapunovExponents(LyapunovExponents&&) noexcept;
-  LyapunovExponents& operator=(LyapunovExponents&&) noexcept;
-  ~LyapunovExponents();
-
- private:
-  explicit LyapunovExponents(std::unique_ptr<LyapunovRun> run);
-  std::unique_ptr<LyapunovRun> run_;
+  virtual std::string reason() const = 0;
 };
 
 /// Returns an upper bound of the bytes of a LyapunovExponents for states of `size` numbers; 0 for a

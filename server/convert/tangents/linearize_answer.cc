@@ -98,7 +98,7 @@ void LinearizeAnswer::begin() {
     throw errors::invalid("bases", "true",
                           "must be false: coordinates are offered for states of up to " +
                               std::to_string(Linearization::largest_in_coordinates) + " numbers");
-  linearization_.emplace(std::move(made));
+  linearization_ = std::move(made);
   if (request_.bases())
     *fields_.Add() = field_of("start_basis", linearization_->start_basis(*simulation_),
                               linearization_->rows(), linearization_->cols());

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <stop_token>
 
 #include "server/convert/resolve.h"
@@ -45,7 +45,7 @@ class LinearizeAnswer {
   const SessionRef session_;
   const v1::LinearizeRequest& request_;
   SimulationPtr simulation_;
-  std::optional<Linearization> linearization_;
+  std::unique_ptr<Linearization> linearization_;
   RunStatus status_;
   google::protobuf::RepeatedPtrField<v1::Field> fields_;  ///< of the next result
   bool at_result_ = false, finite_ = true;

@@ -53,9 +53,9 @@ LyapunovAnswer::LyapunovAnswer(SessionRef session, const v1::LyapunovSpectrumReq
 
 void LyapunovAnswer::begin() {
   const Scene& scene = session_->scene();
-  spectrum_.emplace(value_of(saved_.empty()
-                                 ? LyapunovExponents::make(scene, what_, *simulation_)
-                                 : LyapunovExponents::resume(scene, what_, saved_, *simulation_)));
+  spectrum_ = value_of(saved_.empty()
+                           ? LyapunovExponents::make(scene, what_, *simulation_)
+                           : LyapunovExponents::resume(scene, what_, saved_, *simulation_));
   const std::int64_t every = request_.every();
   mark_ = every > 0 ? what_.from + ((start_ - what_.from) / every + 1) * every : what_.to;
   covered_ = spectrum_->covered_steps();

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <stop_token>
 #include <string>
 
@@ -49,7 +49,7 @@ class LyapunovAnswer {
   std::int64_t start_ = 0, mark_ = 0, computed_ = 0;
   std::int64_t checkpoint_step_ = 0, covered_ = 0;  ///< at the last checkpoint
   SimulationPtr simulation_;
-  std::optional<LyapunovExponents> spectrum_;
+  std::unique_ptr<LyapunovExponents> spectrum_;
   RunStatus status_;
   bool due_ = false, ended_ = false;
   std::string checkpoint_;  ///< not yet sent

@@ -27,7 +27,7 @@ int main(int, char** argv) {
       const Scene scene = Scene::resolve(SceneDescription(description)).value();
       const auto motion = make_simulation(scene);
       auto tangent = Linearization::make(scene, {std::nullopt, false, by_moments, false}, *motion);
-      if (tangent && tangent->advance(*motion, 1).reached()) Phi = tangent->vectors(*motion);
+      if (tangent && (*tangent)->advance(*motion, 1).reached()) Phi = (*tangent)->vectors(*motion);
     });
     if (by_moments) {
       // ∂/∂I₁ = ½(−∂/∂λ₁ + ∂/∂λ₂ + ∂/∂λ₃) and cyclic.

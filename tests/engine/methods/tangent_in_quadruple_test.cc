@@ -48,14 +48,14 @@ void expect_derivative(const Scene& scene, const char* lower, Map map, const std
   const auto motion = make_simulation(scene);
   const auto coordinates = Linearization::make(scene, {}, *motion);
   ASSERT_TRUE(coordinates) << what;
-  const Dense basis = coordinates->basis(*motion);
+  const Dense basis = (*coordinates)->basis(*motion);
   auto tangent = Linearization::make(scene, {basis, true, false, false}, *motion);
   ASSERT_TRUE(tangent) << what;
-  const Eigen::Index rows = tangent->rows(), cols = tangent->cols();
+  const Eigen::Index rows = (*tangent)->rows(), cols = (*tangent)->cols();
   Dense x(rows, cols);
   x << motion->get("Q"), motion->get(lower);
-  ASSERT_TRUE(tangent->advance(*motion, 1).reached()) << what;
-  const Dense moved = tangent->vectors(*motion);
+  ASSERT_TRUE((*tangent)->advance(*motion, 1).reached()) << what;
+  const Dense moved = (*tangent)->vectors(*motion);
   const auto phi = one_step(map);
   double worst = 0;
   for (Eigen::Index k = 0; k < basis.cols(); ++k) {

@@ -152,7 +152,7 @@ TEST(StopScope, ReachesTheTangentOfEverySystemAndMethod) {
         auto tangent =
             Linearization::make(*scene, {basis.leftCols(4), true, false, false}, *motion);
         ASSERT_TRUE(tangent) << what;
-        if (tangent->advance(*motion, 1).outcome == Outcome::cancelled) throw Stopped();
+        if ((*tangent)->advance(*motion, 1).outcome == Outcome::cancelled) throw Stopped();
         EXPECT_EQ(motion->step(), 1) << what;
       };
       stops_everywhere(work, N);
@@ -166,9 +166,9 @@ TEST(StopScope, ReachesTheBasisOfATangentSpaceAndASpectrum) {
   frame.method = MethodDescription{"variational", std::nullopt, 1, ""};
   const Scene scene = resolved(frame);
   const auto motion = make_simulation(scene);
-  const Linearization tangent = Linearization::make(scene, {}, *motion).value();
+  const auto tangent = Linearization::make(scene, {}, *motion).value();
   const std::int64_t numbers = 2 * 12 * 12;
-  stops_everywhere([&] { EXPECT_GT(tangent.basis(*motion).cols(), 12); }, 2 * numbers);
+  stops_everywhere([&] { EXPECT_GT(tangent->basis(*motion).cols(), 12); }, 2 * numbers);
   LyapunovDescription what;
   what.to = 64;
   what.interval = 1;

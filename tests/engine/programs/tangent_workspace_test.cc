@@ -120,8 +120,8 @@ void expect_linearization(SceneDescription description, Eigen::Index m, const st
     auto tangent = Linearization::make(scene, std::move(given), *motion);
     made = tangent.has_value();
     if (!made) return;
-    EXPECT_TRUE(tangent->advance(*motion, 2).reached());
-    count = tangent->vectors(*motion).cols();
+    EXPECT_TRUE((*tangent)->advance(*motion, 2).reached());
+    count = (*tangent)->vectors(*motion).cols();
   });
   if (!made) return;
   expect_price(linearization_bytes(scene, m > 0 ? m : size_of(scene), m == 0), actual,
@@ -158,11 +158,11 @@ TEST(TangentWorkspace, OfSpectra) {
       auto spectrum = LyapunovExponents::make(scene, what, *motion);
       ASSERT_TRUE(spectrum) << name << " " << spectrum.error().front().rule;
       std::string saved;
-      while (!spectrum->done()) {
-        EXPECT_TRUE(spectrum->advance(*motion, what.to).reached());
-        saved = spectrum->save();
+      while (!(*spectrum)->done()) {
+        EXPECT_TRUE((*spectrum)->advance(*motion, what.to).reached());
+        saved = (*spectrum)->save();
       }
-      EXPECT_EQ(has_second, spectrum->reason().contains("beside this one")) << name;
+      EXPECT_EQ(has_second, (*spectrum)->reason().contains("beside this one")) << name;
     });
     const auto priced = lyapunov_bytes(scene, what, size_of(scene));
     if (has_second)

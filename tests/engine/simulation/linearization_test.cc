@@ -37,12 +37,12 @@ Dense state_of(const Simulation& motion, Eigen::Index rows, Eigen::Index cols) {
 }
 
 /// Returns vector k of V, numbers row by row, as blocks.
-Dense blocks_of(const Linearization& tangent, const Dense& V, Eigen::Index k) {
-  return V.col(k).reshaped<Eigen::RowMajor>(tangent.rows(), tangent.cols());
+Dense blocks_of(const std::unique_ptr<Linearization>& tangent, const Dense& V, Eigen::Index k) {
+  return V.col(k).reshaped<Eigen::RowMajor>(tangent->rows(), tangent->cols());
 }
 
-Linearization made(const Scene& scene, const Simulation& start,
-                   LinearizationDescription what = {}) {
+std::unique_ptr<Linearization> made(const Scene& scene, const Simulation& start,
+                                    LinearizationDescription what = {}) {
   auto tangent = Linearization::make(scene, std::move(what), start);
   if (!tangent) throw std::runtime_error(tangent.error().front().rule);
   return *std::move(tangent);
@@ -50,19 +50,19 @@ Linearization made(const Scene& scene, const Simulation& start,
 
 /// Moves the basis of the tangent space, as blocks.
 LinearizationDescription basis_as_blocks(const Scene& scene, const Simulation& start) {
-  const Linearization coordinates = made(scene, start);
-  return {coordinates.basis(start), true, false, false};
+  const auto coordinates = made(scene, start);
+  return {coordinates->basis(start), true, false, false};
 }
 
 /// The tangent of one step against central differences of the step itself.
 void expect_derivative_of_step(const Scene& scene, const std::string& what) {
   const auto motion = make_simulation(scene);
-  Linearization tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
-  const Dense start = tangent.vectors(*motion);
-  const Dense x = state_of(*motion, tangent.rows(), tangent.cols());
+  auto tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
+  const Dense start = tangent->vectors(*motion);
+  const Dense x = state_of(*motion, tangent->rows(), tangent->cols());
   const auto before = make_simulation(scene);
-  ASSERT_TRUE(tangent.advance(*motion, 1).reached()) << what;
-  const Dense end = tangent.vectors(*motion);
+  ASSERT_TRUE(tangent->advance(*motion, 1).reached()) << what;
+  const Dense end = tangent->vectors(*motion);
   const auto phi = [&](const Dense& y) {
     std::optional<Dense> z = y;
     for (int k = 0; k < scene.substeps() && z; ++k) z = before->image(*z);
@@ -112,14 +112,14 @@ TEST(Linearization, OfSymplecticMethodsKeepsTheForm) {
         Case{"stiefel", "variational", 5}}) {
     const Scene scene = scene_of(system, method, 7, N);
     const auto motion = make_simulation(scene);
-    Linearization tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
+    auto tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
     const TwoForm& form = *system_entry(scene.system())->two_forms.front();
     const FormSpace space = form.space(scene);
-    const Dense start = tangent.vectors(*motion);
-    const Dense x = state_of(*motion, tangent.rows(), tangent.cols());
-    ASSERT_TRUE(tangent.advance(*motion, 10000).reached());
-    const Dense end = tangent.vectors(*motion);
-    const Dense y = state_of(*motion, tangent.rows(), tangent.cols());
+    const Dense start = tangent->vectors(*motion);
+    const Dense x = state_of(*motion, tangent->rows(), tangent->cols());
+    ASSERT_TRUE(tangent->advance(*motion, 10000).reached());
+    const Dense end = tangent->vectors(*motion);
+    const Dense y = state_of(*motion, tangent->rows(), tangent->cols());
     const double size = end.norm();
     for (Eigen::Index i = 0; i < start.cols(); ++i)
       for (Eigen::Index j = 0; j < i; ++j)
@@ -136,11 +136,11 @@ double change_of_form(const std::string& method, int order, double h, std::int64
   description.method->order = order;
   const Scene scene = *Scene::resolve(std::move(description));
   const auto motion = make_simulation(scene);
-  Linearization tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
+  auto tangent = made(scene, *motion, basis_as_blocks(scene, *motion));
   const FormSpace space = system_entry("rigid_body")->two_forms.front()->space(scene);
-  const Dense start = tangent.vectors(*motion), x = state_of(*motion, 6, 3);
-  EXPECT_TRUE(tangent.advance(*motion, steps).reached());
-  const Dense end = tangent.vectors(*motion), y = state_of(*motion, 6, 3);
+  const Dense start = tangent->vectors(*motion), x = state_of(*motion, 6, 3);
+  EXPECT_TRUE(tangent->advance(*motion, steps).reached());
+  const Dense end = tangent->vectors(*motion), y = state_of(*motion, 6, 3);
   double largest = 0;
   for (Eigen::Index i = 0; i < start.cols(); ++i)
     for (Eigen::Index j = 0; j < i; ++j)
@@ -197,18 +197,18 @@ TEST(Linearization, OfManyColumnsIsThatOfFew) {
     const Scene scene = scene_with(few);
     const auto motion = make_simulation(scene);
     const Dense basis = made(scene, *motion).basis(*motion);
-    Linearization tangent = made(scene, *motion, {basis, true, true, true});
-    ASSERT_TRUE(tangent.advance(*motion, 3).reached());
-    const Dense expected = tangent.vectors(*motion);
+    auto tangent = made(scene, *motion, {basis, true, true, true});
+    ASSERT_TRUE(tangent->advance(*motion, 3).reached());
+    const Dense expected = tangent->vectors(*motion);
     for (const int columns : {64, 64 + few, 200}) {
       const Scene wide_scene = scene_with(columns);
       const auto wide_motion = make_simulation(wide_scene);
       Dense vectors = Dense::Zero(2 * n * columns, basis.cols());
       for (int row = 0; row < 2 * n; ++row)
         vectors.middleRows(row * columns, few) = basis.middleRows(row * few, few);
-      Linearization wide = made(wide_scene, *wide_motion, {vectors, true, true, true});
-      ASSERT_TRUE(wide.advance(*wide_motion, 3).reached());
-      const Dense found = wide.vectors(*wide_motion);
+      auto wide = made(wide_scene, *wide_motion, {vectors, true, true, true});
+      ASSERT_TRUE(wide->advance(*wide_motion, 3).reached());
+      const Dense found = wide->vectors(*wide_motion);
       for (Eigen::Index k = 0; k < expected.cols(); ++k) {
         // Then come the derivatives by λ, of which the wide frame has more, and by the step.
         const Eigen::Index other = k < basis.cols() + few ? k : found.cols() - 1;
@@ -233,17 +233,17 @@ TEST(Linearization, ChangesNoBit) {
                other = make_simulation(scene);
     ASSERT_TRUE(alone->advance(50).reached());
     const LinearizationDescription all = basis_as_blocks(scene, *motion);
-    Linearization whole = made(scene, *motion, all);
+    auto whole = made(scene, *motion, all);
     LinearizationDescription one = all;
     one.vectors = all.vectors->col(all.vectors->cols() - 1);
-    Linearization part = made(scene, *other, one);
-    ASSERT_TRUE(whole.advance(*motion, 50).reached());
-    for (int k = 0; k < 50; ++k) ASSERT_TRUE(part.advance(*other, 1).reached());
+    auto part = made(scene, *other, one);
+    ASSERT_TRUE(whole->advance(*motion, 50).reached());
+    for (int k = 0; k < 50; ++k) ASSERT_TRUE(part->advance(*other, 1).reached());
     std::vector<double> a(alone->saved_size()), b(a);
     alone->save(a);
     motion->save(b);
     EXPECT_EQ(a, b);
-    EXPECT_EQ(whole.vectors(*motion).rightCols(1), part.vectors(*other));
+    EXPECT_EQ(whole->vectors(*motion).rightCols(1), part->vectors(*other));
   }
 }
 
@@ -279,22 +279,22 @@ TEST(Linearization, RefusesWhatItCannot) {
 TEST(Linearization, OfAClosedFormIsDirect) {
   const Scene scene = scene_of("rigid_body", "exact", 2, 3);
   const auto motion = make_simulation(scene), near = make_simulation(scene);
-  Linearization tangent = made(scene, *motion), twice = made(scene, *near);
-  ASSERT_TRUE(tangent.advance(*motion, 100'000'000).reached());
-  const Dense Phi = tangent.vectors(*motion);
+  auto tangent = made(scene, *motion), twice = made(scene, *near);
+  ASSERT_TRUE(tangent->advance(*motion, 100'000'000).reached());
+  const Dense Phi = tangent->vectors(*motion);
   EXPECT_TRUE(Phi.allFinite());
   // Φ keeps the volume.
   EXPECT_NEAR(Phi.determinant(), 1, 1e-4);
   // Two halves multiply to the whole.
-  ASSERT_TRUE(twice.advance(*near, 300).reached());
-  const Dense first = twice.vectors(*near);
-  Linearization rest = made(scene, *near);
-  ASSERT_TRUE(rest.advance(*near, 500).reached());
+  ASSERT_TRUE(twice->advance(*near, 300).reached());
+  const Dense first = twice->vectors(*near);
+  auto rest = made(scene, *near);
+  ASSERT_TRUE(rest->advance(*near, 500).reached());
   const auto end = make_simulation(scene);
-  Linearization direct = made(scene, *end);
-  ASSERT_TRUE(direct.advance(*end, 800).reached());
-  const Dense expected = direct.vectors(*end);
-  EXPECT_LT((rest.vectors(*near) * first - expected).norm(), 1e-12 * expected.norm());
+  auto direct = made(scene, *end);
+  ASSERT_TRUE(direct->advance(*end, 800).reached());
+  const Dense expected = direct->vectors(*end);
+  EXPECT_LT((rest->vectors(*near) * first - expected).norm(), 1e-12 * expected.norm());
 }
 
 }  // namespace

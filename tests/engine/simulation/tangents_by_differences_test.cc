@@ -79,18 +79,18 @@ void expect_by_parameters(const SceneDescription& description, const std::string
   const auto motion = make_simulation(*scene);
   auto tangent = Linearization::make(*scene, {{}, false, true, true}, *motion);
   ASSERT_TRUE(tangent) << what;
-  const Eigen::Index first = tangent->start_basis(*motion).cols();
-  ASSERT_TRUE(tangent->advance(*motion, steps_of_differences).reached()) << what;
+  const Eigen::Index first = (*tangent)->start_basis(*motion).cols();
+  ASSERT_TRUE((*tangent)->advance(*motion, steps_of_differences).reached()) << what;
   const SceneDescription& given = scene->description();
   const auto end = [&](Eigen::Index k, double change) {
     SceneDescription other = given;
-    if (k + 1 == tangent->count() - first) *other.step += change;
+    if (k + 1 == (*tangent)->count() - first) *other.step += change;
     for (double& l : other.inertia)
       if (k-- == 0) l += change;
     if (other.system == "stiefel") make_tangent_to_frames(other);
     return end_of(other);
   };
-  expect_parameters(tangent->basis(*motion), tangent->vectors(*motion), first, end,
+  expect_parameters((*tangent)->basis(*motion), (*tangent)->vectors(*motion), first, end,
                     stacked_state(*motion), most_off(*scene), what);
 }
 
@@ -187,10 +187,10 @@ void expect_of_body(const std::string& kind, const std::string& system, const st
   const auto motion = make_simulation(scene);
   auto tangent = Linearization::make(scene, {{}, false, true, true}, *motion);
   ASSERT_TRUE(tangent) << what << " " << tangent.error().front().rule;
-  const Dense x = stacked_state(*motion), basis = tangent->start_basis(*motion);
+  const Dense x = stacked_state(*motion), basis = (*tangent)->start_basis(*motion);
   ASSERT_EQ(basis.cols(), 6) << what;
-  ASSERT_TRUE(tangent->advance(*motion, steps_of_differences).reached()) << what;
-  const Dense Phi = tangent->vectors(*motion), y = stacked_state(*motion);
+  ASSERT_TRUE((*tangent)->advance(*motion, steps_of_differences).reached()) << what;
+  const Dense Phi = (*tangent)->vectors(*motion), y = stacked_state(*motion);
   for (Eigen::Index k = 0; k < Phi.cols(); ++k) {
     const auto end = [&](const Dense& by) -> std::optional<Dense> {
       const double t = by(0, 0);
@@ -258,11 +258,11 @@ TEST(TangentsByDifferences, AClosedFormMovesAlongItsVelocityWithTheStep) {
     const Scene scene = Scene::resolve(description).value();
     const auto motion = make_simulation(scene);
     auto tangent = Linearization::make(scene, {{}, false, false, true}, *motion);
-    ASSERT_TRUE(tangent && tangent->advance(*motion, 100).reached());
+    ASSERT_TRUE(tangent && (*tangent)->advance(*motion, 100).reached());
     const Eigen::Vector3d m = vee(Eigen::Matrix3d(motion->get("M"))), omega = body.I.llt().solve(m);
     Eigen::Matrix<double, 6, 1> expected;
     expected << 100 * omega, 100 * m.cross(omega);
-    EXPECT_LT((tangent->vectors(*motion).col(6) - expected).norm(), 1e-12 * expected.norm())
+    EXPECT_LT(((*tangent)->vectors(*motion).col(6) - expected).norm(), 1e-12 * expected.norm())
         << kind;
   }
 }

@@ -54,22 +54,23 @@ inline SceneDescription body(const std::vector<double>& inertia, unsigned seed, 
   return out;
 }
 
-inline LyapunovExponents begun(const Scene& scene, const LyapunovDescription& what,
-                               const Simulation& start) {
+inline std::unique_ptr<LyapunovExponents> begun(const Scene& scene, const LyapunovDescription& what,
+                                                const Simulation& start) {
   auto made = LyapunovExponents::make(scene, what, start);
   if (!made)
     throw std::runtime_error(made.error().front().field + ": " + made.error().front().rule);
   return *std::move(made);
 }
-inline LyapunovExponents spectrum_of(const Scene& scene, const LyapunovDescription& what) {
+inline std::unique_ptr<LyapunovExponents> spectrum_of(const Scene& scene,
+                                                      const LyapunovDescription& what) {
   const auto motion = make_simulation(scene);
-  LyapunovExponents out = begun(scene, what, *motion);
-  while (!out.done())
-    if (!out.advance(*motion, 1000).reached()) break;
+  auto out = begun(scene, what, *motion);
+  while (!out->done())
+    if (!out->advance(*motion, 1000).reached()) break;
   return out;
 }
-inline std::string said(const LyapunovExponents& spectrum, unsigned seed = 0) {
-  return "seed " + std::to_string(seed) + ": " + spectrum.reason();
+inline std::string said(const std::unique_ptr<LyapunovExponents>& spectrum, unsigned seed = 0) {
+  return "seed " + std::to_string(seed) + ": " + spectrum->reason();
 }
 
 }  // namespace stiefel::testing
