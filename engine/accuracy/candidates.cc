@@ -31,7 +31,7 @@ std::optional<MethodDescription> Candidate::refined(int r) const {
   return made;
 }
 
-std::expected<Scene, Violations> with_recommended_method(SceneDescription description,
+std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
                                                          const Place& place) {
   const SystemInfo* system = catalogue().system(description.system);
   if (system != nullptr && system->discrete)
@@ -40,21 +40,14 @@ std::expected<Scene, Violations> with_recommended_method(SceneDescription descri
         "is a discrete system and takes no method, so there is no trade-off to measure")});
   description.method.reset();
   description.tolerance.reset();
-  return resolve_recommending(std::move(description), Scene::frame_tolerance, place);
-}
-
-std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
-                                                         const Place& place) {
-  const auto start = with_recommended_method(std::move(description), place);
-  if (!start) return std::unexpected(start.error());
-  if (start->members().empty()) return std::vector{*start};
+  auto start = resolve_recommending(std::move(description), Scene::frame_tolerance, place);
+  if (!start) return std::unexpected(std::move(start.error()));
+  if (start->members().empty()) return std::vector{*std::move(start)};
   return start->members().range(0, start->members().size());
 }
 
-std::expected<Candidates, Violations> candidates(SceneDescription description, const Place& place) {
-  auto start = with_recommended_method(std::move(description), place);
-  if (!start) return std::unexpected(std::move(start.error()));
-  const SystemInfo* system = catalogue().system(start->system());
+std::expected<std::vector<Candidate>, Violations> candidates(const Scene& start,
+                                                             const Place& place) {
   Violations refused;
   std::vector<Candidate> all;
   const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,
@@ -62,25 +55,24 @@ std::expected<Candidates, Violations> candidates(SceneDescription description, c
     stop_point();
     const MethodInfo& info = *catalogue().method(on.method);
     const MethodDescription method{std::string(on.method), order, 1, arithmetic, {}, scalar};
-    auto scene = start->with(method, place);
+    auto scene = start.with(method, place);
     if (scene)
       all.push_back({method, order.value_or(0), info.default_tolerance > 0,
                      keeps_energy(on) && !scene->in_float(), step_weight(*scene)});
     else if (refused.empty())
       refused = std::move(scene.error());
   };
-  for (const auto& on : system->methods) {
+  for (const auto& on : catalogue().system(start.system())->methods) {
     const auto& orders = catalogue().method(on.method)->orders;
     for (const int order : orders)
       for (const char* arithmetic : {"plain", "compensated"}) {
         consider(on, order, arithmetic, "double");
-        if (on.in_float && start->dimension() == 3) consider(on, order, arithmetic, "float");
+        if (on.in_float && start.dimension() == 3) consider(on, order, arithmetic, "float");
       }
     if (orders.empty()) consider(on, std::nullopt, "compensated", "double");
   }
   if (all.empty()) return std::unexpected(std::move(refused));
-  Scene start_scene = start->with(all.front().method, place).value();
-  return Candidates{std::move(start_scene), std::move(all)};
+  return all;
 }
 
 std::string to_text(const MethodDescription& method) {

@@ -32,23 +32,13 @@ struct Candidate {
   std::optional<MethodDescription> refined(int r) const;
 };
 
-/// Every method of a system that takes the scene, in each order, arithmetic and scalar.
-struct Candidates {
-  Scene start;  ///< the scene with the method of the first candidate
-  std::vector<Candidate> all;
-};
+/// Returns every method of a scene's system that takes the scene, in each order, arithmetic and
+/// scalar; or the violations of the first.
+std::expected<std::vector<Candidate>, Violations> candidates(const Scene& start,
+                                                             const Place& place = {});
 
-/// Returns the candidates of a scene, or its violations. Ignores the method and the tolerance of
-/// the description.
-std::expected<Candidates, Violations> candidates(SceneDescription description,
-                                                 const Place& place = {});
-
-/// Returns the scene of a description with the recommended method, or its violations. Ignores the
-/// method and the tolerance of the description.
-std::expected<Scene, Violations> with_recommended_method(SceneDescription description,
-                                                         const Place& place = {});
-
-/// Returns the scene of a description with the recommended method, or the members of an ensemble.
+/// Returns the scene of a description with the recommended method, or the members of an ensemble;
+/// or its violations. Ignores the method and the tolerance of the description.
 std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
                                                          const Place& place = {});
 

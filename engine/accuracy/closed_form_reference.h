@@ -2,7 +2,6 @@
 
 #include <functional>
 
-#include "engine/accuracy/reported_form.h"
 #include "engine/accuracy/series_equations.h"
 
 namespace stiefel {

@@ -17,32 +17,18 @@ double unit_roundoff(const Candidate& candidate) {
 /// time that a method's error follows reaches it.
 constexpr double most_by_a_power = 8;
 
-/// Returns the factor by which the errors grew while the time doubled to that of a sample; 0 if
-/// that is not known.
+/// Returns the largest number of samples up to a step.
+std::size_t samples_up_to(const ErrorGrowth::Steps& steps, std::int64_t step) {
+  return static_cast<std::size_t>(std::ranges::upper_bound(steps, step) - steps.begin());
+}
+
+/// Returns the factor by which the errors grew while the time doubled to that of the last of so
+/// many samples; 0 if that is not known.
 double doubling(const std::vector<double>& course, const ErrorGrowth::Steps& steps,
-                std::size_t sample) {
-  const auto half = std::ranges::upper_bound(steps, steps[sample] / 2) - steps.begin();
-  if (half == 0) return 0;
-  const double then = course[static_cast<std::size_t>(half - 1)];
-  return then > 0 ? course[sample] / then : 0;
-}
-
-/// Returns the smaller factor of the last two doublings.
-double least_doubling(const std::vector<double>& course, const ErrorGrowth::Steps& steps) {
-  const std::size_t last = course.size() - 1;
-  const auto half = std::ranges::upper_bound(steps, steps[last] / 2) - steps.begin();
-  if (half == 0) return 0;
-  return std::min(doubling(course, steps, last),
-                  doubling(course, steps, static_cast<std::size_t>(half - 1)));
-}
-
-/// Returns the power of time by which the errors grew in the last half of their course, between 1
-/// and 2.
-double power_of(const std::vector<double>& course, const ErrorGrowth::Steps& steps) {
-  const std::int64_t end = steps[course.size() - 1];
-  const auto half = std::ranges::upper_bound(steps, end / 2) - steps.begin();
-  const double then = half > 0 ? course[static_cast<std::size_t>(half - 1)] : 0;
-  return then > 0 ? std::clamp(std::log2(course.back() / then), 1.0, 2.0) : 2;
+                std::size_t samples) {
+  if (samples == 0) return 0;
+  const std::size_t half = samples_up_to(steps, steps[samples - 1] / 2);
+  return half > 0 && course[half - 1] > 0 ? course[samples - 1] / course[half - 1] : 0;
 }
 
 /// Returns the power of time by which the rounding errors of a run grow. It is 1; in compensated
@@ -50,14 +36,11 @@ double power_of(const std::vector<double>& course, const ErrorGrowth::Steps& ste
 /// and taken from the last three quarters of the run.
 double power_of_rounding(const Candidate& candidate, const std::vector<double>& course,
                          const ErrorGrowth::Steps& steps) {
-  if (!is_compensated(candidate)) return 1;
   const std::int64_t end = steps[course.size() - 1];
-  const auto quarter = std::ranges::upper_bound(steps, end / 4) - steps.begin();
-  if (quarter == 0) return 1;
-  const auto k = static_cast<std::size_t>(quarter - 1);
-  const double time = static_cast<double>(end) / static_cast<double>(steps[k]);
-  return course[k] > 0 ? std::clamp(std::log(course.back() / course[k]) / std::log(time), 0.0, 1.0)
-                       : 1;
+  const std::size_t quarter = samples_up_to(steps, end / 4);
+  if (!is_compensated(candidate) || quarter == 0 || !(course[quarter - 1] > 0)) return 1;
+  const double time = static_cast<double>(end) / static_cast<double>(steps[quarter - 1]);
+  return std::clamp(std::log(course.back() / course[quarter - 1]) / std::log(time), 0.0, 1.0);
 }
 
 /// Factor by which an error may exceed the declared one.
@@ -91,14 +74,19 @@ double ErrorGrowth::beyond(const Candidate& candidate, const Run& run,
       course.push_back((end - rounding) * (course_[i] / course_[n - 1]) +
                        rounding * std::pow(time_to(steps[i], n - 1), rounding_power));
   const double rest = time_to(horizon_steps, course.size() - 1);
-  const double power = candidate.keeps_energy ? 1 : power_of(course, steps);
+  // The power of time by which the errors grew in the last half, and the factors of the last two
+  // doublings.
+  const double last = doubling(course, steps, course.size()),
+               grew = last > 0 ? std::clamp(std::log2(last), 1.0, 2.0) : 2,
+               power = candidate.keeps_energy ? 1 : grew,
+               before = doubling(course, steps, samples_up_to(steps, steps[course.size() - 1] / 2));
   const double rounding_there =
       rounding * std::pow(time_to(steps[course.size() - 1], n - 1), rounding_power);
   const double at_horizon = (course.back() - rounding_there) * std::pow(rest, power) +
                             rounding_there * std::pow(rest, rounding_power);
   course_.assign(course.begin(), std::ranges::lower_bound(course, saturated_error));
-  if (least_doubling(course, steps) > most_by_a_power) {
-    const double exponent = 2 * std::log(doubling(course, steps, course.size() - 1)) * (rest - 1);
+  if (std::min(last, before) > most_by_a_power) {
+    const double exponent = 2 * std::log(last) * (rest - 1);
     const double grown = course.back() * std::exp(std::min(exponent, 700.0));
     return std::min(grown, std::max(1.0, end)) / end;
   }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/scene/members.h"
-
 namespace stiefel {
 namespace {
 
@@ -120,21 +118,17 @@ Run MeasuredMotions::run(const MethodDescription& method, double weight,
 
 std::expected<MeasuredScene, Violations> what_is_measured(const SceneDescription& description,
                                                           const Place& place) {
-  if (!description.members) {
-    auto found = candidates(description, place);
-    if (!found) return std::unexpected(std::move(found.error()));
-    return MeasuredScene{MeasuredMotions({std::move(found->start)}), std::move(found->all)};
-  }
-  if (*description.members > TradeoffRequest::most_members)
+  if (description.members && *description.members > TradeoffRequest::most_members)
     return std::unexpected(Violations{place.violation(
         "members", std::to_string(*description.members),
         "must be at most " + std::to_string(TradeoffRequest::most_members) +
             " where methods are measured, which keeps the reference of each; give a method")});
-  auto members = motions_of(description, place);
-  if (!members) return std::unexpected(std::move(members.error()));
-  auto found = candidates(member_of(description, 0), place);
+  auto motions = motions_of(description, place);
+  if (!motions) return std::unexpected(std::move(motions.error()));
+  auto found = candidates(motions->front(), place);
   if (!found) return std::unexpected(std::move(found.error()));
-  MeasuredScene out{MeasuredMotions(*std::move(members)), std::move(found->all)};
+  MeasuredScene out{MeasuredMotions(*std::move(motions)), *std::move(found)};
+  if (out.motions.count() == 1) return out;
   std::erase_if(out.candidates, [&](const Candidate& c) { return !out.motions.take(c.method); });
   for (Candidate& one : out.candidates) one.weight *= static_cast<double>(out.motions.count());
   return out;

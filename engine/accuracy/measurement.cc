@@ -19,6 +19,8 @@ namespace {
 
 /// Number of coarse steps at equal distances.
 constexpr int evenly = 8;
+/// The most dense samples that are not all steps.
+constexpr double most_dense_steps = 512;
 /// Largest N with Manakov's coefficients, which cost N⁵ operations at every sample.
 constexpr int largest_with_manakov = 8;
 /// Work between two checks for a stop request.
@@ -77,10 +79,9 @@ std::int64_t steps_to(double horizon, double step) {
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::min(up, 1e15)));
 }
 
-std::vector<std::int64_t> coarse_steps(std::int64_t horizon_steps) {
-  return dense_steps(horizon_steps, 0);
-}
+namespace {
 
+/// Returns the coarse steps and `count` more; all steps of a short horizon.
 std::vector<std::int64_t> dense_steps(std::int64_t horizon_steps, std::size_t count) {
   std::set<std::int64_t> wanted;
   for (std::int64_t k = horizon_steps; k >= 1; k /= 2) wanted.insert(k);
@@ -99,17 +100,14 @@ std::vector<std::int64_t> dense_steps(std::int64_t horizon_steps, std::size_t co
   return {wanted.begin(), wanted.end()};
 }
 
-namespace {
-
 /// Returns how many dense samples the budget and `most_bytes` allow: `steps`, or fewer for which a
 /// quarter of the budget suffices.
 std::size_t affordable_samples(const Scene& scene, const Reference& reference, std::int64_t steps,
                                double all_work, double budget, double most_bytes) {
   if (all_work <= budget && static_cast<double>(steps) * sample_bytes(scene) <= most_bytes)
     return static_cast<std::size_t>(steps);
-  const double count =
-      std::min({static_cast<double>(most_dense_steps), budget / 4 / reference.answer_work(),
-                most_bytes / sample_bytes(scene)});
+  const double count = std::min(
+      {most_dense_steps, budget / 4 / reference.answer_work(), most_bytes / sample_bytes(scene)});
   // A power of two: references of several motions then have the same samples.
   return std::bit_floor(static_cast<std::size_t>(std::max(0.0, count)));
 }

@@ -15,22 +15,9 @@ inline constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Returns the number of steps to the first state at or beyond a time.
 std::int64_t steps_to(double horizon, double step);
 
-/// Returns steps up to a horizon with which a run that is cut short can be compared: eight at equal
-/// distances, and the half, the quarter, ... of the horizon; ascending.
-std::vector<std::int64_t> coarse_steps(std::int64_t horizon_steps);
-
-/// Steps at which a run over the whole horizon is compared, beside the coarse ones, where the
-/// reference at every step takes too much work or memory.
-constexpr std::size_t most_dense_steps = 512;
-
-/// Returns the coarse steps and up to `count` more, one at a pseudo-random place in each of as many
-/// equal parts of the horizon; all steps of a short horizon. No period of the motion hides an error
-/// from them.
-std::vector<std::int64_t> dense_steps(std::int64_t horizon_steps, std::size_t count);
-
 /// The states of the reference with which runs are compared.
 struct Samples {
-  std::vector<std::int64_t> steps;  ///< ascending; include coarse_steps
+  std::vector<std::int64_t> steps;  ///< ascending; include the coarse ones
   std::vector<Reference::Answer> answers;
   std::string reference;
   double work = 0;
@@ -46,9 +33,13 @@ enum class Density { coarse, dense };
 /// Returns the bytes of one sample of a scene.
 double sample_bytes(const Scene& scene);
 
-/// Computes samples as far towards `steps` as the reference gets within its budget. Dense samples
-/// are all steps, where these take at most the budget and `most_bytes`; else they take at most a
-/// quarter of the budget. Without a reference there are no samples, and `reference` is empty.
+/// Computes samples as far towards `steps` as the reference gets within its budget. Coarse ones,
+/// with which a run that is cut short can be compared, are at eight equal distances, and at the
+/// half, the quarter, ... of the horizon. Dense samples are all steps, where these take at most the
+/// budget and `most_bytes`; else they take at most a quarter of the budget, and are the coarse ones
+/// and up to 512 more, one at a pseudo-random place in each of as many equal parts of the horizon,
+/// so that no period of the motion hides an error from them. Without a reference there are no
+/// samples, and `reference` is empty.
 Samples take_samples(const Scene& scene, std::int64_t steps, Density density,
                      const ReferenceNeed& need, const std::stop_token& stop,
                      double most_bytes = Choice::most_sample_bytes);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/accuracy/reported_form.h"
 #include "engine/accuracy/series_equations.h"
 #include "engine/dense/taylor_motion.h"
 

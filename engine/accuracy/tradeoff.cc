@@ -47,15 +47,21 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-}  // namespace
-
-class Tradeoff::Survey {
+class Survey final : public Tradeoff {
  public:
-  Survey(TradeoffRequest request, MeasuredMotions motions, std::vector<Candidate> candidates);
+  Survey(TradeoffRequest request, MeasuredScene measured)
+      : request_(std::move(request)),
+        motions_(std::move(measured.motions)),
+        candidates_(std::move(measured.candidates)),
+        left_(request_.budget) {
+    if (!request_.horizon) request_.horizon = request_.scene.horizon;
+    steps_ = request_.horizon ? steps_to(*request_.horizon, *request_.scene.step)
+                              : TradeoffRequest::default_steps;
+  }
 
-  std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop);
-  std::optional<TradeoffPoint> next(const std::stop_token& stop);
-  std::vector<std::size_t> front() const;
+  std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop) override;
+  std::optional<TradeoffPoint> next(const std::stop_token& stop) override;
+  std::vector<std::size_t> front() const override { return pareto_front(costs_and_errors_); }
 
  private:
   /// Makes the run for a point, up to `to`. In single precision it goes up to the horizon, unless
@@ -83,26 +89,13 @@ class Tradeoff::Survey {
   std::size_t candidate_ = 0;  ///< index of the current candidate
   int refinement_ = 0;         ///< r: substeps are 2^r, or the tolerance is 10^{−3−r}
   int useless_in_a_row_ = 0;   ///< number of points up to the last one that were not useful
-  double best_;                ///< least error of the current candidate
+  double best_ = infinity;     ///< least error of the current candidate
   ErrorGrowth growth_;         ///< for the current candidate
   double last_work_ = 0, last_error_ = 0;
-  std::vector<double> costs_, errors_;
+  std::vector<CostAndError> costs_and_errors_;  ///< of the points so far
 };
 
-Tradeoff::Survey::Survey(TradeoffRequest request, MeasuredMotions motions,
-                         std::vector<Candidate> candidates)
-    : request_(std::move(request)),
-      motions_(std::move(motions)),
-      candidates_(std::move(candidates)),
-      left_(request_.budget),
-      best_(infinity) {
-  const double step = *request_.scene.step;
-  if (!request_.horizon) request_.horizon = request_.scene.horizon;
-  steps_ = request_.horizon ? steps_to(*request_.horizon, step) : TradeoffRequest::default_steps;
-}
-
-std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
-    const std::stop_token& stop) {
+std::expected<TradeoffSetup, Violations> Survey::solve_reference(const std::stop_token& stop) {
   const double time = std::abs(motions_.front().time(steps_));
   motions_.solve_references(steps_, Density::coarse, {time, share_of_references * request_.budget},
                             stop);
@@ -128,12 +121,12 @@ std::expected<TradeoffSetup, Violations> Tradeoff::Survey::solve_reference(
   return setup;
 }
 
-double Tradeoff::Survey::share() const {
+double Survey::share() const {
   const auto to_come = static_cast<double>(candidates_.size() - candidate_) * expected_points;
   return std::max(0.0, left_) / (to_come * static_cast<double>(request_.repeats));
 }
 
-std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop) {
+std::optional<TradeoffPoint> Survey::next(const std::stop_token& stop) {
   while (candidate_ < candidates_.size() && !stop.stop_requested()) {
     const Candidate& candidate = candidates_[candidate_];
     const auto next = candidate.refined(refinement_);
@@ -165,15 +158,14 @@ std::optional<TradeoffPoint> Tradeoff::Survey::next(const std::stop_token& stop)
     }
     const bool another = refine(point);
     if (!another) continue;
-    costs_.push_back(point.work);
-    errors_.push_back(point.error ? point.error->largest() : std::nan(""));
+    costs_and_errors_.push_back({point.work, point.error ? point.error->largest() : std::nan("")});
     return point;
   }
   return std::nullopt;
 }
 
-std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const Scene& scene,
-                                               std::int64_t to, const std::stop_token& stop) {
+std::optional<Run> Survey::first_run(const Candidate& candidate, const Scene& scene,
+                                     std::int64_t to, const std::stop_token& stop) {
   const auto go_to = [&](std::int64_t steps) {
     Run made = motions_.run(*scene.description().method, candidate.weight, samples().steps, steps,
                             Watch::errors_and_invariants, stop, std::max(left_, 0.0));
@@ -191,8 +183,8 @@ std::optional<Run> Tradeoff::Survey::first_run(const Candidate& candidate, const
   return go_to(steps_);
 }
 
-TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene& scene,
-                                        const Run& first, const std::stop_token& stop) {
+TradeoffPoint Survey::measure(const Candidate& candidate, const Scene& scene, const Run& first,
+                              const std::stop_token& stop) {
   TradeoffPoint point;
   point.method = *scene.description().method;
   point.status = first.status;
@@ -235,7 +227,7 @@ TradeoffPoint Tradeoff::Survey::measure(const Candidate& candidate, const Scene&
   return point;
 }
 
-bool Tradeoff::Survey::refine(const TradeoffPoint& point) {
+bool Survey::refine(const TradeoffPoint& point) {
   const double error = point.error ? point.error->largest() : infinity;
   // The point counts only if it differs: a tighter tolerance may not change the steps yet.
   const bool another = point.work != last_work_ || error != last_error_;
@@ -250,7 +242,7 @@ bool Tradeoff::Survey::refine(const TradeoffPoint& point) {
   return another;
 }
 
-void Tradeoff::Survey::next_candidate() {
+void Survey::next_candidate() {
   ++candidate_;
   refinement_ = useless_in_a_row_ = 0;
   best_ = infinity;
@@ -258,13 +250,9 @@ void Tradeoff::Survey::next_candidate() {
   last_work_ = last_error_ = 0;
 }
 
-std::vector<std::size_t> Tradeoff::Survey::front() const {
-  std::vector<CostAndError> points;
-  for (std::size_t i = 0; i < costs_.size(); ++i) points.push_back({costs_[i], errors_[i]});
-  return pareto_front(points);
-}
+}  // namespace
 
-std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
+std::expected<std::unique_ptr<Tradeoff>, Violations> Tradeoff::prepare(TradeoffRequest request) {
   Violations wrong;
   if (request.horizon && !(std::isfinite(*request.horizon) && *request.horizon > 0))
     wrong.push_back({"horizon", to_text(*request.horizon), "must be finite and > 0"});
@@ -276,20 +264,7 @@ std::expected<Tradeoff, Violations> Tradeoff::prepare(TradeoffRequest request) {
   auto found = what_is_measured(request.scene, place);
   if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
-  return Tradeoff(std::make_unique<Survey>(std::move(request), std::move(found->motions),
-                                           std::move(found->candidates)));
+  return std::make_unique<Survey>(std::move(request), *std::move(found));
 }
-
-Tradeoff::Tradeoff(std::unique_ptr<Survey> survey) : survey_(std::move(survey)) {}
-Tradeoff::Tradeoff(Tradeoff&&) noexcept = default;
-Tradeoff::~Tradeoff() = default;
-
-std::expected<TradeoffSetup, Violations> Tradeoff::solve_reference(const std::stop_token& stop) {
-  return survey_->solve_reference(stop);
-}
-std::optional<TradeoffPoint> Tradeoff::next(const std::stop_token& stop) {
-  return survey_->next(stop);
-}
-std::vector<std::size_t> Tradeoff::front() const { return survey_->front(); }
 
 }  // namespace stiefel

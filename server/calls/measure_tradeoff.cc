@@ -10,7 +10,7 @@ void MeasureTradeoff(ServerCall& call, const v1::MeasureTradeoffRequest& request
   call.hold(memory_price({held_by(request), 2 * scene_workspace(request.scene())}));
   TradeoffRequest wanted = read(request);
   const std::uint64_t workspace = tradeoff_workspace(wanted.scene);
-  Tradeoff tradeoff = value_of(Tradeoff::prepare(std::move(wanted)));
+  const auto tradeoff = value_of(Tradeoff::prepare(std::move(wanted)));
   call.hold(workspace);
   v1::MeasureTradeoffResponse message;
   const auto send = [&](bool last = false) {
@@ -18,13 +18,13 @@ void MeasureTradeoff(ServerCall& call, const v1::MeasureTradeoffRequest& request
     message.set_work(call.work());
     call.write(writer, message, last);
   };
-  to_proto(value_of(tradeoff.solve_reference(call.stop())), message.mutable_setup());
+  to_proto(value_of(tradeoff->solve_reference(call.stop())), message.mutable_setup());
   send();
-  while (const auto point = tradeoff.next(call.stop())) {
+  while (const auto point = tradeoff->next(call.stop())) {
     to_proto(*point, message.mutable_point());
     send();
   }
-  for (const std::size_t i : tradeoff.front())
+  for (const std::size_t i : tradeoff->front())
     message.mutable_front()->add_points(static_cast<std::uint32_t>(i));
   send(true);
 }

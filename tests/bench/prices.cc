@@ -139,8 +139,8 @@ void caps() {
     request.repeats = 1;
     measured_call([&] {
       auto tradeoff = Tradeoff::prepare(request);
-      if (tradeoff && tradeoff->solve_reference({}))
-        while (tradeoff->next({})) {
+      if (tradeoff && (*tradeoff)->solve_reference({}))
+        while ((*tradeoff)->next({})) {
         }
     });
     say("tradeoff", request.budget);

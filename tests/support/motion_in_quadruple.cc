@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "engine/accuracy/reported_form.h"
+#include "engine/accuracy/series_equations.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/taylor_rigid_body.h"
 #include "engine/bracket/taylor_double_bracket.h"

@@ -134,27 +134,21 @@ struct TradeoffPoint {
 /// except the times are the same on every machine with the same build.
 class Tradeoff {
  public:
-  ~Tradeoff();
-  Tradeoff(Tradeoff&&) noexcept;
+  virtual ~Tradeoff() = default;
 
   /// Checks the request without running anything. The violations name its fields: "scene.step",
   /// "budget".
-  static std::expected<Tradeoff, Violations> prepare(TradeoffRequest request);
+  static std::expected<std::unique_ptr<Tradeoff>, Violations> prepare(TradeoffRequest request);
 
   /// Computes the reference with at most about half of the budget; call it before `next`. Fails if
   /// the budget does not suffice for the first state.
-  std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop);
+  virtual std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop) = 0;
 
   /// Measures and returns the next point; nullopt when there are no more, or on a stop request.
-  std::optional<TradeoffPoint> next(const std::stop_token& stop);
+  virtual std::optional<TradeoffPoint> next(const std::stop_token& stop) = 0;
 
   /// Returns the indices of the points so far that no other point beats in both work and error.
-  std::vector<std::size_t> front() const;
-
- private:
-  class Survey;
-  explicit Tradeoff(std::unique_ptr<Survey> survey);
-  std::unique_ptr<Survey> survey_;
+  virtual std::vector<std::size_t> front() const = 0;
 };
 
 }  // namespace stiefel

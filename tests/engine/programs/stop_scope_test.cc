@@ -245,9 +245,9 @@ TEST(StopScope, ATradeoffKeepsItsBudget) {
   request.budget = 2e9;
   auto survey = Tradeoff::prepare(request).value();
   const StopScope scope(never);
-  ASSERT_TRUE(survey.solve_reference(never));
+  ASSERT_TRUE(survey->solve_reference(never));
   int points = 0;
-  while (survey.next(never)) ++points;
+  while (survey->next(never)) ++points;
   EXPECT_GT(points, 5);
   EXPECT_LE(scope.operations(), 1.1 * request.budget);
 }

@@ -167,7 +167,7 @@ TEST(Toys, WithoutAReferenceTheRefusalSaysSo) {
   EXPECT_EQ(estimate_error(scene, *now, 1e9, {}).missing, "there is no reference for brockett");
   auto tradeoff = Tradeoff::prepare({.scene = d, .horizon = 2});
   ASSERT_TRUE(tradeoff);
-  EXPECT_EQ(tradeoff->solve_reference({}).error()[0].field, "scene.system");
+  EXPECT_EQ((*tradeoff)->solve_reference({}).error()[0].field, "scene.system");
   d.method.reset();
   d.tolerance = 1e-6;
   d.horizon = 1;

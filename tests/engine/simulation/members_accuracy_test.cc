@@ -190,8 +190,8 @@ struct Table {
 Table measure(SceneDescription scene, double horizon, double budget) {
   Table table;
   auto tradeoff = Tradeoff::prepare({std::move(scene), horizon, budget, 1}).value();
-  table.setup = tradeoff.solve_reference({}).value();
-  while (auto point = tradeoff.next({})) table.points.push_back(*std::move(point));
+  table.setup = tradeoff->solve_reference({}).value();
+  while (auto point = tradeoff->next({})) table.points.push_back(*std::move(point));
   return table;
 }
 

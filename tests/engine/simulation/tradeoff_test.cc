@@ -29,9 +29,9 @@ struct Table {
 Table measure(SceneDescription scene, double horizon, double budget = 2e9) {
   Table table;
   auto tradeoff = Tradeoff::prepare({std::move(scene), horizon, budget, 1}).value();
-  table.setup = tradeoff.solve_reference({}).value();
-  while (auto point = tradeoff.next({})) table.points.push_back(*std::move(point));
-  table.front = tradeoff.front();
+  table.setup = tradeoff->solve_reference({}).value();
+  while (auto point = tradeoff->next({})) table.points.push_back(*std::move(point));
+  table.front = tradeoff->front();
   return table;
 }
 

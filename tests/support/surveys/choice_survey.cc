@@ -53,9 +53,9 @@ double best_of_table(const SceneDescription& description) {
   SceneDescription scene = description;
   scene.tolerance.reset();
   auto tradeoff = Tradeoff::prepare({scene, {}, 3e10, 1}).value();
-  if (!tradeoff.solve_reference({})) return 0;
+  if (!tradeoff->solve_reference({})) return 0;
   double best = 0;
-  while (const auto point = tradeoff.next({}))
+  while (const auto point = tradeoff->next({}))
     if (point->error && point->error->largest() <= *description.tolerance &&
         (best == 0 || point->work < best))
       best = point->work;

@@ -316,7 +316,8 @@ RecommendationOutcome survey_recommendation(const SceneDescription& description,
   double best = own.work;
   SceneDescription open = description;
   open.method.reset();
-  auto [start, all] = candidates(open).value();
+  const Scene start = motions_of(open).value().front();
+  auto all = candidates(start).value();
   std::ranges::stable_sort(all, {}, &Candidate::weight);
   for (const Candidate& candidate : all)
     for (int knob = 0; knob < (candidate.order == 0 ? 1 : candidate.own_steps ? 13 : 17); ++knob) {
