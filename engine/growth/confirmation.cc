@@ -121,7 +121,7 @@ RunStatus Confirmation::advance(double steps, double step_cost, const std::stop_
   // To the end of an interval at most, whose state is kept.
   const RunStatus status = run_->advance(
       *motion_, std::min(static_cast<std::int64_t>(now), run_->interval_end() - run_->at()), stop);
-  if (status.reached() && run_->is_current()) motion_->save(state_);
+  if (status.reached() && run_->at() == run_->step()) motion_->save(state_);
   return status;
 }
 

@@ -17,13 +17,6 @@ double student(double nu) {
               (((3 * a + 19) * a + 17) * a - 15) / (384 * nu * nu * nu));
 }
 
-void put(ByteWriter& out, const Eigen::VectorXd& v) {
-  for (const double x : v) out.put(x);
-}
-void get(ByteReader& in, Eigen::VectorXd& v) {
-  for (double& x : v) in.get(x);
-}
-
 }  // namespace
 
 Growth::Growth(Eigen::Index k)
@@ -135,45 +128,33 @@ Growth::Levels Growth::mean(int j) const {
   return {sum.first / time, sum.gali_2 / time, sum.gali_k / time};
 }
 
+template <class Self, class Visit>
+void Growth::each(Self& self, const Visit& visit) {
+  const auto all = [&](auto&& numbers) {
+    for (auto&& x : numbers) visit(x);
+  };
+  const auto block = [&](auto& of) {
+    visit(of.time), visit(of.levels.first), visit(of.levels.gali_2), visit(of.levels.gali_k);
+    all(of.growth);
+  };
+  visit(self.block_length_), visit(self.open_length_);
+  visit(self.time_), visit(self.highest_), visit(self.deepest_fall_);
+  all(self.sums_), all(self.lengths_), all(self.directions_.reshaped());
+  block(self.open_);
+  for (auto& of : self.blocks_) block(of);
+}
+
 void Growth::save(ByteWriter& out) const {
   out.put(static_cast<std::uint64_t>(blocks_.size()));
-  out.put(block_length_);
-  out.put(open_length_);
-  for (const double x : {time_, highest_, deepest_fall_}) out.put(x);
-  put(out, sums_);
-  put(out, lengths_);
-  put(out, directions_.reshaped());
-  const auto put_block = [&](const Block& block) {
-    for (const double x :
-         {block.time, block.levels.first, block.levels.gali_2, block.levels.gali_k})
-      out.put(x);
-    put(out, block.growth);
-  };
-  put_block(open_);
-  for (const Block& block : blocks_) put_block(block);
+  each(*this, [&](const auto& number) { out.put(number); });
 }
 
 void Growth::restore(ByteReader& in) {
   std::uint64_t blocks = 0;
   in.get(blocks);
-  in.get(block_length_);
-  in.get(open_length_);
-  for (double* x : {&time_, &highest_, &deepest_fall_}) in.get(*x);
-  get(in, sums_);
-  get(in, lengths_);
-  Numbers directions = directions_.reshaped();
-  get(in, directions);
-  directions_.reshaped() = directions;
-  const auto get_block = [&](Block& block) {
-    for (double* x : {&block.time, &block.levels.first, &block.levels.gali_2, &block.levels.gali_k})
-      in.get(*x);
-    block.growth = Numbers::Zero(count());
-    get(in, block.growth);
-  };
-  get_block(open_);
+  blocks_.assign(std::min<std::uint64_t>(blocks, most_blocks), {0, {}, Numbers::Zero(count())});
+  each(*this, [&](auto& number) { in.get(number); });
   in.require(open_length_ < block_length_);
-  blocks_.assign(std::min<std::uint64_t>(blocks, most_blocks), {});
-  for (Block& block : blocks_) get_block(block);
 }
 
 }  // namespace stiefel

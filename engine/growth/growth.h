@@ -67,6 +67,9 @@ class Growth {
   /// Returns the squares of the standard errors of sums / time from batches of so many blocks.
   Numbers squared_error(std::size_t blocks_a_batch) const;
   void close_block();
+  /// Visits all numbers but that of blocks.
+  template <class Self, class Visit>
+  static void each(Self& self, const Visit& visit);
 
   Numbers sums_;
   double time_ = 0, highest_ = 0, deepest_fall_ = 0;

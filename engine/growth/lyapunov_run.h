@@ -65,12 +65,10 @@ class LyapunovRun final : public LyapunovExponents {
   std::string save() const override;
   RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop) override;
   bool done() const override { return ended_ || (at_ == what_.to && !confirmation_); }
-  bool is_current() const override { return at_ == last_end_; }
   std::int64_t step() const override { return last_end_; }
   std::int64_t interval() const override { return interval_; }
   std::int64_t computed_steps() const override;
   std::int64_t covered_steps() const override;
-  Eigen::Index vectors() const override { return count_; }
   Eigen::VectorXd exponents() const override {
     return growth_.sums().head(shown()) / growth_.time();
   }

@@ -15,17 +15,10 @@ namespace {
 /// Returns |ω| of a scene whose frames are rotations of three dimensions and whose steps are times;
 /// else nullopt.
 std::optional<double> angular_speed(const Scene& scene, double rate) {
-  if (scene.dimension() != 3) return std::nullopt;
-  switch (system_entry(scene.system())->rate) {
-    case Rate::other:
-      return std::nullopt;
-    case Rate::angular_speed:
-      return rate;
-    case Rate::frame_speed:
-      if (scene.Q().rows() != 3) return std::nullopt;
-      return rate / std::numbers::sqrt2;
-  }
-  return std::nullopt;
+  const Rate of = system_entry(scene.system())->rate;
+  if (scene.dimension() != 3 || of == Rate::other) return std::nullopt;
+  if (of == Rate::angular_speed) return rate;
+  return scene.Q().rows() == 3 ? std::optional(rate / std::numbers::sqrt2) : std::nullopt;
 }
 
 /// Returns "; the largest |h| that has one here is 0.512", rounded down, because a longer step has
@@ -98,46 +91,40 @@ std::string neighbour(const Scene& scene) {
 }  // namespace
 
 std::string to_sentence(const RunStatus& status) {
-  if (status.member) {
-    RunStatus of_one = status;
-    of_one.member.reset();
-    return member_of(status) + to_sentence(of_one);
-  }
-  switch (status.outcome) {
-    case Outcome::reached:
-      return "";
-    case Outcome::left_domain:
-      return "the step has no solution on the principal branch" + largest(status);
-    case Outcome::solver_stalled:
-      return "the solver of the implicit step did not converge";
-    case Outcome::not_finite:
-      return "the next state is not finite";
-    case Outcome::cancelled:
-      return "the run was cancelled";
-  }
-  return "";
+  const auto of_one = [&] -> std::string {
+    switch (status.outcome) {
+      case Outcome::reached:
+        return "";
+      case Outcome::left_domain:
+        return "the step has no solution on the principal branch" + largest(status);
+      case Outcome::solver_stalled:
+        return "the solver of the implicit step did not converge";
+      case Outcome::not_finite:
+        return "the next state is not finite";
+      case Outcome::cancelled:
+        return "the run was cancelled";
+    }
+    return "";
+  };
+  return member_of(status) + of_one();
 }
 
-std::string to_sentence(const RunStatus& status, const Scene& scene) {
-  const bool stopped = !status.reached() && status.outcome != Outcome::cancelled;
+std::string to_sentence(const RunStatus& status, const Scene& scene, double rate) {
   const MethodInfo* method = catalogue().method(scene.method());
-  const bool out_of_substeps =
-      status.outcome == Outcome::solver_stalled && method && chooses_own_steps(*method);
-  return (out_of_substeps ? member_of(status) + no_substeps_left(scene) : to_sentence(status)) +
-         (stopped ? neighbour(scene) : "");
+  const auto speed = angular_speed(scene, rate);
+  const bool stopped = !status.reached() && status.outcome != Outcome::cancelled;
+  std::string sentence = to_sentence(status);
+  if (status.outcome == Outcome::solver_stalled && method && chooses_own_steps(*method))
+    sentence = member_of(status) + no_substeps_left(scene);
+  if (status.outcome == Outcome::left_domain && speed && std::isfinite(*speed))
+    sentence = member_of(status) + left_domain(status, scene, *speed);
+  return sentence + (stopped ? neighbour(scene) : "");
 }
 
 double rate_at(const RunStatus& status, const Simulation& last) {
   const auto* ensemble = dynamic_cast<const Ensemble*>(&last);
   return ensemble && status.member ? ensemble->rate(static_cast<std::size_t>(*status.member))
                                    : last.rate();
-}
-
-std::string to_sentence(const RunStatus& status, const Scene& scene, double rate) {
-  if (status.outcome != Outcome::left_domain) return to_sentence(status, scene);
-  const auto speed = angular_speed(scene, rate);
-  if (!speed || !std::isfinite(*speed)) return to_sentence(status, scene);
-  return member_of(status) + left_domain(status, scene, *speed) + neighbour(scene);
 }
 
 }  // namespace stiefel

@@ -4,9 +4,10 @@
 #include "stiefel/stop.h"
 
 namespace stiefel {
-PairFunction::Jet PairFunction::at(const Matrix<double>& Q, const Matrix<double>& P) const {
+
+Jet jet_of(const PairFactors& function, const Matrix<double>& Q, const Matrix<double>& P) {
   Jet jet{1, Matrix<double>::Zero(Q.rows(), Q.cols()), Matrix<double>::Zero(Q.rows(), Q.cols())};
-  for (const auto& [A, B] : factors) {
+  for (const auto& [A, B] : function.factors) {
     stop_point(6 * static_cast<double>(Q.size()));
     const double f = trace_product(A, Q) + trace_product(B, P);
     jet.by_Q = f * jet.by_Q + 2 * jet.value * A;
@@ -16,9 +17,9 @@ PairFunction::Jet PairFunction::at(const Matrix<double>& Q, const Matrix<double>
   return jet;
 }
 
-double dirac_bracket(const Matrix<double>& Q, const Matrix<double>& P, const PairFunction& F,
-                     const PairFunction& K) {
-  const auto f = F.at(Q, P), k = K.at(Q, P);
+double dirac_bracket(const Matrix<double>& Q, const Matrix<double>& P, const PairFactors& F,
+                     const PairFactors& K) {
+  const auto f = jet_of(F, Q, P), k = jet_of(K, Q, P);
   const auto inner = [](const Matrix<double>& X, const Matrix<double>& Y) {
     return trace_product(X, Y) / 2;
   };

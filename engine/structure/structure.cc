@@ -154,8 +154,7 @@ std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simula
     violations.push_back(place.violation(
         "", scene.system(),
         "has no Dirac bracket; symmetric_rigid_body and symmetric_moser_veselov have one"));
-  const auto function = [&](const std::string& field, const PairFactors& given) {
-    PairFunction out;
+  const auto check = [&](const std::string& field, const PairFactors& given) {
     for (std::size_t k = 0; k < given.factors.size() && violations.size() < most_violations; ++k) {
       const auto& [A, B] = given.factors[k];
       for (const auto& [name, matrix] : {std::pair(".A", &A), std::pair(".B", &B)})
@@ -163,13 +162,11 @@ std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simula
           violations.push_back(place.violation(field + "[" + std::to_string(k) + "]" + name,
                                                value_of(*matrix),
                                                "must be finite and " + shape_text(N, N)));
-      out.factors.push_back({A, B});
     }
-    return out;
   };
-  const PairFunction first = function("first", F), second = function("second", K);
+  check("first", F), check("second", K);
   if (!violations.empty()) return std::unexpected(std::move(violations));
-  return dirac_bracket(now.get("Q"), now.get("P"), first, second);
+  return dirac_bracket(now.get("Q"), now.get("P"), F, K);
 }
 
 }  // namespace stiefel

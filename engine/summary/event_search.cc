@@ -6,12 +6,6 @@
 #include <numbers>
 
 namespace stiefel {
-namespace {
-
-struct NoState {};
-
-}  // namespace
-
 EventFunctions::EventFunctions(const std::vector<EventDescription>& events,
                                const Simulation& start) {
   for (const EventDescription& event : events) {
@@ -63,19 +57,13 @@ double EventFunctions::value(const Simulation& now, std::size_t event) {
 
 bool crosses(double before, double after, Direction direction) {
   const bool rising = before < 0 && after >= 0, falling = before > 0 && after <= 0;
-  switch (direction) {
-    case Direction::rising:
-      return rising;
-    case Direction::falling:
-      return falling;
-    default:
-      return rising || falling;
-  }
+  return (rising && direction != Direction::falling) || (falling && direction != Direction::rising);
 }
 
 double zero_fraction(const std::function<std::optional<double>(double)>& g, double before,
                      double after, double width) {
   if (after == 0) return 1;
+  struct NoState {};
   double best = 1, least = std::abs(after);
   const auto at = [&](double fraction) {
     const auto value = g(fraction);

@@ -104,7 +104,8 @@ std::expected<std::optional<double>, Violations> symplectic_defect(
     const Scene& scene, const Simulation& now, int pairs, unsigned seed, const Place& place,
     const std::stop_token& stop = {});
 
-/// A product of functions tr AᵀQ + tr BᵀP, given as A and B.
+/// A function on gl(N) × gl(N) ∋ (Q, P): a product of linear functions tr AᵀQ + tr BᵀP, given as A
+/// and B.
 struct PairFactors {
   std::vector<std::pair<RowMatrix, RowMatrix>> factors;
 };

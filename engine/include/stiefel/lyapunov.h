@@ -71,10 +71,8 @@ class LyapunovExponents {
                             const std::stop_token& stop = {}) = 0;
   /// Whether the verdict is known, or the motion has ended early.
   virtual bool done() const = 0;
-  /// Whether the vectors are at the end of an interval or at `to`, so that the numbers are those of
-  /// `step()`.
-  virtual bool is_current() const = 0;
 
+  /// The step of the numbers: the last end of an interval, or `to`.
   virtual std::int64_t step() const = 0;
   virtual std::int64_t interval() const = 0;
   /// The number of steps that were made, those of the second motion included.
@@ -82,8 +80,6 @@ class LyapunovExponents {
   /// The number of steps that are covered since `from`, up to the end of an interval, by the motion
   /// and by second ones, of which there are at most `most_second_motions`.
   virtual std::int64_t covered_steps() const = 0;
-  /// The number of tangent vectors.
-  virtual Eigen::Index vectors() const = 0;
 
   /// λ_i(t), i = 1 … k.
   virtual Eigen::VectorXd exponents() const = 0;

@@ -146,15 +146,15 @@ TEST(PairsOutside, ELEndsAtAHalfTurn) {
 
 // ---- the Dirac bracket ----
 
-PairFunction random_function(Random& random, Eigen::Index N, int factors) {
-  PairFunction F;
+PairFactors random_function(Random& random, Eigen::Index N, int factors) {
+  PairFactors F;
   for (int k = 0; k < factors; ++k) F.factors.push_back({random.matrix(N, N), random.matrix(N, N)});
   return F;
 }
 
 /// The bracket of Ω_gl|S from its definition: in a basis of tangent vectors, {F, K} = dFᵀ W⁻¹ dK
 /// with Ω(X_F, ·) = dF and {F, K} = Ω(X_F, X_K).
-double bracket_of_form(const D& Q, const D& P, const PairFunction& F, const PairFunction& K) {
+double bracket_of_form(const D& Q, const D& P, const PairFactors& F, const PairFactors& K) {
   const Eigen::Index N = Q.cols();
   std::vector<D> basis;
   for (int j = 0; j < N; ++j)
@@ -167,8 +167,8 @@ double bracket_of_form(const D& Q, const D& P, const PairFunction& F, const Pair
   const auto size = static_cast<Eigen::Index>(basis.size());
   D form(size, size);
   Vector<double> dF(size), dK(size);
-  const auto f = F.at(Q, P), k = K.at(Q, P);
-  const auto along = [&](const PairFunction::Jet& jet, const D& u) {
+  const auto f = jet_of(F, Q, P), k = jet_of(K, Q, P);
+  const auto along = [&](const Jet& jet, const D& u) {
     return (trace_product(jet.by_Q, u.topRows(N)) + trace_product(jet.by_P, u.bottomRows(N))) / 2;
   };
   for (Eigen::Index a = 0; a < size; ++a) {
@@ -188,8 +188,8 @@ TEST(DiracBracket, EqualsTheBracketOfOmegaGl) {
       Random random(seed);
       const D Q = random.frame(N, N), P = *Psi_inverse(Q, of_norm(random.skew(N), 1.6));
       for (const auto& [first, second] : {std::pair(1, 1), std::pair(2, 1), std::pair(2, 2)}) {
-        const PairFunction F = random_function(random, N, first);
-        const PairFunction K = random_function(random, N, second);
+        const PairFactors F = random_function(random, N, first);
+        const PairFactors K = random_function(random, N, second);
         const double bracket = dirac_bracket(Q, P, F, K), expected = bracket_of_form(Q, P, F, K);
         EXPECT_NEAR(bracket, expected, 1e-11 * (1 + std::abs(expected))) << N << " " << seed;
         EXPECT_NEAR(dirac_bracket(Q, P, K, F), -bracket, 1e-11 * (1 + std::abs(bracket)));
@@ -202,13 +202,13 @@ TEST(DiracBracket, ConstraintsAreCasimirs) {
   Random random(3);
   const int N = 3;
   const D Q = random.frame(N, N), P = *Psi_inverse(Q, of_norm(random.skew(N), 1.0));
-  const PairFunction K = random_function(random, N, 2);
+  const PairFactors K = random_function(random, N, 2);
   double bracket = 0;  // of (QQᵀ)_01 = Σ_j Q_0j Q_1j
   for (int j = 0; j < N; ++j) {
-    PairFunction F;
+    PairFactors F;
     for (const int i : {0, 1}) {
       F.factors.push_back({D::Zero(N, N), D::Zero(N, N)});
-      F.factors.back().A(i, j) = 1;
+      F.factors.back().first(i, j) = 1;
     }
     bracket += dirac_bracket(Q, P, F, K);
   }
