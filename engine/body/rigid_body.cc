@@ -157,14 +157,8 @@ constexpr TwoForm form = {
 
 TangentSpace body_space(const Scene&) { return {}; }
 
-constexpr MethodTangent of_methods[] = {
-    {Exact::traits.name, exact_body_tangent, 3},
-    {Variational::traits.name, discrete_body_tangent},
-    {PreprocessedVariational::traits.name, discrete_body_tangent},
-    {Rk4::traits.name, rk4_body_tangent}};
-constexpr MethodTangent of_map[] = {{"", discrete_body_tangent}};
-constexpr Tangents body_tangents = {body_space, of_methods},
-                   discrete_tangents = {body_space, of_map};
+constexpr Tangents body_tangents = {body_space, tangents_of_bodies},
+                   discrete_tangents = {body_space, tangents_of_maps};
 
 bool in_4d(const Scene& scene) { return scene.dimension() == 4; }
 bool in_4d_without_frame(const Scene& scene) { return in_4d(scene) && !scene.has_frame(); }

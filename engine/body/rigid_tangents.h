@@ -1,5 +1,9 @@
 #pragma once
 
+#include "engine/methods/exact.h"
+#include "engine/methods/preprocessed_variational.h"
+#include "engine/methods/rk4.h"
+#include "engine/methods/variational.h"
 #include "engine/motion/tangent_map.h"
 
 namespace stiefel {
@@ -13,5 +17,13 @@ std::unique_ptr<TangentMap> large_body_tangent(const Scene& scene, const Tangent
 std::unique_ptr<TangentMap> rk4_body_tangent(const Scene& scene, const TangentParameters& at);
 /// Returns that of the closed form in three dimensions.
 std::unique_ptr<TangentMap> exact_body_tangent(const Scene& scene, const TangentParameters& at);
+
+/// Those of the methods that move bodies, and of the discrete body.
+inline constexpr MethodTangent tangents_of_bodies[] = {
+    {Exact::traits.name, exact_body_tangent, 3},
+    {Variational::traits.name, discrete_body_tangent},
+    {PreprocessedVariational::traits.name, discrete_body_tangent},
+    {Rk4::traits.name, rk4_body_tangent}};
+inline constexpr MethodTangent tangents_of_maps[] = {{"", discrete_body_tangent}};
 
 }  // namespace stiefel

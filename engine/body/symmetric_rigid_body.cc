@@ -5,6 +5,7 @@
 #include "engine/body/psi.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/rigid_forms.h"
+#include "engine/body/rigid_tangents.h"
 #include "engine/body/symmetric_rigid_body.h"
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/two_form.h"
@@ -78,6 +79,24 @@ struct Pair : OtherVariables<Pair<on_the_right>> {
     };
   }
 
+  /// Along a view P = AQ with δA = δ(P_0 Q_0ᵀ).
+  static ViewTangent tangent(const Scene& scene) {
+    using Two = BodyView::Two;
+    return {
+        [epsilon = scene.epsilon()](const Two& x, const Two& dx, const auto&) -> Two {
+          return {left(dx[0]),
+                  Psi(left(dx[0]), left(x[1]), epsilon) + Psi(left(x[0]), left(dx[1]), epsilon)};
+        },
+        [](const Two& x, const Two& dx, const Two& y, const Two& dy, const auto&) -> Two {
+          const Dense Q = left(x[0]), P = left(x[1]),
+                      dA = constant_A<double>(left(dx[0]), P) + constant_A<double>(Q, left(dx[1]));
+          return {left(dy[0]), left<Dense>(dA * y[0] + constant_A(Q, P) * dy[0])};
+        }};
+  }
+  static constexpr Tangents tangents = {
+      [](const Scene&) { return TangentSpace{tangent_to_pairs<double>}; }, tangents_of_bodies,
+      tangent};
+
   /// Reads (Q, P) by Ψ.
   static WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
     Phase x = Pair::phase(scene);
@@ -113,7 +132,9 @@ struct Pair : OtherVariables<Pair<on_the_right>> {
   /// those of one PQᵀ alone, nor the drift of PQᵀ, which is 0 by construction.
   static SystemEntry view_entry(SystemInfo info) {
     std::erase_if(info.invariants, [](const auto& i) { return i.name == family::PQt; });
-    return Pair::entry(std::move(info));
+    SystemEntry entry = Pair::entry(std::move(info));
+    entry.tangents = &tangents;
+    return entry;
   }
 };
 

@@ -4,6 +4,7 @@
 #include "engine/body/discrete_pairs.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/rigid_forms.h"
+#include "engine/body/rigid_tangents.h"
 #include "engine/motion/method_entry.h"
 #include "engine/motion/two_form.h"
 #include "engine/scene/scene_draft.h"
@@ -27,6 +28,12 @@ struct RightBody : OtherVariables<RightBody> {
   }
   static auto blocks(const Scene&) {
     return [](const Two& x) -> Two { return {x[0].transpose(), -x[1]}; };
+  }
+  static ViewTangent tangent(const Scene&) {
+    const auto other = [](const Two& x) -> Two { return {x[0].transpose(), -x[1]}; };
+    return {
+        [=](const Two&, const Two& dx, const auto&) { return other(dx); },
+        [=](const Two&, const Two&, const Two&, const Two& dy, const auto&) { return other(dy); }};
   }
   static constexpr Representation representation = {
       true, [](const Scene& scene, Margins&) { return WithinDomain<Phase>(phase(scene)); },
@@ -67,6 +74,20 @@ struct McLachlanScovel : OtherVariables<McLachlanScovel> {
   static auto blocks(const Scene&) {
     return [](const Two& x) -> Two { return {x[0], x[0] * x[1]}; };
   }
+  static ViewTangent tangent(const Scene&) {
+    return {[](const Two& x, const Two& dx, const auto&) -> Two {
+              return {dx[0], body(dx[0], x[1], 0)[1] + body(x[0], dx[1], 0)[1]};
+            },
+            [](const Two&, const Two&, const Two& y, const Two& dy, const auto&) -> Two {
+              return {dy[0], dy[0] * y[1] + y[0] * dy[1]};
+            }};
+  }
+  /// Returns vectors (δQ, δQ M + Q δM).
+  static Dense tangent_part(const Dense& x, const Dense& G) {
+    const Dense Q = x.topRows(x.cols()), dQ = tangent_to_frames<double>(Q, G.topRows(x.cols())),
+                of_Q = dQ * Q.transpose() * x.bottomRows(x.cols());
+    return stacked_pair<double>(dQ, of_Q + Q * body(Q, Dense(G.bottomRows(x.cols()) - of_Q), 0)[1]);
+  }
   static constexpr Representation representation = {
       true, [](const Scene& scene, Margins&) { return WithinDomain<Phase>(phase(scene)); },
       [](const Phase& x, const ConversionTarget&, Margins&) {
@@ -95,6 +116,25 @@ struct Frames : OtherVariables<Frames> {
       const auto Q_prev = Sigma_L_inverse(lambda, x[0], x[1], h);
       return {Q_prev.value_or(Dense::Constant(x[0].rows(), x[0].cols(), std::nan(""))), x[0]};
     };
+  }
+  /// With V = Q_{k−1}ᵀQ_k, δV = Vυ: ΛVυ + υVᵀΛ = δ(hM) − δΛV + VᵀδΛ.
+  static ViewTangent tangent(const Scene& scene) {
+    return {[lambda = scene.inertia(), h = scene.step()](const Two& x, const Two& dx,
+                                                         const auto& along) -> Two {
+              return {dx[1], Sigma_L(lambda, dx[0], x[1], h) + Sigma_L(lambda, x[0], dx[1], h) +
+                                 Sigma_L(along.lambda, x[0], x[1], h) -
+                                 along.step / h * Sigma_L(lambda, x[0], x[1], h)};
+            },
+            [blocks = blocks(scene), lambda = scene.inertia(), h = scene.step()](
+                const Two&, const Two&, const Two& y, const Two& dy, const auto& along) -> Two {
+              const Dense V = blocks(y)[0].transpose() * y[0];
+              const Dense of_lambda = along.lambda.asDiagonal() * V;
+              Dense upsilon = h * dy[1] + along.step * y[1] - of_lambda + of_lambda.transpose();
+              Lyapunov<double> equation(V.rows());
+              equation.factor(V.transpose() * lambda.asDiagonal());
+              equation.solve(upsilon, upsilon);
+              return {(dy[0] - y[0] * upsilon) * V.transpose(), dy[0]};
+            }};
   }
 
   static void add_margins(const Eigen::VectorXd& lambda, const Dense& Q_prev, const Dense& Q,
@@ -146,6 +186,15 @@ WithinDomain<FormBlocks> write_interpolation(const Phase& x, const ConversionTar
   return out;
 }
 
+TangentSpace pairs_of_rotations(const Scene&) { return {tangent_to_pairs<double>}; }
+constexpr Tangents of_right = {[](const Scene&) { return TangentSpace(); }, tangents_of_bodies,
+                               RightBody::tangent},
+                   of_mclachlan_scovel = {[](const Scene&) {
+                                            return TangentSpace{McLachlanScovel::tangent_part};
+                                          },
+                                          tangents_of_bodies, McLachlanScovel::tangent},
+                   of_frames = {pairs_of_rotations, tangents_of_maps, Frames::tangent};
+
 }  // namespace
 
 constinit const Representation representations::moser_veselov_pair = {
@@ -160,7 +209,9 @@ SystemEntry right_rigid_body_entry() {
   info.equations = "Q' = Omega Q, M' = [Omega, M], M = Lambda Omega + Omega Lambda";
   info.source = "[RB] (RightRBn), Prop. 2.1";
   info.file = "engine/body/views.cc";
-  return RightBody::entry(std::move(info));
+  SystemEntry entry = RightBody::entry(std::move(info));
+  entry.tangents = &of_right;
+  return entry;
 }
 
 SystemEntry mclachlan_scovel_entry() {
@@ -170,7 +221,9 @@ SystemEntry mclachlan_scovel_entry() {
   info.equations = "Q' = Q J^-1(Q^T B), B' = B J^-1(Q^T B), M = Q^T B";
   info.source = "[RB] (5.5)";
   info.file = "engine/body/views.cc";
-  return McLachlanScovel::entry(std::move(info));
+  SystemEntry entry = McLachlanScovel::entry(std::move(info));
+  entry.tangents = &of_mclachlan_scovel;
+  return entry;
 }
 
 SystemEntry moser_veselov_pair_entry() {
@@ -197,6 +250,7 @@ SystemEntry moser_veselov_pair_entry() {
   entry.recommended = {};
   entry.two_forms = {&form_of_frames};
   entry.priced_as = "moser_veselov";
+  entry.tangents = &of_frames;
   return entry;
 }
 

@@ -7,7 +7,9 @@
 
 #include "engine/growth/coordinates.h"
 #include "engine/growth/tangent_of.h"
+#include "engine/motion/body_view.h"
 #include "engine/motion/observed_simulation.h"
+#include "engine/motion/system_entry.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/scene_draft.h"
 #include "stiefel/price.h"
@@ -45,11 +47,19 @@ class MovedVectors final : public Linearization {
                          Dense::Zero(lambda.size(), count_), Eigen::VectorXd::Zero(count_)};
     at.by_lambda.middleCols(given, inertia).setIdentity();
     at.by_h.tail(count_ - given - inertia).setConstant(1.0 / scene.substeps());
-    turn(false, V);
     V.conservativeResize(chart_.size(), count_);
     V.rightCols(count_ - given).setZero();
     if (by_inertia_ && chart_.space().by_inertia)
       V.middleCols(given, inertia) = chart_.space().by_inertia(x);
+    if (const auto view = tangents_of(scene.system())->view) {
+      view_ = view(scene);
+      start_ = x;
+      start_vectors_ = V;
+      parameters_ = at;
+      for (Eigen::Index v = 0; v < count_; ++v)
+        put(view_->read(halves(x), halves(V.col(v)), along(v)), V.col(v));
+    }
+    turn(false, V);
     map_ = tangent_of(scene, scene.method())->make(scene, at);
     map_->start(point_of(start), V);
   }
@@ -76,6 +86,13 @@ class MovedVectors final : public Linearization {
     Dense V(chart_.size(), count_);
     map_->read(point_of(motion), V);
     turn(true, V);
+    if (view_) {
+      const Two y = system_entry(scene_.system())->view(scene_).body(halves(blocks_of(motion)));
+      for (Eigen::Index v = 0; v < count_; ++v)
+        put(view_->write(halves(start_), halves(start_vectors_.col(v)), y, halves(V.col(v)),
+                         along(v)),
+            V.col(v));
+    }
     return as_blocks_ ? by_rows(V, rows_, cols_)
                       : chart_.coordinates(blocks_of(motion), V, by_inertia_);
   }
@@ -88,10 +105,22 @@ class MovedVectors final : public Linearization {
   }
 
  private:
+  using Two = ViewTangent::Two;
+  /// Returns the two blocks of a state or vector, or sets those of a vector.
+  Two halves(const Dense& x) const {
+    const auto block = x.reshaped(rows_, cols_);
+    return {block.topRows(cols_), block.bottomRows(cols_)};
+  }
+  void put(const Two& blocks, Eigen::Ref<Eigen::VectorXd> out) const {
+    out.reshaped(rows_, cols_) << blocks[0], blocks[1];
+  }
+  ViewTangent::Along along(Eigen::Index v) const {
+    return {parameters_.by_lambda.col(v), scene_.substeps() * parameters_.by_h(v)};
+  }
   /// Turns vectors of a body in three dimensions from principal axes to the caller's, or back: δQ
   /// to δQ Tᵀ, δM to T δM Tᵀ. A point has the rotation Q det Q as a quaternion.
   void turn(bool to_caller, Dense& V) const {
-    if (!chart_.is_body() || chart_.size() != 18) return;
+    if (!(chart_.is_body() || view_) || chart_.size() != 18) return;
     if (!scene_.axes() && scene_.determinant() == 1) return;
     Eigen::Matrix3d T = Eigen::Matrix3d::Identity();
     if (scene_.axes())
@@ -110,6 +139,10 @@ class MovedVectors final : public Linearization {
   TangentChart chart_;
   std::unique_ptr<TangentMap> map_;
   Dense point_;
+  std::optional<ViewTangent>
+      view_;  ///< of a view of a body, and for it what the vectors began with:
+  Dense start_, start_vectors_;
+  TangentParameters parameters_;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -66,10 +67,25 @@ struct MethodTangent {
   int dimension = 0;  ///< the only N that has it; 0: every one
 };
 
-/// What gives the tangents of a system's scenes.
+/// Of a view of a body (body_view.h): the derivatives of its blocks x and of y = (Q, M) of the
+/// body, along δx or δy and, where they depend on Λ and the step, along δΛ and δh.
+struct ViewTangent {
+  using Two = std::array<Eigen::MatrixXd, 2>;
+  struct Along {
+    Eigen::VectorXd lambda;
+    double step;
+  };
+  std::function<Two(const Two& x, const Two& dx, const Along&)> read;  ///< returns δy
+  /// Returns δx. x_0 and δx_0 are those at the start, where constants of the motion come from.
+  std::function<Two(const Two& x_0, const Two& dx_0, const Two& y, const Two& dy, const Along&)>
+      write;
+};
+
+/// What gives the tangents of a system's scenes. Those of a view are by the methods of the body.
 struct Tangents {
   TangentSpace (*space)(const Scene&);
   std::span<const MethodTangent> methods;
+  ViewTangent (*view)(const Scene&) = nullptr;
 };
 
 }  // namespace stiefel

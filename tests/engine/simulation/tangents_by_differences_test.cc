@@ -4,7 +4,6 @@
 
 #include "engine/dense/so_3.h"
 #include "engine/growth/tangent_of.h"
-#include "engine/motion/observed_simulation.h"
 #include "engine/structure/derivative.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/linearization.h"
@@ -20,10 +19,10 @@ constexpr std::int64_t steps_of_differences = 5;
 
 /// Returns the blocks of a state, stacked, in the caller's axes.
 Dense stacked_state(const Simulation& motion) {
-  const Dense& point = dynamic_cast<const ObservedSimulation&>(motion).point();
-  if (point.cols() > 1) return point;
-  Dense x(6, 3);
-  x << motion.get("Q"), motion.get("M");
+  const Dense first = motion.get(motion.fields()[0].name),
+              second = motion.get(motion.fields()[1].name);
+  Dense x(first.rows() + second.rows(), first.cols());
+  x << first, second;
   return x;
 }
 std::optional<Dense> end_of(const SceneDescription& description) {
