@@ -43,7 +43,7 @@ std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription descri
   auto start = resolve_recommending(std::move(description), Scene::frame_tolerance, place);
   if (!start) return std::unexpected(std::move(start.error()));
   if (start->members().empty()) return std::vector{*std::move(start)};
-  return start->members().all();
+  return start->members().range(0, start->members().size());
 }
 
 std::expected<std::vector<Candidate>, Violations> candidates(const Scene& start,

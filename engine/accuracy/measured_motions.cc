@@ -87,17 +87,16 @@ void MeasuredMotions::take_in(const Samples& one) {
   common_.all_work += one.all_work;
 }
 
-Run MeasuredMotions::run(const MethodDescription& method, double weight,
-                         const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
-                         const std::stop_token& stop, double most_work, double most_error,
+Run MeasuredMotions::run(const MethodDescription& method, double weight, const RunBounds& bounds,
                          std::size_t first) const {
   const double weight_of_one = weight / static_cast<double>(count());
   Run all;
   double largest = -1;
   for (std::size_t k = 0; k < count(); ++k) {
     const std::size_t b = k == 0 ? first : k <= first ? k - 1 : k;
-    Run one = stiefel::run(scenes_[b].with(method).value(), weight_of_one, of_each_[b], compared,
-                           to, watch, stop, most_work - all.spent, most_error);
+    RunBounds left = bounds;
+    left.most_work -= all.spent;
+    Run one = stiefel::run(scenes_[b].with(method).value(), weight_of_one, of_each_[b], left);
     const RunStatus status = one.status;
     const double error = one.largest_error(one.errors.size());
     if (k == 0)
@@ -108,7 +107,7 @@ Run MeasuredMotions::run(const MethodDescription& method, double weight,
       largest = error;
       all.member = b;
     }
-    if (status.reached() && !(error > most_error)) continue;
+    if (status.reached() && !(error > bounds.most_error)) continue;
     all.status = status;
     if (count() > 1 && !status.reached()) all.status.member = static_cast<int>(b);
     break;

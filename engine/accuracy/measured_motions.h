@@ -35,9 +35,7 @@ class MeasuredMotions {
   /// the status of the first motion that did not reach its end, with its index as member where
   /// there are several. The run ends as well once the error of a motion exceeds `most_error`;
   /// motion `first` is run before the others.
-  Run run(const MethodDescription& method, double weight, const std::vector<std::int64_t>& compared,
-          std::int64_t to, Watch watch, const std::stop_token& stop,
-          double most_work = StopScope::unlimited, double most_error = infinity,
+  Run run(const MethodDescription& method, double weight, const RunBounds& bounds,
           std::size_t first = 0) const;
 
  private:

@@ -166,11 +166,10 @@ double Run::largest_error(std::size_t count) const {
 
 namespace {
 
-void run_within(const StopScope& cap, double most_work, const Scene& scene, double weight,
-                const Samples& samples, const std::vector<std::int64_t>& compared, std::int64_t to,
-                Watch watch, double most_error, Run& out) {
+void run_within(const StopScope& cap, const Scene& scene, double weight, const Samples& samples,
+                const RunBounds& bounds, Run& out) {
   const auto now = make_simulation(scene);
-  const bool jumps = now->direct() && watch == Watch::errors;
+  const bool jumps = now->direct() && bounds.watch == Watch::errors;
   const double comparison = comparison_work(scene);
   const auto count = [&] {
     out.steps = now->step();
@@ -180,7 +179,7 @@ void run_within(const StopScope& cap, double most_work, const Scene& scene, doub
         std::max(computed, cap.operations()) + comparison * static_cast<double>(out.errors.size());
   };
   std::optional<InvariantWatch> invariants;
-  if (watch == Watch::errors_and_invariants) invariants.emplace(scene, *now);
+  if (bounds.watch == Watch::errors_and_invariants) invariants.emplace(scene, *now);
   // Where time is measured a closed form computes every state, because methods are compared by the
   // cost of all states.
   const double steps = now->direct() ? 1 : slice_work / (weight * scene.substeps());
@@ -190,39 +189,37 @@ void run_within(const StopScope& cap, double most_work, const Scene& scene, doub
     const double start = thread_seconds();
     while (now->step() < step && out.status.reached()) {
       stop_point();
-      out.status = out.spent > most_work ? RunStatus{Outcome::cancelled, std::nullopt}
-                                         : now->advance(std::min(slice, step - now->step()));
+      out.status = out.spent > bounds.most_work ? RunStatus{Outcome::cancelled, std::nullopt}
+                                                : now->advance(std::min(slice, step - now->step()));
       count();
     }
     out.cpu_seconds += thread_seconds() - start;
     return out.status.reached();
   };
-  if (watch == Watch::time) {
-    go_to(to);
+  if (bounds.watch == Watch::time) {
+    go_to(bounds.to);
     return;
   }
-  for (const std::int64_t step : compared) {
-    if (step > to || !go_to(step)) break;
+  for (const std::int64_t step : bounds.compared) {
+    if (step > bounds.to || !go_to(step)) break;
     const auto sample = std::ranges::lower_bound(samples.steps, step) - samples.steps.begin();
     const auto& exact = samples.answers[static_cast<std::size_t>(sample)].state;
     out.errors.push_back(error_of(read_motion(scene, *now), exact));
     if (invariants) invariants->look(*now, out);
-    if (out.errors.back().largest() > most_error) break;
+    if (out.errors.back().largest() > bounds.most_error) break;
   }
 }
 
 }  // namespace
 
-Run run(const Scene& scene, double weight, const Samples& samples,
-        const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
-        const std::stop_token& stop, double most_work, double most_error) {
+Run run(const Scene& scene, double weight, const Samples& samples, const RunBounds& bounds) {
   Run out;
   {
-    const StopScope cap(stop, most_work);
+    const StopScope cap(bounds.stop, bounds.most_work);
     try {
-      run_within(cap, most_work, scene, weight, samples, compared, to, watch, most_error, out);
+      run_within(cap, scene, weight, samples, bounds, out);
     } catch (const Stopped&) {
-      if (!stop.stop_requested() && !cap.used_up()) throw;
+      if (!bounds.stop.stop_requested() && !cap.used_up()) throw;
       out.status = RunStatus{Outcome::cancelled, std::nullopt};
     }
   }

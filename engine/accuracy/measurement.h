@@ -74,14 +74,19 @@ enum class Watch {
   time,                   ///< every state is computed, none compared
 };
 
-/// Runs the scene up to the last of `compared` that is at most `to`, or until the token requests a
-/// stop or `most_work` is used up; the run status is then `cancelled`. Ends at the first compared
-/// step where the error exceeds `most_error`. `compared` are steps of `samples`. Throws Stopped
-/// when an outer scope requires it.
-Run run(const Scene& scene, double weight, const Samples& samples,
-        const std::vector<std::int64_t>& compared, std::int64_t to, Watch watch,
-        const std::stop_token& stop, double most_work = StopScope::unlimited,
-        double most_error = infinity);
+/// How far a run goes: up to the last of `compared`, which are steps of the samples, that is at
+/// most `to`, or until the token requests a stop or `most_work` is used up; the run status is then
+/// `cancelled`. It ends at the first compared step where the error exceeds `most_error`.
+struct RunBounds {
+  const std::vector<std::int64_t>& compared;
+  std::int64_t to;
+  Watch watch;
+  std::stop_token stop = {};
+  double most_work = StopScope::unlimited, most_error = infinity;
+};
+
+/// Runs the scene. Throws Stopped when an outer scope requires it.
+Run run(const Scene& scene, double weight, const Samples& samples, const RunBounds& bounds);
 
 /// Returns the last of `steps` that a run reaches with at most `work` when a step takes
 /// `step_work`; at least the first.

@@ -59,8 +59,71 @@ class Survey final : public Tradeoff {
                               : TradeoffRequest::default_steps;
   }
 
-  std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop) override;
-  std::optional<TradeoffPoint> next(const std::stop_token& stop) override;
+  std::expected<TradeoffSetup, Violations> solve_reference(const std::stop_token& stop) override {
+    const double time = std::abs(motions_.front().time(steps_));
+    motions_.solve_references(steps_, Density::coarse,
+                              {time, share_of_references * request_.budget}, stop);
+    left_ -= samples().work;
+    if (samples().reference.empty() && !stop.stop_requested())
+      return std::unexpected(Violations{{"scene.system", motions_.front().system(),
+                                         "has no reference to measure errors against"}});
+    if (samples().steps.empty() && !stop.stop_requested())
+      return std::unexpected(
+          Violations{{"budget", to_text(request_.budget),
+                      "must be larger: the first state of the reference, " + samples().reference +
+                          ", takes " + short_text(samples().first_price) +
+                          " instructions, and the reference may take half of the budget"}});
+    TradeoffSetup setup{machine(), build_fingerprint(), samples().reference};
+    setup.reference_error = reference_error();
+    setup.horizon = time;
+    setup.steps = steps_;
+    setup.reference_steps = samples().last();
+    setup.budget = request_.budget;
+    setup.repeats = static_cast<int>(request_.repeats);
+    setup.curves = candidates_.size();
+    setup.warnings = estimated_work(motions_.front(), candidates_);
+    return setup;
+  }
+
+  std::optional<TradeoffPoint> next(const std::stop_token& stop) override {
+    while (candidate_ < candidates_.size() && !stop.stop_requested()) {
+      const Candidate& candidate = candidates_[candidate_];
+      const auto next = candidate.refined(refinement_);
+      if (!next) {
+        next_candidate();
+        continue;
+      }
+      const MethodDescription& method = *next;
+      const double step_work = candidate.weight * method.substeps.value_or(1);
+      const std::int64_t to = affordable_steps(samples().steps, step_work, share());
+      const Scene scene = motions_.front().with(method).value();
+      const double least = scene.in_float() ? least_part_in_float : least_part;
+      const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
+                             static_cast<double>(to) * step_work > share();
+      const bool too_expensive =
+          static_cast<double>(to) * step_work * static_cast<double>(request_.repeats) > left_;
+      const auto first = (refinement_ > 0 && too_short) || too_expensive
+                             ? std::nullopt
+                             : first_run(candidate, scene, to, stop);
+      if (!first) {
+        next_candidate();
+        continue;
+      }
+      auto point = measure(candidate, scene, *first, stop);
+      if (stop.stop_requested()) return std::nullopt;
+      if (point.status.outcome == Outcome::cancelled) {  // it took more work than was left
+        next_candidate();
+        continue;
+      }
+      const bool another = refine(point);
+      if (!another) continue;
+      costs_and_errors_.push_back(
+          {point.work, point.error ? point.error->largest() : std::nan("")});
+      return point;
+    }
+    return std::nullopt;
+  }
+
   std::vector<std::size_t> front() const override { return pareto_front(costs_and_errors_); }
 
  private:
@@ -68,18 +131,103 @@ class Survey final : public Tradeoff {
   /// the error falls with the step as declared. Returns nullopt where the candidate's share of the
   /// budget does not suffice.
   std::optional<Run> first_run(const Candidate& candidate, const Scene& scene, std::int64_t to,
-                               const std::stop_token& stop);
+                               const std::stop_token& stop) {
+    const auto go_to = [&](std::int64_t steps) {
+      Run made = motions_.run(
+          *scene.description().method, candidate.weight,
+          {samples().steps, steps, Watch::errors_and_invariants, stop, std::max(left_, 0.0)});
+      left_ -= made.spent;
+      return made;
+    };
+    if (to == steps_ || !scene.in_float()) return go_to(to);
+    if (refinement_ > 0) {
+      Run part = go_to(to);
+      if (!part.status.reached() || growth_.falls_as_declared(candidate, part, samples().steps))
+        return part;
+    }
+    const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
+    if (samples().last() < steps_ || whole > expected_points * share()) return std::nullopt;
+    return go_to(steps_);
+  }
+
   TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
-                        const std::stop_token& stop);
+                        const std::stop_token& stop) {
+    TradeoffPoint point;
+    point.method = *scene.description().method;
+    point.status = first.status;
+    point.measured_steps = first.steps;
+    point.drift = first.drift;
+    point.drift_of = first.drift_of;
+    if (first.steps == 0 || point.status.outcome == Outcome::cancelled) return point;
+
+    const double time = std::abs(scene.time(first.steps));
+    point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
+    for (int k = 1; k < request_.repeats && first.status.reached() && first.spent <= left_; ++k) {
+      left_ -= first.spent;
+      const Run again = motions_.run(*scene.description().method, candidate.weight,
+                                     {samples().steps, first.steps, Watch::time, stop});
+      if (again.status.outcome == Outcome::cancelled) {
+        point.status = again.status;
+        return point;
+      }
+      point.cpu_seconds_per_second.push_back(again.cpu_seconds / time);
+    }
+    const double seconds = median(point.cpu_seconds_per_second);
+    point.steps_per_second = seconds > 0 ? 1 / (seconds * std::abs(scene.step())) : infinity;
+    const double rest = static_cast<double>(steps_) / static_cast<double>(first.steps);
+    point.work = first.work * rest;
+    if (!first.status.reached()) return point;
+
+    const double known = reference_error();
+    point.error = at_least(known, first.errors.back());
+    point.below_reference = first.errors.back().largest() <= known;
+    point.extrapolated = first.steps < steps_;
+    const double growth = growth_.beyond(candidate, first, samples().steps, steps_);
+    if (point.extrapolated) {
+      // The amplitude of an oscillating error does not grow, so its envelope is extrapolated.
+      const double envelope = std::max(known, first.largest_error(first.errors.size()));
+      const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
+      if (point.error->attitude) *point.error->attitude *= factor;
+      point.error->momentum *= factor;
+      if (!candidate.keeps_energy) point.drift *= rest;
+    }
+    return point;
+  }
+
   const Samples& samples() const { return motions_.samples(); }
   double reference_error() const {
     return samples().answers.empty() ? 0 : samples().answers.back().error;
   }
   /// Moves on to the next substeps or tolerance. Returns true if the point differs from the last
   /// one.
-  bool refine(const TradeoffPoint& point);
-  void next_candidate();
-  double share() const;  ///< share of what is left, for one run
+  bool refine(const TradeoffPoint& point) {
+    const double error = point.error ? point.error->largest() : infinity;
+    // The point counts only if it differs: a tighter tolerance may not change the steps yet.
+    const bool another = point.work != last_work_ || error != last_error_;
+    last_work_ = point.work;
+    last_error_ = error;
+    // A point whose step is too long for the method does not count against shorter steps.
+    const bool useful = error <= useful_ratio * best_ || error > saturated_error;
+    if (another) useless_in_a_row_ = useful ? 0 : useless_in_a_row_ + 1;
+    best_ = std::min(best_, error);
+    ++refinement_;
+    if (useless_in_a_row_ >= patience) next_candidate();
+    return another;
+  }
+
+  void next_candidate() {
+    ++candidate_;
+    refinement_ = useless_in_a_row_ = 0;
+    best_ = infinity;
+    growth_ = {};
+    last_work_ = last_error_ = 0;
+  }
+
+  /// Returns the share of what is left for one run.
+  double share() const {
+    const auto to_come = static_cast<double>(candidates_.size() - candidate_) * expected_points;
+    return std::max(0.0, left_) / (to_come * static_cast<double>(request_.repeats));
+  }
 
   TradeoffRequest request_;
   MeasuredMotions motions_;
@@ -94,161 +242,6 @@ class Survey final : public Tradeoff {
   double last_work_ = 0, last_error_ = 0;
   std::vector<CostAndError> costs_and_errors_;  ///< of the points so far
 };
-
-std::expected<TradeoffSetup, Violations> Survey::solve_reference(const std::stop_token& stop) {
-  const double time = std::abs(motions_.front().time(steps_));
-  motions_.solve_references(steps_, Density::coarse, {time, share_of_references * request_.budget},
-                            stop);
-  left_ -= samples().work;
-  if (samples().reference.empty() && !stop.stop_requested())
-    return std::unexpected(Violations{
-        {"scene.system", motions_.front().system(), "has no reference to measure errors against"}});
-  if (samples().steps.empty() && !stop.stop_requested())
-    return std::unexpected(
-        Violations{{"budget", to_text(request_.budget),
-                    "must be larger: the first state of the reference, " + samples().reference +
-                        ", takes " + short_text(samples().first_price) +
-                        " instructions, and the reference may take half of the budget"}});
-  TradeoffSetup setup{machine(), build_fingerprint(), samples().reference};
-  setup.reference_error = reference_error();
-  setup.horizon = time;
-  setup.steps = steps_;
-  setup.reference_steps = samples().last();
-  setup.budget = request_.budget;
-  setup.repeats = static_cast<int>(request_.repeats);
-  setup.curves = candidates_.size();
-  setup.warnings = estimated_work(motions_.front(), candidates_);
-  return setup;
-}
-
-double Survey::share() const {
-  const auto to_come = static_cast<double>(candidates_.size() - candidate_) * expected_points;
-  return std::max(0.0, left_) / (to_come * static_cast<double>(request_.repeats));
-}
-
-std::optional<TradeoffPoint> Survey::next(const std::stop_token& stop) {
-  while (candidate_ < candidates_.size() && !stop.stop_requested()) {
-    const Candidate& candidate = candidates_[candidate_];
-    const auto next = candidate.refined(refinement_);
-    if (!next) {
-      next_candidate();
-      continue;
-    }
-    const MethodDescription& method = *next;
-    const double step_work = candidate.weight * method.substeps.value_or(1);
-    const std::int64_t to = affordable_steps(samples().steps, step_work, share());
-    const Scene scene = motions_.front().with(method).value();
-    const double least = scene.in_float() ? least_part_in_float : least_part;
-    const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
-                           static_cast<double>(to) * step_work > share();
-    const bool too_expensive =
-        static_cast<double>(to) * step_work * static_cast<double>(request_.repeats) > left_;
-    const auto first = (refinement_ > 0 && too_short) || too_expensive
-                           ? std::nullopt
-                           : first_run(candidate, scene, to, stop);
-    if (!first) {
-      next_candidate();
-      continue;
-    }
-    auto point = measure(candidate, scene, *first, stop);
-    if (stop.stop_requested()) return std::nullopt;
-    if (point.status.outcome == Outcome::cancelled) {  // it took more work than was left
-      next_candidate();
-      continue;
-    }
-    const bool another = refine(point);
-    if (!another) continue;
-    costs_and_errors_.push_back({point.work, point.error ? point.error->largest() : std::nan("")});
-    return point;
-  }
-  return std::nullopt;
-}
-
-std::optional<Run> Survey::first_run(const Candidate& candidate, const Scene& scene,
-                                     std::int64_t to, const std::stop_token& stop) {
-  const auto go_to = [&](std::int64_t steps) {
-    Run made = motions_.run(*scene.description().method, candidate.weight, samples().steps, steps,
-                            Watch::errors_and_invariants, stop, std::max(left_, 0.0));
-    left_ -= made.spent;
-    return made;
-  };
-  if (to == steps_ || !scene.in_float()) return go_to(to);
-  if (refinement_ > 0) {
-    Run part = go_to(to);
-    if (!part.status.reached() || growth_.falls_as_declared(candidate, part, samples().steps))
-      return part;
-  }
-  const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
-  if (samples().last() < steps_ || whole > expected_points * share()) return std::nullopt;
-  return go_to(steps_);
-}
-
-TradeoffPoint Survey::measure(const Candidate& candidate, const Scene& scene, const Run& first,
-                              const std::stop_token& stop) {
-  TradeoffPoint point;
-  point.method = *scene.description().method;
-  point.status = first.status;
-  point.measured_steps = first.steps;
-  point.drift = first.drift;
-  point.drift_of = first.drift_of;
-  if (first.steps == 0 || point.status.outcome == Outcome::cancelled) return point;
-
-  const double time = std::abs(scene.time(first.steps));
-  point.cpu_seconds_per_second.push_back(first.cpu_seconds / time);
-  for (int k = 1; k < request_.repeats && first.status.reached() && first.spent <= left_; ++k) {
-    left_ -= first.spent;
-    const Run again = motions_.run(*scene.description().method, candidate.weight, samples().steps,
-                                   first.steps, Watch::time, stop);
-    if (again.status.outcome == Outcome::cancelled) {
-      point.status = again.status;
-      return point;
-    }
-    point.cpu_seconds_per_second.push_back(again.cpu_seconds / time);
-  }
-  const double seconds = median(point.cpu_seconds_per_second);
-  point.steps_per_second = seconds > 0 ? 1 / (seconds * std::abs(scene.step())) : infinity;
-  const double rest = static_cast<double>(steps_) / static_cast<double>(first.steps);
-  point.work = first.work * rest;
-  if (!first.status.reached()) return point;
-
-  const double known = reference_error();
-  point.error = at_least(known, first.errors.back());
-  point.below_reference = first.errors.back().largest() <= known;
-  point.extrapolated = first.steps < steps_;
-  const double growth = growth_.beyond(candidate, first, samples().steps, steps_);
-  if (point.extrapolated) {
-    // The amplitude of an oscillating error does not grow, so its envelope is extrapolated.
-    const double envelope = std::max(known, first.largest_error(first.errors.size()));
-    const double factor = growth * std::min(envelope / point.error->largest(), 4.0);
-    if (point.error->attitude) *point.error->attitude *= factor;
-    point.error->momentum *= factor;
-    if (!candidate.keeps_energy) point.drift *= rest;
-  }
-  return point;
-}
-
-bool Survey::refine(const TradeoffPoint& point) {
-  const double error = point.error ? point.error->largest() : infinity;
-  // The point counts only if it differs: a tighter tolerance may not change the steps yet.
-  const bool another = point.work != last_work_ || error != last_error_;
-  last_work_ = point.work;
-  last_error_ = error;
-  // A point whose step is too long for the method does not count against shorter steps.
-  const bool useful = error <= useful_ratio * best_ || error > saturated_error;
-  if (another) useless_in_a_row_ = useful ? 0 : useless_in_a_row_ + 1;
-  best_ = std::min(best_, error);
-  ++refinement_;
-  if (useless_in_a_row_ >= patience) next_candidate();
-  return another;
-}
-
-void Survey::next_candidate() {
-  ++candidate_;
-  refinement_ = useless_in_a_row_ = 0;
-  best_ = infinity;
-  growth_ = {};
-  last_work_ = last_error_ = 0;
-}
 
 }  // namespace
 

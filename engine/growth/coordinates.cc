@@ -19,15 +19,6 @@ Dense by_columns(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
   }
   return out;
 }
-Dense by_rows(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
-  Dense out(V.rows(), V.cols());
-  for (Eigen::Index k = 0; k < V.cols(); ++k) {
-    stop_point();
-    out.col(k) = V.col(k).reshaped(rows, cols).reshaped<Eigen::RowMajor>();
-  }
-  return out;
-}
-
 Dense blocks_of(const Simulation& motion) {
   Dense x;
   for (std::size_t i = 0; i < motion.block_count(); ++i) {

@@ -16,7 +16,9 @@ Eigen::MatrixXd orthonormal_range(Eigen::MatrixXd A);
 /// Return tangent vectors with their numbers column by column from numbers row by row, and the
 /// reverse.
 Eigen::MatrixXd by_columns(const Eigen::MatrixXd& V, Eigen::Index rows, Eigen::Index cols);
-Eigen::MatrixXd by_rows(const Eigen::MatrixXd& V, Eigen::Index rows, Eigen::Index cols);
+inline Eigen::MatrixXd by_rows(const Eigen::MatrixXd& V, Eigen::Index rows, Eigen::Index cols) {
+  return by_columns(V, cols, rows);  // a transposed matrix has the other order
+}
 
 /// Returns the blocks of a state in the caller's axes, stacked by rows.
 Eigen::MatrixXd blocks_of(const Simulation& motion);

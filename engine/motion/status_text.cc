@@ -121,6 +121,10 @@ std::string to_sentence(const RunStatus& status, const Scene& scene, double rate
   return sentence + (stopped ? neighbour(scene) : "");
 }
 
+std::string to_sentence(const RunStatus& status, const Scene& scene) {
+  return to_sentence(status, scene, std::nan(""));
+}
+
 double rate_at(const RunStatus& status, const Simulation& last) {
   const auto* ensemble = dynamic_cast<const Ensemble*>(&last);
   return ensemble && status.member ? ensemble->rate(static_cast<std::size_t>(*status.member))

@@ -142,36 +142,22 @@ void write_quantiles(std::vector<double>& values, std::span<const double> fracti
   }
 }
 
+template <class Self, class Visit>
+void Accumulators::each(Self& self, const Visit& visit) {
+  visit(self.samples_), visit(self.least_), visit(self.largest_), visit(self.drift_);
+  for (auto* sums : {&self.sum_, &self.squares_})
+    for (auto& one : *sums) visit(one.sum), visit(one.carry);
+  visit(self.changes_), visit(self.sign_), visit(self.bins_);
+}
+
 void Accumulators::save(ByteWriter& out) const {
-  out.put(samples_);
-  out.put(least_);
-  out.put(largest_);
-  out.put(drift_);
-  for (const auto* sums : {&sum_, &squares_})
-    for (const LongSum& one : *sums) {
-      out.put(one.sum);
-      out.put(one.carry);
-    }
-  out.put(changes_);
-  out.put(sign_);
+  each(*this, [&](const auto& numbers) { out.put(numbers); });
   out.put(kept_);
-  out.put(bins_);
 }
 
 void Accumulators::restore(ByteReader& in) {
-  in.get(samples_);
-  in.get(least_);
-  in.get(largest_);
-  in.get(drift_);
-  for (auto* sums : {&sum_, &squares_})
-    for (LongSum& one : *sums) {
-      in.get(one.sum);
-      in.get(one.carry);
-    }
-  in.get(changes_);
-  in.get(sign_);
+  each(*this, [&](auto& numbers) { in.get(numbers); });
   in.get_up_to(room_, kept_);
-  in.get(bins_);
 }
 
 }  // namespace stiefel

@@ -60,6 +60,9 @@ class Accumulators {
  private:
   void count_changes(std::span<const double> values);
   void count_bins(std::span<const double> values);
+  /// Visits all numbers but the values kept for quantiles.
+  template <class Self, class Visit>
+  static void each(Self& self, const Visit& visit);
 
   const Quantity* quantity_;
   std::size_t size_, room_;

@@ -10,10 +10,8 @@
 namespace stiefel {
 
 bool EventReports::waits(const Member& member) const {
-  for (std::size_t e = 0; e < plan_.what.events.size(); ++e) {
-    const std::uint64_t limit = plan_.what.events[e].limit;
-    if (limit == 0 || member.events[e] < limit) return true;
-  }
+  for (std::size_t e = 0; e < plan_.what.events.size(); ++e)
+    if (waits(member, e)) return true;
   return false;
 }
 
@@ -49,8 +47,7 @@ void EventReports::values(Member& member, std::int64_t k, const Simulation& now,
   functions_.values(now, g);
   std::vector<double> saved;
   for (std::size_t e = 0; e < g.size(); ++e) {
-    const EventDescription& event = plan_.what.events[e];
-    if (!event.extremum || (event.limit > 0 && member.events[e] >= event.limit)) continue;
+    if (!plan_.what.events[e].extremum || !waits(member, e)) continue;
     saved.resize(now.saved_size());
     now.save(saved);
     g[e] = slope(member, e, k, 0, saved, stop)
@@ -65,8 +62,7 @@ std::vector<EventReports::Zero> EventReports::zeros(Member& member, const LastSt
   values(member, step.to, step.now, g_, stop);
   for (std::size_t e = 0; e < g_.size(); ++e) {
     const EventDescription& event = plan_.what.events[e];
-    if (event.limit > 0 && member.events[e] >= event.limit) continue;
-    if (!crosses(member.g[e], g_[e], event.direction)) continue;
+    if (!waits(member, e) || !crosses(member.g[e], g_[e], event.direction)) continue;
     const double period = event.extremum ? 0 : functions_.period(e);
     if (period > 0 && std::abs(g_[e] - member.g[e]) >= period / 2) continue;
     const auto g = [&](double fraction) -> std::optional<double> {

@@ -36,6 +36,11 @@ class EventReports {
   std::vector<Event>& reported() { return reported_; }
 
  private:
+  /// Whether an event of the member has not reached its limit.
+  bool waits(const Member& member, std::size_t event) const {
+    const std::uint64_t limit = plan_.what.events[event].limit;
+    return limit == 0 || member.events[event] < limit;
+  }
   /// A zero of an event's function in the last step.
   struct Zero {
     std::size_t event;

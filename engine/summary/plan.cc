@@ -53,19 +53,15 @@ class Check {
     const auto index = find_field(start_.fields(), name);
     return index ? std::optional(field_at(start_.fields(), *index)) : std::nullopt;
   }
-  std::string names(bool invariants) const {
-    std::string all = field_names(start_.fields());
-    if (invariants)
-      all += ", or the invariants " +
-             listed(catalogue().system(scene_.system())->invariants, &InvariantInfo::name);
-    return all;
-  }
-
-  /// Returns "; did you mean energy?" with a near name among the fields, else among the invariants.
-  std::string near_quantity(const std::string& name) const {
-    const std::string of_fields = did_you_mean(name, start_.fields(), &Field::name);
+  /// Returns the rule for the name of a field, or of a quantity: a field or an invariant.
+  std::string rule_of_names(const std::string& given, bool of_quantity = false) const {
+    const std::string rule = "must be one of " + field_names(start_.fields()),
+                      near_field = did_you_mean(given, start_.fields(), &Field::name);
+    if (!of_quantity) return rule + near_field;
     const auto& invariants = catalogue().system(scene_.system())->invariants;
-    return of_fields.empty() ? did_you_mean(name, invariants, &InvariantInfo::name) : of_fields;
+    return rule + ", or the invariants " + listed(invariants, &InvariantInfo::name) +
+           (near_field.empty() ? did_you_mean(given, invariants, &InvariantInfo::name)
+                               : near_field);
   }
 
   void quantity(std::size_t i) {
@@ -73,8 +69,7 @@ class Check {
     Plan::Read read;
     auto reading = make_reading(first_ ? *first_ : scene_, start_, asked.name);
     if (!reading) {
-      refuse(at("quantities", i, ".name"), asked.name,
-             "must be one of " + names(true) + near_quantity(asked.name));
+      refuse(at("quantities", i, ".name"), asked.name, rule_of_names(asked.name, true));
       plan_.reads.push_back(read);
       return;
     }
@@ -153,8 +148,7 @@ class Check {
     const std::size_t before = violations_.size();
     const auto of = field(name);
     if (!of)
-      refuse(place + ".field", name,
-             "must be one of " + names(false) + did_you_mean(name, start_.fields(), &Field::name));
+      refuse(place + ".field", name, rule_of_names(name));
     else if (of->complex)
       refuse(place + ".field", name, "must be a real field");
     else if (const auto size = static_cast<std::size_t>(of->size()); coefficients.size() != size)
@@ -176,14 +170,12 @@ class Check {
 
   void fields() {
     const auto& named = plan_.what.fields;
+    std::set<std::string> seen;
     for (std::size_t i = 0; i < named.size() && !full(); ++i) {
       const auto of = find_field(start_.fields(), named[i]);
       if (!of)
-        refuse(at("fields", i), named[i],
-               "must be one of " + names(false) +
-                   did_you_mean(named[i], start_.fields(), &Field::name));
-      else if (std::ranges::find(named.begin(), named.begin() + static_cast<std::ptrdiff_t>(i),
-                                 named[i]) != named.begin() + static_cast<std::ptrdiff_t>(i))
+        refuse(at("fields", i), named[i], rule_of_names(named[i]));
+      else if (!seen.insert(named[i]).second)
         refuse(at("fields", i), named[i], "is named twice");
       else
         plan_.fields.push_back(*of);
@@ -278,16 +270,13 @@ class Check {
 
 std::expected<Plan, Violations> make_plan(const Scene& scene, const Simulation& start,
                                           SummaryDescription what) {
-  const auto too_many = [](const char* field, std::size_t count, std::size_t most) {
-    return std::unexpected(
-        Violations{{field, std::to_string(count), "must be at most " + std::to_string(most)}});
-  };
-  if (what.quantities.size() > Summary::max_quantities)
-    return too_many("quantities", what.quantities.size(), Summary::max_quantities);
-  if (what.events.size() > Summary::max_events)
-    return too_many("events", what.events.size(), Summary::max_events);
-  if (what.times.size() > Summary::max_times)
-    return too_many("times", what.times.size(), Summary::max_times);
+  for (const auto& [field, count, most] :
+       {std::tuple("quantities", what.quantities.size(), Summary::max_quantities),
+        std::tuple("events", what.events.size(), Summary::max_events),
+        std::tuple("times", what.times.size(), Summary::max_times)})
+    if (count > most)
+      return std::unexpected(
+          Violations{{field, std::to_string(count), "must be at most " + std::to_string(most)}});
   Plan plan;
   plan.what = std::move(what);
   plan.discrete = catalogue().system(scene.system())->discrete;

@@ -62,7 +62,7 @@ struct SceneDescription {
   /// (tradeoff.h) chooses the method.
   std::optional<double> tolerance = {};
   std::optional<double> horizon = {};  ///< the time of interest, > 0 whatever the step's sign
-  std::optional<int> members = {};     ///< number of members, for an ensemble
+  std::optional<int> members = {};  ///< number of members, for an ensemble
 };
 
 /// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.
@@ -177,6 +177,8 @@ std::expected<Scene, Violations> resolve_recommending(
 /// takes some microseconds for a small one, so that an ensemble stores its numbers only once.
 class Members {
  public:
+  class Iterator;
+
   std::size_t size() const { return count_; }
   bool empty() const { return count_ == 0; }
   /// Member b, 0 <= b < size().
@@ -184,7 +186,8 @@ class Members {
   Scene front() const { return (*this)[0]; }
   /// Members first ... first + count - 1.
   std::vector<Scene> range(std::size_t first, std::size_t count) const;
-  std::vector<Scene> all() const { return range(0, count_); }
+  Iterator begin() const;
+  Iterator end() const;
 
  private:
   friend class Scene;
@@ -195,7 +198,25 @@ class Members {
   std::size_t count_;
 };
 
+/// Iterates over the members; `*` returns a Scene by value.
+class Members::Iterator {
+ public:
+  Iterator(const Members& members, std::size_t at) : members_(members), at_(at) {}
+  Scene operator*() const { return members_[at_]; }
+  Iterator& operator++() {
+    ++at_;
+    return *this;
+  }
+  bool operator!=(const Iterator& other) const { return at_ != other.at_; }
+
+ private:
+  Members members_;
+  std::size_t at_;
+};
+
 inline Members Scene::members() const { return Members(description_); }
+inline Members::Iterator Members::begin() const { return {*this, 0}; }
+inline Members::Iterator Members::end() const { return {*this, count_}; }
 
 /// Returns the warnings about an accepted scene, one sentence each; usually none.
 ///

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -129,11 +128,12 @@ class Simulation {
 std::unique_ptr<Simulation> make_simulation(const Scene& scene);
 
 /// Describes the status in one sentence for people; empty when it is `reached`. With a scene, the
-/// sentence also names a method that can go on where the scene's own cannot. With a finite rate,
-/// and if a step of a body in three dimensions left the domain, it says by how many degrees the
-/// step turns the body.
+/// sentence also names a method that can go on where the scene's own cannot. With the rate too, and
+/// if a step of a body in three dimensions left the domain, it says by how many degrees the step
+/// turns the body.
 std::string to_sentence(const RunStatus& status);
-std::string to_sentence(const RunStatus& status, const Scene& scene, double rate = std::nan(""));
+std::string to_sentence(const RunStatus& status, const Scene& scene);
+std::string to_sentence(const RunStatus& status, const Scene& scene, double rate);
 
 /// Returns the rate (`Simulation::rate`) at the last good state, which `last` holds; for an
 /// ensemble, the rate of the member that ended the run.

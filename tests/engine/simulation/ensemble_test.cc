@@ -197,7 +197,7 @@ void expect_the_same_bits(int N, const char* arithmetic, const char* scalar) {
   for (const Scene& body : together.members()) some.push_back(packed_body(body));
   const auto given = side_by_side<Scalar>(together, some, 16);
   std::vector<double> states, expected;
-  for (const Scene& body : together.members().all()) {
+  for (const Scene& body : together.members()) {
     const auto simulation = make_simulation(body);
     const auto append = [&](std::vector<double>& to) {
       const auto state = saved(*simulation);
@@ -360,7 +360,7 @@ TEST(Ensemble, MembersMayBeAtRest) {
   two.initial["S"] = RowMatrix(RowMatrix::Zero(2, 3));
   const auto scene = Scene::resolve(two);
   ASSERT_TRUE(scene);
-  for (const Scene& member : scene->members().all()) EXPECT_EQ(member.block("S").norm(), 0);
+  for (const Scene& member : scene->members()) EXPECT_EQ(member.block("S").norm(), 0);
 }
 
 /// A body with these moments, attitude and angular velocity.
@@ -415,7 +415,7 @@ TEST(Ensemble, InertiaMayBeCommon) {
   auto common = ensemble_of(scenes);
   common.inertia.resize(3);
   const Scene together = resolved(common);
-  for (const Scene& member : together.members().all())
+  for (const Scene& member : together.members())
     EXPECT_EQ(member.inertia(), together.members()[0].inertia());
 }
 
