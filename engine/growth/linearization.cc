@@ -189,10 +189,12 @@ std::expected<std::unique_ptr<Linearization>, Violations> Linearization::make(
 }
 
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates) {
-  if (!tangents_of(scene.system())) return 0;
+  const Tangents* tangents = tangents_of(scene.system());
+  if (!tangents) return 0;
   // Counted with malloc: copies of the vectors and of the values of a step, and the bases of a
-  // tangent space. Columns of frames are stored in rows of 64.
-  constexpr double copies = 5.5, of_values = 8, of_bases = 4, object = 1 << 14, row = 64;
+  // tangent space. Columns of frames are stored in rows of 64. A view keeps its first vectors too.
+  constexpr double of_values = 8, of_bases = 4, object = 1 << 14, row = 64;
+  const double copies = tangents->view ? 6.5 : 5.5;
   const StateExtent x = extent_of(scene);
   const auto N = static_cast<double>(scene.inertia().size());
   const double m = std::min(static_cast<double>(vectors), x.dimension + N + 1);

@@ -112,7 +112,7 @@ TEST(LyapunovForLong, TheChaoticControlIsChaotic) {
 /// to 50 %.
 TEST(LyapunovForLong, ErrorBarsCover) {
   const Scene scene = geodesic(3, {1, 2, 4, 7, 12}, 1, 0.2);
-  const Eigen::VectorXd expected = spectrum_of(scene, {.to = 200'000}).exponents();
+  const Eigen::VectorXd expected = spectrum_of(scene, {.to = 200'000})->exponents();
   constexpr int runs = 200, most = runs / 20;
   Eigen::VectorXi outside = Eigen::VectorXi::Zero(expected.size());
   int pairs = 0, sums = 0, zeros = 0;

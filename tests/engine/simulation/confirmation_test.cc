@@ -107,8 +107,8 @@ TEST(Confirmation, ItIsMadeForEverySystem) {
                                                    5, 0.1, on.where.empty() ? 4 : 3))
                               .value();
       const auto start = make_simulation(scene);
-      const GrowthVectors vectors(scene, tangents_of(system.name)->space(scene), *start);
-      const Dense x = vectors.state(*start), V = vectors.random(x, 1, 1);
+      const GrowthVectors vectors(scene, *start);
+      const Dense x = blocks_of(*start), V = vectors.random(x, 1, 1);
       Confirmation second;
       ASSERT_EQ(second.begin({.scene = scene,
                               .start = *start,

@@ -213,7 +213,7 @@ TEST(Linearization, OfManyColumnsIsThatOfFew) {
     };
     const Scene scene = scene_with(few);
     const auto motion = make_simulation(scene);
-    const Dense basis = made(scene, *motion).basis(*motion);
+    const Dense basis = made(scene, *motion)->basis(*motion);
     auto tangent = made(scene, *motion, {basis, true, true, true});
     ASSERT_TRUE(tangent->advance(*motion, 3).reached());
     const Dense expected = tangent->vectors(*motion);

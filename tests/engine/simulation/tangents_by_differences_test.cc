@@ -2,6 +2,8 @@
 // differences of the states of simulations: of scenes that differ in one number.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "engine/dense/so_3.h"
 #include "engine/growth/tangent_of.h"
 #include "engine/structure/derivative.h"
