@@ -5,11 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/dense/so_3.h"
 #include "engine/growth/coordinates.h"
 #include "engine/growth/tangent_of.h"
-#include "engine/motion/body_view.h"
 #include "engine/motion/observed_simulation.h"
-#include "engine/motion/system_entry.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/scene_draft.h"
 #include "stiefel/price.h"
@@ -52,12 +51,15 @@ class MovedVectors final : public Linearization {
     if (by_inertia_ && chart_.space().by_inertia)
       V.middleCols(given, inertia) = chart_.space().by_inertia(x);
     if (const auto view = tangents_of(scene.system())->view) {
+      const double products = 4 * static_cast<double>(chart_.size() * cols_);
       view_ = view(scene);
       start_ = x;
       start_vectors_ = V;
       parameters_ = at;
-      for (Eigen::Index v = 0; v < count_; ++v)
+      for (Eigen::Index v = 0; v < count_; ++v) {
+        stop_point(products);
         put(view_->read(halves(x), halves(V.col(v)), along(v)), V.col(v));
+      }
     }
     turn(false, V);
     map_ = tangent_of(scene, scene.method())->make(scene, at);
@@ -87,11 +89,14 @@ class MovedVectors final : public Linearization {
     map_->read(point_of(motion), V);
     turn(true, V);
     if (view_) {
-      const Two y = system_entry(scene_.system())->view(scene_).body(halves(blocks_of(motion)));
-      for (Eigen::Index v = 0; v < count_; ++v)
+      const double products = 4 * static_cast<double>(chart_.size() * cols_);
+      const Two y = body_at(point_of(motion));
+      for (Eigen::Index v = 0; v < count_; ++v) {
+        stop_point(products);
         put(view_->write(halves(start_), halves(start_vectors_.col(v)), y, halves(V.col(v)),
                          along(v)),
             V.col(v));
+      }
     }
     return as_blocks_ ? by_rows(V, rows_, cols_)
                       : chart_.coordinates(blocks_of(motion), V, by_inertia_);
@@ -111,6 +116,13 @@ class MovedVectors final : public Linearization {
     const auto block = x.reshaped(rows_, cols_);
     return {block.topRows(cols_), block.bottomRows(cols_)};
   }
+  /// Returns Q and M of the body at a point, which in three dimensions has the rotation Q det Q as
+  /// a quaternion.
+  Two body_at(const Dense& point) const {
+    if (point.cols() > 1) return halves(point);
+    return {scene_.determinant() * rotation_matrix<double>(Eigen::Vector4d(point.topRows(4))),
+            hat(Eigen::Vector3d(point.bottomRows(3)))};
+  }
   void put(const Two& blocks, Eigen::Ref<Eigen::VectorXd> out) const {
     out.reshaped(rows_, cols_) << blocks[0], blocks[1];
   }
@@ -118,7 +130,7 @@ class MovedVectors final : public Linearization {
     return {parameters_.by_lambda.col(v), scene_.substeps() * parameters_.by_h(v)};
   }
   /// Turns vectors of a body in three dimensions from principal axes to the caller's, or back: δQ
-  /// to δQ Tᵀ, δM to T δM Tᵀ. A point has the rotation Q det Q as a quaternion.
+  /// to δQ Tᵀ, δM to T δM Tᵀ; TangentMap's have δ(Q det Q) there.
   void turn(bool to_caller, Dense& V) const {
     if (!(chart_.is_body() || view_) || chart_.size() != 18) return;
     if (!scene_.axes() && scene_.determinant() == 1) return;
