@@ -249,7 +249,7 @@ TEST(TradeoffOfMembers, KeepsItsBudgetAndItsLimit) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().front().field, "scene.members");
   auto poor = of(1000, 1e6);
-  const auto unsolved = poor->solve_reference({});
+  const auto unsolved = (*poor)->solve_reference({});
   ASSERT_FALSE(unsolved);
   EXPECT_EQ(unsolved.error().front().field, "budget");
 }
