@@ -49,9 +49,9 @@ TEST(Summary, DoesNotTakeDamagedBytes) {
   first.advance(100, 100);
   const std::string saved = first.save();
   for (std::size_t length = 0; length < saved.size(); length += 7)
-    EXPECT_FALSE(prepare(scene, what)->restore(std::string_view(saved).substr(0, length)));
-  EXPECT_FALSE(prepare(scene, what)->restore(saved + '\0'));
-  EXPECT_FALSE(prepare(scene, everything(5, 302, 7))->restore(saved));
+    EXPECT_FALSE(prepare(scene, what).restore(std::string_view(saved).substr(0, length)));
+  EXPECT_FALSE(prepare(scene, what).restore(saved + '\0'));
+  EXPECT_FALSE(prepare(scene, everything(5, 302, 7)).restore(saved));
 }
 
 TEST(Summary, EndsWhenItIsAskedToStop) {
