@@ -130,8 +130,10 @@ TEST(StopScope, AStepOfASmallBodyIsWhole) {
 TEST(StopScope, ReachesTheTangentOfEverySystemAndMethod) {
   constexpr int N = 12;
   const Scene base = resolved(body(N, "rk4"));
-  int made = 0;
+  std::set<std::string_view> with_tangents, reached;
   for (const SystemInfo& system : catalogue().systems) {
+    if (std::ranges::any_of(system.methods, &MethodOnSystem::has_tangent))
+      with_tangents.insert(system.name);
     const ConversionTarget target{std::string(system.name)};
     const auto converted = convert(base, target);
     if (!converted || !converted->scene) continue;
@@ -145,8 +147,8 @@ TEST(StopScope, ReachesTheTangentOfEverySystemAndMethod) {
       const std::string what = scene->system() + " " + scene->method();
       const auto start = make_simulation(*scene);
       if (on.method == "exact") continue;  // its tangent is for N = 3
-      ++made;
-      const auto basis = Linearization::make(*scene, {}, *start)->start_basis(*start);
+      reached.insert(system.name);
+      const auto basis = (*Linearization::make(*scene, {}, *start))->start_basis(*start);
       const auto work = [&] {
         const auto motion = make_simulation(*scene);
         auto tangent =
@@ -158,7 +160,7 @@ TEST(StopScope, ReachesTheTangentOfEverySystemAndMethod) {
       stops_everywhere(work, N);
     }
   }
-  EXPECT_EQ(made, 5);
+  EXPECT_EQ(reached, with_tangents);
 }
 
 TEST(StopScope, ReachesTheBasisOfATangentSpaceAndASpectrum) {

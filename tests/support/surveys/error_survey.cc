@@ -7,7 +7,7 @@
 #include <random>
 #include <sstream>
 
-#include "engine/accuracy/reported_form.h"
+#include "engine/accuracy/series_equations.h"
 #include "engine/body/parametric_psi.h"
 #include "engine/body/parametric_rigid_body.h"
 #include "engine/body/psi.h"
