@@ -2,7 +2,9 @@
 // result, changes nothing, and gives its bits when it is done again.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 #include <thread>
 
 #include "stiefel/catalogue.h"
