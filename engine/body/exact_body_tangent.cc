@@ -1,6 +1,7 @@
 #include "engine/body/exact/euler_top.h"
 #include "engine/body/rigid_tangents.h"
 #include "engine/dense/decompositions.h"
+#include "engine/motion/body_view.h"
 #include "engine/numbers/dual.h"
 #include "stiefel/stop.h"
 
@@ -160,7 +161,7 @@ class MovingTangent final : public ExactBodyTangent {
 /// Whether m × ω = 0. EulerTop has a formula of its own for these motions, whose derivative is not
 /// that of the motions beside them.
 bool is_steady(const Scene& scene) {
-  const Eigen::Vector3d m = vee(scene.M()), lambda = scene.inertia();
+  const Eigen::Vector3d m = vee(body_momentum(scene)), lambda = scene.inertia();
   for (int a = 0; a < 3; ++a) {
     const int b = (a + 1) % 3, c = (a + 2) % 3;
     if (m(b) != 0 && m(c) != 0 && lambda(b) != lambda(c)) return false;

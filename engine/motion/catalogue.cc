@@ -78,8 +78,15 @@ const MethodInfo* Catalogue::method(std::string_view name) const {
 }
 
 std::string_view to_string(Conservation conservation) {
-  constexpr std::string_view names[] = {"exact", "bounded", "drifts"};
-  return names[static_cast<std::size_t>(conservation)];
+  switch (conservation) {
+    case Conservation::exact:
+      return "exact";
+    case Conservation::bounded:
+      return "bounded";
+    case Conservation::drifts:
+      return "drifts";
+  }
+  return "";
 }
 
 }  // namespace stiefel
