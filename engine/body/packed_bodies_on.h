@@ -31,17 +31,17 @@ class DiscreteBodies {
   };
 
   /// `stages` is the first half of the palindromic sequence of stages, including the middle one.
-  DiscreteBodies(std::shared_ptr<const std::vector<Inertia>> stages, bool moves_frame)
-      : stages_(std::move(stages)), body_(moves_frame) {}
+  /// They must outlive the map and its copies.
+  DiscreteBodies(std::span<const Inertia> stages, bool moves_frame)
+      : stages_(stages), body_(moves_frame) {}
 
   /// Makes the step in the easy lanes and returns them. The states in the other lanes become
   /// undefined.
   auto step_where_easy(State& state) {
-    const std::vector<Inertia>& stages = *stages_;
-    const std::size_t count = 2 * stages.size() - 1;
-    auto easy = stages.front().positive;
+    const std::size_t count = 2 * stages_.size() - 1;
+    auto easy = stages_.front().positive;
     for (std::size_t stage = 0; stage < count; ++stage) {
-      const Inertia& I = stages[std::min(stage, count - 1 - stage)];
+      const Inertia& I = stages_[std::min(stage, count - 1 - stage)];
       easy = easy & body_.solve_where_easy(state.x, I);
       body_.transport(state.x, I);
     }
@@ -49,13 +49,13 @@ class DiscreteBodies {
   }
 
  private:
-  std::shared_ptr<const std::vector<Inertia>> stages_;
+  std::span<const Inertia> stages_;
   Body body_;
 };
 
 /// Implements PackedBodies by a map of packs.
 template <class P, class Map>
-class PackedBodiesOn final : public PackedBodies {
+class PackedBodiesOn : public PackedBodies {
  public:
   /// `given` are the arguments of the map's constructor.
   template <class... Given>
@@ -109,6 +109,24 @@ class PackedBodiesOn final : public PackedBodies {
   int substeps_;
 };
 
+template <class Inertia>
+struct OwnStages {
+  std::vector<Inertia> own;
+};
+
+/// Packs of discrete bodies, which own the stages of their map.
+template <class P, class Map>
+class PackedDiscreteBodies final : OwnStages<typename Map::Inertia>, public PackedBodiesOn<P, Map> {
+  using Own = OwnStages<typename Map::Inertia>;
+
+ public:
+  PackedDiscreteBodies(Arithmetic arithmetic, int substeps,
+                       std::vector<typename Map::Inertia> stages, bool moves_frame)
+      : Own{std::move(stages)},
+        PackedBodiesOn<P, Map>(arithmetic, substeps,
+                               std::span<const typename Map::Inertia>(Own::own), moves_frame) {}
+};
+
 /// The types for bodies of packs P in N dimensions. They have the states of the Simulations of one
 /// body: that of a discrete body always holds Q.
 template <class P, int N>
@@ -152,11 +170,11 @@ std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bod
     return bodies.frame ? pack_by_field<P, typename These::template Space<true>>(bodies)
                         : pack_by_field<P, typename These::template Space<false>>(bodies);
   using Map = DiscreteBodies<typename These::Discrete>;
-  const auto stages = std::make_shared<std::vector<typename Map::Inertia>>();
-  stages->reserve(These::stages(bodies).size());
-  for (const auto& stage : These::stages(bodies)) stages->emplace_back(stage.data());
-  return std::make_unique<PackedBodiesOn<P, Map>>(bodies.arithmetic, bodies.substeps, stages,
-                                                  bodies.frame);
+  std::vector<typename Map::Inertia> stages;
+  stages.reserve(These::stages(bodies).size());
+  for (const auto& stage : These::stages(bodies)) stages.emplace_back(stage.data());
+  return std::make_unique<PackedDiscreteBodies<P, Map>>(bodies.arithmetic, bodies.substeps,
+                                                        std::move(stages), bodies.frame);
 }
 
 }  // namespace stiefel

@@ -213,7 +213,7 @@ std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool
   const double basis = !in_coordinates || x.size > Linearization::largest_in_coordinates ? 0
                        : x.is_body ? x.dimension
                                    : of_bases * x.size;
-  const double kept = x.is_body ? x.size : x.size / N * row * std::ceil(N / row);
+  const double kept = x.is_body || tangents->view ? x.size : x.size / N * row * std::ceil(N / row);
   return static_cast<std::uint64_t>(
              sizeof(double) * (kept * (copies * m + of_values) + x.size * basis) + object) +
          simulation_bytes(scene);
