@@ -255,10 +255,12 @@ class FlatBodies3 final : public FlatBodies {
   std::vector<Reported3> bodies_;
 };
 
-std::shared_ptr<const FlatBodies> flat(const Scene& ensemble) {
+bool is_flat(const Scene& ensemble) {
   const bool moves = is_exact_body(ensemble) || packing_of(ensemble) != Packing::none;
-  if (!has_packs() || ensemble.dimension() != 3 || !moves || system_entry(ensemble.system())->view)
-    return nullptr;
+  return has_packs() && ensemble.dimension() == 3 && moves &&
+         !system_entry(ensemble.system())->view;
+}
+std::shared_ptr<const FlatBodies> flat(const Scene& ensemble) {
   return std::make_shared<FlatBodies3>(ensemble);
 }
 
@@ -329,6 +331,6 @@ std::unique_ptr<PackedBodies> pack_bodies(const Scene& like, std::span<const Pac
                          : pack_bodies_in<double>(like, bodies);
 }
 
-const Packs body_packs = {takes, takes_body, lanes_of, pack, flat};
+const Packs body_packs = {takes, takes_body, lanes_of, pack, is_flat, flat};
 
 }  // namespace stiefel

@@ -15,16 +15,7 @@ class DiscreteBlocks {
   using Scalar = double;
   using Point = Eigen::MatrixXd;
 
-  struct State {
-    Accumulator<Point> x;
-    JDInverseN::Memory memory;
-
-    template <class Visitor>
-    void each(Visitor&& visit) {
-      x.each(visit);
-      memory.each(visit);
-    }
-  };
+  using State = StateWithMemory<Point, JDInverseN::Memory>;
 
   DiscreteBlocks(const Eigen::VectorXd& lambda, double h, Arithmetic arithmetic)
       : N_(lambda.size()),

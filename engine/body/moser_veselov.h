@@ -137,16 +137,7 @@ class MoserVeselov {
   static constexpr bool only_rotates = true;
   static constexpr bool stops_before_change() { return true; }
 
-  struct State {
-    Accumulator<Point> x;
-    typename JDInverse::Memory memory;
-
-    template <class Visitor>
-    void each(Visitor&& visit) {
-      x.each(visit);
-      memory.each(visit);
-    }
-  };
+  using State = StateWithMemory<Point, typename JDInverse::Memory>;
 
   /// `more` are further arguments of JDInverse: in three and four dimensions whether the scene has
   /// a Q.

@@ -109,6 +109,7 @@ class PackedBodiesOn : public PackedBodies {
   int substeps_;
 };
 
+/// The stages of PackedDiscreteBodies, made before the map that refers to them.
 template <class Inertia>
 struct OwnStages {
   std::vector<Inertia> own;

@@ -3,16 +3,9 @@
 #include <cmath>
 
 #include "engine/dense/continuation.h"
-#include "engine/methods/concepts.h"
-#include "engine/numbers/compensated.h"
+#include "engine/methods/method.h"
 
 namespace stiefel {
-
-/// The memory of an iteration that does not use the solutions of earlier steps.
-struct NoMemory {
-  template <class Visitor>
-  void each(Visitor&&) {}
-};
 
 /// Finds U = J_D⁻¹(hM) on the branch that starts at the identity, and the outcome of a step that
 /// has no such U, for all discrete rigid bodies. `JDInverse` is JDInverse3, JDInverse4, JDInverseN

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "engine/motion/observables.h"
-#include "engine/scene/body_3.h"
+#include "engine/scene/given_body.h"
 
 namespace stiefel {
 

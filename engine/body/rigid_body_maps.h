@@ -27,7 +27,7 @@ class SplitBody3 {
   using Scalar = Scalar_;
   using S = RigidBody<So3<Scalar, frame>>;
   using Point = typename S::State;
-  using State = PlainState<S>;
+  using State = PlainState<Point>;
   static constexpr bool only_rotates = true;
 
   SplitBody3(const S& body, Scalar h, const MethodOptions& options)

@@ -1,6 +1,5 @@
 #include "engine/body/rigid_forms.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "engine/body/body_invariants.h"

@@ -42,7 +42,33 @@ class TaylorRigidBody {
   /// Computes the series at x, with coefficient k in the columns from kN on. Returns false on a
   /// stop request.
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
-              const std::function<bool()>& stopped);
+              const std::function<bool()>& stopped) {
+    series.resize(x.rows(), (order_ + 1) * N_);
+    series.leftCols(N_) = x;
+    Y_.resize(x.rows(), N_);
+    const auto M = [&](int k) { return series.middleCols(k * N_, N_).bottomRows(N_); };
+    for (int k = 0; k < order_; ++k) {
+      if (stopped()) return false;
+      auto now = xi(k);
+      if constexpr (parametric)
+        inverse_inertia(lambda_, M(k), Scalar(2), now);
+      else
+        inverse_inertia(lambda_, M(k), now);
+      if (parametric && k == 0) now.diagonal() = mu_ * lambda_;
+      stop_point(static_cast<double>((k + 1) * x.size() * N_));
+      Y_.noalias() = series.leftCols((k + 1) * N_) * xi_.bottomRows((k + 1) * N_);
+      if constexpr (parametric) {
+        for (int j = 0; j <= k; ++j) {
+          stop_point(static_cast<double>(N_ * N_ * N_));
+          Y_.bottomRows(N_).noalias() -= xi(j) * M(k - j);
+        }
+      } else {
+        subtract_transpose(Y_.bottomRows(N_));
+      }
+      series.middleCols((k + 1) * N_, N_) = Y_ / Scalar(k + 1);
+    }
+    return true;
+  }
 
  private:
   /// Returns Ω_k or ξ_k. Stored in reverse order, so that the sum runs down a column.
@@ -56,36 +82,6 @@ class TaylorRigidBody {
 };
 template <class Scalar>
 using TaylorParametricRigidBody = TaylorRigidBody<Scalar, true>;
-
-template <class Scalar, bool parametric>
-bool TaylorRigidBody<Scalar, parametric>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
-                                                 const std::function<bool()>& stopped) {
-  series.resize(x.rows(), (order_ + 1) * N_);
-  series.leftCols(N_) = x;
-  Y_.resize(x.rows(), N_);
-  const auto M = [&](int k) { return series.middleCols(k * N_, N_).bottomRows(N_); };
-  for (int k = 0; k < order_; ++k) {
-    if (stopped()) return false;
-    auto now = xi(k);
-    if constexpr (parametric)
-      inverse_inertia(lambda_, M(k), Scalar(2), now);
-    else
-      inverse_inertia(lambda_, M(k), now);
-    if (parametric && k == 0) now.diagonal() = mu_ * lambda_;
-    stop_point(static_cast<double>((k + 1) * x.size() * N_));
-    Y_.noalias() = series.leftCols((k + 1) * N_) * xi_.bottomRows((k + 1) * N_);
-    if constexpr (parametric) {
-      for (int j = 0; j <= k; ++j) {
-        stop_point(static_cast<double>(N_ * N_ * N_));
-        Y_.bottomRows(N_).noalias() -= xi(j) * M(k - j);
-      }
-    } else {
-      subtract_transpose(Y_.bottomRows(N_));
-    }
-    series.middleCols((k + 1) * N_, N_) = Y_ / Scalar(k + 1);
-  }
-  return true;
-}
 
 // Compiled once, in body_references.cc.
 extern template class TaylorRigidBody<long double>;

@@ -3,10 +3,10 @@
 #include <functional>
 #include <vector>
 
+#include "engine/bracket/double_bracket.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/taylor_motion.h"
 #include "engine/motion/series_start.h"
-#include "engine/bracket/double_bracket.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -57,13 +57,47 @@ class TaylorDoubleBracket {
   /// Computes the series at x, with coefficient k in the columns from kq on. Returns false on a
   /// stop request.
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
-              const std::function<bool()>& stopped);
+              const std::function<bool()>& stopped) {
+    series.resize(x.rows(), (order_ + 1) * q_);
+    series.leftCols(q_) = x;
+    for (int k = 0; k < order_; ++k) {
+      if (stopped()) return false;
+      complex_as_real(series.middleCols(k * q_, q_).topRows(2 * p_), Q_[at(k)]);
+      complex_as_real(series.middleCols(k * q_, q_).bottomRows(2 * p_), P_[at(k)]);
+      generate(k);
+      auto next = series.middleCols((k + 1) * q_, q_);
+      next.setZero();
+      for (int j = 0; j <= k; ++j) {
+        const auto then = series.middleCols((k - j) * q_, q_);
+        const auto V = V_[at(k - j)].leftCols(q_);
+        stop_point(static_cast<double>(8 * p_ * q_ * (p_ + q_)));
+        next.topRows(2 * p_).noalias() += U_[at(j)] * then.topRows(2 * p_);
+        next.topRows(2 * p_).noalias() -= Q_[at(j)] * V;
+        next.bottomRows(2 * p_).noalias() += U_[at(j)] * then.bottomRows(2 * p_);
+        next.bottomRows(2 * p_).noalias() -= P_[at(j)] * V;
+      }
+      next /= Scalar(k + 1);
+    }
+    return true;
+  }
 
  private:
   static std::size_t at(int k) { return static_cast<std::size_t>(k); }
 
   /// Computes U_k and V_k from the coefficients of Q and P up to k.
-  void generate(int k);
+  void generate(int k) {
+    A_.setZero();
+    B_.setZero();
+    for (int j = 0; j <= k; ++j) {
+      stop_point(static_cast<double>(4 * p_ * q_ * (p_ + q_)));
+      A_.noalias() += P_[at(j)] * Q_[at(k - j)].topRows(p_).transpose();
+      B_.noalias() += P_[at(j)].transpose() * Q_[at(k - j)].leftCols(q_);
+    }
+    complex_as_real(A_, real_A_);
+    complex_as_real(B_, real_B_);
+    inverse_inertia(lambda_u_, real_A_, Scalar(1), U_[at(k)]);
+    inverse_inertia(lambda_v_, real_B_, Scalar(1), V_[at(k)]);
+  }
 
   int order_;
   Eigen::Index p_, q_;
@@ -71,47 +105,6 @@ class TaylorDoubleBracket {
   std::vector<Matrix<Scalar>> Q_, P_, U_, V_;  ///< R of each coefficient
   Matrix<Scalar> A_, B_, real_A_, real_B_;
 };
-
-template <class Scalar>
-bool TaylorDoubleBracket<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
-                                         const std::function<bool()>& stopped) {
-  series.resize(x.rows(), (order_ + 1) * q_);
-  series.leftCols(q_) = x;
-  for (int k = 0; k < order_; ++k) {
-    if (stopped()) return false;
-    complex_as_real(series.middleCols(k * q_, q_).topRows(2 * p_), Q_[at(k)]);
-    complex_as_real(series.middleCols(k * q_, q_).bottomRows(2 * p_), P_[at(k)]);
-    generate(k);
-    auto next = series.middleCols((k + 1) * q_, q_);
-    next.setZero();
-    for (int j = 0; j <= k; ++j) {
-      const auto then = series.middleCols((k - j) * q_, q_);
-      const auto V = V_[at(k - j)].leftCols(q_);
-      stop_point(static_cast<double>(8 * p_ * q_ * (p_ + q_)));
-      next.topRows(2 * p_).noalias() += U_[at(j)] * then.topRows(2 * p_);
-      next.topRows(2 * p_).noalias() -= Q_[at(j)] * V;
-      next.bottomRows(2 * p_).noalias() += U_[at(j)] * then.bottomRows(2 * p_);
-      next.bottomRows(2 * p_).noalias() -= P_[at(j)] * V;
-    }
-    next /= Scalar(k + 1);
-  }
-  return true;
-}
-
-template <class Scalar>
-void TaylorDoubleBracket<Scalar>::generate(int k) {
-  A_.setZero();
-  B_.setZero();
-  for (int j = 0; j <= k; ++j) {
-    stop_point(static_cast<double>(4 * p_ * q_ * (p_ + q_)));
-    A_.noalias() += P_[at(j)] * Q_[at(k - j)].topRows(p_).transpose();
-    B_.noalias() += P_[at(j)].transpose() * Q_[at(k - j)].leftCols(q_);
-  }
-  complex_as_real(A_, real_A_);
-  complex_as_real(B_, real_B_);
-  inverse_inertia(lambda_u_, real_A_, Scalar(1), U_[at(k)]);
-  inverse_inertia(lambda_v_, real_B_, Scalar(1), V_[at(k)]);
-}
 
 /// The references of these equations.
 extern const SeriesEquations double_bracket_equations;

@@ -19,48 +19,37 @@ class CayleyMidpoint<SoN<Scalar>> {
  public:
   explicit CayleyMidpoint(Eigen::Index N) : N_(N), lu_(N), X_(N, N), Y_(N, N) {}
 
-  void midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& middle);
+  void midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& middle) {
+    factor(a);
+    lu_.solve(x.bottomRows(N_), X_);
+    Y_ = X_.transpose();
+    lu_.solve(Y_, X_);
+    middle.bottomRows(N_) = X_.transpose();
+  }
 
   /// Uses D = U − I = −2((I + a)⁻¹a)ᵀ and Y = MD + ½DᵀMD: UᵀMU − M = Y − Yᵀ.
-  void displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& dx);
+  void displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a, Matrix<Scalar>& dx) {
+    factor(a);
+    lu_.solve(a, X_);
+    X_ *= Scalar(-2);
+    dx.noalias() = x * X_.transpose();
+    Y_ = dx.bottomRows(N_);
+    Y_.noalias() += Scalar(0.5) * X_ * dx.bottomRows(N_);
+    dx.bottomRows(N_) = Y_ - Y_.transpose();
+  }
 
  private:
-  void factor(const Matrix<Scalar>& a);
+  void factor(const Matrix<Scalar>& a) {
+    X_ = a;
+    X_.diagonal().array() += Scalar(1);
+    stop_point();
+    lu_.factor(X_);
+  }
 
   Eigen::Index N_;
   Lu<Scalar> lu_;
   Matrix<Scalar> X_, Y_;
 };
-
-template <class Scalar>
-void CayleyMidpoint<SoN<Scalar>>::midpoint(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
-                                           Matrix<Scalar>& middle) {
-  factor(a);
-  lu_.solve(x.bottomRows(N_), X_);
-  Y_ = X_.transpose();
-  lu_.solve(Y_, X_);
-  middle.bottomRows(N_) = X_.transpose();
-}
-
-template <class Scalar>
-void CayleyMidpoint<SoN<Scalar>>::displacement(const Matrix<Scalar>& x, const Matrix<Scalar>& a,
-                                               Matrix<Scalar>& dx) {
-  factor(a);
-  lu_.solve(a, X_);
-  X_ *= Scalar(-2);
-  dx.noalias() = x * X_.transpose();
-  Y_ = dx.bottomRows(N_);
-  Y_.noalias() += Scalar(0.5) * X_ * dx.bottomRows(N_);
-  dx.bottomRows(N_) = Y_ - Y_.transpose();
-}
-
-template <class Scalar>
-void CayleyMidpoint<SoN<Scalar>>::factor(const Matrix<Scalar>& a) {
-  X_ = a;
-  X_.diagonal().array() += Scalar(1);
-  stop_point();
-  lu_.factor(X_);
-}
 
 // Compiled once, in decompositions.cc.
 extern template class CayleyMidpoint<SoN<double>>;

@@ -3,8 +3,7 @@
 #include <type_traits>
 
 #include "engine/dense/decompositions.h"
-#include "engine/methods/concepts.h"
-#include "engine/numbers/compensated.h"
+#include "engine/methods/method.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -29,14 +28,7 @@ class DiscreteStiefel {
   using Scalar = Scalar_;
   using Point = Matrix<Scalar>;
 
-  struct State {
-    Accumulator<Point> x;
-
-    template <class Visitor>
-    void each(Visitor&& visit) {
-      x.each(visit);
-    }
-  };
+  using State = PlainState<Point>;
 
   DiscreteStiefel(const Vector<Scalar>& lambda, Eigen::Index n)
       : lambda_(lambda.template cast<Wide>()), n_(n), lyapunov_(n), lu_(n) {}

@@ -1,7 +1,5 @@
 #include "engine/frame/stiefel_forms.h"
 
-#include <cmath>
-
 #include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/orthogonal.h"

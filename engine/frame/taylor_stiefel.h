@@ -46,7 +46,40 @@ class TaylorStiefel {
   /// Computes the series at x, with coefficient k in the columns from kN on. Returns false on a
   /// stop request.
   bool expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
-              const std::function<bool()>& stopped);
+              const std::function<bool()>& stopped) {
+    const Eigen::Index N = x.cols(), n = n_;
+    series.resize(x.rows(), (order_ + 1) * N);
+    series.leftCols(N) = x;
+    for (int k = 0; k < order_; ++k) {
+      if (stopped()) return false;
+      stop_point(static_cast<double>(3 * (k + 1) * n * n * N));
+      const auto Q = series.middleCols(k * N, N).topRows(n),
+                 S = series.middleCols(k * N, N).bottomRows(n);
+      const Eigen::Index back = order_ - k, all = (k + 1) * N;
+      weighted_.middleCols(back * N, N).topRows(n) = Q * inverse_.asDiagonal();
+      weighted_.middleCols(back * N, N).bottomRows(n) = S * inverse_.cwiseAbs2().asDiagonal();
+      below_.middleRows(back * n, n) = Q;
+      const auto weighted = weighted_.middleCols(back * N, all);
+      auto K = K_.middleCols(k * n, n), B = B_.middleCols(k * n, n);
+      K.noalias() = series.leftCols(all).topRows(n) * weighted.topRows(n).transpose();
+      E_.noalias() = series.leftCols(all).bottomRows(n) * weighted.bottomRows(n).transpose();
+      E_ *= Scalar(-2);
+      for (int j = 1; j <= k; ++j) {
+        X_.noalias() = K_.middleCols(j * n, n) * B_.middleCols((k - j) * n, n);
+        E_ -= X_ + X_.transpose();
+      }
+      if (k == 0) lyapunov_.factor(K);
+      X_ = (E_ + E_.transpose()) / Scalar(2);
+      lyapunov_.solve(X_, X_);
+      B = X_;
+      auto next = series.middleCols((k + 1) * N, N);
+      next.topRows(n) = S * inverse_.asDiagonal();
+      next.bottomRows(n).noalias() =
+          B_.leftCols((k + 1) * n) * below_.middleRows(back * n, (k + 1) * n);
+      next /= Scalar(k + 1);
+    }
+    return true;
+  }
 
  private:
   Vector<Scalar> inverse_;
@@ -56,43 +89,6 @@ class TaylorStiefel {
   Matrix<Scalar> K_, B_, E_, X_;
   SymmetricLyapunov<Scalar> lyapunov_;
 };
-
-template <class Scalar>
-bool TaylorStiefel<Scalar>::expand(const Matrix<Scalar>& x, Matrix<Scalar>& series,
-                                   const std::function<bool()>& stopped) {
-  const Eigen::Index N = x.cols(), n = n_;
-  series.resize(x.rows(), (order_ + 1) * N);
-  series.leftCols(N) = x;
-  for (int k = 0; k < order_; ++k) {
-    if (stopped()) return false;
-    stop_point(static_cast<double>(3 * (k + 1) * n * n * N));
-    const auto Q = series.middleCols(k * N, N).topRows(n),
-               S = series.middleCols(k * N, N).bottomRows(n);
-    const Eigen::Index back = order_ - k, all = (k + 1) * N;
-    weighted_.middleCols(back * N, N).topRows(n) = Q * inverse_.asDiagonal();
-    weighted_.middleCols(back * N, N).bottomRows(n) = S * inverse_.cwiseAbs2().asDiagonal();
-    below_.middleRows(back * n, n) = Q;
-    const auto weighted = weighted_.middleCols(back * N, all);
-    auto K = K_.middleCols(k * n, n), B = B_.middleCols(k * n, n);
-    K.noalias() = series.leftCols(all).topRows(n) * weighted.topRows(n).transpose();
-    E_.noalias() = series.leftCols(all).bottomRows(n) * weighted.bottomRows(n).transpose();
-    E_ *= Scalar(-2);
-    for (int j = 1; j <= k; ++j) {
-      X_.noalias() = K_.middleCols(j * n, n) * B_.middleCols((k - j) * n, n);
-      E_ -= X_ + X_.transpose();
-    }
-    if (k == 0) lyapunov_.factor(K);
-    X_ = (E_ + E_.transpose()) / Scalar(2);
-    lyapunov_.solve(X_, X_);
-    B = X_;
-    auto next = series.middleCols((k + 1) * N, N);
-    next.topRows(n) = S * inverse_.asDiagonal();
-    next.bottomRows(n).noalias() =
-        B_.leftCols((k + 1) * n) * below_.middleRows(back * n, (k + 1) * n);
-    next /= Scalar(k + 1);
-  }
-  return true;
-}
 
 // Compiled once, in geodesics/geodesic_series.cc and geodesics/frame_references.cc.
 extern template class TaylorStiefel<double>;

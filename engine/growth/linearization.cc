@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "engine/dense/so_3.h"
 #include "engine/growth/coordinates.h"
@@ -31,7 +30,7 @@ class MovedVectors final : public Linearization {
  public:
   /// Takes the vectors V at the state x of `start`, in the caller's axes; adds those of parameters.
   MovedVectors(const Scene& scene, const LinearizationDescription& what, TangentChart chart,
-               const Dense& x, Dense V, const Simulation& start)
+               const Dense& x, const Dense& V, const Simulation& start)
       : scene_(scene),
         as_blocks_(what.as_blocks),
         by_inertia_(what.by_inertia),
@@ -46,24 +45,31 @@ class MovedVectors final : public Linearization {
                          Dense::Zero(lambda.size(), count_), Eigen::VectorXd::Zero(count_)};
     at.by_lambda.middleCols(given, inertia).setIdentity();
     at.by_h.tail(count_ - given - inertia).setConstant(1.0 / scene.substeps());
-    V.conservativeResize(chart_.size(), count_);
-    V.rightCols(count_ - given).setZero();
-    if (by_inertia_ && chart_.space().by_inertia)
-      V.middleCols(given, inertia) = chart_.space().by_inertia(x);
+    const Dense by_inertia =
+        by_inertia_ && chart_.space().by_inertia ? chart_.space().by_inertia(x) : Dense();
     if (const auto view = tangents_of(scene.system())->view) {
-      const double products = 4 * static_cast<double>(chart_.size() * cols_);
       view_ = view(scene);
       start_ = x;
-      start_vectors_ = V;
+      start_vectors_.resize(chart_.size(), count_);
       parameters_ = at;
-      for (Eigen::Index v = 0; v < count_; ++v) {
-        stop_point(products);
-        put(view_->read(halves(x), halves(V.col(v)), along(v)), V.col(v));
-      }
     }
-    turn(false, V);
+    Dense all(chart_.size(), count_);
+    for (Eigen::Index v = 0; v < count_; ++v) {
+      stop_point();
+      if (v < given)
+        all.col(v) = V.col(v);
+      else if (v - given < by_inertia.cols())
+        all.col(v) = by_inertia.col(v - given);
+      else
+        all.col(v).setZero();
+      if (!view_) continue;
+      start_vectors_.col(v) = all.col(v);
+      stop_point(products_of_view());
+      put(view_->read(halves(x), halves(all.col(v)), along(v)), all.col(v));
+    }
+    turn(false, all);
     map_ = tangent_of(scene, scene.method())->make(scene, at);
-    map_->start(point_of(start), V);
+    map_->start(point_of(start), all);
   }
 
   RunStatus advance(Simulation& motion, std::int64_t steps, const std::stop_token& stop) override {
@@ -89,10 +95,9 @@ class MovedVectors final : public Linearization {
     map_->read(point_of(motion), V);
     turn(true, V);
     if (view_) {
-      const double products = 4 * static_cast<double>(chart_.size() * cols_);
       const Two y = body_at(point_of(motion));
       for (Eigen::Index v = 0; v < count_; ++v) {
-        stop_point(products);
+        stop_point(products_of_view());
         put(view_->write(halves(start_), halves(start_vectors_.col(v)), y, halves(V.col(v)),
                          along(v)),
             V.col(v));
@@ -111,6 +116,8 @@ class MovedVectors final : public Linearization {
 
  private:
   using Two = ViewTangent::Two;
+  /// The work of reading or writing a vector of a view.
+  double products_of_view() const { return 4 * static_cast<double>(chart_.size() * cols_); }
   /// Returns the two blocks of a state or vector, or sets those of a vector.
   Two halves(const Dense& x) const {
     const auto block = x.reshaped(rows_, cols_);
@@ -151,8 +158,8 @@ class MovedVectors final : public Linearization {
   TangentChart chart_;
   std::unique_ptr<TangentMap> map_;
   Dense point_;
-  std::optional<ViewTangent>
-      view_;  ///< of a view of a body, and for it what the vectors began with:
+  // Of a view of a body: its derivatives, and where the vectors began.
+  std::optional<ViewTangent> view_;
   Dense start_, start_vectors_;
   TangentParameters parameters_;
 };
@@ -197,7 +204,7 @@ std::expected<std::unique_ptr<Linearization>, Violations> Linearization::make(
     }
     if (!violations.empty()) return std::unexpected(std::move(violations));
   }
-  return std::make_unique<MovedVectors>(scene, what, std::move(chart), x, std::move(V), start);
+  return std::make_unique<MovedVectors>(scene, what, std::move(chart), x, V, start);
 }
 
 std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool in_coordinates) {

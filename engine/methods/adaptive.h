@@ -46,7 +46,7 @@ struct Adaptive {
    public:
     using Point = typename S::State;
     using Scalar = typename S::Scalar;
-    using State = PlainState<S>;
+    using State = PlainState<Point>;
 
     Map(S system, double h, const MethodOptions& options)
         : AdaptiveSubsteps(h, options.tolerance > 0 ? options.tolerance : traits.default_tolerance),

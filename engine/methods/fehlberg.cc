@@ -1,7 +1,6 @@
 #include "engine/methods/fehlberg.h"
 
 #include <Eigen/Core>
-#include <utility>
 
 namespace stiefel {
 namespace {

@@ -72,17 +72,7 @@ class ImplicitMap {
   using Scalar = typename S::Scalar;
 
   using Memory = History<Scalar, 4>;
-
-  struct State {
-    Accumulator<Point> x;
-    Memory memory;
-
-    template <class Visitor>
-    void each(Visitor&& visit) {
-      x.each(visit);
-      memory.each(visit);
-    }
-  };
+  using State = StateWithMemory<Point, Memory>;
 
   ImplicitMap(S system, Scalar h, Arithmetic arithmetic)
       : system_(std::move(system)), h_(h), arithmetic_(arithmetic), solver_(0, 0) {}
@@ -92,11 +82,30 @@ class ImplicitMap {
     return {Accumulator<Point>(x, arithmetic_), Memory(z_.rows(), z_.cols())};
   }
 
-  RunStatus step(State& state);
+  RunStatus step(State& state) {
+    const Point& x = state.x.value;
+    prepare(x);
+    if (!state.memory.predict(z_)) derived().begin(x, z_);
+    found_ = z_;
+    if (!solve(x, h_)) {
+      if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
+      const double reached = follow(x, 1);
+      if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
+      if (reached < 1) return {Outcome::left_domain, reached * length()};
+    }
+    derived().displacement(x, z_, dx_);
+    if (!(x + dx_).allFinite()) return {Outcome::not_finite, std::nullopt};
+    state.x.add(dx_);
+    state.memory.push(z_);
+    return {};
+  }
 
   /// Returns the largest |h| up to `limit` to which the solution can be followed from `state`, to
   /// 1e-3.
-  std::optional<double> largest_step(const State& state, double limit);
+  std::optional<double> largest_step(const State& state, double limit) {
+    prepare(state.x.value);
+    return follow(state.x.value, limit / length()) * length();
+  }
 
  protected:
   S system_;
@@ -141,30 +150,5 @@ class ImplicitMap {
   Matrix<Scalar> z_, found_;
   Point dx_;
 };
-
-template <class Derived, class S>
-RunStatus ImplicitMap<Derived, S>::step(State& state) {
-  const Point& x = state.x.value;
-  prepare(x);
-  if (!state.memory.predict(z_)) derived().begin(x, z_);
-  found_ = z_;
-  if (!solve(x, h_)) {
-    if (!x.allFinite()) return {Outcome::not_finite, std::nullopt};
-    const double reached = follow(x, 1);
-    if (reached == 0) return {Outcome::solver_stalled, std::nullopt};
-    if (reached < 1) return {Outcome::left_domain, reached * length()};
-  }
-  derived().displacement(x, z_, dx_);
-  if (!(x + dx_).allFinite()) return {Outcome::not_finite, std::nullopt};
-  state.x.add(dx_);
-  state.memory.push(z_);
-  return {};
-}
-
-template <class Derived, class S>
-std::optional<double> ImplicitMap<Derived, S>::largest_step(const State& state, double limit) {
-  prepare(state.x.value);
-  return follow(state.x.value, limit / length()) * length();
-}
 
 }  // namespace stiefel

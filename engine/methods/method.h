@@ -159,14 +159,33 @@ void for_each_type(TypeList<T...>, Visit&& visit) {
 }
 
 /// The state of a map whose next step depends only on the system's state.
-template <class S>
+template <class Point>
 struct PlainState {
-  Accumulator<typename S::State> x;
+  Accumulator<Point> x;
 
   template <class Visitor>
   void each(Visitor&& visit) {
     x.each(visit);
   }
+};
+
+/// The state of a map whose next step depends on earlier solutions, too.
+template <class Point, class Memory>
+struct StateWithMemory {
+  Accumulator<Point> x;
+  Memory memory;
+
+  template <class Visitor>
+  void each(Visitor&& visit) {
+    x.each(visit);
+    memory.each(visit);
+  }
+};
+
+/// The memory of an iteration that does not use the solutions of earlier steps.
+struct NoMemory {
+  template <class Visitor>
+  void each(Visitor&&) {}
 };
 
 /// Base class of explicit methods: a map x ← x + Δ(x), defined by its displacement Δ for every h. A
@@ -175,7 +194,7 @@ template <class Derived, class S>
 class ExplicitMap {
  public:
   using Point = typename S::State;
-  using State = PlainState<S>;
+  using State = PlainState<Point>;
 
   ExplicitMap(S system, typename S::Scalar h, const MethodOptions& options)
       : system_(std::move(system)), h_(h), arithmetic_(options.arithmetic) {}

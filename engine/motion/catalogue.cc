@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <utility>
 
 #include "engine/motion/method_entry.h"
 #include "engine/motion/system_entry.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
-#include <utility>
 
 #include "engine/motion/system_entry.h"
 #include "engine/numbers/parallel.h"

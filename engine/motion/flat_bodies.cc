@@ -5,6 +5,7 @@
 
 #include "engine/motion/system_entry.h"
 #include "engine/numbers/parallel.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -20,6 +21,7 @@ void FlatBodies::pack_all(std::vector<std::size_t> packable, int lanes) {
   packs_.resize((packable_.size() + width - 1) / width);
   for_each_in_parallel(std::span(packs_), of_pack * static_cast<double>(packs_.size()),
                        [&](auto& pack) {
+                         stop_point();
                          const auto p = static_cast<std::size_t>(&pack - packs_.data());
                          const std::size_t count = std::min(width, packable_.size() - width * p);
                          pack = make_pack(std::span(packable_).subspan(width * p, count));
@@ -38,9 +40,12 @@ std::shared_ptr<const PackedBodies> FlatBodies::pack(std::span<const std::size_t
 }
 
 std::shared_ptr<const FlatBodies> flat_bodies(const Scene& ensemble) {
-  if (ensemble.members().empty()) return nullptr;
+  return has_flat_bodies(ensemble) ? system_entry(ensemble.system())->packs->flat(ensemble)
+                                   : nullptr;
+}
+bool has_flat_bodies(const Scene& ensemble) {
   const Packs* packs = system_entry(ensemble.system())->packs;
-  return packs ? packs->flat(ensemble) : nullptr;
+  return !ensemble.members().empty() && packs && packs->is_flat(ensemble);
 }
 
 RunStatus FlatReader::advance(std::int64_t, const std::stop_token&) {

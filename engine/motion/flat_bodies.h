@@ -63,6 +63,7 @@ class FlatBodies {
 /// Returns the members of an ensemble as numbers; null where they are no bodies in three dimensions
 /// that can be packed.
 std::shared_ptr<const FlatBodies> flat_bodies(const Scene& ensemble);
+bool has_flat_bodies(const Scene& ensemble);
 
 /// Reads states of one member after another as its simulation would. It cannot advance.
 class FlatReader final : public Simulation {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "engine/motion/flat_bodies.h"
 #include "engine/motion/given_members.h"
 #include "engine/motion/packed_bodies.h"
 #include "stiefel/price.h"
@@ -48,6 +49,7 @@ Outline outline_of(const Scene& ensemble,
   Outline out = outline_of(*one);
   for (Field& field : out.fields) field.members = static_cast<int>(members.size());
   out.saved_size *= members.size();
+  out.numbers = has_flat_bodies(ensemble);
   out.step_cost = step_cost(first, *one, members.size(), packed);
   return out;
 }

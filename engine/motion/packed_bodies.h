@@ -5,7 +5,6 @@
 #include <memory>
 #include <span>
 
-#include "engine/scene/body_3.h"
 #include "stiefel/simulation.h"
 
 namespace stiefel {
@@ -30,6 +29,7 @@ class PackedBodies {
 };
 
 class FlatBodies;
+struct Body3;
 
 /// How scenes of a system advance together, for SystemEntry::packs.
 struct Packs {
@@ -42,7 +42,8 @@ struct Packs {
   /// Packs at most as many scenes of one ensemble as there are lanes; lanes without a scene repeat
   /// the last one. `start` holds their states at step 0.
   std::unique_ptr<PackedBodies> (*make)(std::span<const Scene>, std::span<const double> start);
-  /// Returns the members of an ensemble as numbers; null where that is not possible.
+  /// Whether the members of an ensemble can be numbers, and these.
+  bool (*is_flat)(const Scene& ensemble);
   std::shared_ptr<const FlatBodies> (*flat)(const Scene& ensemble);
 };
 

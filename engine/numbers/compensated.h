@@ -102,12 +102,6 @@ struct Accumulator {
 
   // For compensated arithmetic:
 
-  /// Adds `increment` to the first `count` elements.
-  template <int count>
-  void add_to_head(const Eigen::Matrix<Scalar, count, 1>& increment) {
-    for (int i = 0; i < count; ++i) add_scalar_with_carry(i, 0, increment(i));
-  }
-
   void add_with_carry(Eigen::Index i, Eigen::Index j, Extended<Scalar> increment) {
     const Extended<Scalar> sum = value(i, j) + (carry(i, j) + increment);
     value(i, j) = static_cast<Scalar>(sum);

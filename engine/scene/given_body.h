@@ -19,6 +19,17 @@ struct GivenBody {
   explicit GivenBody(const BodyDescription& all, std::size_t b = 0, std::size_t count = 1);
 };
 
+/// A rigid body in three dimensions at step 0, (Q, M) along its principal axes, as numbers. An
+/// ensemble has one for each member in place of a Scene.
+struct Body3 {
+  Eigen::Vector3d lambda;
+  Eigen::Vector3d m;  ///< the vector of M
+  bool has_frame = true;
+  int determinant = 1;                                  ///< det Q
+  Eigen::Vector4d attitude = Eigen::Vector4d::UnitX();  ///< the quaternion of det(Q) Q
+  std::optional<PrincipalAxes> axes = {};               ///< of a body given by `body`
+};
+
 /// The principal axes of a body, computed in Scalar from its doubles: I = R diag(moments) Rᵀ, det R
 /// = +1. Moments and a diagonal tensor keep their axes and their order, R = 1.
 template <class Scalar>

@@ -1,6 +1,5 @@
 #include "engine/scene/members.h"
 
-#include <algorithm>
 #include <limits>
 
 #include "engine/scene/scene_draft.h"

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "engine/numbers/to_text.h"
-#include "engine/scene/body_3.h"
+#include "engine/scene/given_body.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/scene.h"
 

@@ -4,7 +4,6 @@
 #include <grpcpp/support/method_handler.h>
 
 #include <chrono>
-#include <functional>
 #include <optional>
 #include <utility>
 

@@ -28,12 +28,12 @@ std::string digest_of(v1::SummarizeRequest request) {
   return {reinterpret_cast<const char*>(&digest), sizeof digest};
 }
 
-/// Prepares a summary with a simulation of the session, which then stays there for the next call.
+/// Prepares a summary, with what a simulation of the session has of an ensemble's members.
 Summary prepared(Session& session, const v1::SummarizeRequest& request, MemoryLease& memory) {
   const auto times = static_cast<std::uint64_t>(request.times_size());
   memory.grow(memory_price({held_by(request), times * time_bytes}));
   SimulationPtr begun;
-  if (!session.scene().members().empty()) begun = session.acquire(0);
+  if (session.members_are_numbers()) begun = session.acquire(session.cursor());
   Summary summary = value_of(Summary::prepare(session.scene(), from_proto(request), begun.get()));
   if (begun) session.release(std::move(begun));
   memory.grow(memory_price({.workspace = summary_workspace(session, summary),

@@ -8,7 +8,6 @@
 #include "stiefel/simulation.h"
 
 namespace stiefel::server {
-
 namespace {
 
 /// The least numbers of a state at which it repays to make the simulation anew.

@@ -57,6 +57,7 @@ class Session {
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Whether every state is computed directly from that at step 0, however far away it is.
   bool direct() const { return outline_.direct; }
+  bool members_are_numbers() const { return outline_.numbers; }
   /// The predicted work of a step in instructions. A `direct` session takes as much to any state.
   double step_work() const { return step_work_; }
   /// A field that is not finite at step 0, where 1/λ or λ_i + λ_j overflows.

@@ -32,57 +32,48 @@ class TwoValuedBody {
     return true;
   }
 
-  TwoValuedBody(const Vector<Scalar>& lambda, const Point& start);
+  TwoValuedBody(const Vector<Scalar>& lambda, const Point& start)
+      : start_(start),
+        x_(start),
+        M_(start.bottomRows(start.cols())),
+        E_(M_),
+        product_(M_),
+        by_M_(M_ / sum(lambda)),
+        by_D_(D(lambda, M_)) {}
 
-  const Point& at(Scalar t);
+  const Point& at(Scalar t) {
+    const Eigen::Index N = M_.rows();
+    if (x_.rows() > N) {
+      by_M_(t, E_);
+      product_.noalias() = start_.topRows(N) * E_;
+    }
+    by_D_(t, E_);
+    if (x_.rows() > N) x_.topRows(N).noalias() = product_ * E_;
+    product_.noalias() = M_ * E_;
+    auto M = x_.bottomRows(N);
+    M.noalias() = E_.transpose() * product_;
+    product_ = (M - M.transpose()) / 2;
+    M = product_;
+    return x_;
+  }
 
  private:
   /// Returns α + β.
   static Scalar sum(const Vector<Scalar>& lambda) { return lambda.minCoeff() + lambda.maxCoeff(); }
 
-  static Matrix<Scalar> D(const Vector<Scalar>& lambda, const Matrix<Scalar>& M);
+  static Matrix<Scalar> D(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
+    Matrix<Scalar> D = Matrix<Scalar>::Zero(M.rows(), M.cols());
+    for (Eigen::Index j = 0; j < D.cols(); ++j)
+      for (Eigen::Index i = 0; i < D.rows(); ++i)
+        if (i != j && lambda(i) == lambda(j))
+          D(i, j) = M(i, j) * (sum(lambda) - 2 * lambda(i)) / (2 * lambda(i) * sum(lambda));
+    return D;
+  }
 
   Point start_, x_;
   Matrix<Scalar> M_, E_, product_;
   SkewFlow<Scalar> by_M_, by_D_;
 };
-
-template <class Scalar>
-TwoValuedBody<Scalar>::TwoValuedBody(const Vector<Scalar>& lambda, const Point& start)
-    : start_(start),
-      x_(start),
-      M_(start.bottomRows(start.cols())),
-      E_(M_),
-      product_(M_),
-      by_M_(M_ / sum(lambda)),
-      by_D_(D(lambda, M_)) {}
-
-template <class Scalar>
-auto TwoValuedBody<Scalar>::at(Scalar t) -> const Point& {
-  const Eigen::Index N = M_.rows();
-  if (x_.rows() > N) {
-    by_M_(t, E_);
-    product_.noalias() = start_.topRows(N) * E_;
-  }
-  by_D_(t, E_);
-  if (x_.rows() > N) x_.topRows(N).noalias() = product_ * E_;
-  product_.noalias() = M_ * E_;
-  auto M = x_.bottomRows(N);
-  M.noalias() = E_.transpose() * product_;
-  product_ = (M - M.transpose()) / 2;
-  M = product_;
-  return x_;
-}
-
-template <class Scalar>
-Matrix<Scalar> TwoValuedBody<Scalar>::D(const Vector<Scalar>& lambda, const Matrix<Scalar>& M) {
-  Matrix<Scalar> D = Matrix<Scalar>::Zero(M.rows(), M.cols());
-  for (Eigen::Index j = 0; j < D.cols(); ++j)
-    for (Eigen::Index i = 0; i < D.rows(); ++i)
-      if (i != j && lambda(i) == lambda(j))
-        D(i, j) = M(i, j) * (sum(lambda) - 2 * lambda(i)) / (2 * lambda(i) * sum(lambda));
-  return D;
-}
 
 // Compiled once, in body_references.cc.
 extern template class TwoValuedBody<double>;

@@ -162,8 +162,9 @@ class DiscreteBody4 {
     if constexpr (frame)
       if (moves_frame_) {
         const Skew4<Scalar> now = c + change, squared = c2.template cast<Scalar>();
-        x.template add_to_head<16>(
-            turned(x.value, now, squared, static_cast<Scalar>(p), static_cast<Scalar>(w2)));
+        const auto dQ =
+            turned(x.value, now, squared, static_cast<Scalar>(p), static_cast<Scalar>(w2));
+        for (int k = 0; k < 16; ++k) x.add_scalar_with_carry(k, 0, dQ(k));
       }
     for (int k = 0; k < 6; ++k) x.add(first + k, w2 * (I.differences_h(k) * c2(k)));
   }

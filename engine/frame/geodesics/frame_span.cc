@@ -1,7 +1,6 @@
 #include "engine/frame/geodesics/frame_span.h"
 
 #include <algorithm>
-#include <type_traits>
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"

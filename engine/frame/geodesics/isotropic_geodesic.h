@@ -27,15 +27,50 @@ class IsotropicGeodesic {
       : IsotropicGeodesic(lambda(0), beta, start.topRows(start.rows() / 2).transpose(),
                           start.bottomRows(start.rows() / 2).transpose() / lambda(0)) {}
 
-  const Point& at(Scalar t);
+  const Point& at(Scalar t) {
+    by_W_(t, E_);
+    turned_.noalias() = YK_ * E_;
+    by_A_((1 - 2 * beta_) * t, back_);
+    product_.noalias() = turned_.leftCols(n_) * back_;
+    x_.topRows(n_) = product_.transpose();
+    AR_back_.noalias() = AR_ * back_;
+    product_.noalias() = turned_ * AR_back_;
+    x_.bottomRows(n_) = lambda_ * product_.transpose();
+    return x_;
+  }
 
  private:
-  IsotropicGeodesic(Scalar lambda, Scalar beta, const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
+  IsotropicGeodesic(Scalar lambda, Scalar beta, const Matrix<Scalar>& Y, const Matrix<Scalar>& H)
+      : n_(Y.cols()),
+        lambda_(lambda),
+        beta_(beta),
+        YK_(completed(Y, H)),
+        AR_(YK_.transpose() * H),
+        by_W_(W(n_, AR_, beta)),
+        by_A_(skew(AR_.topRows(n_))),
+        turned_(YK_),
+        product_(Y),
+        AR_back_(AR_),
+        x_(2 * n_, Y.rows()) {}
 
-  static Matrix<Scalar> skew(const Matrix<Scalar>& A);
+  static Matrix<Scalar> skew(const Matrix<Scalar>& A) { return (A - A.transpose()) / 2; }
   /// Returns [Y K], with K from the QR factors of [Y H].
-  static Matrix<Scalar> completed(const Matrix<Scalar>& Y, const Matrix<Scalar>& H);
-  static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR, Scalar beta);
+  static Matrix<Scalar> completed(const Matrix<Scalar>& Y, const Matrix<Scalar>& H) {
+    const Eigen::Index N = Y.rows(), n = Y.cols(), k = std::min(n, N - n);
+    Matrix<Scalar> both(N, 2 * n);
+    both << Y, H;
+    Matrix<Scalar> YK = orthonormal_columns(both, n + k);
+    YK.leftCols(n) = Y;
+    return YK;
+  }
+  static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR, Scalar beta) {
+    const Eigen::Index k = AR.rows() - n;
+    Matrix<Scalar> W = Matrix<Scalar>::Zero(n + k, n + k);
+    W.topLeftCorner(n, n) = 2 * beta * skew(AR.topRows(n));
+    W.bottomLeftCorner(k, n) = AR.bottomRows(k);
+    W.topRightCorner(n, k) = -AR.bottomRows(k).transpose();
+    return W;
+  }
 
   Eigen::Index n_;
   Scalar lambda_, beta_;
@@ -45,60 +80,6 @@ class IsotropicGeodesic {
   Matrix<Scalar> E_, turned_, product_, back_, AR_back_;
   Point x_;
 };
-
-template <class Scalar>
-IsotropicGeodesic<Scalar>::IsotropicGeodesic(Scalar lambda, Scalar beta, const Matrix<Scalar>& Y,
-                                             const Matrix<Scalar>& H)
-    : n_(Y.cols()),
-      lambda_(lambda),
-      beta_(beta),
-      YK_(completed(Y, H)),
-      AR_(YK_.transpose() * H),
-      by_W_(W(n_, AR_, beta)),
-      by_A_(skew(AR_.topRows(n_))),
-      turned_(YK_),
-      product_(Y),
-      AR_back_(AR_),
-      x_(2 * n_, Y.rows()) {}
-
-template <class Scalar>
-auto IsotropicGeodesic<Scalar>::at(Scalar t) -> const Point& {
-  by_W_(t, E_);
-  turned_.noalias() = YK_ * E_;
-  by_A_((1 - 2 * beta_) * t, back_);
-  product_.noalias() = turned_.leftCols(n_) * back_;
-  x_.topRows(n_) = product_.transpose();
-  AR_back_.noalias() = AR_ * back_;
-  product_.noalias() = turned_ * AR_back_;
-  x_.bottomRows(n_) = lambda_ * product_.transpose();
-  return x_;
-}
-
-template <class Scalar>
-Matrix<Scalar> IsotropicGeodesic<Scalar>::skew(const Matrix<Scalar>& A) {
-  return (A - A.transpose()) / 2;
-}
-
-template <class Scalar>
-Matrix<Scalar> IsotropicGeodesic<Scalar>::completed(const Matrix<Scalar>& Y,
-                                                    const Matrix<Scalar>& H) {
-  const Eigen::Index N = Y.rows(), n = Y.cols(), k = std::min(n, N - n);
-  Matrix<Scalar> both(N, 2 * n);
-  both << Y, H;
-  Matrix<Scalar> YK = orthonormal_columns(both, n + k);
-  YK.leftCols(n) = Y;
-  return YK;
-}
-
-template <class Scalar>
-Matrix<Scalar> IsotropicGeodesic<Scalar>::W(Eigen::Index n, const Matrix<Scalar>& AR, Scalar beta) {
-  const Eigen::Index k = AR.rows() - n;
-  Matrix<Scalar> W = Matrix<Scalar>::Zero(n + k, n + k);
-  W.topLeftCorner(n, n) = 2 * beta * skew(AR.topRows(n));
-  W.bottomLeftCorner(k, n) = AR.bottomRows(k);
-  W.topRightCorner(n, k) = -AR.bottomRows(k).transpose();
-  return W;
-}
 
 // Compiled once, in frame_references.cc.
 extern template class IsotropicGeodesic<double>;

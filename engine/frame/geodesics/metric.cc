@@ -1,6 +1,5 @@
 #include "engine/frame/geodesics/metric.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "engine/numbers/to_text.h"

@@ -67,6 +67,9 @@ struct Outline {
   std::size_t block_count = 0, saved_size = 0;
   double step_cost = 0;  ///< Simulation::step_cost
   bool direct = false;
+  /// Whether the members of an ensemble are numbers, which Summary::prepare takes from a
+  /// simulation.
+  bool numbers = false;
 };
 
 /// Returns the indices of the fields that are reported where none are named: the variables in which

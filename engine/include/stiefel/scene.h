@@ -62,7 +62,7 @@ struct SceneDescription {
   /// (tradeoff.h) chooses the method.
   std::optional<double> tolerance = {};
   std::optional<double> horizon = {};  ///< the time of interest, > 0 whatever the step's sign
-  std::optional<int> members = {};  ///< number of members, for an ensemble
+  std::optional<int> members = {};     ///< number of members, for an ensemble
 };
 
 /// A 3D body brought to its principal axes: I = R diag(moments) Rᵀ, det R = +1.

@@ -1,0 +1,153 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "engine/dense/principal_moments_3.h"
+#include "engine/dense/so_3.h"
+
+namespace stiefel {
+
+/// The leading coefficients of a power series, a_0 first.
+template <class Scalar>
+using PowerSeries = std::vector<Scalar>;
+
+/// Returns coefficient k of ab.
+template <class Scalar>
+Scalar product_at(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b, std::size_t k) {
+  Scalar sum = 0;
+  for (std::size_t l = 0; l <= k; ++l) sum += a[l] * b[k - l];
+  return sum;
+}
+
+template <class Scalar>
+PowerSeries<Scalar> product(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b) {
+  PowerSeries<Scalar> ab(a.size());
+  for (std::size_t k = 0; k < a.size(); ++k) ab[k] = product_at(a, b, k);
+  return ab;
+}
+
+/// Returns a/b, b₀ ≠ 0.
+template <class Scalar>
+PowerSeries<Scalar> quotient(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b) {
+  PowerSeries<Scalar> q(a.size(), Scalar(0));
+  for (std::size_t k = 0; k < a.size(); ++k) q[k] = (a[k] - product_at(b, q, k)) / b[0];
+  return q;
+}
+
+/// Returns Σ a_k xᵏ.
+template <class Scalar>
+Scalar polynomial(const PowerSeries<Scalar>& a, const Scalar& x) {
+  Scalar sum = 0;
+  for (std::size_t k = a.size(); k-- > 0;) sum = a[k] + x * sum;
+  return sum;
+}
+
+/// The free motion of a body in three dimensions as power series in time about the state at t = 0.
+/// With τ = t², p_i = m_i(0)² and a_1 = 1/I_3 − 1/I_2, cyclic,
+///
+///     m_1(t) = m_1(0) f_1(τ) + m_2(0)m_3(0) t a_1b_1(τ)   and cyclic,
+///     2f_1′ = a_1 (p_2 f_2a_3b_3 + p_3 f_3a_2b_2),   b_1 + 2τb_1′ = f_2f_3 + τp_1 a_2b_2a_3b_3,
+///
+/// and the quaternion of the rotation from −t to t is (e, t m_1(0)c_1(τ), …),
+///
+///     2e′ = −Σ p_ic_if_i/I_i,   c_1 + 2τc_1′ = ef_1/I_1 + τ(p_2c_2a_3b_3/I_3 − p_3c_3a_2b_2/I_2):
+///
+/// Factors that are odd in a momentum or in t are split off, so that no coefficient needs a
+/// division by them.
+template <class Scalar>
+struct MotionSeries {
+  using Series = PowerSeries<Scalar>;
+  using Vec = Vector3<Scalar>;
+
+  std::array<Series, 3> f, b, c;
+  Series e;
+
+  /// Computes the first `terms` coefficients from the squares p of the momenta.
+  MotionSeries(const PrincipalMoments3<Scalar>& body, const Vec& p, std::size_t terms)
+      : e(terms, Scalar(0)) {
+    const Vec& I = body.moments;
+    const Vec a = body.differences.cwiseQuotient(cyclic_product<Scalar>(I, I));
+    f = b = c = {e, e, e};
+    e[0] = f[0][0] = f[1][0] = f[2][0] = 1;
+    for (std::size_t k = 0; k < terms; ++k) {
+      const Scalar odd = static_cast<Scalar>(2 * k + 1), even = static_cast<Scalar>(2 * k + 2);
+      for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        b[i][k] = product_at(f[j], f[l], k);
+        c[i][k] = product_at(e, f[i], k) / I(i);
+        if (k > 0) {
+          b[i][k] += p(i) * a(j) * a(l) * product_at(b[j], b[l], k - 1);
+          c[i][k] += p(j) * a(l) / I(l) * product_at(c[j], b[l], k - 1) -
+                     p(l) * a(j) / I(j) * product_at(c[l], b[j], k - 1);
+        }
+        b[i][k] /= odd;
+        c[i][k] /= odd;
+      }
+      if (k + 1 == terms) break;
+      for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        f[i][k + 1] =
+            a(i) *
+            (p(j) * a(l) * product_at(f[j], b[l], k) + p(l) * a(j) * product_at(f[l], b[j], k)) /
+            even;
+        e[k + 1] -= p(i) / I(i) * product_at(c[i], f[i], k) / even;
+      }
+    }
+  }
+};
+
+/// The modified moments J with which the discrete rigid body of step h follows the continuous one
+/// to an even order p (Hairer and Vilmart 2006):
+///
+///     1/J_i = s/I_i + d,   s and d even polynomials in h of degree p − 2.
+///
+/// The moments J are constant along a motion and follow from its MotionSeries at every order. One
+/// step h = 2t of the discrete body with moments J is the rotation of the motion from −t to t if
+///
+///     m(−t) + m(t) = (4/h) e J∘(t m_1c_1, …),
+///     m_1(t) − m_1(−t) = (4/h)(J_2 − J_3) t²m_2m_3c_2c_3   and cyclic,
+///
+/// that is, for 1/J_i = ec_i/f_i and s = e²b_1/(f_2f_3). These quotients have no cancellation for
+/// any body. J is not positive where h is too long for the order.
+template <class Wide>
+class ModifiedSeries {
+ public:
+  using Vec = Vector3<Wide>;
+
+  /// Computes the series for the motion through m.
+  ModifiedSeries(const PrincipalMoments3<Wide>& body, const Vec& m, int order)
+      : unit_(body.moments.sum()),
+        momentum_(m.cwiseAbs().maxCoeff()),
+        body_(body.moments / unit_, body.differences / unit_) {
+    const bool rests = !(momentum_ > Wide(0));
+    const Vec p = rests ? Vec(Vec::Zero()) : Vec((m / momentum_).cwiseAbs2());
+    const auto [f, b, c, e] = MotionSeries<Wide>(body_, p, static_cast<std::size_t>(order / 2));
+    int i = 0;  // the axis with the smallest 1/I_i, for which d has the least cancellation
+    body_.moments.maxCoeff(&i);
+    s_ = quotient(product(product(e, e), b[i]), product(f[(i + 1) % 3], f[(i + 2) % 3]));
+    d_ = quotient(product(e, c[i]), f[i]);
+    d_[0] = 0;
+    for (std::size_t k = 1; k < d_.size(); ++k) d_[k] -= s_[k] / body_.moments(i);
+  }
+
+  /// Returns J for the step h.
+  PrincipalMoments3<Wide> operator()(const Wide& h) const {
+    const Vec& I = body_.moments;
+    const Wide t = h * momentum_ / (2 * unit_);
+    const Wide s = polynomial(s_, Wide(t * t)), d = polynomial(d_, Wide(t * t));
+    const Vec J = (s * I.cwiseInverse().array() + d).inverse();
+    // J₂ − J₃ = J₂J₃(1/J₃ − 1/J₂) without cancellation
+    const Vec dJ = s * body_.differences.cwiseProduct(cyclic_product<Wide>(J, J))
+                           .cwiseQuotient(cyclic_product<Wide>(I, I));
+    return {unit_ * J, unit_ * dJ};
+  }
+
+ private:
+  Wide unit_, momentum_;  ///< units of the moments and of m
+  PrincipalMoments3<Wide> body_;
+  PowerSeries<Wide> s_, d_;  ///< power series in t²
+};
+
+}  // namespace stiefel
