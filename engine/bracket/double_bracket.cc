@@ -136,11 +136,13 @@ std::unique_ptr<Simulation> make_double_bracket(const Scene& scene) {
   stop_point();
   // Shared by the copies of the observables: its workspace has tens of megabytes where p + q = 512.
   const auto system = std::make_shared<DoubleBracket<double>>(lambda_u, lambda_v);
-  observables.speed = [system](const Eigen::MatrixXd& x) {
+  observables.speed = [system, p, q](const Eigen::MatrixXd& x) {
     auto xi = system->zero();
     system->generator(x, xi);
     if (!xi.allFinite()) return std::numeric_limits<double>::infinity();
-    return casimirs<double>(xi)(0);  // U and V form one real skew matrix
+    const double U = skew_norm<double>(xi.topLeftCorner(2 * p, 2 * p));
+    stop_point();
+    return std::max(U, skew_norm<double>(xi.bottomRightCorner(2 * q, 2 * q)));
   };
   stop_point();
   return make_simulation(scene, *system, shared(observables));

@@ -95,6 +95,16 @@ def test_results_of_an_ensemble_have_an_axis_of_members(client):
     assert summary.last_step[5] == 0 and set(events.member) <= set(range(12)) - {5} and len(set(events.member)) > 3
 
 
+def test_steps_of_an_ensemble_go_on_after_a_summary(client):
+    """A summary takes over what a simulation of the session has of the members, and leaves the simulation where it is."""
+    with client.create(ensemble(12)) as session:
+        session.step(5003)
+        first = session.summarize(10, quantities={"M": "last"})
+        assert session.step(5004).computed_steps == 1
+        again = session.summarize(10, quantities={"M": "last"})
+    assert (first["M"]["last"] == again["M"]["last"]).all()
+
+
 def test_events_of_a_broken_call_come_once(session, monkeypatch, without_pauses):
     many = [{**FLIP, "level": level} for level in np.linspace(-0.2, 0.2, 40)]
     whole = session.events(20_000, events=many, fields=["Q", "M", "Omega"])
