@@ -2,13 +2,11 @@
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
-#include <filesystem>
-#include <fstream>
-
 #include "server/connections/callers.h"
 #include "server/server.h"
 #include "stiefel/client/client.h"
 #include "tests/client/error_of.h"
+#include "tests/support/folder.h"
 
 namespace stiefel::client {
 namespace {
@@ -72,23 +70,22 @@ TEST(Security, WhatIsRefused) {
 
 class SecurityTest : public testing::Test {
  protected:
-  SecurityTest() : folder_(std::filesystem::path(testing::TempDir()) / "connect_test") {
-    std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ / "tokens") << made_.line;
-    std::ofstream(folder_ / "token") << "  " << made_.token << " \n";
-    known_.token = read_token(folder_ / "token");
+  SecurityTest() {
+    test::write_file(folder_.file("tokens"), made_.line);
+    test::write_file(folder_.file("token"), "  " + made_.token + " \n");
+    known_.token = read_token(folder_.file("token"));
   }
 
-  std::filesystem::path folder_;
+  const test::Folder folder_;
   const server::NewToken made_ = server::make_token("me");
   Options known_;
 };
 
 TEST_F(SecurityTest, TheTokenReachesTheServer) {
-  const std::string socket = "unix:" + (folder_ / "socket").string();
+  const std::string socket = "unix:" + folder_.file("socket");
   server::Server server({.listen = {"127.0.0.1:0", socket},
                          .log_level = "off",
-                         .access = {.tokens = folder_ / "tokens"}});
+                         .access = {.tokens = folder_.file("tokens")}});
   for (const std::string& address : server.addresses()) {
     EXPECT_NO_THROW(Client::connect(address, known_).describe()) << address;
     const Error error = error_of([&] { Client::connect(address).describe(); });
@@ -101,15 +98,16 @@ TEST_F(SecurityTest, TheTokenReachesTheServer) {
 }
 
 TEST_F(SecurityTest, TheTokenTravelsOverTlsToAServerOfTheName) {
-  const std::string certificate = folder_ / "certificate", key = folder_ / "key";
+  const std::string certificate = folder_.file("certificate"), key = folder_.file("key");
   const std::string command =
       "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=stiefel "
       "-addext subjectAltName=DNS:stiefel -out '" +
       certificate + "' -keyout '" + key + "' 2>/dev/null";
   ASSERT_EQ(std::system(command.c_str()), 0);
-  server::Server server({.listen = {"127.0.0.1:0"},
-                         .log_level = "off",
-                         .access = {.tls = {certificate, key, ""}, .tokens = folder_ / "tokens"}});
+  server::Server server(
+      {.listen = {"127.0.0.1:0"},
+       .log_level = "off",
+       .access = {.tls = {certificate, key, ""}, .tokens = folder_.file("tokens")}});
   const std::string address = server.addresses().front();
   known_.tls = Tls{.ca = certificate, .name = "stiefel"};
   EXPECT_NO_THROW(Client::connect(address, known_).describe());

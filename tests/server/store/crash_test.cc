@@ -5,7 +5,7 @@
 #include <optional>
 #include <random>
 
-#include "tests/server/store/folder.h"
+#include "tests/support/folder.h"
 #include "tests/server/store/forgetful_vfs.h"
 #include "tests/server/store/stores.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tests/server/harness.h"
-#include "tests/server/store/folder.h"
+#include "tests/support/folder.h"
 
 /// Calls of servers with a store, and what they answer.
 namespace stiefel::test {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tests/server/store/folder.h"
+#include "tests/support/folder.h"
 
 namespace stiefel::test {
 namespace {

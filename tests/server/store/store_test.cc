@@ -9,7 +9,7 @@
 #include <new>
 #include <random>
 
-#include "tests/server/store/folder.h"
+#include "tests/support/folder.h"
 #include "tests/server/store/stores.h"
 
 namespace stiefel::server {

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/server/store/folder.h"
+#include "tests/support/folder.h"
 #include "tests/server/store/stores.h"
 
 namespace stiefel::server {
