@@ -1,6 +1,5 @@
 #include "tests/support/reference_cases.h"
 
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -15,7 +14,7 @@ long double read(const nlohmann::json& entry) {
 }
 
 nlohmann::json file_beside(const char* name) {
-  std::ifstream in(std::filesystem::path(__FILE__).parent_path() / name);
+  std::ifstream in(std::string(REFERENCE_CASES "/") + name);
   return nlohmann::json::parse(in);
 }
 
