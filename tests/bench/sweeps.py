@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 PACKAGES = ("distributed>=2022.12", "psutil", "grpcio>=1.51", "protobuf>=4.21,<8", "numpy>=1.21", "xarray>=2022.6")
-WORKERS, STEPS, LARGEST = 2, 10_000, 1 << 16  # LARGEST: the most members of an ensemble
+WORKERS, STEPS, LARGEST = 2, 10_000, 1 << 17  # LARGEST: the most members of an ensemble
 SCENE: dict[str, Any] = {"system": "rigid_body", "step": 0.01, "method": {"name": "preprocessed_variational", "order": 10}}
 SUMMARIZE = {"quaternion": ["last"], "energy": ["drift"]}
 

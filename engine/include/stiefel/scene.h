@@ -83,7 +83,7 @@ class Scene {
   /// Largest n·N where n < N.
   static constexpr int max_elements = 1 << 24;
   /// Largest number of members of an ensemble.
-  static constexpr int max_members = 1 << 16;
+  static constexpr int max_members = 1 << 17;
   /// Largest max |QQᵀ − I| up to which Q is accepted and repaired, and largest | |attitude| − 1 |.
   static constexpr double frame_tolerance = 1e-6;
   /// Largest max |QQᵀ − I| for scenes that start from a computed state, which may have drifted.

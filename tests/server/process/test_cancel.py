@@ -102,7 +102,7 @@ CALLS = {
     "Step, variational, Lambda from 1 to 1000": to_far(body(512, wide=True, name="variational"), fields=["M"]),
     "Step, implicit_midpoint of long steps": to_far(body(512, step=5, name="implicit_midpoint"), fields=["M"]),
     "Step, adaptive": to_far(body(512, step=1000, name="adaptive", tolerance=1e-12), fields=["M"]),
-    "Drive, ensemble": to_far(bodies(65536), "Drive", fields=["angular_velocity"]),
+    "Drive, ensemble": to_far(bodies(1 << 17), "Drive", fields=["angular_velocity"]),
     "Diagnose, brackets": Call("Diagnose", pb.DiagnoseRequest(session_id="s", dirac_brackets=brackets(512, 2)),
                                body(512, system="symmetric_rigid_body", name="variational")),
     "Diagnose, manakov": Call("Diagnose", pb.DiagnoseRequest(session_id="s", invariants=["manakov"]), body(256, name="rk4")),
@@ -112,7 +112,7 @@ CALLS = {
     "Diagnose, double_bracket": Call("Diagnose", pb.DiagnoseRequest(session_id="s"), blocks(256, 256, name="rk4")),
     "CreateSession, double_bracket": Call("CreateSession", pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256))),
     "ForkSession, ensemble": Call("ForkSession", pb.ForkSessionRequest(
-        session_id="t", from_session_id="s", from_step=FAR), bodies(65536)),
+        session_id="t", from_session_id="s", from_step=FAR), bodies(1 << 17)),
     "MeasureTradeoff": Call("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
     "Convert to interpolation": Call("Convert", pb.ConvertRequest(scene=body(512), to="interpolation")),
 }
