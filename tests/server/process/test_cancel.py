@@ -150,7 +150,7 @@ def conversion(scene, system):
 
 def scenes(stub, N):
     """A scene of each system, the scene that it was converted from, and the system's entry of the catalogue. Where no
-    conversion leads to the system, it is a body's."""
+    conversion leads to the system, it has the blocks of a body, and 0 for others that it must have."""
     given = [body(N), ray(N), blocks(N // 2, N // 2),
              scene_of("ellipsoid", N, q=np.eye(1, N), qdot=np.eye(1, N, k=1))]
     for system in stub.Describe(pb.DescribeRequest()).systems:
@@ -162,6 +162,9 @@ def scenes(stub, N):
                 assert refusal.code() == grpc.StatusCode.INVALID_ARGUMENT, refusal
         else:
             own = altered(given[0], system=system.name)
+            for block in system.blocks:
+                if block.required and block.name not in own.initial:
+                    own.initial[block.name].CopyFrom(matrix(np.zeros((N, N))))
             yield own, own, system
 
 
