@@ -22,7 +22,8 @@ struct GivenTop {
   explicit GivenTop(const Eigen::Vector3d& lambda, const std::optional<ExtendedBody>& body)
       : inertia(lambda) {
     if (!body) return;
-    inertia = {body->inertia.moments.cast<Quad>(), body->inertia.differences.cast<Quad>()};
+    inertia = {body->inertia.moments.cast<Number128>(),
+               body->inertia.differences.cast<Number128>()};
     axes = body->axes;
     lost = body->momentum_tail;
   }
@@ -35,7 +36,7 @@ struct GivenTop {
     return {inertia, x, axes, lost};
   }
 
-  PrincipalMoments3<Quad> inertia;
+  PrincipalMoments3<Number128> inertia;
   TopInTime::Quaternion axes = TopInTime::Quaternion::UnitX();
   Vector3<TopInTime::Wide> lost = Vector3<TopInTime::Wide>::Zero();
 };

@@ -32,7 +32,7 @@ double nanoseconds(double duration, int count, Compute&& compute) {
 
 TopInTime top_of(unsigned seed) {
   const testing::RandomTop given(10 * seed);  // of the kind "generic"
-  return {PrincipalMoments3<Quad>(given.lambda), given.x.cast<long double>()};
+  return {PrincipalMoments3<Number128>(given.lambda), given.x.cast<long double>()};
 }
 
 /// In one register: states of one body, or of one body in each lane.

@@ -5,7 +5,7 @@
 
 #include "engine/dense/principal_moments_3.h"
 #include "engine/numbers/isa.h"
-#include "engine/numbers/quadruple.h"
+#include "engine/numbers/number_128.h"
 
 namespace stiefel {
 
@@ -18,7 +18,7 @@ namespace stiefel {
 ///     q = A ∘ e^{iα}(Z₁, Z₂)/|Z|,   Z₁ = θ₄(z + iβ), Z₂ = −i θ₁(z + iβ), the nome exp(−2πK′/K),
 ///
 /// where Z₁ = q_w + i q_a, Z₂ = q_b + i q_c, and u and α are linear in time. The constants of the
-/// motion are computed once, their rates in quadruple precision. A state then takes two phases
+/// motion are computed once, their rates with 120 bits. A state then takes two phases
 /// modulo 1, their sines and cosines, and polynomials of degree 4 in sin²z. Next to the separatrix,
 /// where the nome is near 1, the series are those of Jacobi's imaginary transformation, in powers
 /// of e^{−πu/2K′}.
@@ -51,8 +51,8 @@ class ThetaTop {
   /// Returns the motion from (q; m) at time 0. There is none for steady motions, on the separatrix,
   /// and where a constant is so large or so small that products of two words could overflow or lose
   /// bits; EulerTop moves these.
-  static std::optional<ThetaTop> of(const PrincipalMoments3<Quad>& body,
-                                    const Eigen::Matrix<Quad, 7, 1>& start);
+  static std::optional<ThetaTop> of(const PrincipalMoments3<Number128>& body,
+                                    const Eigen::Matrix<long double, 7, 1>& start);
 
   /// Whether a time is such that its phases keep their bits.
   bool takes(double time) const {

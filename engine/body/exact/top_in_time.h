@@ -26,7 +26,7 @@ class TopInTime {
   using Quaternion = Eigen::Matrix<Wide, 4, 1>;
 
   /// `lost` is added to the momentum of the start: what it has lost by rounding.
-  TopInTime(const PrincipalMoments3<Quad>& body, const WidePoint& start,
+  TopInTime(const PrincipalMoments3<Number128>& body, const WidePoint& start,
             const Quaternion& axes = Quaternion::UnitX(),
             const Vector3<Wide>& lost = Vector3<Wide>::Zero())
       : body_(body), axes_(axes), turned_(axes.tail<3>() != Vector3<Wide>::Zero()), lost_(lost) {
@@ -54,7 +54,7 @@ class TopInTime {
   /// The motion, if there is one in theta functions.
   const std::optional<ThetaTop>& theta() {
     if (!made_) {
-      theta_ = ThetaTop::of(body_, start_.cast<Quad>());
+      theta_ = ThetaTop::of(body_, start_);
       made_ = true;
     }
     return theta_;
@@ -120,7 +120,7 @@ class TopInTime {
     return y;
   }
 
-  PrincipalMoments3<Quad> body_;
+  PrincipalMoments3<Number128> body_;
   Quaternion axes_;
   bool turned_;
   Vector3<Wide> lost_;

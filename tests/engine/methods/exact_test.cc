@@ -105,7 +105,8 @@ std::vector<ThetaTop> theta_tops(unsigned first, unsigned count) {
   std::vector<ThetaTop> tops;
   for (unsigned seed = first; seed < first + count; ++seed) {
     const testing::RandomTop top(seed);
-    if (const auto theta = ThetaTop::of(PrincipalMoments3<Quad>(top.lambda), top.x.cast<Quad>()))
+    if (const auto theta =
+            ThetaTop::of(PrincipalMoments3<Number128>(top.lambda), top.x.cast<long double>()))
       tops.push_back(*theta);
   }
   return tops;
@@ -123,12 +124,14 @@ TEST(Exact, IsTheMotionNextToTheSeparatrixAfterManyTurns) {
                        (k % 2 == 0 ? 1 + distance : 1 - distance);
     So3<Quad, true>::State x;
     x << 1, 0, 0, 0, m_1, 10 * uniform() - 5, m_3;
-    const Vector3<Quad> wide = I.cast<Quad>();
-    const PrincipalMoments3<Quad> body(
-        wide, Vector3<Quad>(wide(1) - wide(2), wide(2) - wide(0), wide(0) - wide(1)));
-    TopInTime top(body, x.cast<long double>());
+    const auto body = [&]<class Scalar>(Scalar) {
+      const Vector3<Scalar> wide = I.cast<Scalar>();
+      return PrincipalMoments3<Scalar>(
+          wide, Vector3<Scalar>(wide(1) - wide(2), wide(2) - wide(0), wide(0) - wide(1)));
+    };
+    TopInTime top(body(Number128()), x.cast<long double>());
     ASSERT_TRUE(top.theta());
-    const EulerTop<Quad, true> exact(body, x);
+    const EulerTop<Quad, true> exact(body(Quad()), x);
     for (const double turns : {1., 1e3, 1e9}) {
       const double t =
           turns * uniform() * 6.283 / x.cast<double>().tail<3>().cwiseQuotient(I).norm();

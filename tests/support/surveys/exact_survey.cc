@@ -74,7 +74,7 @@ void survey_exact(unsigned first, unsigned count) {
     const double field = field_error(top, exact);
     EXPECT_LT(field, 1e-23 * top.one_and_angle()) << top.kind << " " << seed;
 
-    TopInTime exact_in_double(PrincipalMoments3<Quad>(top.lambda), top.x.cast<long double>());
+    TopInTime exact_in_double(PrincipalMoments3<Number128>(top.lambda), top.x.cast<long double>());
     const QuadState x = exact.at(top.t);
     const double ulp = 0x1p-52;
     const double error = distance(exact_in_double.at(1, top.t).cast<Quad>(), x);
