@@ -60,9 +60,11 @@ int lanes_of(const Scene& scene) {
 }
 
 /// Whether products of the numbers of a body with the step of `like` stay normal.
-bool stays_normal(const Scene& like, const Eigen::Ref<const Eigen::VectorXd>& lambda,
-                  const Eigen::Ref<const Eigen::MatrixXd>& M) {
-  const auto is_normal = [&](double x) { return is_far_from_ends(x, like.in_float()); };
+template <class Lambda, class Momentum>
+bool stays_normal(const Scene& like, const Lambda& lambda, const Momentum& M) {
+  const auto is_normal = [in_float = like.in_float()](double x) {
+    return is_far_from_ends(x, in_float);
+  };
   const double h = step_of_map(like);
   for (int j = 0; j < lambda.size(); ++j)
     for (int i = 0; i < j; ++i) {
@@ -166,6 +168,7 @@ class FlatBodies3 final : public FlatBodies {
     std::vector<std::size_t> starts;
     for (std::size_t b = 0; b < size(); b += portion) starts.push_back(b);
     std::vector<char> packable(size());
+    const bool exact = is_exact_body(like_);
     for_each_in_parallel(
         std::span(starts), of_member * static_cast<double>(size()), [&](std::size_t from) {
           GivenMembers given(ensemble().description(), like_);
@@ -173,7 +176,7 @@ class FlatBodies3 final : public FlatBodies {
             stop_point();
             const auto found = given.any() ? given[b] : std::nullopt;
             bodies_[b] = Reported3(found ? *found : body_3(ensemble().members()[b]));
-            packable[b] = takes_body(like_, bodies_[b]);
+            packable[b] = exact || stays_normal(like_, bodies_[b].lambda, hat(bodies_[b].m));
           }
         });
     std::vector<std::size_t> together;
@@ -221,6 +224,7 @@ class FlatBodies3 final : public FlatBodies {
       std::span<const std::size_t> members) const override {
     if (is_exact_body(like_)) {
       std::vector<TopInTime> tops;
+      tops.reserve(members.size());
       for (const std::size_t b : members) tops.push_back(top(b));
       return std::make_shared<PackedClosedForms>(like_, std::move(tops));
     }

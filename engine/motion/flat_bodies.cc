@@ -10,7 +10,7 @@
 namespace stiefel {
 
 bool FlatBodies::can_be_packed(std::size_t member) const {
-  return std::ranges::binary_search(packable_, member);
+  return packable_.size() == size_ || std::ranges::binary_search(packable_, member);
 }
 
 void FlatBodies::pack_all(std::vector<std::size_t> packable, int lanes) {

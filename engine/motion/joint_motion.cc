@@ -49,12 +49,14 @@ void JointMotion::form_groups() {
                                               : flat_ ? flat_->lanes()
                                                       : body_lanes(scene_));
   groups_.clear();
+  groups_.reserve(size() / lanes + 1);
   Group together;
   const auto flush = [&] {
     if (!together.members.empty()) groups_.push_back(std::exchange(together, {}));
   };
   for (std::size_t i = 0; i < size(); ++i) {
     if (!can_be_packed[i]) continue;
+    if (together.members.empty()) together.members.reserve(lanes);
     together.members.push_back(i);
     if (together.members.size() == lanes) flush();
   }
@@ -74,8 +76,8 @@ void JointMotion::form_groups() {
 void JointMotion::pack(Group& group) const {
   const std::size_t count = group.members.size();
   if (flat_) {
-    std::vector<std::size_t> indices;
-    for (const std::size_t i : group.members) indices.push_back(members_[i]);
+    std::vector<std::size_t> indices(count);
+    std::ranges::transform(group.members, indices.begin(), [&](auto i) { return members_[i]; });
     group.packed = flat_->pack(indices);
     group.states.resize(each_saved_ * static_cast<std::size_t>(group.packed->lanes()));
     for (std::size_t k = 0; k < count; ++k) flat_->start(indices[k], lane(group, k));

@@ -50,15 +50,15 @@ ExtendedBody extended_body(const GivenBody& given, const PrincipalAxes& axes,
                            const Eigen::Vector3d& rounded) {
   using Wide = ExtendedBody::Wide;
   const auto [I, R] = given_axes<Wide>(given);
+  const PrincipalMoments3<Wide> inertia(I, Vector3<Wide>(I(1) - I(2), I(2) - I(0), I(0) - I(1)));
+  const Vector3<Wide> given_omega = Eigen::Vector3d(given.angular_velocity.data()).cast<Wide>();
+  if (R.isIdentity(0) && axes.rotation.isIdentity(0))
+    return {inertia, I.cwiseProduct(given_omega) - rounded.cast<Wide>(),
+            Eigen::Matrix<Wide, 4, 1>::UnitX()};
   const Eigen::Matrix<Wide, 4, 1> turn = quaternion_of(axes.rotation.cast<Wide>().transpose() * R);
-  const Vector3<Wide> omega =
-      R.transpose() * Eigen::Vector3d(given.angular_velocity.data()).cast<Wide>();
+  const Vector3<Wide> omega = R.transpose() * given_omega;
   const Vector3<Wide> m = rotation_matrix<Wide>(turn) * I.cwiseProduct(omega);
-  return {
-      {I, Vector3<Wide>(I(1) - I(2), I(2) - I(0), I(0) - I(1))},
-      m - rounded.cast<Wide>(),
-      turn,
-  };
+  return {inertia, m - rounded.cast<Wide>(), turn};
 }
 
 std::optional<ExtendedBody> extended_body(const Scene& scene) {

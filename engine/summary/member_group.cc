@@ -126,7 +126,9 @@ bool MemberGroup::go(JointMotion::Group& group, std::int64_t next, const std::st
 
 void MemberGroup::begin() {
   begun_ = true;
-  for (std::size_t i = 0; i < left(); ++i) {
+  const bool reads =
+      events_.any() || times_.next() || plan_.reads_on_the_way || step_ == plan_.what.to;
+  for (std::size_t i = 0; reads && i < left(); ++i) {
     events_.begin(member(i), step_, motion_.read(i), stop_);
     times_.write(member(i), last_step(i), 1, stop_);
     sample(member(i), motion_.read(i));
@@ -146,7 +148,7 @@ void MemberGroup::arrive() {
     if (times_.next() != nullptr) times_.write(member(i), last_step(i), end.value_or(1), stop_);
     ended = ended || end.has_value();
     if (end) continue;
-    if (sampled) sample(member(i), motion_.read(i));
+    if (sampled && plan_.reads_on_the_way) sample(member(i), motion_.read(i));
     if (last) finish(i, motion_.read(i), step_, {});
   }
   if (sampled && !last) next_sample_ += std::min(plan_.what.every, plan_.what.to - step_);
