@@ -106,7 +106,7 @@ def test_members_take_three_times_their_request(serve):
     with process.channel(options=[("grpc.max_send_message_length", -1)]) as channel:
         stub = rpc.SimulationServiceStub(channel)
         stub.CreateSession(creation("few", ensemble(500)))
-        idle, request = process.resident(), creation("many", ensemble(65_536))
+        idle, request = process.resident(), creation("many", ensemble(1 << 17))
         stub.CreateSession(request, timeout=120)
         taken, size = process.memory() - idle, request.ByteSize()
         assert taken < 3 * size, (taken / MiB, size / MiB)
