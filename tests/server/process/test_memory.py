@@ -103,7 +103,8 @@ def test_members_take_three_times_their_request(serve):
         for name, values in (("Q", np.tile(np.eye(3), (members, 1, 1))), ("M", M - M.transpose(0, 2, 1))):
             scene.initial[name].CopyFrom(pb.Matrix(rows=3 * members, cols=3, values=values.ravel()))
         return scene
-    with process.channel(options=[("grpc.max_send_message_length", -1)]) as channel:
+    unlimited = [("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)]
+    with process.channel(options=unlimited) as channel:
         stub = rpc.SimulationServiceStub(channel)
         stub.CreateSession(creation("few", ensemble(500)))
         idle, request = process.resident(), creation("many", ensemble(1 << 17))
