@@ -4,8 +4,8 @@
 
 #include "engine/accuracy/series_equations.h"
 #include "engine/body/rigid_body_data.h"
-#include "engine/body/taylor_rigid_body.h"
 #include "engine/bracket/taylor_double_bracket.h"
+#include "engine/dense/taylor_rigid_body.h"
 #include "engine/frame/stiefel_forms.h"
 #include "engine/frame/taylor_stiefel.h"
 #include "engine/motion/system_entry.h"

@@ -5,7 +5,7 @@
 #include "engine/accuracy/taylor_reference.h"
 #include "engine/body/exact/turned_body.h"
 #include "engine/body/rigid_body_data.h"
-#include "engine/body/taylor_rigid_body.h"
+#include "engine/dense/taylor_rigid_body.h"
 
 namespace stiefel {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "engine/body/rigid_body_maps.h"
-#include "engine/body/taylor_rigid_body.h"
 #include "engine/bracket/taylor_double_bracket.h"
 #include "engine/dense/taylor_motion.h"
+#include "engine/dense/taylor_rigid_body.h"
 #include "engine/frame/stiefel_maps.h"
 #include "engine/frame/taylor_stiefel.h"
 #include "engine/methods/variational.h"
