@@ -20,26 +20,28 @@ class BlockedPass {
   /// then take less than a seventh of the memory of its columns.
   static constexpr std::ptrdiff_t least_columns = 4096, most_blocks = 64;
 
-  BlockedPass(Arithmetic arithmetic, LowerBlock lower, std::ptrdiff_t n, std::ptrdiff_t N)
+  BlockedPass(Arithmetic arithmetic, std::ptrdiff_t n, std::ptrdiff_t N)
       : size_(block_size(n, N)), nanoseconds_(static_cast<double>(n * n + n) / 2) {
     const std::ptrdiff_t blocks = std::max<std::ptrdiff_t>(1, (N + size_ - 1) / size_);
     blocks_.reserve(static_cast<std::size_t>(blocks));
     for (std::ptrdiff_t k = 0; k < blocks; ++k)
-      blocks_.push_back({make_frame_pass<Scalar>(arithmetic, lower, n),
-                         FrameMoments<Scalar>(blocks > 1 ? n : 0)});
-  }
-
-  void measure(const FrameColumns<Scalar>& x, FrameMoments<Scalar>& moments) {
-    each(x, moments, [](FramePass<Scalar>& pass, const auto& columns, const auto& sums) {
-      pass.measure(columns, sums);
-    });
+      blocks_.push_back(
+          {make_frame_pass<Scalar>(arithmetic, n), FrameMoments<Scalar>(blocks > 1 ? n : 0)});
   }
 
   void advance(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h, const Scalar* Y1_h,
                FrameMoments<Scalar>& moments) {
-    each(x, moments, [=](FramePass<Scalar>& pass, const auto& columns, const auto& sums) {
-      pass.advance(columns, h, Y_h, Y1_h, sums);
+    if (blocks_.size() == 1) return blocks_[0].pass->advance(x, h, Y_h, Y1_h, moments.sums());
+    const std::ptrdiff_t height = 2 * moments.QQ[0].rows();
+    const double all = nanoseconds_ * static_cast<double>(x.count);
+    for_each_in_parallel(std::span(blocks_), all, [&](Block& block) {
+      const std::ptrdiff_t first = (&block - blocks_.data()) * size_;
+      block.pass->advance({x.value + first * height, x.carry ? x.carry + first * height : nullptr,
+                           x.inverse + first, std::min(size_, x.count - first)},
+                          h, Y_h, Y1_h, block.moments.sums());
     });
+    moments = blocks_[0].moments;
+    for (std::size_t k = 1; k < blocks_.size(); ++k) moments += blocks_[k].moments;
   }
 
  private:
@@ -53,23 +55,6 @@ class BlockedPass {
     const std::ptrdiff_t least =
         std::max({least_columns, unit * n, (N + most_blocks - 1) / most_blocks});
     return (least + unit - 1) / unit * unit;
-  }
-
-  template <class Work>
-  void each(const FrameColumns<Scalar>& x, FrameMoments<Scalar>& moments, const Work& work) {
-    if (blocks_.size() == 1) return work(*blocks_[0].pass, x, moments.sums());
-    const std::ptrdiff_t height = 2 * moments.QQ[0].rows();
-    const double all = nanoseconds_ * static_cast<double>(x.count);
-    for_each_in_parallel(std::span(blocks_), all, [&](Block& block) {
-      const std::ptrdiff_t first = (&block - blocks_.data()) * size_;
-      work(*block.pass,
-           FrameColumns<Scalar>{x.value + first * height,
-                                x.carry ? x.carry + first * height : nullptr, x.inverse + first,
-                                std::min(size_, x.count - first)},
-           block.moments.sums());
-    });
-    moments = blocks_[0].moments;
-    for (std::size_t k = 1; k < blocks_.size(); ++k) moments += blocks_[k].moments;
   }
 
   std::ptrdiff_t size_;

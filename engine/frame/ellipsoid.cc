@@ -1,3 +1,5 @@
+// Geodesics on the ellipsoid: points of V(1, N), by velocity q̇ = SΛ⁻¹ or costate p.
+#include "engine/frame/stiefel_costate.h"
 #include "engine/frame/stiefel_forms.h"
 #include "engine/frame/stiefel_invariants.h"
 #include "engine/frame/stiefel_maps.h"
@@ -20,15 +22,9 @@ void check(SceneDraft& draft) {
   if (draft.has_block("p") == draft.has_block("qdot"))
     return draft.refuse("initial", draft.has_block("p") ? "p and qdot" : "neither",
                         "must hold exactly one of p and qdot");
-  const Eigen::Index N = draft.scene().dimension();
-  if (const RowMatrix* p = draft.block("p", 1, N, false)) set_costate(draft, "p", *p);
-  if (const RowMatrix* qdot = draft.block("qdot", 1, N, false)) {
-    const double along = (*qdot * draft.scene().block("q").transpose())(0, 0);
-    if (!(std::abs(along) <= draft.largest_repair() * qdot->stableNorm()))
-      return draft.refuse("initial.qdot", "q·qdot = " + to_text(along), "must be orthogonal to q");
-    if (draft.check_velocity("initial.qdot", "max |qdot|", qdot->cwiseAbs().maxCoeff()))
-      draft.set_block("qdot", *qdot);
-  }
+  if (const RowMatrix* p = draft.block("p", 1, draft.scene().dimension(), false))
+    return set_costate(draft, "p", *p);
+  set_tangent(draft, "q", "qdot", true);
 }
 
 bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
@@ -58,31 +54,30 @@ constexpr auto start = [](const auto& g) {
 
 using Wide = long double;
 
-/// Returns q̇ from the rows q and q̇, or q and p of a costate.
-Eigen::VectorXd velocity(const Eigen::VectorXd& lambda, const Eigen::MatrixXd& x, bool costate) {
-  if (!costate) return x.row(1);
-  EllipsoidCostate<double> system(lambda);
-  Eigen::MatrixXd dx = x;
-  system.field(x, dx);
-  return dx.row(0);
-}
-
 std::unique_ptr<Simulation> make_ellipsoid(const Scene& scene) {
-  const bool costate = scene.block("p").size() > 0;
+  const bool costate = has_costate(scene);
+  const int N = scene.dimension();
   const Eigen::VectorXd lambda = scene.inertia();
-  StackedObservables observables(stacked(scene, "q", costate ? "p" : "qdot"));
-  observables.block("q", 0, 1).block(costate ? "p" : "qdot", 1, 1);
+  Eigen::MatrixXd state = stacked(scene, "q", costate ? "p" : "qdot");
+  if (!costate) state.row(1) *= lambda.asDiagonal();
+  StackedObservables observables(std::move(state));
+  observables.block("q", 0, 1);
+  if (costate)
+    observables.block("p", 1, 1);
+  else
+    observables.computed_block({"qdot", 1, N}, [lambda](const Eigen::MatrixXd& x, auto out) {
+      out = x.row(1).cwiseQuotient(lambda.transpose());
+    });
+  const auto S = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
+    if (!costate) return x.row(1);
+    return Legendre_inverse<double>(lambda, x.row(0), x.row(1));
+  };
   const SizeOf terms = terms_of_S(scene, 1, costate);
-  report_geodesic(
-      observables, scene, 1,
-      [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
-        return velocity(lambda, x, costate).cwiseProduct(lambda).transpose();
-      },
-      terms);
+  report_geodesic(observables, scene, 1, S, terms);
   const auto energy = std::move(observables.all_invariants);
   observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     energy(x, out);
-    const Eigen::VectorXd q = x.row(0), qdot = velocity(lambda, x, costate);
+    const Eigen::VectorXd q = x.row(0), qdot = S(x).transpose().cwiseQuotient(lambda);
     if (out.wants(family::joachimsthal)) {
       const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
       // The scale is (qᵀΛ⁻¹q)‖q̇‖², or what it would be for a q̇ of the size of its terms.
@@ -91,23 +86,20 @@ std::unique_ptr<Simulation> make_ellipsoid(const Scene& scene) {
       out.add(family::joachimsthal, J, at_rest ? of_terms * of_terms / lambda.maxCoeff() : J);
     }
     if (!out.wants(family::lax, lambda.size() <= largest_lax_unasked)) return;
-    const Vector<Wide> wide_q = q.cast<Wide>();
-    const Vector<Wide> p = costate ? Vector<Wide>(x.row(1).transpose().cast<Wide>())
-                                   : Vector<Wide>(lambda.cwiseProduct(qdot).cast<Wide>());
-    out.add_coefficients(
-        family::lax,
-        lax_coefficients<Wide>(lambda.cast<Wide>(), wide_q, p, static_cast<int>(lambda.size())),
-        true);
+    const Vector<Wide> wide_q = q.cast<Wide>(), p = x.row(1).transpose().cast<Wide>();
+    out.add_coefficients(family::lax, lax_coefficients<Wide>(lambda.cast<Wide>(), wide_q, p, N),
+                         true);
   };
-  if (costate) return make_simulation(scene, EllipsoidCostate<double>(lambda), shared(observables));
-  return make_simulation(scene, Ellipsoid<double>(lambda), shared(observables));
+  if (costate)
+    return make_simulation(scene, StiefelCostate<double>(lambda, 1), shared(observables));
+  return make_simulation(scene, Stiefel<double>(lambda, 1), shared(observables));
 }
 
 /// Returns why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.
 std::string refusal(const Scene& scene, std::string_view method) {
-  if (scene.block("p").size() == 0) return "";
+  if (!has_costate(scene)) return "";
   std::string others;
-  for (const auto& on : methods_on<EllipsoidCostate<double>>({})) {
+  for (const auto& on : methods_on<StiefelCostate<double>>({})) {
     if (on.method == method) return "";
     others += (others.empty() ? "" : " or ") + std::string(on.method);
   }
@@ -140,11 +132,11 @@ SystemEntry ellipsoid_entry() {
   info.summary = "geodesics on the ellipsoid with semi-axes lambda_i^1/2, n = 1";
   info.equations = "q'' = -((q'^T q') / (q^T Lambda^-1 q)) Lambda^-1 q";
   info.source = "[ST] (9), (14), (16)";
-  info.file = "engine/frame/ellipsoid.h";
+  info.file = "engine/frame/stiefel.h";
   return {.info = info,
           .check = check,
           .make = make_ellipsoid,
-          .methods = methods_on<Ellipsoid<double>>,
+          .methods = methods_on<Stiefel<double>>,
           .refusal = refusal,
           .recommended = recommendations,
           .representation = &representation,

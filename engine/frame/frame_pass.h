@@ -9,9 +9,6 @@
 
 namespace stiefel {
 
-/// Selects the lower block of a state: S = Q̇Λ, or Q̇.
-enum class LowerBlock { S, Qdot };
-
 /// The columns of a state on V(n, N) in memory, 2n numbers each.
 template <class Scalar>
 struct FrameColumns {
@@ -24,16 +21,15 @@ struct FrameColumns {
 /// The pass over the columns of a state in one step of RattleStiefel, a few columns at a time. From
 /// Y/h and Y′/h `advance` computes the new state and its moments:
 ///
-///     Q′ = Q + h(S + (Y/h)Q)Λ⁻¹,   S′ = S + (Y/h)Q + (Y′/h)Q′.
+///     Q′ = Q + h(S + (Y/h)Q)Λ⁻¹,   S′ = S + (Y/h)Q + (Y′/h)Q′,
 ///
-/// The pass holds nothing of size N.
+/// or without multipliers the moments of the state as it is. The pass holds nothing of size N.
 template <class Scalar>
 class FramePass {
  public:
   static constexpr std::ptrdiff_t width = 64;
 
   virtual ~FramePass() = default;
-  virtual void measure(const FrameColumns<Scalar>& x, const FrameSums<Scalar>& moments) = 0;
   virtual void advance(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h,
                        const Scalar* Y1_h, const FrameSums<Scalar>& moments) = 0;
 };
@@ -41,32 +37,28 @@ class FramePass {
 /// Returns the pass for n rows compiled for `isa`. Scalars other than double need
 /// frame_pass_on.h, and have no code specialised for few rows.
 template <class Scalar, Isa isa>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, LowerBlock lower,
-                                                      std::ptrdiff_t n);
+std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, std::ptrdiff_t n);
 
 /// Returns the pass for n rows compiled for the widest instruction set of this machine.
 template <class Scalar>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, LowerBlock lower,
-                                                   std::ptrdiff_t n) {
+std::unique_ptr<FramePass<Scalar>> make_frame_pass(Arithmetic arithmetic, std::ptrdiff_t n) {
 #ifdef STIEFEL_X86_64
   if constexpr (std::is_same_v<Scalar, double>) {
-    if (widest_isa() == Isa::avx512)
-      return make_frame_pass_on<Scalar, Isa::avx512>(arithmetic, lower, n);
-    if (widest_isa() == Isa::avx2)
-      return make_frame_pass_on<Scalar, Isa::avx2>(arithmetic, lower, n);
+    if (widest_isa() == Isa::avx512) return make_frame_pass_on<Scalar, Isa::avx512>(arithmetic, n);
+    if (widest_isa() == Isa::avx2) return make_frame_pass_on<Scalar, Isa::avx2>(arithmetic, n);
   }
 #endif
-  return make_frame_pass_on<Scalar, Isa::baseline>(arithmetic, lower, n);
+  return make_frame_pass_on<Scalar, Isa::baseline>(arithmetic, n);
 }
 
 extern template class FramePass<double>;
 
 // Compiled once for each instruction set, in frame_pass.cc.in.
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::baseline>(
-    Arithmetic, LowerBlock, std::ptrdiff_t);
+    Arithmetic, std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx2>(
-    Arithmetic, LowerBlock, std::ptrdiff_t);
+    Arithmetic, std::ptrdiff_t);
 extern template std::unique_ptr<FramePass<double>> make_frame_pass_on<double, Isa::avx512>(
-    Arithmetic, LowerBlock, std::ptrdiff_t);
+    Arithmetic, std::ptrdiff_t);
 
 }  // namespace stiefel

@@ -13,9 +13,8 @@ namespace stiefel {
 template <class Scalar, int rows, Isa isa>
 class FramePassOn final : public FramePass<Scalar> {
  public:
-  FramePassOn(Arithmetic arithmetic, LowerBlock lower, std::ptrdiff_t n)
+  FramePassOn(Arithmetic arithmetic, std::ptrdiff_t n)
       : compensated_(arithmetic == Arithmetic::compensated),
-        qdot_(lower == LowerBlock::Qdot),
         n_(n),
         tiles_(n),
         S_(n),
@@ -23,13 +22,9 @@ class FramePassOn final : public FramePass<Scalar> {
         S_carry_(n),
         kick_(n) {}
 
-  void measure(const FrameColumns<Scalar>& x, const FrameSums<Scalar>& moments) override {
-    pass(x, 0, nullptr, nullptr, moments);
-  }
-
   void advance(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h, const Scalar* Y1_h,
                const FrameSums<Scalar>& moments) override {
-    pass(x, h, Y_h, Y1_h, moments);
+    compensated_ ? pass<true>(x, h, Y_h, Y1_h, moments) : pass<false>(x, h, Y_h, Y1_h, moments);
   }
 
  private:
@@ -39,25 +34,9 @@ class FramePassOn final : public FramePass<Scalar> {
 
   std::ptrdiff_t n() const { return rows == any_rows ? n_ : rows; }
 
-  /// Passes over frames of two to four rows are compiled for states (Q, S) alone: no system has
-  /// others.
-  static constexpr bool has_qdot = rows == 1 || rows == any_rows;
-
-  /// Makes one pass. Without multipliers it only measures the moments and leaves the state
-  /// unchanged.
+  template <bool compensated>
   void pass(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h, const Scalar* Y1_h,
             const FrameSums<Scalar>& moments) {
-    if constexpr (has_qdot)
-      if (qdot_)
-        return compensated_ ? pass_in<true, true>(x, h, Y_h, Y1_h, moments)
-                            : pass_in<false, true>(x, h, Y_h, Y1_h, moments);
-    compensated_ ? pass_in<true, false>(x, h, Y_h, Y1_h, moments)
-                 : pass_in<false, false>(x, h, Y_h, Y1_h, moments);
-  }
-
-  template <bool compensated, bool qdot>
-  void pass_in(const FrameColumns<Scalar>& x, Scalar h, const Scalar* Y_h, const Scalar* Y1_h,
-               const FrameSums<Scalar>& moments) {
     MomentSums<Scalar, rows, isa> sums(n(), moments);
     auto& [Q, G, V, H, F] = tiles_;
     for (std::ptrdiff_t j = 0; j < x.count; j += width) {
@@ -69,12 +48,12 @@ class FramePassOn final : public FramePass<Scalar> {
         prefetch<compensated>(x, j + k + width);
         move<true, compensated>(x, j + k, columns, p);
         if (Y_h) {
-          step<compensated, qdot>(p, w, h, Y_h, Y1_h);
+          step<compensated>(p, w, h, Y_h, Y1_h);
           move<false, compensated>(x, j + k, columns, p);
         }
         for (std::ptrdiff_t i = 0; i < n(); ++i) {
           G[i][p] = Q[i][p] * w;
-          V[i][p] = qdot ? S_[i][p] : S_[i][p] * w;
+          V[i][p] = S_[i][p] * w;
           H[i][p] = V[i][p] * w;
           F[i][p] = G[i][p] * w;
         }
@@ -95,19 +74,18 @@ class FramePassOn final : public FramePass<Scalar> {
   }
 
   /// Computes the step for pack p of the tiles, from the multipliers divided by h.
-  template <bool compensated, bool qdot>
+  template <bool compensated>
   [[gnu::always_inline]] void step(std::ptrdiff_t p, P w, Scalar h, const Scalar* Y_h,
                                    const Scalar* Y1_h) {
     for (std::ptrdiff_t i = 0; i < n(); ++i) kick_[i][p] = times_Q(Y_h + i, p);
     for (std::ptrdiff_t i = 0; i < n(); ++i) {
-      P kick = qdot ? kick_[i][p] * w : kick_[i][p];
+      P kick = kick_[i][p];
       if constexpr (compensated) kick = S_carry_[i][p] + kick;
       const P change = h * (S_[i][p] + kick);
-      add<compensated>(tiles_.Q[i][p], Q_carry_[i][p], qdot ? change : change * w);
+      add<compensated>(tiles_.Q[i][p], Q_carry_[i][p], change * w);
     }
     for (std::ptrdiff_t i = 0; i < n(); ++i) {
-      const P change = kick_[i][p] + times_Q(Y1_h + i, p);
-      add<compensated>(S_[i][p], S_carry_[i][p], qdot ? change * w : change);
+      add<compensated>(S_[i][p], S_carry_[i][p], kick_[i][p] + times_Q(Y1_h + i, p));
     }
   }
 
@@ -183,25 +161,22 @@ class FramePassOn final : public FramePass<Scalar> {
     }
   }
 
-  bool compensated_, qdot_;
+  bool compensated_;
   std::ptrdiff_t n_;
   MomentTiles<Scalar, rows, isa> tiles_;
   Rows S_, Q_carry_, S_carry_, kick_;
 };
 
 template <class Scalar, Isa isa>
-std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, LowerBlock lower,
-                                                      std::ptrdiff_t n) {
+std::unique_ptr<FramePass<Scalar>> make_frame_pass_on(Arithmetic arithmetic, std::ptrdiff_t n) {
   const auto of_rows = [&]<int rows>() -> std::unique_ptr<FramePass<Scalar>> {
-    return std::make_unique<FramePassOn<Scalar, rows, isa>>(arithmetic, lower, n);
+    return std::make_unique<FramePassOn<Scalar, rows, isa>>(arithmetic, n);
   };
   if constexpr (std::is_same_v<Scalar, double>) {
     if (n == 1) return of_rows.template operator()<1>();
-    if (lower == LowerBlock::S) {
-      if (n == 2) return of_rows.template operator()<2>();
-      if (n == 3) return of_rows.template operator()<3>();
-      if (n == 4) return of_rows.template operator()<4>();
-    }
+    if (n == 2) return of_rows.template operator()<2>();
+    if (n == 3) return of_rows.template operator()<3>();
+    if (n == 4) return of_rows.template operator()<4>();
   }
   return of_rows.template operator()<any_rows>();
 }

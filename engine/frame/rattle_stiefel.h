@@ -36,11 +36,11 @@ namespace stiefel {
 /// by (h²/24) tr(BKB), K = QΛ⁻¹Qᵀ, while (h‖Q̇‖)² λ_max/λ_min stays well below 1. With longer steps
 /// and chaotic motion it drifts.
 ///
-/// Internally Λ is divided by a power of two that makes the largest λ about 1, and for states (Q,
-/// S) h is divided by the same number: the step depends only on the ratio Λ : h, and products of
+/// Internally Λ is divided by a power of two that makes the largest λ about 1, and h by
+/// the same number: the step depends only on the ratio Λ : h, and products of
 /// two λ then never overflow.
 ///
-/// State: Q over S, or with LowerBlock::Qdot Q over Q̇, 2n × N.
+/// State: Q over S, 2n × N.
 template <class Scalar_>
 class RattleStiefel {
  public:
@@ -65,29 +65,29 @@ class RattleStiefel {
   };
 
   RattleStiefel(const Vector<Scalar>& lambda, Eigen::Index n, Scalar h,
-                Arithmetic arithmetic = Arithmetic::compensated, LowerBlock lower = LowerBlock::S)
+                Arithmetic arithmetic = Arithmetic::compensated)
       : arithmetic_(arithmetic),
         h_(h),
-        unit_(lower == LowerBlock::S ? binary_unit<Scalar>(lambda.maxCoeff()) : Scalar(1)),
+        unit_(binary_unit<Scalar>(lambda.maxCoeff())),
         n_(n),
         inverse_(Vector<Scalar>::Zero(lambda.size() + FramePass<Scalar>::width)),
-        pass_(arithmetic, lower, n, lambda.size()),
+        pass_(arithmetic, n, lambda.size()),
         riccati_(n),
         lyapunov_(n) {
-    inverse_.head(lambda.size()) = (lambda / binary_unit<Scalar>(lambda.maxCoeff())).cwiseInverse();
+    inverse_.head(lambda.size()) = (lambda / unit_).cwiseInverse();
   }
 
   State start(const Point& x) {
     State state{Accumulator<Point>(x, arithmetic_), FrameMoments<Scalar>(n_),
                 Matrix<Scalar>::Zero(n_, n_)};
-    pass_.measure(columns(state), state.moments);
+    pass_.advance(columns(state), 0, nullptr, nullptr, state.moments);
     return state;
   }
   /// Sets a state to x, but for the multiplier from which the next solve starts.
   void restart(State& state, const Point& x) {
     state.x.value = x;
     if (state.x.compensated) state.x.carry.setZero();
-    pass_.measure(columns(state), state.moments);
+    pass_.advance(columns(state), 0, nullptr, nullptr, state.moments);
   }
 
   RunStatus step(State& state) { return step(state, h_); }
@@ -138,7 +138,7 @@ class RattleStiefel {
   Scalar most_repair() const { return Scalar(arithmetic_ == Arithmetic::plain ? 1 : 0x1p-10); }
 
   Arithmetic arithmetic_;
-  Scalar h_, unit_;  ///< unit_ is the number by which h is divided: that of Λ for (Q, S), else 1
+  Scalar h_, unit_;  ///< unit_ is the number by which Λ and h are divided
   Eigen::Index n_;
   Vector<Scalar> inverse_;  ///< Λ⁻¹, followed by zeros
   BlockedPass<Scalar> pass_;

@@ -2,8 +2,8 @@
 
 #include "engine/dense/symmetric_solve.h"
 #include "engine/frame/rattle_stiefel.h"
-#include "engine/frame/rattle_tangent.h"
 #include "engine/frame/rattle_tangent_pass.h"
+#include "engine/frame/stiefel_maps.h"
 #include "engine/methods/symmetric_stages.h"
 #include "stiefel/stop.h"
 

@@ -1,5 +1,4 @@
 #include "engine/dense/decompositions.h"
-#include "engine/frame/rattle_tangent.h"
 #include "engine/frame/stiefel_forms.h"
 #include "engine/frame/stiefel_maps.h"
 #include "engine/motion/make_simulation.h"
@@ -18,7 +17,7 @@ using Dense = Eigen::MatrixXd;
 using Index = Eigen::Index;
 
 void check(SceneDraft& draft) {
-  if (check_stiefel_frame(draft)) set_tangent(draft, "S", false);
+  if (check_stiefel_frame(draft)) set_tangent(draft, "Q", "S", false);
 }
 
 WithinDomain<Phase> read(const Scene& scene, Margins&) {

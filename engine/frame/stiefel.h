@@ -14,6 +14,9 @@ namespace stiefel {
 /// Q and S = Q̇Λ are n × N, B and K are n × n; every λ_i > 0. (Erratum: the paper also prints S =
 /// Q̇Λ⁻¹.) A state is Q over S, 2n × N, with QS̄ᵀ + S̄Qᵀ = 0 for S̄ = SΛ⁻¹. The motion keeps the
 /// energy ½ tr(SΛ⁻¹Sᵀ), m = SQᵀ − QSᵀ, and QQᵀ = I. O(Nn² + n³) operations.
+/// At n = 1, x̄ = Λ^{1/2}q moves on a geodesic of the ellipsoid x̄ᵀΛ⁻¹x̄ = 1, [ST] (16):
+///
+///     q̈ = −(q̇ᵀq̇ / qᵀΛ⁻¹q) Λ⁻¹q.
 template <class Scalar_>
 class Stiefel {
  public:
@@ -28,6 +31,7 @@ class Stiefel {
   Eigen::Index n() const { return n_; }
 
   void field(const State& x, State& dx) {
+    if (n_ == 1) return field_of_point(x, dx);
     const auto Q = x.topRows(n_), S = x.bottomRows(n_);
     auto Qdot = dx.topRows(n_), Sdot = dx.bottomRows(n_);
     for (Eigen::Index j = 0; j < x.cols(); ++j) {
@@ -59,6 +63,16 @@ class Stiefel {
   }
 
  private:
+  void field_of_point(const State& x, State& dx) const {
+    Scalar speed2 = 0, K = 0;
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      dx(0, j) = x(1, j) / lambda_(j);
+      speed2 += dx(0, j) * dx(0, j);
+      K += x(0, j) * x(0, j) / lambda_(j);
+    }
+    for (Eigen::Index j = 0; j < x.cols(); ++j) dx(1, j) = -speed2 / K * x(0, j);
+  }
+
   Vector<Scalar> lambda_;
   Eigen::Index n_;
   SymmetricLyapunov<Scalar> lyapunov_;

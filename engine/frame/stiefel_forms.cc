@@ -58,8 +58,8 @@ void set_costate(SceneDraft& draft, const std::string& name, const RowMatrix& P)
     draft.set_block(name, P);
 }
 
-void set_tangent(SceneDraft& draft, const char* name, bool is_velocity) {
-  const Eigen::MatrixXd& Q = draft.scene().Q();
+void set_tangent(SceneDraft& draft, const char* frame, const char* name, bool is_velocity) {
+  const Eigen::MatrixXd& Q = draft.scene().block(frame);
   const Eigen::VectorXd& lambda = draft.scene().inertia();
   const RowMatrix* given = draft.block(name, Q.rows(), Q.cols());
   if (given == nullptr) return;

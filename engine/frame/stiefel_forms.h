@@ -22,10 +22,10 @@ SystemInfo stiefel_info(BlockInfo other);
 /// when there is a violation.
 bool check_stiefel_frame(SceneDraft& draft, const char* frame = "Q");
 
-/// Sets an n × N block after checking that its velocity is tangent: QQ̇ᵀ + Q̇Qᵀ = 0 within the
-/// draft's largest_repair. A projection along the constraint forces then makes it tangent to
-/// rounding.
-void set_tangent(SceneDraft& draft, const char* name, bool is_velocity);
+/// Sets an n × N block, S or with `is_velocity` Q̇, after checking that its velocity is tangent to
+/// the frames: QQ̇ᵀ + Q̇Qᵀ = 0 within the draft's largest_repair. A projection along the constraint
+/// forces then makes it tangent to rounding.
+void set_tangent(SceneDraft& draft, const char* frame, const char* name, bool is_velocity);
 
 /// Sets an n × N block of costates, any of which belong to a velocity of about PΛ⁻¹.
 void set_costate(SceneDraft& draft, const std::string& name, const RowMatrix& P);

@@ -1,16 +1,16 @@
 #pragma once
 
-#include "engine/frame/ellipsoid.h"
 #include "engine/frame/geodesics/isotropic_geodesic.h"
 #include "engine/frame/rattle_stiefel.h"
 #include "engine/frame/stiefel.h"
 #include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
+#include "engine/motion/tangent_map.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
 
-// The maps of methods that are made for geodesics on V(n, N), and on the ellipsoid by velocity.
+// The maps of methods that are made for geodesics on V(n, N).
 
 template <class Scalar>
 auto map_of(Variational, const Stiefel<Scalar>& system, Scalar h, const MethodOptions& options) {
@@ -20,12 +20,17 @@ auto map_of(Variational, const Stiefel<Scalar>& system, Scalar h, const MethodOp
       },
       h, options);
 }
-/// The energy oscillates.
+/// The energy oscillates, and so do the other integrals of a point.
 template <class Scalar>
 inline constexpr Declared declared<Variational, Stiefel<Scalar>> = {
     .conservation = [](std::string_view invariant) {
-      return invariant == family::energy ? Conservation::bounded : Conservation::exact;
+      const bool oscillates = invariant == family::energy || invariant == family::joachimsthal ||
+                              invariant == family::lax;
+      return oscillates ? Conservation::bounded : Conservation::exact;
     }};
+
+/// Returns the tangent of the variational step on V(n, N), of any order.
+std::unique_ptr<TangentMap> rattle_tangent(const Scene& scene, const TangentParameters& at);
 
 template <class Scalar>
 auto map_of(Exact, const Stiefel<Scalar>& system, Scalar h, const MethodOptions&) {
@@ -41,19 +46,5 @@ template <class Scalar>
 inline constexpr Declared declared<Exact, Stiefel<Scalar>> = {
     .where = "Lambda a multiple of the identity",
     .takes = IsotropicGeodesic<Extended<Scalar>>::has};
-
-template <class Scalar>
-auto map_of(Variational, const Ellipsoid<Scalar>& system, Scalar h, const MethodOptions& options) {
-  return composed(
-      [system](Scalar stage, Arithmetic arithmetic) {
-        return RattleStiefel<Scalar>(system.lambda(), 1, stage, arithmetic, LowerBlock::Qdot);
-      },
-      h, options);
-}
-template <class Scalar>
-inline constexpr Declared declared<Variational, Ellipsoid<Scalar>> = {
-    .conservation = [](std::string_view invariant) {
-      return invariant == family::orthogonality ? Conservation::exact : Conservation::bounded;
-    }};
 
 }  // namespace stiefel

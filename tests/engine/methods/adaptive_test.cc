@@ -6,7 +6,6 @@
 
 #include "engine/body/rigid_body.h"
 #include "engine/dense/orthogonal.h"
-#include "engine/frame/ellipsoid.h"
 #include "engine/frame/stiefel.h"
 #include "engine/frame/stiefel_costate.h"
 #include "engine/frame/stiefel_momenta.h"
@@ -119,14 +118,6 @@ TEST(Adaptive, EndsEveryStepOnTheManifold) {
     Matrix<double> costate = frame.state();
     costate.bottomRows(n) += 0.3 * frame.Q;
     run(StiefelCostate<double>(frame.lambda, n), costate, on_frames);
-    if (n > 1) continue;
-    run(EllipsoidCostate<double>(frame.lambda), costate, on_frames);
-    Matrix<double> velocity = frame.state();
-    velocity.bottomRows(1) = frame.S * inverse;
-    run(Ellipsoid<double>(frame.lambda), velocity, [&](const Matrix<double>& x) {
-      on_frames(x);
-      EXPECT_LE(std::abs(x.row(0).dot(x.row(1))), rounding);
-    });
   }
 }
 

@@ -7,7 +7,7 @@ namespace stiefel {
 namespace {
 
 /// State and moments after `steps` passes with arbitrary multipliers.
-template <Arithmetic arithmetic, LowerBlock lower, Isa isa>
+template <Arithmetic arithmetic, Isa isa>
 std::vector<double> after(int steps, int n, int N) {
   const testing::RandomFrame<double> frame(n, N, 7);
   Matrix<double> x(2 * n, N), carry = Matrix<double>::Zero(2 * n, N);
@@ -17,8 +17,8 @@ std::vector<double> after(int steps, int n, int N) {
   const Matrix<double> Y = 0.01 * frame.Q * frame.S.transpose(), Y1 = Y * Y.transpose() - Y;
   FrameMoments<double> moments(n);
   const FrameColumns<double> columns{x.data(), carry.data(), inverse.data(), N};
-  const auto pass = make_frame_pass_on<double, isa>(arithmetic, lower, n);
-  pass->measure(columns, moments.sums());
+  const auto pass = make_frame_pass_on<double, isa>(arithmetic, n);
+  pass->advance(columns, 0, nullptr, nullptr, moments.sums());
   std::vector<double> all;
   const auto keep = [&](const auto& block) {
     all.insert(all.end(), block.data(), block.data() + block.size());
@@ -38,17 +38,15 @@ TEST(FramePass, EveryInstructionSetGivesTheSameBits) {
   if (widest_isa() == Isa::baseline) GTEST_SKIP() << "a machine with the baseline alone";
   for (const int n : {1, 2, 3, 4, 5, 9})
     for (const int N : {9, 64, 67, 130}) {
-      const auto same = [&]<Arithmetic arithmetic, LowerBlock lower>() {
-        const auto baseline = after<arithmetic, lower, Isa::baseline>(3, n, N);
-        EXPECT_EQ((after<arithmetic, lower, Isa::avx2>(3, n, N)), baseline) << n << " " << N;
+      const auto same = [&]<Arithmetic arithmetic>() {
+        const auto baseline = after<arithmetic, Isa::baseline>(3, n, N);
+        EXPECT_EQ((after<arithmetic, Isa::avx2>(3, n, N)), baseline) << n << " " << N;
         if (widest_isa() == Isa::avx512) {
-          EXPECT_EQ((after<arithmetic, lower, Isa::avx512>(3, n, N)), baseline) << n << " " << N;
+          EXPECT_EQ((after<arithmetic, Isa::avx512>(3, n, N)), baseline) << n << " " << N;
         }
       };
-      same.template operator()<Arithmetic::compensated, LowerBlock::S>();
-      same.template operator()<Arithmetic::plain, LowerBlock::S>();
-      same.template operator()<Arithmetic::compensated, LowerBlock::Qdot>();
-      same.template operator()<Arithmetic::plain, LowerBlock::Qdot>();
+      same.template operator()<Arithmetic::compensated>();
+      same.template operator()<Arithmetic::plain>();
     }
 }
 
@@ -58,7 +56,7 @@ TEST(FramePass, MeasuresTheMoments) {
     const testing::RandomFrame<double> frame(n, N, 7);
     const Matrix<double> W = frame.lambda.cwiseInverse().asDiagonal();
     const Matrix<double> V = frame.S * W;
-    const auto found = after<Arithmetic::plain, LowerBlock::S, Isa::baseline>(1, n, N);
+    const auto found = after<Arithmetic::plain, Isa::baseline>(1, n, N);
     const double* at = found.data();
     const auto expect = [&](const Matrix<double>& moment) {
       EXPECT_LT((Eigen::Map<const Matrix<double>>(at, n, n) - moment).cwiseAbs().maxCoeff(),

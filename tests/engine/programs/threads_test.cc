@@ -282,8 +282,9 @@ TEST(BlockedPass, IsOnePassUpToTheSizeOfABlock) {
     inverse.head(N) = at.lambda.cwiseInverse();
     const FrameColumns<double> columns{x.data(), nullptr, inverse.data(), N};
     FrameMoments<double> whole(n), blocked(n);
-    make_frame_pass<double>(Arithmetic::plain, LowerBlock::S, n)->measure(columns, whole.sums());
-    BlockedPass<double>(Arithmetic::plain, LowerBlock::S, n, N).measure(columns, blocked);
+    make_frame_pass<double>(Arithmetic::plain, n)
+        ->advance(columns, 0, nullptr, nullptr, whole.sums());
+    BlockedPass<double>(Arithmetic::plain, n, N).advance(columns, 0, nullptr, nullptr, blocked);
     const auto near = [&](const auto& a, const auto& b) {
       for (std::size_t p = 0; p < a.size(); ++p)
         EXPECT_LE((a[p] - b[p]).cwiseAbs().maxCoeff(), N <= 4096 ? 0 : 1e-14) << N;

@@ -13,7 +13,6 @@
 #include "engine/body/psi.h"
 #include "engine/body/symmetric_rigid_body.h"
 #include "engine/bracket/double_bracket.h"
-#include "engine/frame/ellipsoid.h"
 #include "engine/frame/stiefel.h"
 #include "engine/frame/stiefel_costate.h"
 #include "engine/motion/body_view.h"
@@ -103,11 +102,13 @@ MotionState truth(const Scene& scene, std::int64_t steps, Wide tolerance) {
     return of;
   }
   if (system == "ellipsoid") {
-    const bool costate = scene.block("p").size() > 0;
-    const EllipsoidCostate<Wide> with_p(lambda);
-    const Ellipsoid<Wide> with_qdot(lambda);
-    return costate ? geodesic(with_p, moved(with_p, scene, "q", "p", t, tolerance))
-                   : geodesic(with_qdot, moved(with_qdot, scene, "q", "qdot", t, tolerance));
+    const StiefelCostate<Wide> costate(lambda, 1);
+    if (scene.block("p").size() > 0)
+      return geodesic(costate, moved(costate, scene, "q", "p", t, tolerance));
+    Dense x(2, lambda.size());
+    x << scene.block("q").cast<Wide>(), scene.block("qdot").cast<Wide>() * lambda.asDiagonal();
+    return halves(t == 0 ? x
+                         : integrate(Stiefel<Wide>(lambda, 1), x, static_cast<Wide>(t), tolerance));
   }
   if (!system.starts_with("stiefel")) return by_small_steps(scene, steps, tolerance);
   const Eigen::Index n = scene.Q().rows();
