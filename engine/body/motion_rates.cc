@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <tuple>
 
 #include "engine/body/exact/sorted_top.h"
 #include "engine/body/rigid_body_data.h"
-#include "engine/dense/inertia_operator.h"
 #include "engine/dense/principal_moments_3.h"
 #include "engine/dense/so_3.h"
 #include "engine/motion/body_view.h"
@@ -14,31 +12,6 @@
 
 namespace stiefel {
 namespace {
-
-/// The equations dM/dt = [M, Ω], M = ΛΩ + ΩΛ, of a body in four dimensions, [RB] (2.2), (2.3), and
-/// their derivative.
-class Momentum {
- public:
-  explicit Momentum(const Eigen::Vector4d& lambda) : lambda_(lambda) {}
-
-  Eigen::Matrix4d field(const Eigen::Matrix4d& M) const { return bracket(M, Omega(M)); }
-  /// Returns (‖M̈‖/‖M‖)^{1/2}.
-  double rate(const Eigen::Matrix4d& M) const {
-    const Eigen::Matrix4d dM = field(M), ddM = bracket(dM, Omega(M)) + bracket(M, Omega(dM));
-    return std::sqrt(ddM.norm() / M.norm());
-  }
-
- private:
-  Eigen::Matrix4d Omega(const Eigen::Matrix4d& M) const {
-    Eigen::Matrix4d Omega;
-    inverse_inertia(lambda_, M, Omega);
-    return Omega;
-  }
-  static Eigen::Matrix4d bracket(const Eigen::Matrix4d& A, const Eigen::Matrix4d& B) {
-    return A * B - B * A;
-  }
-  Eigen::Vector4d lambda_;
-};
 
 /// Returns a body in three dimensions. Moments and momentum are divided by their largest element,
 /// so that no square overflows.
@@ -73,25 +46,9 @@ double largest_turning_rate(const Scene& scene) {
   return unit * std::sqrt(std::max(omega, lambda));
 }
 
-double mean_momentum_rate(const Scene& scene, double angular_speed) {
-  constexpr int rotations = 4, steps = 16 * rotations;
-  const double size = scene.M().cwiseAbs().maxCoeff(), inertia = scene.inertia().maxCoeff();
-  if (size == 0 || angular_speed == 0) return 0;
-  const double dt = rotations * 2 * std::numbers::pi / steps * (size / inertia / angular_speed);
-  const Momentum momentum(scene.inertia() / inertia);
-  Eigen::Matrix4d M = scene.M() / size;
-  double sum = 0;
-  for (int k = 0; k < steps; ++k) {
-    sum += std::pow(momentum.rate(M), 4);
-    M += dt * momentum.field(M + dt / 2 * momentum.field(M));
-  }
-  return size / inertia * std::sqrt(std::sqrt(sum / steps));
-}
-
 }  // namespace
 
 const MotionRates body_rates = {.turning = largest_turning_rate,
-                                .momentum = mean_momentum_rate,
                                 .separatrix = separatrix_parameter};
 
 }  // namespace stiefel

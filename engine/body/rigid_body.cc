@@ -161,7 +161,6 @@ constexpr Tangents body_tangents = {body_space, tangents_of_bodies},
                    discrete_tangents = {body_space, tangents_of_maps};
 
 bool in_4d(const Scene& scene) { return scene.dimension() == 4; }
-bool in_4d_without_frame(const Scene& scene) { return in_4d(scene) && !scene.has_frame(); }
 bool away_from_separatrix(const Scene& scene) {
   return scene.dimension() == 3 &&
          body_rates.separatrix(scene.inertia(), vee(body_momentum(scene))) >= next_to_separatrix;
@@ -175,11 +174,6 @@ constexpr std::array recommendations = {
                    .order = 14,
                    .largest_h_omega = 0.3},
     closed_form_of_body,
-    Recommendation{.where = "N = 4, without Q",
-                   .takes = in_4d_without_frame,
-                   .method = "rk4",
-                   .order = 4,
-                   .largest_h_momentum_rate = 0.0034},
     Recommendation{.where = "N = 4",
                    .takes = in_4d,
                    .method = "variational",

@@ -71,11 +71,6 @@ bool in_the_plane(const Scene& scene) { return scene.dimension() == 2; }
 Eigen::Index rows(const Scene& scene) { return scene.block("Q").rows(); }
 bool has_whole_attitude(const Scene& scene) { return rows(scene) >= scene.dimension() - 1; }
 
-/// The speed varies up to the root of λ_max/λ_min, and equal substeps that suffice for the fastest
-/// passage cost more than steps that follow it.
-bool is_one_point_in_a_wide_metric(const Scene& scene) {
-  return is_one_point(scene) && scene.inertia().maxCoeff() > 10 * scene.inertia().minCoeff();
-}
 bool has_four_dimensions(const Scene& scene) { return scene.dimension() == 4; }
 
 // With 1 < n < N - 1 most motions are chaotic: their condition is 1e6 and more after 100 rotations,
@@ -89,13 +84,7 @@ constexpr std::array recommendations = {
                    .arithmetic = "compensated"},
     restricted("N = 2", in_the_plane, with_error_control(2e-13, 0.12)),
     restricted("n >= N - 1", has_whole_attitude, with_error_control(5e-14, 0.12)),
-    restricted("n = 1, Lambda over more than 1:10", is_one_point_in_a_wide_metric,
-               with_error_control(5e-13, 0.15)),
-    Recommendation{.where = "n = 1",
-                   .takes = is_one_point,
-                   .method = "variational",
-                   .order = 8,
-                   .largest_h_velocity_rate = 0.3},
+    restricted("n = 1", is_one_point, with_error_control(5e-13, 0.15)),
     restricted("N = 4", has_four_dimensions, with_error_control(5e-13, 0.15)),
     with_error_control(2e-12, 0.14)};
 
@@ -170,8 +159,7 @@ SystemEntry stiefel_entry() {
           .representation = &representation,
           .tangents = &tangents,
           .motion = &in_both<frame_equations, start>,
-          .rate = Rate::frame_speed,
-          .rates = &frame_rates};
+          .rate = Rate::frame_speed};
 }
 
 }  // namespace stiefel

@@ -12,7 +12,6 @@
 namespace stiefel {
 
 extern const SeriesEquations frame_equations;
-extern const MotionRates frame_rates;
 
 /// Returns the common data of the systems on V(n, N): blocks Q and `other`, energy, m,
 /// orthogonality.

@@ -170,9 +170,6 @@ TEST(Recommendation, DependsOnTheShape) {
   auto two_valued = body(5, 0.1);
   two_valued.inertia = {1, 2, 2, 1, 1};
   EXPECT_EQ(method_of(two_valued).name, "exact");
-  auto momentum_only = body(4, 0.1);
-  momentum_only.initial.erase("Q");
-  EXPECT_EQ(method_of(momentum_only).name, "rk4");
 }
 
 TEST(Recommendation, InThreeDimensionsIsTheClosedForm) {
