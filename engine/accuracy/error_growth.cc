@@ -9,9 +9,6 @@ namespace {
 bool is_compensated(const Candidate& candidate) {
   return candidate.method.arithmetic == "compensated";
 }
-double unit_roundoff(const Candidate& candidate) {
-  return candidate.method.scalar == "float" ? 0x1p-24 : 0x1p-53;
-}
 
 /// Factor above which the growth of an error while the time doubles is exponential: no power of
 /// time that a method's error follows reaches it.
@@ -45,8 +42,6 @@ double power_of_rounding(const Candidate& candidate, const std::vector<double>& 
 
 /// Factor by which an error may exceed the declared one.
 constexpr double error_margin = 1.25;
-/// The part of a run's time before which its errors are not checked.
-constexpr double early = 1.0 / 8;
 
 }  // namespace
 
@@ -55,7 +50,7 @@ double ErrorGrowth::rounding_part(const Candidate& candidate, const Run& run) co
   if (n > course_.size() || candidate.own_steps || candidate.order == 0) return 0;
   const double end = run.largest_error(n), map_steps = run.work / candidate.weight;
   const double of_method = error_margin * course_[n - 1] * std::pow(2, -candidate.order);
-  return std::clamp(end - of_method, 0.0, std::min(end, map_steps * unit_roundoff(candidate)));
+  return std::clamp(end - of_method, 0.0, std::min(end, map_steps * 0x1p-53));
 }
 
 double ErrorGrowth::beyond(const Candidate& candidate, const Run& run,
@@ -91,18 +86,6 @@ double ErrorGrowth::beyond(const Candidate& candidate, const Run& run,
     return std::min(grown, std::max(1.0, end)) / end;
   }
   return end > 0 ? at_horizon / end : std::pow(rest, power);
-}
-
-bool ErrorGrowth::falls_as_declared(const Candidate& candidate, const Run& run,
-                                    const ErrorGrowth::Steps& steps) const {
-  const std::size_t n = run.errors.size();
-  if (n == 0 || n > course_.size() || candidate.own_steps) return false;
-  const double from = early * static_cast<double>(steps[n - 1]);
-  for (std::size_t i = 0; i < n; ++i)
-    if (static_cast<double>(steps[i]) >= from &&
-        !(run.largest_error(i + 1) <= error_margin * course_[i] * std::pow(2, -candidate.order)))
-      return false;
-  return true;
 }
 
 }  // namespace stiefel

@@ -29,12 +29,6 @@ class ErrorGrowth {
   double beyond(const Candidate& candidate, const Run& run, const Steps& steps,
                 std::int64_t horizon_steps);
 
-  /// Whether in the last three doublings of a run's time its errors are at most the errors of the
-  /// previous run there divided by 2^order. The errors are then those of the method and not of
-  /// rounding, and go on as the previous ones did. Rounding errors are a random walk: in single
-  /// precision an extrapolation from a part of the run is wrong by a factor of up to 100.
-  bool falls_as_declared(const Candidate& candidate, const Run& run, const Steps& steps) const;
-
  private:
   /// Returns the part of the error at the end of a run that is rounding.
   double rounding_part(const Candidate& candidate, const Run& run) const;

@@ -20,9 +20,6 @@ constexpr double share_of_references = 0.5;
 constexpr int expected_points = 12;
 /// Smallest part of the horizon that a run must cover.
 constexpr double least_part = 1.0 / 64;
-/// Smallest part of the horizon for a run in single precision, where the rounding error may still
-/// overtake the error of the method.
-constexpr double least_part_in_float = 1.0 / 8;
 
 /// Returns the error, but at least `known`, below which the reference cannot measure.
 MotionError at_least(double known, MotionError error) {
@@ -95,21 +92,26 @@ class Survey final : public Tradeoff {
       }
       const MethodDescription& method = *next;
       const double step_work = candidate.weight * method.substeps.value_or(1);
-      const std::int64_t to = affordable_steps(samples().steps, step_work, share());
       const Scene scene = motions_.front().with(method).value();
-      const double least = scene.in_float() ? least_part_in_float : least_part;
-      const bool too_short = static_cast<double>(to) < least * static_cast<double>(steps_) ||
-                             static_cast<double>(to) * step_work > share();
-      const bool too_expensive =
-          static_cast<double>(to) * step_work * static_cast<double>(request_.repeats) > left_;
-      const auto first = (refinement_ > 0 && too_short) || too_expensive
-                             ? std::nullopt
-                             : first_run(candidate, scene, to, stop);
-      if (!first) {
+      // Rounding in single precision is a random walk, of which a part of a run does not tell.
+      const bool whole = scene.in_float();
+      const std::int64_t to =
+          whole ? steps_ : affordable_steps(samples().steps, step_work, share());
+      const double takes = static_cast<double>(to) * step_work;
+      const bool too_short =
+          whole ? samples().last() < steps_ || takes > expected_points * share()
+                : refinement_ > 0 &&
+                      (static_cast<double>(to) < least_part * static_cast<double>(steps_) ||
+                       takes > share());
+      if (too_short || takes * static_cast<double>(request_.repeats) > left_) {
         next_candidate();
         continue;
       }
-      auto point = measure(candidate, scene, *first, stop);
+      const Run first = motions_.run(
+          *scene.description().method, candidate.weight,
+          {samples().steps, to, Watch::errors_and_invariants, stop, std::max(left_, 0.0)});
+      left_ -= first.spent;
+      auto point = measure(candidate, scene, first, stop);
       if (stop.stop_requested()) return std::nullopt;
       if (point.status.outcome == Outcome::cancelled) {  // it took more work than was left
         next_candidate();
@@ -127,29 +129,6 @@ class Survey final : public Tradeoff {
   std::vector<std::size_t> front() const override { return pareto_front(costs_and_errors_); }
 
  private:
-  /// Makes the run for a point, up to `to`. In single precision it goes up to the horizon, unless
-  /// the error falls with the step as declared. Returns nullopt where the candidate's share of the
-  /// budget does not suffice.
-  std::optional<Run> first_run(const Candidate& candidate, const Scene& scene, std::int64_t to,
-                               const std::stop_token& stop) {
-    const auto go_to = [&](std::int64_t steps) {
-      Run made = motions_.run(
-          *scene.description().method, candidate.weight,
-          {samples().steps, steps, Watch::errors_and_invariants, stop, std::max(left_, 0.0)});
-      left_ -= made.spent;
-      return made;
-    };
-    if (to == steps_ || !scene.in_float()) return go_to(to);
-    if (refinement_ > 0) {
-      Run part = go_to(to);
-      if (!part.status.reached() || growth_.falls_as_declared(candidate, part, samples().steps))
-        return part;
-    }
-    const double whole = candidate.weight * scene.substeps() * static_cast<double>(steps_);
-    if (samples().last() < steps_ || whole > expected_points * share()) return std::nullopt;
-    return go_to(steps_);
-  }
-
   TradeoffPoint measure(const Candidate& candidate, const Scene& scene, const Run& first,
                         const std::stop_token& stop) {
     TradeoffPoint point;

@@ -130,8 +130,8 @@ struct TradeoffPoint {
 /// substeps is 1, 2, 4, ..., or the tolerance 1e-3, 1e-4, ..., until the error stops falling or the
 /// candidate's share of the budget is used up. The whole survey keeps the budget: a candidate whose
 /// first run is predicted to take more than is left of it is left out. Runs in single precision
-/// whose error is rounding are measured in full or left out. Points come one at a time. All results
-/// except the times are the same on every machine with the same build.
+/// are measured in full or left out. Points come one at a time. All results except the times are
+/// the same on every machine with the same build.
 class Tradeoff {
  public:
   virtual ~Tradeoff() = default;
