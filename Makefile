@@ -79,7 +79,8 @@ build-bench: with-tests
 run: build-run ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; writes build/run
 	@export PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server; \
 	if [ -n "$(SCENE)" ]; then \
-	  $(PYTHON) client/examples/run_scene.py "$(SCENE)" --steps $(STEPS) --output build/run; \
+	  mkdir -p build/run; \
+	  $(PYTHON) -c "from stiefel.cli import program; program()" report "$(SCENE)" --to $(STEPS) --output build/run/report.html; \
 	else \
 	  $(PYTHON) client/examples/toutatis.py --output build/run; \
 	fi

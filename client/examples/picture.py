@@ -58,14 +58,6 @@ def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> 
     save(figure, file)
 
 
-def scene(file: Any, title: str, turns: Any, last_step: int) -> None:
-    """Draws the samples `turns` of the first turns, above drift and error up to the last step."""
-    in_space = [name for name in ("rates", "spin_axis", "accuracy", "polhode") if name in turns.panels]
-    figure = turns.plot(in_space if "polhode" in in_space else None, to=last_step)
-    figure.suptitle(title, x=0.01, ha="left")
-    save(figure, file)
-
-
 def basin(file: Any, flips: Any, largest: float, moments: Any, seconds: float) -> None:
     """Draws how often each body turns over. `flips`: (initial spins about axis 3, initial spins about axis 1)."""
     figure, panel = plt.subplots(figsize=(7.6, 6.2), layout="constrained")

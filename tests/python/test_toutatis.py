@@ -91,13 +91,3 @@ def test_the_command(tmp_path):
     with np.load(tmp_path / "out" / "trajectory.npz") as saved:
         assert saved["step"][-1] == 39 * 86400 and saved["Q"].shape == (5617, 3, 3)
     assert (tmp_path / "out" / "toutatis.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_a_user_s_scene(tmp_path):
-    scene = {"system": "rigid_body", "method": "variational", "step": 0.1, "body": {"moments": [1, 2, 2.7], "angular_velocity": [0.3, 1, 0.2]}}
-    (tmp_path / "scene.json").write_text(json.dumps(scene))
-    result = run("run_scene.py", "scene.json", "--steps", "1000", "--output", "out", folder=tmp_path)
-    assert result.returncode == 0 and "REACHED at step 1000" in result.stdout and "spatial_momentum" in result.stdout, result.stderr
-    shown = re.search(r"^estimated error at step 1000: attitude (\S+), momentum (\S+) from Jacobi's", result.stdout, re.MULTILINE)
-    assert 0.01 < float(shown[1]) < 1 and 0.01 < float(shown[2]) < 1
-    assert (tmp_path / "out" / "scene.png").exists() and (tmp_path / "out" / "trajectory.npz").exists()
