@@ -57,7 +57,7 @@ void MeasuredMotions::solve_references(std::int64_t steps, Density density,
       common_ = std::move(one);
       return;
     }
-    if (count() > 1) take_in(one);
+    take_in(one);
     of_each_[b] = std::move(one);
   }
 }
@@ -127,7 +127,6 @@ std::expected<MeasuredScene, Violations> what_is_measured(const SceneDescription
   auto found = candidates(motions->front(), place);
   if (!found) return std::unexpected(std::move(found.error()));
   MeasuredScene out{MeasuredMotions(*std::move(motions)), *std::move(found)};
-  if (out.motions.count() == 1) return out;
   std::erase_if(out.candidates, [&](const Candidate& c) { return !out.motions.take(c.method); });
   for (Candidate& one : out.candidates) one.weight *= static_cast<double>(out.motions.count());
   return out;

@@ -24,11 +24,11 @@ class MeasuredMotions {
   void solve_references(std::int64_t steps, Density density, const ReferenceNeed& need,
                         const std::stop_token& stop);
 
-  /// Returns the samples of a single motion. For several motions returns the steps that every
-  /// reference reaches, answers with the largest error of the references and without a state, the
-  /// names of all references, and the sum of their work. Has no samples where one motion has none;
-  /// `first_price` is then the price for all motions, if each takes what this one does.
-  const Samples& samples() const { return count() == 1 ? of_each_.front() : common_; }
+  /// Returns the steps that every reference reaches, answers with the largest error of the
+  /// references and without a state, the names of all references, and the sum of their work. Has no
+  /// samples where one motion has none; `first_price` is then the price for all motions, if each
+  /// takes what this one does.
+  const Samples& samples() const { return common_; }
 
   /// Runs every motion with the method, one after another, until one of them stops. `weight` is the
   /// work of a step of all motions. The result has the smallest number of steps of any motion, and
