@@ -52,8 +52,8 @@ struct ShortestSoFar {
   double least = std::numeric_limits<double>::infinity();         ///< energy
   double least_missed = std::numeric_limits<double>::infinity();  ///< action without a geodesic
 
-  /// Takes the velocity that a path led to. Returns whether `best` has become this one.
-  bool take(const Posed& p, const Velocity& velocity, double action, int start, Found& best);
+  /// Takes the velocity that a path led to.
+  void take(const Posed& p, const Velocity& velocity, double action, int start, Found& best);
   /// `complete`: every start has led to a minimum.
   Shortest verdict(bool complete) const;
 };
@@ -61,8 +61,8 @@ struct ShortestSoFar {
 /// Searches by the multipliers, every λ_i > 0: relaxes the starts (`starts`) on polynomials of
 /// degree 8, of a wide Λ the direct one by way of powers Λ^s, and the further ones at 5 nodes
 /// first; and corrects the velocities of the shortest paths, on halved pieces where the corrections
-/// do not converge. Of columns with equal λ only their span enters. `best`, empty at first, is the
-/// shortest so far at any time: the direct path's geodesic comes first.
+/// do not converge. `best`, empty at first, is the shortest so far at any time: the direct path's
+/// geodesic comes first.
 void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best);
 
 /// Searches by dense Newton steps of whole paths (`relax`), which needs no λ_i > 0 at n = N. The

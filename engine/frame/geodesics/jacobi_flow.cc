@@ -20,7 +20,7 @@ using State = JacobiFlow::State;
 /// n < N ([ST] (37)–(39)): Q̇ = SΛ⁻¹, Ṡ = BQ, KB + BK = −2Q̇Q̇ᵀ, K = QΛ⁻¹Qᵀ.
 class FrameJacobiFlow final : public JacobiFlow {
  public:
-  FrameJacobiFlow(const VectorXd& lambda, Index n) : JacobiFlow(lambda, n) {}
+  FrameJacobiFlow(const VectorXd& lambda, Index n) : JacobiFlow(lambda, n), lyapunov_(n) {}
 
   MatrixXd basis(const MatrixXd& Q) const override {
     const MatrixXd Z = tangent_basis(Q);
@@ -48,9 +48,10 @@ class FrameJacobiFlow final : public JacobiFlow {
   void field(const Values& Q, const Values& S, Block dQ, Block dS) override {
     V_ = S * lambda_.cwiseInverse().asDiagonal();
     G_ = Q * lambda_.cwiseInverse().asDiagonal();
-    K_ = G_.lazyProduct(Q.transpose()).triangularView<Eigen::Lower>();
-    spectrum_.factor(K_);
-    B_ = divided(-2 * V_.lazyProduct(V_.transpose()));
+    K_ = G_.lazyProduct(Q.transpose());
+    lyapunov_.factor(K_);
+    B_ = -2 * V_.lazyProduct(V_.transpose());
+    lyapunov_.solve(B_, B_);
     dQ = V_;
     dS = B_.lazyProduct(Q);
   }
@@ -60,27 +61,16 @@ class FrameJacobiFlow final : public JacobiFlow {
     const MatrixXd v = s * lambda_.cwiseInverse().asDiagonal(),
                    half_k = q.lazyProduct(G_.transpose()), k = half_k + half_k.transpose(),
                    kB = k.lazyProduct(B_), vV = v.lazyProduct(V_.transpose());
-    const MatrixXd b = divided(-2 * (vV + vV.transpose()) - kB - kB.transpose());
+    MatrixXd b = -2 * (vV + vV.transpose()) - kB - kB.transpose();
+    lyapunov_.solve(b, b);
     dq = v;
     ds = b.lazyProduct(Q) + B_.lazyProduct(q);
-  }
-
-  /// Returns X with KX + XK = E.
-  MatrixXd divided(const MatrixXd& E) const {
-    const auto& Z = spectrum_.vectors();
-    const auto& kappa = spectrum_.values();
-    const MatrixXd EZ = E.lazyProduct(Z);
-    MatrixXd X = Z.transpose().lazyProduct(EZ);
-    for (Index j = 0; j < n_; ++j)
-      for (Index i = 0; i < n_; ++i) X(i, j) /= kappa(i) + kappa(j);
-    const MatrixXd XZ = X.lazyProduct(Z.transpose());
-    return Z.lazyProduct(XZ);
   }
 
   /// Returns Λ as the diagonal that acts on a tangent vector as a column.
   VectorXd weight() const { return lambda_.transpose().replicate(n_, 1).reshaped(); }
 
-  SymmetricEigen<double> spectrum_;
+  SymmetricLyapunov<double> lyapunov_;
   MatrixXd V_, G_, K_, B_;
 };
 

@@ -6,7 +6,6 @@
 #include "engine/dense/anderson.h"
 #include "engine/dense/continuation.h"
 #include "engine/dense/decompositions.h"
-#include "engine/dense/orthogonal.h"
 #include "engine/frame/geodesics/connect_work.h"
 #include "engine/frame/geodesics/geodesic_search.h"
 #include "engine/frame/geodesics/geodesic_series.h"
@@ -21,75 +20,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// The problem with at most 2n columns of each λ: a geodesic's columns of one λ stay in the span of
-/// those of Q_0 and Q_T.
-class Spans {
- public:
-  explicit Spans(const Posed& p) : whole_(p), reduced_(p) {
-    const Index n = p.Q_0.rows(), N = p.Q_0.cols();
-    Index columns = 0;
-    for (std::vector<Index>& equal : equal_columns(p.lambda)) {
-      columns += std::min<Index>(std::ssize(equal), 2 * n);
-      parts_.push_back({std::move(equal), {}});
-    }
-    if (columns == N) {
-      parts_.clear();
-      return;
-    }
-    reduced_.lambda.resize(columns);
-    reduced_.Q_0.resize(n, columns);
-    reduced_.Q_T.resize(n, columns);
-    Index at = 0;
-    for (Part& part : parts_) {
-      const Index count = static_cast<Index>(part.columns.size()), kept = std::min(count, 2 * n);
-      stop_point(2 * connect_work::frame(n, count));
-      const MatrixXd Q_0 = part.of(p.Q_0), Q_T = part.of(p.Q_T);
-      part.basis.setIdentity(count, count);
-      if (kept < count) {
-        MatrixXd both(count, 2 * n);
-        both << Q_0.transpose(), Q_T.transpose();
-        part.basis = orthonormal_columns(both, kept);
-      }
-      reduced_.lambda.segment(at, kept).setConstant(p.lambda(part.columns[0]));
-      reduced_.Q_0.middleCols(at, kept) = Q_0 * part.basis;
-      reduced_.Q_T.middleCols(at, kept) = Q_T * part.basis;
-      at += kept;
-    }
-  }
-
-  const Posed& reduced() const { return reduced_; }
-  MatrixXd lifted(const MatrixXd& V) const {
-    if (parts_.empty()) return V;
-    MatrixXd out(V.rows(), whole_.Q_0.cols());
-    Index at = 0;
-    for (const Part& part : parts_) {
-      const Index kept = part.basis.cols();
-      const MatrixXd columns = V.middleCols(at, kept) * part.basis.transpose();
-      for (Index k = 0; k < columns.cols(); ++k)
-        out.col(part.columns[static_cast<std::size_t>(k)]) = columns.col(k);
-      at += kept;
-    }
-    return out;
-  }
-
- private:
-  struct Part {
-    std::vector<Index> columns;
-    MatrixXd basis;
-
-    /// Returns these columns of a frame.
-    MatrixXd of(const MatrixXd& Q) const {
-      MatrixXd out(Q.rows(), std::ssize(columns));
-      for (Index k = 0; k < out.cols(); ++k)
-        out.col(k) = Q.col(columns[static_cast<std::size_t>(k)]);
-      return out;
-    }
-  };
-  const Posed& whole_;
-  Posed reduced_;
-  std::vector<Part> parts_;
-};
 
 constexpr double accurate = 1e-12;  ///< the residual to which velocities are refined
 constexpr double coarse = 1e-3, fine = 1e-5, rough = 0.03;
@@ -285,20 +215,19 @@ Velocity corrected(const Posed& p, MatrixXd V, double action,
   return near ? best : Velocity();
 }
 
-bool ShortestSoFar::take(const Posed& p, const Velocity& velocity, double action, int start,
+void ShortestSoFar::take(const Posed& p, const Velocity& velocity, double action, int start,
                          Found& best) {
   if (velocity.residual > TwoPointProblem::joined) {
     if (best.V.size() == 0) best.residual = std::min(best.residual, velocity.residual);
     least_missed = std::min(least_missed, action);
-    return false;
+    return;
   }
   const double E = energy(p.lambda, velocity.V);
-  if (!(E < least)) return false;
+  if (!(E < least)) return;
   least = E;
   best.V = velocity.V;
   best.start = start;
   best.residual = velocity.residual;
-  return true;
 }
 
 Shortest ShortestSoFar::verdict(bool complete) const {
@@ -306,11 +235,9 @@ Shortest ShortestSoFar::verdict(bool complete) const {
   return complete ? Shortest::none_shorter_found : Shortest::unknown;
 }
 
-void by_multipliers(const Posed& whole, const TwoPointProblem& problem, Found& best) {
+void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best) {
   constexpr double most_of_doubtful = 2e6, very_wide = 30;
   constexpr int further = 4;
-  const Spans spans(whole);
-  const Posed& p = spans.reduced();
   const Nodes nodes = Track::nodes(p.lambda.maxCoeff() > very_wide * p.lambda.minCoeff() ? 2 : 1);
   std::vector<Trial> trials;
   int start = 0;
@@ -323,7 +250,7 @@ void by_multipliers(const Posed& whole, const TwoPointProblem& problem, Found& b
         (trial.track = std::make_unique<Track>(p, nodes, trial.path))->relaxation().relax(coarse);
     const Velocity velocity =
         relaxed ? trial.track->velocity(trial.start > 0 && p.wide() ? 0 : unlimited) : Velocity();
-    if (shortest.take(p, velocity, trial.action, trial.start, best)) best.V = spans.lifted(best.V);
+    shortest.take(p, velocity, trial.action, trial.start, best);
   };
   const auto relax = [&](const std::vector<Path>& paths) {
     for (; start < static_cast<int>(paths.size()); ++start) {

@@ -18,8 +18,7 @@ namespace {
 
 double real(Index k) { return static_cast<double>(k); }
 
-}  // namespace
-
+/// Returns the columns of each λ, by ascending λ.
 std::vector<std::vector<Index>> equal_columns(const VectorXd& lambda) {
   std::vector<Index> order(static_cast<std::size_t>(lambda.size()));
   std::iota(order.begin(), order.end(), 0);
@@ -31,6 +30,8 @@ std::vector<std::vector<Index>> equal_columns(const VectorXd& lambda) {
   }
   return out;
 }
+
+}  // namespace
 
 Relaxation::Relaxation(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q_T,
                        const Nodes& nodes)

@@ -8,9 +8,6 @@
 
 namespace stiefel {
 
-/// Returns the columns of each λ, by ascending λ.
-std::vector<std::vector<Eigen::Index>> equal_columns(const Eigen::VectorXd& lambda);
-
 /// The descent of a path to a local minimum of a discrete action, n ≤ N, every λ_j > 0, by the
 /// multipliers alone. With q_j the column j of all inner frames, (K−1)n numbers, and Γ_k the
 /// multiplier of Q_kQ_kᵀ = I, Newton's equations are
@@ -75,7 +72,7 @@ class Relaxation {
   auto node(const Eigen::MatrixXd& q, Eigen::Index k) const { return q.middleRows(k * n_, n_); }
   Eigen::MatrixXd tangent(Eigen::MatrixXd V) const;
 
-  std::vector<std::vector<Eigen::Index>> groups_;  ///< `equal_columns`
+  std::vector<std::vector<Eigen::Index>> groups_;  ///< the columns of each λ
   std::vector<Eigen::Index> group_of_;
   Eigen::VectorXd lambda_;
   Eigen::MatrixXd Q_0_, Q_T_;

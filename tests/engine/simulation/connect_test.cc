@@ -234,7 +234,7 @@ TEST(Connect, FollowsAPathToAVeryWideInertiaWithLittleWork) {
   }
 }
 
-/// Columns of one λ stay in the span of those of both frames, so the search has at most 2n of each.
+/// Columns of one λ stay in the span of those of both frames.
 TEST(Connect, JoinsFramesWithFewDifferentInertias) {
   VectorXd lambda(60);
   lambda << VectorXd::Constant(30, 2.5), VectorXd::Constant(25, 1.0), VectorXd::Constant(5, 4.0);
