@@ -71,33 +71,3 @@ def basin(file: Any, flips: Any, largest: float, moments: Any, seconds: float) -
     panel.set_title(f"turns of a body of moments {', '.join(f'{one:g}' for one in moments)} in {seconds:g} s; dashed: separatrix")
     figure.colorbar(image, ax=panel, label="changes of sign of the spin about axis 2")
     save(figure, file)
-
-
-def integrability(file: Any, rows: list[dict[str, Any]], sections: Any) -> None:
-    """Draws the growth of tangent vectors and GALI_2 by verdict, the exponents by group, and two sections of V(2, 3)."""
-    # Dark, light and grey with a mark each, so that they can be told apart in grey.
-    styles = {"regular": ("#004c7a", "o"), "chaotic": ("#E69F00", "^"), "undecided": ("#64748b", "s")}
-    figure, axes = plt.subplot_mosaic([["growth", "area"], ["exponents", "exponents"], ["left", "right"]], figsize=(11, 12), layout="constrained")
-    for row in rows:
-        colour = styles[row["verdict"]][0]
-        axes["growth"].loglog(row["times"], np.maximum(row["growth"], 0.3), lw=0.6, ls="-", color=colour, alpha=0.6)
-        axes["area"].loglog(row["times"], np.maximum(-np.array(row["log_gali_2"]), 0.3), lw=0.6, ls="-", color=colour, alpha=0.6)
-    times = np.array(max((row["times"] for row in rows), key=len, default=[1, 2]))
-    axes["growth"].loglog(times, np.log(times), color="black", lw=1.5, ls="--")
-    axes["growth"].set(title="growth t λ(t) of a tangent vector; dashed: ln t", xlabel="time t")
-    axes["area"].set(title="−ln GALI₂(t), the area of two tangent vectors", xlabel="time t")
-    groups = list(dict.fromkeys(row["group"] for row in rows))
-    for row in rows:
-        place, (colour, mark) = groups.index(row["group"]) + (row["seed"][1] % 12 - 6) / 20, styles[row["verdict"]]
-        axes["exponents"].errorbar(place, row["exponent"], row["error"], fmt=mark, ms=3.5, lw=0.7, color=colour)
-    axes["exponents"].set(title="largest exponent and its error, per unit of time")
-    axes["exponents"].set_xticks(range(len(groups)), groups, rotation=30, ha="right", fontsize=9)
-    for verdict, (colour, mark) in styles.items():
-        axes["exponents"].plot([], [], ls="", marker=mark, color=colour, label=verdict)
-    axes["growth"].legend(*axes["exponents"].get_legend_handles_labels(), loc="upper left")
-    for axis, (inertia, orbits) in zip((axes["left"], axes["right"]), sections):
-        for k, (azimuth, height) in enumerate(orbits):
-            axis.plot(np.degrees(azimuth), height, ls="", marker=".", ms=2.5, mew=0, color=plt.get_cmap("tab10")(k % 10))
-        axis.set(title=f"section of V(2, 3), Λ = {inertia}, where M₁₃ = 0", xlabel="azimuth of the plane's normal, °",
-                 ylabel="its height along axis 2", xlim=(-180, 180), ylim=(-1, 1))
-    save(figure, file)

@@ -9,7 +9,7 @@ import pytest
 
 import stiefel
 
-sys.path.insert(0, str(Path(__file__).parents[3] / "client/examples"))
+sys.path.insert(0, str(Path(__file__).parents[3] / "docs"))
 import integrability  # noqa: E402
 
 TRIPLES = [(1, 2, 4), (2, 1, 4), (4, 1, 2), (1, 5, 10), (3, 1, 0.5)]
