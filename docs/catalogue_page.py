@@ -84,10 +84,6 @@ def recommended(catalogue: pb.DescribeResponse) -> str:
     for system in catalogue.systems:
         for one in system.recommended:
             bound = f"{one.largest_h_omega:g}" if one.largest_h_omega else ""
-            if one.largest_h_momentum_rate:
-                bound = f"h (‖M''‖/‖M‖)^½ ≤ {one.largest_h_momentum_rate:g}"
-            if one.largest_h_velocity_rate:
-                bound = f"h (‖q'''‖/‖q'‖)^½ ≤ {one.largest_h_velocity_rate:g}"
             others = "all others" if len(system.recommended) > 1 else "all"
             lines.append(row(f"`{system.name}`", one.where or others, told(one), bound))
     return "\n".join(lines)

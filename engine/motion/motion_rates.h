@@ -7,18 +7,12 @@ namespace stiefel {
 class Scene;
 
 /// Functions that return how fast a motion of a system changes, for SystemEntry::rates; null where
-/// nothing asks for it. They follow the motion for some rotations by the explicit midpoint rule,
-/// with momentum and Λ scaled to 1 so that no square overflows, and return 0 at rest.
+/// nothing asks for it.
 struct MotionRates {
   /// For a body in three dimensions: returns the largest of |ω| along the whole motion and of the
   /// frequency λ of Jacobi's functions. Where the moments violate the triangle inequality, both may
-  /// be many times |ω| at the start.
+  /// be many times |ω| at the start. 0 at rest.
   double (*turning)(const Scene&) = nullptr;
-  /// For a body in four dimensions: returns the mean of (‖M̈‖/‖M‖)^{1/2} over four rotations, as the
-  /// fourth root of the mean of its fourth powers.
-  double (*momentum)(const Scene&, double angular_speed) = nullptr;
-  /// For a geodesic on V(1, N): returns the largest (‖q⃛‖/‖q̇‖)^{1/2} in sixteen rotations.
-  double (*velocity)(const Scene&) = nullptr;
   /// For a body in three dimensions with Λ and the vector m of M: returns the complementary
   /// parameter 1 − k² of Jacobi's functions, in which its motion is expressed: 0 on the separatrix
   /// and for a rotation about the middle axis, 1 for a symmetric body and for a rotation about

@@ -40,20 +40,12 @@ MethodDescription Recommendation::description() const {
 
 int Recommendation::substeps(const Scene& scene) const {
   stop_point();
-  double needed = 1;
-  const auto keep = [&](double bound, const auto& rate) {
-    if (bound > 0) needed = std::max(needed, std::ceil(std::abs(scene.step()) * rate() / bound));
-  };
+  if (largest_h_omega == 0) return 1;
   const SystemEntry& entry = *system_entry(scene.system());
-  const auto Omega = [&] {
-    return entry.rates && entry.rates->turning && scene.dimension() == 3
-               ? entry.rates->turning(scene)
-               : entry.make(scene)->rate();
-  };
-  keep(largest_h_omega, Omega);
-  keep(largest_h_momentum_rate, [&] { return entry.rates->momentum(scene, Omega()); });
-  keep(largest_h_velocity_rate, [&] { return entry.rates->velocity(scene); });
-  return static_cast<int>(std::min(needed, most_substeps));
+  const double Omega = entry.rates && scene.dimension() == 3 ? entry.rates->turning(scene)
+                                                             : entry.make(scene)->rate();
+  const double needed = std::ceil(std::abs(scene.step()) * Omega / largest_h_omega);
+  return static_cast<int>(std::min(std::max(1.0, needed), most_substeps));
 }
 
 std::vector<Recommendation> recommended(std::string_view system) {

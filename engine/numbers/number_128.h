@@ -185,16 +185,11 @@ class Number128 {
     if (rest >> 127) return {negative_, exponent_, rest, Normal{}};
     return {negative_, exponent_ - 1, rest << 1 | next};
   }
+  int sign() const { return bits_ == 0 ? 0 : negative_ ? -1 : 1; }
   int order(const Number128& b) const {
-    const int sign = bits_ == 0  ? 0
-                     : negative_ ? -1
-                                 : 1,
-              other = b.bits_ == 0  ? 0
-                      : b.negative_ ? -1
-                                    : 1;
-    if (sign != other || sign == 0) return sign - other;
-    if (exponent_ != b.exponent_) return exponent_ < b.exponent_ ? -sign : sign;
-    return bits_ == b.bits_ ? 0 : bits_ < b.bits_ ? -sign : sign;
+    if (sign() != b.sign() || bits_ == 0) return sign() - b.sign();
+    if (exponent_ != b.exponent_) return exponent_ < b.exponent_ ? -sign() : sign();
+    return bits_ == b.bits_ ? 0 : bits_ < b.bits_ ? -sign() : sign();
   }
 
   bool negative_ = false;

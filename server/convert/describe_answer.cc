@@ -50,8 +50,6 @@ void describe(const SystemInfo& system, v1::SystemInfo* out) {
     to->set_where(std::string(one.where));
     to_proto(one.description(), to->mutable_method());
     to->set_largest_h_omega(one.largest_h_omega);
-    to->set_largest_h_momentum_rate(one.largest_h_momentum_rate);
-    to->set_largest_h_velocity_rate(one.largest_h_velocity_rate);
   }
   for (const MethodOnSystem& method : system.methods) {
     auto* to = out->add_methods();

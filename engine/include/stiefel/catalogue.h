@@ -127,15 +127,14 @@ struct Recommendation {
   int order = 0;  ///< 0 for a closed form
   std::string_view arithmetic = "plain";
   double tolerance = 0;  ///< for methods that choose their own steps, else 0
-  /// Bounds for a substep h, which determine the number of substeps: on |h|‖Ω‖ in the initial
-  /// state, for a body in three dimensions on |h| times its largest turning rate; on |h| times the
-  /// rates of change of its momentum and velocity (engine/motion/motion_rates.h). 0: no
-  /// bound.
-  double largest_h_omega = 0, largest_h_momentum_rate = 0, largest_h_velocity_rate = 0;
+  /// Bound for a substep h, which determines the number of substeps: on |h|‖Ω‖ in the initial
+  /// state, for a body in three dimensions on |h| times its largest turning rate
+  /// (engine/motion/motion_rates.h). 0: no bound.
+  double largest_h_omega = 0;
 
   /// Returns the method with one substep.
   MethodDescription description() const;
-  /// Returns the least number of substeps that keeps a scene, which has a method, within the bounds
+  /// Returns the least number of substeps that keeps a scene, which has a method, within the bound
   /// above.
   int substeps(const Scene& scene) const;
 };
