@@ -56,18 +56,3 @@ def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> 
     for panel in (observed, drift, error):
         panel.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize="small")
     save(figure, file)
-
-
-def basin(file: Any, flips: Any, largest: float, moments: Any, seconds: float) -> None:
-    """Draws how often each body turns over. `flips`: (initial spins about axis 3, initial spins about axis 1)."""
-    figure, panel = plt.subplots(figsize=(7.6, 6.2), layout="constrained")
-    image = panel.imshow(flips, origin="lower", extent=(-largest, largest, -largest, largest), interpolation="nearest")
-    # The separatrix, on which the motion tends to the spin about the middle axis and turns over at most once.
-    slope = np.sqrt(moments[0] * (moments[1] - moments[0]) / (moments[2] * (moments[2] - moments[1])))
-    for sign in (-1, 1):
-        panel.axline((0, 0), slope=sign * slope, color="white", lw=0.8, ls=(0, (5, 4)))
-    panel.grid(False)
-    panel.set(xlabel="spin about axis 1 at the start, rad/s", ylabel="spin about axis 3 at the start, rad/s")
-    panel.set_title(f"turns of a body of moments {', '.join(f'{one:g}' for one in moments)} in {seconds:g} s; dashed: separatrix")
-    figure.colorbar(image, ax=panel, label="changes of sign of the spin about axis 2")
-    save(figure, file)
