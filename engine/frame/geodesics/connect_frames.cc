@@ -184,6 +184,23 @@ void judge(const VectorXd& lambda, const MatrixXd& Q_0, Found& best) {
   if (passed && !passed->points.empty()) best.shortest = Shortest::no;
 }
 
+/// Searches from Q_T where the search from Q_0 joins nothing, or sees a shorter path than it joins.
+void by_multipliers_from_both_ends(const Posed& p, const TwoPointProblem& problem, Found& best) {
+  by_multipliers(p, problem, best);
+  if (best.V.size() > 0 && best.shortest != Shortest::no) return;
+  Found back;
+  by_multipliers({p.lambda, p.scale, p.Q_T, p.Q_0}, problem, back);
+  if (back.V.size() == 0) return;
+  if (best.V.size() > 0 && !(energy(p.lambda, back.V) < energy(p.lambda, best.V))) return;
+  const auto start = geodesic_end(p.lambda, p.Q_T, back.V);
+  if (!start) return;
+  back.V = -start->V;
+  const auto end = geodesic_end(p.lambda, p.Q_0, back.V);
+  if (!end) return;
+  back.residual = (end->Q - p.Q_T).cwiseAbs().maxCoeff();
+  if (back.residual <= TwoPointProblem::joined) best = std::move(back);
+}
+
 /// Finds a geodesic by the logarithm of β, a closed form or a search. `products` are those of the
 /// frames.
 void find(const TwoPointProblem& problem, const MatrixXd& Q_0, const MatrixXd& Q_T,
@@ -203,7 +220,7 @@ void find(const TwoPointProblem& problem, const MatrixXd& Q_0, const MatrixXd& Q
     best = *std::move(closed);
   } else {
     const Posed p{lambda, scale, Q_0, Q_T};
-    if (lambda.minCoeff() > 0) by_multipliers(p, problem, best);
+    if (lambda.minCoeff() > 0) by_multipliers_from_both_ends(p, problem, best);
     if (best.V.size() == 0 && connect_work::degrees(n, N) <= most_dense_degrees)
       by_paths(p, problem, best);
     judge(lambda, Q_0, best);
@@ -213,7 +230,7 @@ void find(const TwoPointProblem& problem, const MatrixXd& Q_0, const MatrixXd& Q
 /// Returns max |Q(T) − Q_T| of an answer.
 double residual_of(const TwoPointProblem& problem, const Geodesic& answer, const MatrixXd& Q_T) {
   const auto end = geodesic_end(problem.inertia, answer.Q, answer.Qdot * problem.time);
-  return end ? (*end - Q_T).cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
+  return end ? (end->Q - Q_T).cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
 }
 
 /// Returns what was found from the frame Q_0 as an answer.

@@ -200,7 +200,7 @@ Velocity corrected(const Posed& p, MatrixXd V, double action,
     V.reshaped() = x;
     const auto end = geodesic_end(p.lambda, p.Q_0, V);
     if (!end) break;
-    const MatrixXd miss = *end - p.Q_T;
+    const MatrixXd miss = end->Q - p.Q_T;
     const double residual = miss.cwiseAbs().maxCoeff();
     if (k == 0) start = residual;
     if (!(residual <= 10 * start)) break;

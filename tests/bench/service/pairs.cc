@@ -39,7 +39,7 @@ v1::ConnectRequest request(int n, int N, int pairs) {
     if (!end) continue;
     v1::FramePair& pair = *out.add_pairs();
     write(p.Q_0, *pair.mutable_q_0());
-    write(*end, *pair.mutable_q_t());
+    write(end->Q, *pair.mutable_q_t());
   }
   return out;
 }

@@ -33,7 +33,7 @@ Pair drawn_pair(int n, int N, double spread, double length, std::uint64_t seed) 
     V *= length / V.norm();
     const auto end = geodesic_end(p.inertia, p.Q_0, V);
     if (!end) continue;
-    p.Q_T = *end;
+    p.Q_T = end->Q;
     pair.energy = (V.cwiseAbs2() * p.inertia).sum() / 2;
     return pair;
   }

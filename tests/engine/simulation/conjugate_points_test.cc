@@ -227,7 +227,7 @@ TEST(ConjugatePoints, HaveKernelsThatDoNotMoveTheEnd) {
         constexpr double epsilon = 1e-4;
         EXPECT_NEAR(norm(lambda, w), 1, 1e-12);
         const auto end = [&](double change) {
-          return *geodesic_end(lambda, ray.Q, point.time * (ray.Qdot + change * w));
+          return geodesic_end(lambda, ray.Q, point.time * (ray.Qdot + change * w))->Q;
         };
         const MatrixXd change =
             (8 * (end(epsilon) - end(-epsilon)) - end(2 * epsilon) + end(-2 * epsilon)) /
@@ -325,7 +325,7 @@ TEST(Connect, ProvesWhatTheInjectivityBoundProves) {
     GeodesicRay ray = random_ray(lambda, n, 1, seed);
     const double bound = injectivity_bound(lambda, n), length = (seed % 2 ? 0.98 : 1.15) * bound;
     const TwoPointProblem problem{
-        .inertia = lambda, .Q_0 = ray.Q, .Q_T = *geodesic_end(lambda, ray.Q, length * ray.Qdot)};
+        .inertia = lambda, .Q_0 = ray.Q, .Q_T = geodesic_end(lambda, ray.Q, length * ray.Qdot)->Q};
     const auto joined = connect(problem);
     ASSERT_TRUE(joined);
     const double found = std::sqrt(2 * joined->energy);

@@ -56,5 +56,19 @@ TEST(Connect, ComparesBothWaysRoundAnEllipseWhateverTheSpread) {
   }
 }
 
+TEST(Connect, JoinsPointsOfAnEllipsoidAtADistanceThatDoesNotDependOnTheirOrder) {
+  TwoPointProblem p = random_frames(1, 3, 1, 1);
+  p.inertia << 100, 9, 1;
+  p.Q_0 << 0.78220425, 0.30511265, -0.54319683;
+  p.Q_T << 0.43165904, -0.48679956, 0.75940547;
+  p.Q_0.normalize();
+  p.Q_T.normalize();
+  const auto there = connect(p);
+  p.Q_0.swap(p.Q_T);
+  const auto back = connect(p);
+  ASSERT_TRUE(there && back);
+  EXPECT_NEAR(there->energy, back->energy, 1e-9 * there->energy);
+}
+
 }  // namespace
 }  // namespace stiefel
