@@ -1,4 +1,4 @@
-"""The pictures that the examples write. Curves differ in colour and in dashes, so that they can be told apart in grey."""
+"""The picture of toutatis.py. Curves differ in colour and in dashes, so that they can be told apart in grey."""
 from __future__ import annotations
 
 from typing import Any
@@ -18,11 +18,6 @@ plt.rcParams.update({
     "legend.frameon": False, "figure.dpi": 100,
     "axes.prop_cycle": cycler(color=["#0072B2", "#D55E00", "#009E73"]) + cycler(linestyle=["-", "--", "-."]),
 })
-
-
-def save(figure: Any, file: Any) -> None:
-    figure.savefig(file, pil_kwargs={"optimize": True})
-    plt.close(figure)
 
 
 def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> None:
@@ -55,4 +50,5 @@ def toutatis(file: Any, run: Any, comparisons: Any, methods: dict[str, Any]) -> 
     error.set_title("error of the attitude in steps of one hour, degrees: a kept energy does not make it small")
     for panel in (observed, drift, error):
         panel.legend(loc="center left", bbox_to_anchor=(1, 0.5), fontsize="small")
-    save(figure, file)
+    figure.savefig(file, pil_kwargs={"optimize": True})
+    plt.close(figure)
