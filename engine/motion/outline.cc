@@ -35,11 +35,12 @@ Outline outline_of(const Scene& ensemble,
   const auto one = make_simulation(first);
   GivenMembers given(ensemble.description(), first);
   const bool by_numbers = given.any() && can_be_packed(first);
+  const Packs* packs = system_entry(first.system())->packs;
   std::size_t packed = 0;
   for (std::size_t b = 0; b < members.size(); ++b) {
     stop_point();
     if (const auto body = b > 0 && by_numbers ? given[b] : std::nullopt) {
-      packed += system_entry(first.system())->packs->takes_body(first, *body);
+      packed += packs->takes_body(first, *body);
     } else {
       const Scene member = members[b];
       look(member, *make_simulation(member));

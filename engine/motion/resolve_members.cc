@@ -14,7 +14,7 @@
 namespace stiefel {
 namespace {
 
-constexpr std::size_t most_violations = 16;
+constexpr int most_violations = 16;
 
 /// A violation, the first member that has it, and whether later ones have the same.
 struct OfMembers {
@@ -28,23 +28,41 @@ struct OfMembers {
   }
 };
 
-/// Calls `violations_of` with each member's index, one after another. Returns the violations of the
-/// ensemble as a whole, else those of the first members that have any, at most 16. One that several
-/// members have is returned once.
-template <class ViolationsOf>
-Violations check_each(const SceneDescription& ensemble, const Place& place,
-                      const ViolationsOf& violations_of) {
+/// Calls `visit` with each member as a scene with `method`, which may be nullopt. Members given by
+/// `body` are one scene that takes their numbers; where the ensemble has a method, only the first
+/// is visited. Returns the violations of the ensemble as a whole, else those of the first members
+/// that have any, at most 16. One that several members have is returned once.
+template <class Visit>
+Violations check_each(const SceneDescription& ensemble,
+                      const std::optional<MethodDescription>& method, double largest_repair,
+                      const Place& place, const Visit& visit) {
   Violations wrong = check_members(ensemble, place);
   if (!wrong.empty()) return wrong;
   std::vector<OfMembers> found;
-  std::size_t count = 0;
-  for (int b = 0; b < *ensemble.members && count < most_violations; ++b) {
+  std::optional<GivenMembers> given;
+  std::optional<SceneDraft> like;
+  for (int b = 0, count = 0; b < *ensemble.members && count < most_violations; ++b) {
     stop_point();
-    for (Violation& violation : violations_of(b)) {
+    if (given && given->any())
+      if (const auto body = (*given)[static_cast<std::size_t>(b)]) {
+        if (ensemble.method) continue;
+        like->set_body(*body);
+        visit(like->scene());
+        continue;
+      }
+    SceneDraft draft(member_of(ensemble, b), largest_repair, place);
+    draft.given().method = method;
+    check_scene(draft);
+    if (draft.sound()) {
+      if (!given) given.emplace(ensemble, draft.scene(), largest_repair);
+      if (!like) like.emplace(draft.scene(), place);
+      visit(draft.scene());
+    }
+    for (const Violation& violation : draft.violations()) {
       ++count;
       const auto before = std::ranges::find_if(found, [&](auto& one) { return one.is(violation); });
       if (before == found.end())
-        found.push_back({std::move(violation), b});
+        found.push_back({violation, b});
       else
         before->others = true;
     }
@@ -60,32 +78,21 @@ Violations check_each(const SceneDescription& ensemble, const Place& place,
 
 Violations check_members_before_choice(const SceneDescription& ensemble, double largest_repair,
                                        const Place& place) {
-  return check_each(ensemble, place, [&](int b) {
-    return check_before_choice(member_of(ensemble, b), largest_repair, place);
-  });
+  return check_each(ensemble, ensemble.method, largest_repair, place, [](const Scene&) {});
 }
 
 std::expected<MethodDescription, Violations> recommended_for_members(
     const SceneDescription& ensemble, double largest_repair, const Place& place) {
   std::vector<Recommendation> left = recommended(ensemble.system);
-  Violations wrong = check_each(ensemble, place, [&](int b) {
-    SceneDraft draft(member_of(ensemble, b), largest_repair, place);
-    check_scene(draft);
-    if (draft.sound()) keep_what_takes(draft.scene(), left);
-    return draft.violations();
-  });
+  Violations wrong = check_each(ensemble, ensemble.method, largest_repair, place,
+                                [&](const Scene& scene) { keep_what_takes(scene, left); });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
   const Recommendation& one = left.front();
   MethodDescription method = one.description();
   int substeps = 1;
-  wrong = check_each(ensemble, place, [&](int b) {
-    SceneDescription member = member_of(ensemble, b);
-    member.method = method;
-    const auto scene = Scene::resolve(std::move(member), largest_repair, place);
-    if (!scene) return scene.error();
-    substeps = std::max(substeps, one.substeps(*scene));
-    return Violations();
+  wrong = check_each(ensemble, method, largest_repair, place, [&](const Scene& scene) {
+    substeps = std::max(substeps, one.substeps(scene));
   });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   method.substeps = substeps;
@@ -101,19 +108,11 @@ std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble, dou
   }
   std::expected<Scene, Violations> first = std::unexpected(Violations());
   bool common_epsilon = true;
-  std::optional<GivenMembers> given;
-  Violations wrong = check_each(ensemble, place, [&](int b) {
-    if (given && given->any() && (*given)[static_cast<std::size_t>(b)]) return Violations();
-    auto scene = Scene::resolve(member_of(ensemble, b), largest_repair, place);
-    if (!scene) return std::move(scene.error());
-    if (!first) {
-      first = *std::move(scene);
-      given.emplace(ensemble, *first, largest_repair);
-    } else if (scene->description().epsilon != first->description().epsilon) {
-      common_epsilon = false;
-    }
-    return Violations();
-  });
+  Violations wrong =
+      check_each(ensemble, ensemble.method, largest_repair, place, [&](const Scene& scene) {
+        if (!first) first = scene;
+        common_epsilon &= scene.description().epsilon == first->description().epsilon;
+      });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
   // Otherwise each member chooses its own again.

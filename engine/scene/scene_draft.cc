@@ -240,8 +240,8 @@ void SceneDraft::set_body(const Body3& body) {
   scene_.axes_ = body.axes;
   scene_.inertia_ = body.lambda;
   scene_.attitude_ = body.attitude;
-  set_block("Q", rotation_matrix<double>(body.attitude));
-  set_block("M", hat(body.m));
+  scene_.blocks_["Q"] = rotation_matrix<double>(body.attitude);
+  scene_.blocks_["M"] = hat(body.m);
 }
 
 }  // namespace stiefel
