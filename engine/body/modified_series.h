@@ -1,38 +1,37 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <vector>
 
 #include "engine/dense/principal_moments_3.h"
 #include "engine/dense/so_3.h"
 
 namespace stiefel {
 
-/// The leading coefficients of a power series, a_0 first.
+/// The leading coefficients of a power series, at most 40, a_0 first. They are on the stack,
+/// because each member of an ensemble has its own.
 template <class Scalar>
-using PowerSeries = std::vector<Scalar>;
+using PowerSeries = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, 40, 1>;
 
 /// Returns coefficient k of ab.
 template <class Scalar>
-Scalar product_at(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b, std::size_t k) {
+Scalar product_at(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b, Eigen::Index k) {
   Scalar sum = 0;
-  for (std::size_t l = 0; l <= k; ++l) sum += a[l] * b[k - l];
+  for (Eigen::Index l = 0; l <= k; ++l) sum += a[l] * b[k - l];
   return sum;
 }
 
 template <class Scalar>
 PowerSeries<Scalar> product(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b) {
   PowerSeries<Scalar> ab(a.size());
-  for (std::size_t k = 0; k < a.size(); ++k) ab[k] = product_at(a, b, k);
+  for (Eigen::Index k = 0; k < a.size(); ++k) ab[k] = product_at(a, b, k);
   return ab;
 }
 
 /// Returns a/b, b₀ ≠ 0.
 template <class Scalar>
 PowerSeries<Scalar> quotient(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b) {
-  PowerSeries<Scalar> q(a.size(), Scalar(0));
-  for (std::size_t k = 0; k < a.size(); ++k) q[k] = (a[k] - product_at(b, q, k)) / b[0];
+  PowerSeries<Scalar> q = PowerSeries<Scalar>::Zero(a.size());
+  for (Eigen::Index k = 0; k < a.size(); ++k) q[k] = (a[k] - product_at(b, q, k)) / b[0];
   return q;
 }
 
@@ -40,7 +39,7 @@ PowerSeries<Scalar> quotient(const PowerSeries<Scalar>& a, const PowerSeries<Sca
 template <class Scalar>
 Scalar polynomial(const PowerSeries<Scalar>& a, const Scalar& x) {
   Scalar sum = 0;
-  for (std::size_t k = a.size(); k-- > 0;) sum = a[k] + x * sum;
+  for (Eigen::Index k = a.size(); k-- > 0;) sum = a[k] + x * sum;
   return sum;
 }
 
@@ -65,13 +64,17 @@ struct MotionSeries {
   Series e;
 
   /// Computes the first `terms` coefficients from the squares p of the momenta.
-  MotionSeries(const PrincipalMoments3<Scalar>& body, const Vec& p, std::size_t terms)
-      : e(terms, Scalar(0)) {
+  MotionSeries(const PrincipalMoments3<Scalar>& body, const Vec& p, Eigen::Index terms)
+      : e(Series::Zero(terms)) {
     const Vec& I = body.moments;
     const Vec a = body.differences.cwiseQuotient(cyclic_product<Scalar>(I, I));
+    const Vec p_over_I = p.cwiseQuotient(I);
+    // p_j a_l/I_l and p_l a_j/I_j for (i, j, l) = (1, 2, 3) and cyclic
+    const Vec of_j = cyclic_product<Scalar>(p, a).cwiseQuotient(Vec(I(2), I(0), I(1))),
+              of_l = cyclic_product<Scalar>(a, p).cwiseQuotient(Vec(I(1), I(2), I(0)));
     f = b = c = {e, e, e};
     e[0] = f[0][0] = f[1][0] = f[2][0] = 1;
-    for (std::size_t k = 0; k < terms; ++k) {
+    for (Eigen::Index k = 0; k < terms; ++k) {
       const Scalar odd = static_cast<Scalar>(2 * k + 1), even = static_cast<Scalar>(2 * k + 2);
       for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3, l = (i + 2) % 3;
@@ -79,8 +82,8 @@ struct MotionSeries {
         c[i][k] = product_at(e, f[i], k) / I(i);
         if (k > 0) {
           b[i][k] += p(i) * a(j) * a(l) * product_at(b[j], b[l], k - 1);
-          c[i][k] += p(j) * a(l) / I(l) * product_at(c[j], b[l], k - 1) -
-                     p(l) * a(j) / I(j) * product_at(c[l], b[j], k - 1);
+          c[i][k] +=
+              of_j(i) * product_at(c[j], b[l], k - 1) - of_l(i) * product_at(c[l], b[j], k - 1);
         }
         b[i][k] /= odd;
         c[i][k] /= odd;
@@ -92,7 +95,7 @@ struct MotionSeries {
             a(i) *
             (p(j) * a(l) * product_at(f[j], b[l], k) + p(l) * a(j) * product_at(f[l], b[j], k)) /
             even;
-        e[k + 1] -= p(i) / I(i) * product_at(c[i], f[i], k) / even;
+        e[k + 1] -= p_over_I(i) * product_at(c[i], f[i], k) / even;
       }
     }
   }
@@ -123,13 +126,13 @@ class ModifiedSeries {
         body_(body.moments / unit_, body.differences / unit_) {
     const bool rests = !(momentum_ > Wide(0));
     const Vec p = rests ? Vec(Vec::Zero()) : Vec((m / momentum_).cwiseAbs2());
-    const auto [f, b, c, e] = MotionSeries<Wide>(body_, p, static_cast<std::size_t>(order / 2));
+    const auto [f, b, c, e] = MotionSeries<Wide>(body_, p, static_cast<Eigen::Index>(order / 2));
     int i = 0;  // the axis with the smallest 1/I_i, for which d has the least cancellation
     body_.moments.maxCoeff(&i);
     s_ = quotient(product(product(e, e), b[i]), product(f[(i + 1) % 3], f[(i + 2) % 3]));
     d_ = quotient(product(e, c[i]), f[i]);
     d_[0] = 0;
-    for (std::size_t k = 1; k < d_.size(); ++k) d_[k] -= s_[k] / body_.moments(i);
+    for (Eigen::Index k = 1; k < d_.size(); ++k) d_[k] -= s_[k] / body_.moments(i);
   }
 
   /// Returns J for the step h.
