@@ -1,6 +1,9 @@
 #include "engine/body/rigid_body_data.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "engine/body/exact/turned_body.h"
 #include "engine/body/rigid_body.h"
@@ -32,6 +35,14 @@ std::string list_text(std::span<const double> list) {
 /// Returns the principal axes of an inertia tensor or of moments; adds violations if they are
 /// invalid.
 PrincipalAxes check_moments(SceneDraft& draft, const GivenBody& body) {
+  // A draft that starts from a scene with these moments has their axes.
+  if (const auto& known = draft.scene().axes()) {
+    const BodyDescription& first = *draft.given().body;
+    const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
+    if (std::ranges::equal(first.moments, body.moments, {}, bits, bits) &&
+        std::ranges::equal(first.inertia_tensor, body.tensor, {}, bits, bits))
+      return *known;
+  }
   const bool tensor = !body.tensor.empty();
   if (tensor == !body.moments.empty()) {
     draft.refuse("body",
