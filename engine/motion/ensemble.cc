@@ -2,21 +2,11 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 
 #include "engine/motion/system_entry.h"
 #include "engine/numbers/parallel.h"
 
 namespace stiefel {
-namespace {
-
-std::vector<std::size_t> all_of(const Members& members) {
-  std::vector<std::size_t> indices(members.size());
-  std::iota(indices.begin(), indices.end(), 0uz);
-  return indices;
-}
-
-}  // namespace
 
 std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
   if (!scene.members().empty()) return std::make_unique<Ensemble>(scene);
@@ -25,7 +15,7 @@ std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
 
 Ensemble::Ensemble(const Scene& ensemble)
     : scene_(ensemble),
-      motion_(scene_, flat_bodies(scene_), all_of(scene_.members())),
+      motion_(scene_, flat_bodies(scene_), 0, scene_.members().size()),
       reached_(motion_.groups().size()),
       step_cost_(stiefel::step_cost(scene_.members().front(), motion_.first(), motion_.size(),
                                     motion_.packed())) {

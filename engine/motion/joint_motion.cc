@@ -1,7 +1,8 @@
 #include "engine/motion/joint_motion.h"
 
 #include <algorithm>
-#include <utility>
+#include <array>
+#include <numeric>
 
 #include "engine/motion/system_entry.h"
 #include "engine/numbers/parallel.h"
@@ -13,16 +14,15 @@ namespace {
 /// Number of steps that packed bodies make between two checks for a stop request.
 constexpr std::int64_t between_looks = 4096;
 
+constexpr std::size_t most_lanes = 32;  // PackedBodies::Progress has a bit for each
 constexpr double of_simulation = 4000;  // nanoseconds, to make a small one
 
 }  // namespace
 
 JointMotion::JointMotion(const Scene& scene, std::shared_ptr<const FlatBodies> flat,
-                         std::vector<std::size_t> members)
-    : scene_(scene),
-      flat_(std::move(flat)),
-      members_(std::move(members)),
-      simulations_(members_.size()) {
+                         std::size_t first, std::size_t count)
+    : scene_(scene), flat_(std::move(flat)), members_(count), simulations_(count) {
+  std::iota(members_.begin(), members_.end(), first);
   form_groups();
 }
 
@@ -34,63 +34,62 @@ void JointMotion::form_groups() {
   std::vector<char> can_be_packed(size());
   if (flat_)
     for (std::size_t i = 0; i < size(); ++i) can_be_packed[i] = flat_->can_be_packed(members_[i]);
-  const auto alone = static_cast<double>(std::ranges::count(can_be_packed, false));
-  for_each_in_parallel(std::span(simulations_), of_simulation * alone, [&](auto& one) {
-    const auto i = static_cast<std::size_t>(&one - simulations_.data());
-    if (can_be_packed[i]) return;
-    stop_point();
-    const Scene its = scene(i);
-    can_be_packed[i] = !flat_ && !scene_.members().empty() && stiefel::can_be_packed(its);
-    if (!one) one = make_simulation(its);
-  });
+  const auto begins = static_cast<double>(std::ranges::count(can_be_packed, false));
+  if (begins > 0)
+    for_each_in_parallel(std::span(simulations_), of_simulation * begins, [&](auto& one) {
+      const auto i = static_cast<std::size_t>(&one - simulations_.data());
+      if (can_be_packed[i]) return;
+      stop_point();
+      const Scene its = scene(i);
+      can_be_packed[i] = !flat_ && !scene_.members().empty() && stiefel::can_be_packed(its);
+      if (!one) one = make_simulation(its);
+    });
   if (size() > 0) each_saved_ = first().saved_size();
-  const bool any = std::ranges::find(can_be_packed, true) != can_be_packed.end();
-  const auto lanes = static_cast<std::size_t>(!any    ? 1
-                                              : flat_ ? flat_->lanes()
-                                                      : body_lanes(scene_));
-  groups_.clear();
-  groups_.reserve(size() / lanes + 1);
-  Group together;
-  const auto flush = [&] {
-    if (!together.members.empty()) groups_.push_back(std::exchange(together, {}));
-  };
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (!can_be_packed[i]) continue;
-    if (together.members.empty()) together.members.reserve(lanes);
-    together.members.push_back(i);
-    if (together.members.size() == lanes) flush();
-  }
-  flush();
-  for_each_in_parallel(std::span(groups_), of_simulation * static_cast<double>(groups_.size()),
-                       [&](Group& group) { pack(group); });
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (can_be_packed[i]) continue;
-    groups_.push_back({{i}});
-  }
+  const auto together = static_cast<std::size_t>(std::ranges::count(can_be_packed, true));
+  const auto lanes = static_cast<std::size_t>(together == 0 ? 1
+                                              : flat_       ? flat_->lanes()
+                                                            : body_lanes(scene_));
+  grouped_.clear();
+  for (const bool packed : {true, false})
+    for (std::size_t i = 0; i < size(); ++i)
+      if (can_be_packed[i] == packed) grouped_.push_back(i);
+  const std::size_t packs = (together + lanes - 1) / lanes, alone = size() - together;
+  numbers_ = std::make_unique_for_overwrite<double[]>(each_saved_ * (2 * packs * lanes + alone));
+  double *now = numbers_.get(), *before = now + each_saved_ * packs * lanes;
+  groups_ = std::vector<Group>(packs + alone);
   place_.resize(size());
-  for (std::size_t g = 0; g < groups_.size(); ++g)
-    for (std::size_t k = 0; k < groups_[g].members.size(); ++k)
-      place_[groups_[g].members[k]] = {g, k};
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
+    const bool packed = g < packs;
+    const std::size_t first = packed ? lanes * g : together + g - packs;
+    group.members =
+        std::span(grouped_).subspan(first, packed ? std::min(lanes, together - first) : 1);
+    group.states = {now, packed ? each_saved_ * lanes : 0};
+    group.before = {before, packed ? each_saved_ * lanes : each_saved_};
+    now += group.states.size();
+    before += group.before.size();
+    for (std::size_t k = 0; k < group.members.size(); ++k) place_[group.members[k]] = {g, k};
+  }
+  for_each_in_parallel(std::span(groups_).first(packs), of_simulation * static_cast<double>(packs),
+                       [&](Group& group) { pack(group); });
 }
 
 void JointMotion::pack(Group& group) const {
   const std::size_t count = group.members.size();
   if (flat_) {
-    std::vector<std::size_t> indices(count);
+    std::array<std::size_t, most_lanes> indices;
     std::ranges::transform(group.members, indices.begin(), [&](auto i) { return members_[i]; });
-    group.packed = flat_->pack(indices);
-    group.states.resize(each_saved_ * static_cast<std::size_t>(group.packed->lanes()));
+    group.packed = flat_->pack(std::span(indices).first(count));
     for (std::size_t k = 0; k < count; ++k) flat_->start(indices[k], lane(group, k));
   } else {
     std::vector<Scene> scenes;
     for (const std::size_t i : group.members) scenes.push_back(scene(i));
-    group.states.resize(each_saved_ * count);
     for (std::size_t k = 0; k < count; ++k) {
       const Simulation& one = *simulations_[group.members[k]];
       one.step() == 0 ? one.save(lane(group, k)) : make_simulation(scenes[k])->save(lane(group, k));
     }
-    group.packed = system_entry(scene_.system())->packs->make(scenes, group.states);
-    group.states.resize(each_saved_ * static_cast<std::size_t>(group.packed->lanes()));
+    group.packed =
+        system_entry(scene_.system())->packs->make(scenes, group.states.first(each_saved_ * count));
   }
   fill_lanes(group);
 }
@@ -122,7 +121,7 @@ JointMotion::Reached JointMotion::advance(Group& group, std::int64_t steps,
     reached.status = simulations_[reached.member]->advance(steps, stop);
     group.step = simulations_[reached.member]->step();
   } else {
-    group.before = group.states;
+    std::ranges::copy(group.states, group.before.begin());
     bool torn = false;
     reached = advance_packed(group, steps, stop, torn);
     const std::int64_t all = group.step - from;
@@ -182,14 +181,13 @@ void JointMotion::restore(std::size_t i, std::int64_t step, std::span<const doub
 
 void JointMotion::keep(Group& group) const {
   if (group.packed) return;
-  group.before.resize(each_saved_);
   simulations_[group.members.front()]->save(group.before);
 }
 
 void JointMotion::turn_back(Group& group, std::int64_t step) {
   group.step = step;
   if (group.packed)
-    group.states = group.before;
+    std::ranges::copy(group.before, group.states.begin());
   else
     simulations_[group.members.front()]->restore(step, group.before);
 }
@@ -240,9 +238,10 @@ void JointMotion::write(const Group& group, std::size_t index, std::size_t each,
 }
 
 void JointMotion::leave(Group& group, std::size_t i) {
-  std::vector<double> states = std::move(group.states);
+  const std::vector<double> states(group.states.begin(), group.states.end());
   const std::size_t gone = place_[i].lane;
-  group.members.erase(group.members.begin() + static_cast<std::ptrdiff_t>(gone));
+  std::ranges::copy(group.members.subspan(gone + 1), group.members.subspan(gone).begin());
+  group.members = group.members.first(group.members.size() - 1);
   if (!group.packed || group.members.empty()) return;
   pack(group);
   for (std::size_t k = 0; k < group.members.size(); ++k) {
@@ -254,14 +253,15 @@ void JointMotion::leave(Group& group, std::size_t i) {
 }
 
 void JointMotion::keep_members(const std::function<bool(std::size_t index)>& stays) {
-  std::vector<double> saved(each_saved_ * size());
+  std::vector<double> saved;
   std::size_t left = 0;
   std::int64_t now = 0;
   map_steps_before_ = map_steps();
   for (std::size_t i = 0; i < size(); ++i) {
     if (!stays(members_[i])) continue;
     now = step(i);
-    save(i, std::span(saved).subspan(each_saved_ * left, each_saved_));
+    saved.resize(each_saved_ * (left + 1));
+    save(i, std::span(saved).last(each_saved_));
     members_[left] = members_[i];
     simulations_[left++] = std::move(simulations_[i]);
   }

@@ -18,11 +18,12 @@ namespace stiefel {
 class JointMotion {
  public:
   struct Group {
-    std::vector<std::size_t> members;  ///< i of each
+    std::span<std::size_t> members;  ///< i of each
     std::shared_ptr<const PackedBodies> packed = nullptr;
     std::int64_t step = 0;
-    /// For packed bodies: the states now, lane by lane, and before the last `advance`.
-    std::vector<double> states = {}, before = {};
+    /// For packed bodies: the states now, lane by lane, and before the last `advance`. For a member
+    /// alone: what `keep` kept.
+    std::span<double> states = {}, before = {};
     std::int64_t map_steps = 0;
   };
   /// The number of steps that all members of a group have made, and why one of them, i = `member`,
@@ -33,10 +34,10 @@ class JointMotion {
     std::size_t member = 0;
   };
 
-  /// Takes the members of an ensemble with these indices; of a single scene, {0}. `flat` is
-  /// flat_bodies(scene). The scene must outlive this object.
-  JointMotion(const Scene& scene, std::shared_ptr<const FlatBodies> flat,
-              std::vector<std::size_t> members);
+  /// Takes `count` members of an ensemble from `first` on; of a single scene, one from 0 on. `flat`
+  /// is flat_bodies(scene). The scene must outlive this object.
+  JointMotion(const Scene& scene, std::shared_ptr<const FlatBodies> flat, std::size_t first,
+              std::size_t count);
 
   std::size_t size() const { return members_.size(); }
   /// Returns the index in the ensemble.
@@ -97,11 +98,10 @@ class JointMotion {
   /// Copies the last member's state to the lanes that have no member.
   void fill_lanes(Group& group) const;
   std::span<double> lane(Group& group, std::size_t k) const {
-    return std::span(group.states).subspan(each_saved_ * k, each_saved_);
+    return group.states.subspan(each_saved_ * k, each_saved_);
   }
   std::span<const double> state(std::size_t i) const {
-    return std::span(groups_[place_[i].group].states)
-        .subspan(each_saved_ * place_[i].lane, each_saved_);
+    return groups_[place_[i].group].states.subspan(each_saved_ * place_[i].lane, each_saved_);
   }
   /// Sets `torn` if some members of the group are a step further than the others.
   Reached advance_packed(Group& group, std::int64_t steps, const std::stop_token& stop, bool& torn);
@@ -113,7 +113,9 @@ class JointMotion {
   mutable std::unique_ptr<FlatReader> reader_;
   mutable std::unique_ptr<Simulation> other_;  ///< that `read` returned last
   std::vector<Group> groups_;
-  std::vector<Place> place_;  ///< of each member
+  std::vector<std::size_t> grouped_;   ///< Group::members of one group after another
+  std::unique_ptr<double[]> numbers_;  ///< the groups' states, uninitialized until they are written
+  std::vector<Place> place_;           ///< of each member
   std::size_t each_saved_ = 0;
   std::int64_t map_steps_before_ = 0;  ///< of members and groups that are gone
 };

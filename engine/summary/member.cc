@@ -1,9 +1,11 @@
 #include "engine/summary/member.h"
 
+#include <algorithm>
+
 namespace stiefel {
 
-Member::Member(const Scene& all, std::size_t number, const Plan& plan)
-    : index(number), events(plan.what.events.size(), 0), all_(&all) {
+Member::Member(const Scene& all, std::size_t number, const Plan& plan, std::span<double> values)
+    : index(number), last(values), events(plan.what.events.size(), 0), all_(&all) {
   for (std::size_t q = 0; plan.reads_on_the_way && q < plan.reads.size(); ++q) {
     const Quantity& quantity = plan.what.quantities[q];
     const std::size_t size = plan.reads[q].size;
@@ -30,7 +32,6 @@ PartialStep& Member::between() {
 
 void Member::finish(const Simulation& now, const MemberEnd& how, const Plan& plan,
                     const std::stop_token& stop) {
-  last.resize(plan.last_size);
   for (std::size_t q = 0; q < plan.reads.size(); ++q)
     reading(plan, q).read(now, plan.last(last, q), {}, stop);
   for (double& number : last) number = canonical(number);
@@ -51,19 +52,19 @@ void Member::save_end(ByteWriter& out) const {
   out.put(end->last_step);
   out.put(end->ended_by);
   out.put(end->rate);
-  out.put(last);
+  out.put(std::vector(last.begin(), last.end()));
 }
 
-void Member::restore(const Plan& plan, ByteReader& in) {
+void Member::restore(ByteReader& in) {
   end.reset();
   for (Accumulators& one : accumulators) one.restore(in);
   in.get(events);
   bool ended = false;
   in.get(ended);
-  if (ended) restore_end(plan, in);
+  if (ended) restore_end(in);
 }
 
-void Member::restore_end(const Plan& plan, ByteReader& in) {
+void Member::restore_end(ByteReader& in) {
   end.emplace();
   std::int32_t outcome = 0;
   bool has_step = false;
@@ -77,8 +78,9 @@ void Member::restore_end(const Plan& plan, ByteReader& in) {
   in.require(outcome >= 0 && outcome <= static_cast<std::int32_t>(Outcome::cancelled));
   if (in.sound()) end->status.outcome = static_cast<Outcome>(outcome);
   if (has_step) end->status.largest_step = largest;
-  last.resize(plan.last_size);
-  in.get(last);
+  std::vector<double> values(last.size());
+  in.get(values);
+  std::ranges::copy(values, last.begin());
 }
 
 }  // namespace stiefel

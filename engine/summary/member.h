@@ -25,9 +25,9 @@ struct MemberEnd {
 /// What a summary keeps of one member: its statistics, its events and its end.
 class Member {
  public:
-  /// Takes member `index` of an ensemble, or a single scene. Scene and plan must outlive the
-  /// member.
-  Member(const Scene& all, std::size_t index, const Plan& plan);
+  /// Takes member `index` of an ensemble, or a single scene. Scene, plan and `last` must outlive
+  /// the member.
+  Member(const Scene& all, std::size_t index, const Plan& plan, std::span<double> last);
   /// Makes readings of its own; `start` is its simulation at step 0. Without them
   /// Plan::Read::common reads its states.
   void make_readings(const Simulation& start, const Plan& plan);
@@ -44,18 +44,18 @@ class Member {
               const std::stop_token& stop);
   /// Saves or restores everything but the state.
   void save(ByteWriter& out) const;
-  void restore(const Plan& plan, ByteReader& in);
+  void restore(ByteReader& in);
 
   std::size_t index;
   std::vector<Accumulators> accumulators;  ///< of each quantity; none if none reads on the way
-  std::vector<double> last;                ///< the values of all quantities
+  std::span<double> last;                  ///< the values of all quantities at the end
   std::vector<std::uint64_t> events;       ///< number so far, of each event of the description
   std::vector<double> g;                   ///< values of the events' functions at the current step
   std::optional<MemberEnd> end = {};
 
  private:
   void save_end(ByteWriter& out) const;
-  void restore_end(const Plan& plan, ByteReader& in);
+  void restore_end(ByteReader& in);
 
   const Scene* all_;
   std::unique_ptr<Scene> scene_;

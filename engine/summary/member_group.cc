@@ -1,34 +1,26 @@
 #include "engine/summary/member_group.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace stiefel {
-namespace {
-
-std::vector<std::size_t> indices(std::size_t first, std::size_t count) {
-  std::vector<std::size_t> all(count);
-  std::iota(all.begin(), all.end(), first);
-  return all;
-}
-
-}  // namespace
 
 MemberGroup::MemberGroup(const Scene& scene, std::shared_ptr<const FlatBodies> flat,
                          std::size_t first, std::size_t count, const Plan& plan)
     : first_(first),
       plan_(plan),
-      motion_(scene, std::move(flat), indices(first, count)),
+      motion_(scene, std::move(flat), first, count),
       direct_(motion_.first().direct()),
       events_(plan, motion_.first()),
-      times_(plan, direct_) {
+      times_(plan, direct_),
+      lasts_(count * plan.last_size) {
   const bool common = motion_.flat() && std::ranges::all_of(plan.reads, [](const auto& read) {
                         return read.common != nullptr;
                       });
   members_.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
-    members_.emplace_back(scene, first + i, plan);
+    members_.emplace_back(scene, first + i, plan,
+                          std::span(lasts_).subspan(plan.last_size * i, plan.last_size));
     if (!common || !motion_.is_packed(i)) members_[i].make_readings(motion_.read(i), plan);
   }
   std::size_t most = 0;
@@ -223,7 +215,7 @@ void MemberGroup::restore(std::int64_t step, bool begun, ByteReader& in) {
   const std::size_t each = motion_.each_saved();
   std::vector<double> state(each), all;
   for (std::size_t b = 0; b < members_.size() && in.sound(); ++b) {
-    members_[b].restore(plan_, in);
+    members_[b].restore(in);
     if (members_[b].end) continue;
     in.get(state);
     all.insert(all.end(), state.begin(), state.end());

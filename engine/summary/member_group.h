@@ -93,9 +93,10 @@ class MemberGroup {
   const Plan& plan_;
   JointMotion motion_;
   bool direct_;
-  std::vector<Member> members_;
   EventReports events_;
   StatesAtTimes times_;
+  std::vector<double> lasts_;  ///< Member::last of all
+  std::vector<Member> members_;
   std::vector<double> before_;           ///< states at the step before, where they are needed
   std::vector<double> values_, drifts_;  ///< of one quantity at a sample
   std::int64_t step_ = 0;                ///< of all members
