@@ -49,7 +49,8 @@ class Process:
                     resource.setrlimit(kind, pair)
         self.child = subprocess.Popen(
             [SERVER, "--listen", listen, "--exit-with-parent", *arguments],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=limit)
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            preexec_fn=limit if descriptors or stack else None)  # with one, Python forks beside the threads of gRPC
         line = self.child.stdout.readline()
         assert line.startswith("listening on "), self.child.communicate()[1]
         self.address = line.split()[-1]
