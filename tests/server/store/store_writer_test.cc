@@ -6,8 +6,8 @@
 #include <thread>
 #include <vector>
 
-#include "tests/support/folder.h"
 #include "tests/server/store/stores.h"
+#include "tests/support/folder.h"
 
 namespace stiefel::server {
 namespace {
@@ -28,8 +28,14 @@ class StoreWriterTest : public testing::Test {
 };
 
 TEST_F(StoreWriterTest, ManyAtOnceAreOneTransaction) {
-  std::latch all_are_there(1);
-  const auto first = writer_.submit([&](Store&) { all_are_there.wait(); }, {});
+  std::latch first_is_written(1), all_are_there(1);
+  const auto first = writer_.submit(
+      [&](Store&) {
+        first_is_written.count_down();
+        all_are_there.wait();
+      },
+      {});
+  first_is_written.wait();
   std::vector<PendingWrite> writes;
   {
     std::mutex mutex;
