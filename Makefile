@@ -80,7 +80,7 @@ run: build-run ## simulate asteroid Toutatis, or SCENE=file.json STEPS=10000; wr
 	@export PYTHONPATH=build/release/python STIEFEL_SERVER=build/release/bin/stiefel-server; \
 	if [ -n "$(SCENE)" ]; then \
 	  mkdir -p build/run; \
-	  $(PYTHON) -c "from stiefel.cli import program; program()" report "$(SCENE)" --to $(STEPS) --output build/run/report.html; \
+	  build/release/bin/stiefel report "$(SCENE)" --to $(STEPS) --output build/run/report.html; \
 	else \
 	  $(PYTHON) client/examples/toutatis.py --output build/run; \
 	fi

@@ -55,7 +55,7 @@ def kept(system: pb.SystemInfo) -> str:
     return "<br>".join(lines)
 
 
-def systems(catalogue: pb.DescribeResponse) -> str:
+def systems(catalogue: stiefel.Catalogue) -> str:
     lines = [row("system", "equations", "state", "kept to rounding", "file"), row(*["---"] * 5)]
     for system in catalogue.systems:
         state = ", ".join(block.name for block in system.blocks)
@@ -64,7 +64,7 @@ def systems(catalogue: pb.DescribeResponse) -> str:
     return "\n".join(lines)
 
 
-def with_tangents(catalogue: pb.DescribeResponse) -> str:
+def with_tangents(catalogue: stiefel.Catalogue) -> str:
     lines = [row("system", "methods"), row(*["---"] * 2)]
     for system in catalogue.systems:
         if names := [f"`{on.method}`" if on.method else "its own map" for on in system.methods if on.has_tangent]:
@@ -79,7 +79,7 @@ def told(one: pb.Recommendation) -> str:
     return f"`{one.method.name}`{order}, {one.method.arithmetic}{tolerance}"
 
 
-def recommended(catalogue: pb.DescribeResponse) -> str:
+def recommended(catalogue: stiefel.Catalogue) -> str:
     lines = [row("system", "scenes", "method", "largest h‖Ω‖ of a substep"), row(*["---"] * 4)]
     for system in catalogue.systems:
         for one in system.recommended:
@@ -89,7 +89,7 @@ def recommended(catalogue: pb.DescribeResponse) -> str:
     return "\n".join(lines)
 
 
-def methods(catalogue: pb.DescribeResponse) -> str:
+def methods(catalogue: stiefel.Catalogue) -> str:
     lines = [row("method", "order", "reversible", "source", "file"), row(*["---"] * 5)]
     for method in catalogue.methods:
         lines.append(row(f"`{method.name}`<br>{method.summary}", ", ".join(map(str, method.orders)) or "exact",
@@ -97,7 +97,7 @@ def methods(catalogue: pb.DescribeResponse) -> str:
     return "\n".join(lines)
 
 
-def page(catalogue: pb.DescribeResponse) -> str:
+def page(catalogue: stiefel.Catalogue) -> str:
     parts = [f"{HEAD}\n## Systems\n\n{systems(catalogue)}\n\n## Methods\n\n{methods(catalogue)}\n"]
     parts += [TANGENTS + f"\n{with_tangents(catalogue)}\n", RECOMMENDED + f"\n{recommended(catalogue)}\n"]
     return "".join(parts)

@@ -10,10 +10,11 @@
 
 namespace stiefel {
 
-/// A number with 128 bits in integer arithmetic: some times faster than Quad, whose operations are
-/// those of the compiler's library. Operations cut off bits in place of rounding: the relative
-/// error of a quotient or root is below 2⁻¹²⁰, that of the others 2⁻¹²⁶. There is no NaN: a
-/// quotient by 0 and the root of a negative number are numbers beyond all others, like infinity.
+/// A floating-point number with 128 bits in integer arithmetic. The constants of a closed form take
+/// a third of the instructions that they take with Quad, whose operations are calls of the
+/// compiler's library. Operations cut off bits in place of rounding: the relative error of a
+/// quotient or root is below 2⁻¹²⁰, that of the others 2⁻¹²⁶. There is no NaN: a quotient by 0 and
+/// the root of a negative number are larger than every other number, like infinity.
 ///
 /// Converts implicitly from every arithmetic type, of finite numbers, and explicitly to a
 /// floating-point type, rounding to nearest.
