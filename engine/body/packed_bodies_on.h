@@ -53,21 +53,20 @@ class DiscreteBodies {
   Body body_;
 };
 
-/// Implements PackedBodies by a map of packs.
-template <class P, class Map>
-class PackedBodiesOn : public PackedBodies {
+/// Implements PackedBodies by a map of packs. It is made anew for each call, because it has a
+/// workspace: Bodies holds what it is made from, Bodies::map().
+template <class P, class Bodies>
+class PackedBodiesOn final : public PackedBodies {
  public:
-  /// `given` are the arguments of the map's constructor.
-  template <class... Given>
-  PackedBodiesOn(Arithmetic arithmetic, int substeps, Given&&... given)
-      : map_(std::forward<Given>(given)...),
+  PackedBodiesOn(Arithmetic arithmetic, int substeps, Bodies bodies)
+      : bodies_(std::move(bodies)),
         compensated_(arithmetic == Arithmetic::compensated),
         substeps_(substeps) {}
 
   int lanes() const override { return P::lanes; }
 
   Progress advance(std::span<double> states, std::int64_t steps) const override {
-    Map map = map_;  // with a workspace of its own
+    auto map = bodies_.map();
     double* numbers = states.data();
     const auto stride = static_cast<std::ptrdiff_t>(states.size()) / P::lanes;
     State x{}, before{};
@@ -93,7 +92,7 @@ class PackedBodiesOn : public PackedBodies {
   }
 
  private:
-  using State = typename Map::State;
+  using State = typename Bodies::Map::State;
   static constexpr unsigned every_lane = P::Mask::every_lane;
 
   template <class Visit>
@@ -104,28 +103,9 @@ class PackedBodiesOn : public PackedBodies {
     });
   }
 
-  Map map_;
+  Bodies bodies_;
   bool compensated_;
   int substeps_;
-};
-
-/// The stages of PackedDiscreteBodies, made before the map that refers to them.
-template <class Inertia>
-struct OwnStages {
-  std::vector<Inertia> own;
-};
-
-/// Packs of discrete bodies, which own the stages of their map.
-template <class P, class Map>
-class PackedDiscreteBodies final : OwnStages<typename Map::Inertia>, public PackedBodiesOn<P, Map> {
-  using Own = OwnStages<typename Map::Inertia>;
-
- public:
-  PackedDiscreteBodies(Arithmetic arithmetic, int substeps,
-                       std::vector<typename Map::Inertia> stages, bool moves_frame)
-      : Own{std::move(stages)},
-        PackedBodiesOn<P, Map>(arithmetic, substeps,
-                               std::span<const typename Map::Inertia>(Own::own), moves_frame) {}
 };
 
 /// The types for bodies of packs P in N dimensions. They have the states of the Simulations of one
@@ -152,30 +132,50 @@ struct BodyOf<P, 4> {
 using OfVectorField = Rk4;
 static_assert(OfVectorField::traits.packing == Packing::vector_field);
 
+/// Bodies that move by the vector field, with the λ of each.
 template <class P, class Space>
-std::unique_ptr<PackedBodies> pack_by_field(const BodiesSideBySide<typename P::Scalar>& bodies) {
+struct BodiesByField {
   using Body = RigidBody<Space>;
   using Map = OfVectorField::Map<Body>;
+
+  explicit BodiesByField(const BodiesSideBySide<typename P::Scalar>& bodies) : h(bodies.h) {
+    for (int i = 0; i < lambda.size(); ++i)
+      lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
+  }
+  Map map() const { return {Body(lambda), h, OfVectorField::traits.default_order}; }
+
   typename Body::Lambda lambda;
-  for (int i = 0; i < lambda.size(); ++i)
-    lambda(i) = P::of_lanes([&](int k) { return bodies.lambda[k].data()[i]; });
-  return std::make_unique<PackedBodiesOn<P, Map>>(bodies.arithmetic, bodies.substeps, Body(lambda),
-                                                  P(bodies.h), OfVectorField::traits.default_order);
-}
+  P h;
+};
+
+/// Bodies that move by the stages of the discrete body.
+template <class Body>
+struct BodiesByStages {
+  using Map = DiscreteBodies<Body>;
+
+  template <class Stages>
+  BodiesByStages(const Stages& in_lanes, bool with_frame) : frame(with_frame) {
+    stages.reserve(in_lanes.size());
+    for (const auto& stage : in_lanes) stages.emplace_back(stage.data());
+  }
+  Map map() const { return {stages, frame}; }
+
+  std::vector<typename Body::Inertia> stages;
+  bool frame;
+};
 
 template <Isa isa, int N, class Scalar>
 std::unique_ptr<PackedBodies> pack_bodies_on(const BodiesSideBySide<Scalar>& bodies) {
   using P = Pack<Scalar, isa, vector_width<Scalar>(isa)>;
   using These = BodyOf<P, N>;
-  if (!bodies.lambda.empty())
-    return bodies.frame ? pack_by_field<P, typename These::template Space<true>>(bodies)
-                        : pack_by_field<P, typename These::template Space<false>>(bodies);
-  using Map = DiscreteBodies<typename These::Discrete>;
-  std::vector<typename Map::Inertia> stages;
-  stages.reserve(These::stages(bodies).size());
-  for (const auto& stage : These::stages(bodies)) stages.emplace_back(stage.data());
-  return std::make_unique<PackedDiscreteBodies<P, Map>>(bodies.arithmetic, bodies.substeps,
-                                                        std::move(stages), bodies.frame);
+  const auto packed = [&](auto data) -> std::unique_ptr<PackedBodies> {
+    return std::make_unique<PackedBodiesOn<P, decltype(data)>>(bodies.arithmetic, bodies.substeps,
+                                                               std::move(data));
+  };
+  if (bodies.lambda.empty())
+    return packed(BodiesByStages<typename These::Discrete>(These::stages(bodies), bodies.frame));
+  if (bodies.frame) return packed(BodiesByField<P, typename These::template Space<true>>(bodies));
+  return packed(BodiesByField<P, typename These::template Space<false>>(bodies));
 }
 
 }  // namespace stiefel
