@@ -1,6 +1,5 @@
 #include "engine/frame/discrete_stiefel.h"
 #include "engine/dense/orthogonal.h"
-#include "engine/dense/symmetric_solve.h"
 #include "engine/frame/stiefel_forms.h"
 #include "engine/frame/stiefel_invariants.h"
 #include "engine/motion/make_simulation.h"
@@ -83,7 +82,7 @@ class DiscreteStiefelTangent final : public TangentMap {
         substeps_(scene.substeps()),
         map_(at.lambda, n_),
         parameters_(at),
-        solve_(n_) {}
+        lyapunov_(n_) {}
 
   void start(const Dense&, const Dense& V) override {
     vectors_.resize(V.rows(), V.cols());
@@ -103,7 +102,7 @@ class DiscreteStiefelTangent final : public TangentMap {
       stop_point(3 * static_cast<double>(n_ * Q.size()));
       const Dense sum = (next + now.topRows(n_)) * parameters_.lambda.asDiagonal(),
                   B = sum * Q.transpose();
-      solve_.factor(bar * next.transpose());
+      lyapunov_.factor(bar * next.transpose());
       Dense dB(n_, n_);
       for (Index v = 0; v < vectors_.cols(); ++v) {
         stop_point(3 * static_cast<double>(n_ * Q.size()));
@@ -113,7 +112,9 @@ class DiscreteStiefelTangent final : public TangentMap {
             -parameters_.by_lambda.col(v).array() * inverse.array().square();
         Dense W = B * (dQ * inverse.asDiagonal() + Q * by_inverse.asDiagonal());
         W -= vector.topRows(n_);
-        solve_.solve(-1, W * next.transpose(), dB);
+        dB = -W * next.transpose();
+        dB += dB.transpose().eval();
+        lyapunov_.solve(dB, dB);
         W += dB * bar;
         vector.topRows(n_) = dQ;
         vector.bottomRows(n_) = W;
@@ -129,7 +130,7 @@ class DiscreteStiefelTangent final : public TangentMap {
   int substeps_;
   DiscreteStiefel<double> map_;
   TangentParameters parameters_;
-  SymmetricSolve solve_;
+  Lyapunov<double> lyapunov_;
   Dense vectors_;
 };
 
