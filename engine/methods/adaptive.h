@@ -1,11 +1,16 @@
 #pragma once
 
 #include <algorithm>
+#include <boost/numeric/odeint/algebra/vector_space_algebra.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
+#include <cmath>
+#include <limits>
+#include <stop_token>
 
-#include "engine/methods/adaptive_substeps.h"
 #include "engine/methods/concepts.h"
 #include "engine/methods/method.h"
 #include "stiefel/invariant_names.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
@@ -33,7 +38,7 @@ struct Adaptive {
       .default_tolerance = 1e-9,
       .momentum_alone = true,
   };
-  static constexpr int most_substeps = AdaptiveSubsteps::most_substeps;
+  static constexpr int most_substeps = 10000;  ///< most attempts in one step
   static constexpr bool applies_to(const SystemTraits&) { return true; }
   static constexpr Conservation conservation(const SystemTraits& system,
                                              std::string_view invariant) {
@@ -41,54 +46,114 @@ struct Adaptive {
                                                                  : Conservation::drifts;
   }
 
+  /// The substep that was rejected last, from the same state; 0 if there is none.
+  struct Rejected {
+    double excess = 0, stride = 0;
+
+    /// Whether an error, the excess of which in a shorter stride is given, is one of rounding: it
+    /// is small, and does not fall like the error of the method, with the seventh power of the
+    /// stride, nor even with the third.
+    bool persists(double now, double shorter, double error) const {
+      constexpr double small = 1e-6;
+      return excess > 0 && error < small && now > excess * std::pow(shorter / stride, 3);
+    }
+  };
+
   template <System S>
-  class Map : public AdaptiveSubsteps {
+  class Map {
    public:
     using Point = typename S::State;
     using Scalar = typename S::Scalar;
     using State = PlainState<Point>;
 
     Map(S system, double h, const MethodOptions& options)
-        : AdaptiveSubsteps(h, options.tolerance > 0 ? options.tolerance : traits.default_tolerance),
-          system_(std::move(system)),
+        : system_(std::move(system)),
+          h_(h),
+          tolerance_(options.tolerance > 0 ? options.tolerance : traits.default_tolerance),
           arithmetic_(options.arithmetic) {}
 
-    State start(const Point& x) {
-      prepare(x);
-      return State{Accumulator<Point>(x, arithmetic_)};
-    }
+    State start(const Point& x) const { return State{Accumulator<Point>(x, arithmetic_)}; }
 
     /// Makes one step. On a stop request ends with `cancelled` and leaves the state unchanged.
     RunStatus step(State& state, const std::stop_token& stop = {}) {
-      prepare(state.x.value);
-      std::copy_n(state.x.value.data(), x_.size(), x_.data());
+      x_ = state.x.value;
       const Outcome outcome = integrate(stop);
       if (outcome != Outcome::reached) return {outcome, std::nullopt};
-      std::copy_n(x_.data(), x_.size(), point_.data());
-      if constexpr (requires { system_.project(point_); }) system_.project(point_);
-      dx_ = point_ - state.x.value;
-      state.x.add(dx_);
+      if constexpr (requires { system_.project(x_); }) system_.project(x_);
+      x_ -= state.x.value;
+      state.x.add(x_);
       return {};
     }
 
     std::optional<double> largest_step(const State&, double) const { return std::nullopt; }
+    /// Returns the number of substeps tried so far.
+    std::int64_t attempts() const { return attempts_; }
 
    private:
-    void prepare(const Point& x) {
-      if (!x_.empty()) return;
-      AdaptiveSubsteps::prepare(x.rows(), x.cols());
-      point_ = slope_ = dx_ = x;
+    /// Sets x_ to x(t + h).
+    Outcome integrate(const std::stop_token& stop) {
+      constexpr double least = 0.1, most = 5, safety = 0.9, least_stride = 1e-12, blown_up = 1e6;
+      const auto field = [this](const Point& x, Point& dx, double) {
+        dx.resizeLike(x);
+        system_.field(x, dx);
+      };
+      const double size_before = x_.cwiseAbs().maxCoeff();
+      double done = 0, stride = 1;  // in units of h
+      double allowed = 1;           // the largest `excess` that is accepted
+      Rejected rejected;
+      field(x_, slope_, 0);
+      for (int k = 0; k < most_substeps; ++k) {
+        if (stop.stop_requested()) return Outcome::cancelled;
+        stop_point(13.0 * static_cast<double>(x_.size()));
+        const bool last = done + stride >= 1;
+        if (last) stride = 1 - done;
+        ++attempts_;
+        pair_.do_step(field, x_, slope_, 0.0, next_, stride * h_, error_);
+        const double error = relative_error(), excess = error / (tolerance_ * stride);
+        if (excess > allowed && rejected.persists(excess, stride, error)) allowed = 2 * excess;
+        const double factor = safety * std::pow(excess / allowed, -1.0 / 7);
+        if (excess <= allowed) {
+          x_.swap(next_);
+          if (last) return Outcome::reached;
+          done += stride;
+          field(x_, slope_, 0);
+          stride *= std::clamp(factor, least, most);
+          rejected = {};
+        } else {  // the error is too large, or NaN
+          rejected = {excess, stride};
+          stride *= factor >= least ? factor : least;
+        }
+        if (stride < least_stride) break;
+      }
+      // The stride tends to 0 where the solution ends.
+      return next_.allFinite() && x_.cwiseAbs().maxCoeff() <= blown_up * size_before
+                 ? Outcome::solver_stalled
+                 : Outcome::not_finite;
     }
 
-    void evaluate(const Numbers& x, Numbers& dx) override {
-      std::copy_n(x.data(), x.size(), point_.data());
-      system_.field(point_, slope_);
-      std::copy_n(slope_.data(), dx.size(), dx.data());
+    /// Returns the largest error, relative in each half of the rows to the largest element of that
+    /// half.
+    double relative_error() const {
+      if (!next_.allFinite() || !error_.allFinite()) return std::numeric_limits<double>::infinity();
+      const Eigen::Index lower = x_.rows() / 2, upper = x_.rows() - lower;
+      const auto part = [&](Eigen::Index from, Eigen::Index count) {
+        const auto largest = [&](const Point& of) {
+          return of.middleRows(from, count).cwiseAbs().maxCoeff();
+        };
+        const double error = largest(error_);
+        return error == 0 ? 0 : error / std::max(largest(x_), largest(next_));
+      };
+      return lower == 0 ? part(0, upper) : std::max(part(0, upper), part(upper, lower));
     }
+
+    using Algebra = boost::numeric::odeint::vector_space_algebra;
 
     S system_;
+    double h_, tolerance_;
     Arithmetic arithmetic_;
-    Point point_, slope_, dx_;
+    std::int64_t attempts_ = 0;
+    boost::numeric::odeint::runge_kutta_fehlberg78<Point, double, Point, double, Algebra> pair_;
+    Point x_, next_, slope_, error_;
   };
 };
 

@@ -177,7 +177,7 @@ State JacobiFlow::start(const MatrixXd& Q, const MatrixXd& V, const MatrixXd& di
 
 void JacobiFlow::step(const State& x, double h, State& next, State& error) {
   stop_point(connect_work::flow(n_, N_));
-  const auto derivative = [&](const State& at, State& dx) {
+  const auto derivative = [&](const State& at, State& dx, double) {
     field(block(at, 0), block(at, 1), block(dx, 0), block(dx, 1));
     const std::size_t blocks = at.size() / static_cast<std::size_t>(n_ * N_);
     for (std::size_t k = 2; k < blocks; k += 2) {
@@ -186,9 +186,9 @@ void JacobiFlow::step(const State& x, double h, State& next, State& error) {
                 block(dx, k + 1));
     }
   };
-  slope_.resize(x.size());
-  derivative(x, slope_);
-  fehlberg_.step(derivative, x, slope_, h, next, error);
+  next.resize(x.size());
+  error.resize(x.size());
+  fehlberg_.do_step(derivative, x, 0.0, next, h, error);
 }
 
 std::unique_ptr<JacobiFlow> JacobiFlow::make(const VectorXd& lambda, Index n) {

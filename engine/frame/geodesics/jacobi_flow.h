@@ -1,10 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <memory>
 #include <vector>
-
-#include "engine/methods/fehlberg.h"
 
 namespace stiefel {
 
@@ -73,8 +72,7 @@ class JacobiFlow {
   Eigen::Index n_, N_;
 
  private:
-  Fehlberg<double> fehlberg_;
-  State slope_;
+  boost::numeric::odeint::runge_kutta_fehlberg78<State> fehlberg_;
 };
 
 }  // namespace stiefel
