@@ -12,7 +12,7 @@
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
-#include "engine/motion/stacked_observables.h"
+#include "engine/motion/observables.h"
 #include "engine/motion/system_entry.h"
 #include "engine/scene/scene_draft.h"
 #include "stiefel/invariant_names.h"
@@ -131,14 +131,14 @@ WithinDomain<FormBlocks> write_parametric(double h, const Phase& x, const Conver
 }
 
 /// Returns the observables of Q over P: the blocks, M and epsilon, and the invariants.
-StackedObservables parametric_observables(const Scene& scene, double h) {
+Observables parametric_observables(const Scene& scene, double h) {
   const int N = scene.dimension();
   const Eigen::VectorXd lambda = scene.inertia();
   const double mu_over_h = scene.parameter() / h, epsilon = scene.epsilon();
   const auto M = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
     return parametric_Psi(x.topRows(N), x.bottomRows(N), epsilon);
   };
-  StackedObservables observables(stacked(scene, "Q", "P"));
+  Observables observables(stacked(scene, "Q", "P"));
   observables.block("Q", 0, N).block("P", N, N);
   observables.field({"M", N, N}, [M](const auto& x, auto out) { out = M(x); });
   observables.field({"epsilon", 1, 1}, [epsilon](const auto&, auto out) { out(0, 0) = epsilon; });

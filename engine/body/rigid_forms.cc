@@ -111,7 +111,7 @@ SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side) {
   return info;
 }
 
-void report_rigid_fields(StackedObservables& observables, const Scene& scene,
+void report_rigid_fields(Observables& observables, const Scene& scene,
                          const RigidForm& form) {
   const int N = scene.dimension();
   if (observables.fields().back().name != "M")
@@ -125,7 +125,7 @@ void report_rigid_fields(StackedObservables& observables, const Scene& scene,
                       [epsilon = scene.epsilon()](const auto&, auto out) { out(0, 0) = epsilon; });
 }
 
-void report_rigid_invariants(StackedObservables& observables, const Scene& scene, RigidForm form) {
+void report_rigid_invariants(Observables& observables, const Scene& scene, RigidForm form) {
   const Eigen::VectorXd& lambda = scene.inertia();
   observables.all_invariants = [=, discrete = scene.method().empty(), h = scene.step()](
                                    const Eigen::MatrixXd& x, InvariantList& out) {

@@ -2,7 +2,7 @@
 
 #include "engine/motion/body_view.h"
 #include "engine/motion/invariant_list.h"
-#include "engine/motion/stacked_observables.h"
+#include "engine/motion/observables.h"
 #include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/invariant_names.h"
@@ -49,10 +49,10 @@ struct RigidForm {
 SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side = Side::left);
 
 /// Adds the fields that are computed from the blocks: M, Omega, epsilon for a form with P.
-void report_rigid_fields(StackedObservables& observables, const Scene& scene,
+void report_rigid_fields(Observables& observables, const Scene& scene,
                          const RigidForm& form);
 /// Adds the invariants, also those of the discrete body alone, and the angular velocity.
-void report_rigid_invariants(StackedObservables& observables, const Scene& scene, RigidForm form);
+void report_rigid_invariants(Observables& observables, const Scene& scene, RigidForm form);
 
 /// Returns the observables of a scene with a rigid body, or with a view of one: in three dimensions
 /// the points are (q; m) or m, else Q over M or M.

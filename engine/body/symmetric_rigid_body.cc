@@ -145,10 +145,10 @@ constexpr TwoForm form = {
 
 /// Returns the observables of (Q, P), stacked to 2N × N: the blocks, M = (QᵀP − PᵀQ)/ε, the
 /// constant PQᵀ, and the invariants of M.
-StackedObservables symmetric_observables(const Scene& scene) {
+Observables symmetric_observables(const Scene& scene) {
   const int N = scene.dimension();
   const double epsilon = scene.epsilon();
-  StackedObservables observables(stacked(scene, "Q", "P"));
+  Observables observables(stacked(scene, "Q", "P"));
   observables.block("Q", 0, N).block("P", N, N);
   const RigidForm of_blocks = {
       .Q = [N](const auto& x) { return x.topRows(N).eval(); },

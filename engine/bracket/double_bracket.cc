@@ -9,7 +9,7 @@
 #include "engine/dense/decompositions.h"
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/series_start.h"
-#include "engine/motion/stacked_observables.h"
+#include "engine/motion/observables.h"
 #include "engine/motion/system_entry.h"
 #include "engine/scene/scene_draft.h"
 #include "stiefel/invariant_names.h"
@@ -100,7 +100,7 @@ std::unique_ptr<Simulation> make_double_bracket(const Scene& scene) {
   const int p = static_cast<int>(lambda_u.size()), q = static_cast<int>(lambda_v.size());
   Eigen::MatrixXd state(4 * p, q);
   state << scene.block("Q"), scene.block("P");
-  StackedObservables observables(state);
+  Observables observables(state);
   for (const auto& [name, first] : {std::pair("Q", 0), std::pair("P", 2 * p)})
     observables.computed_block({name, p, q, true}, [first, p](const auto& x, auto out) {
       for (Eigen::Index j = 0; j < x.cols(); ++j) {

@@ -43,7 +43,7 @@ std::unique_ptr<Simulation> make_discrete_stiefel(const Scene& scene) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
   const int rows = static_cast<int>(n);
   const Eigen::VectorXd lambda = scene.inertia();
-  StackedObservables observables(stacked(scene, "Q_prev", "Q"));
+  Observables observables(stacked(scene, "Q_prev", "Q"));
   observables.block("Q_prev", 0, rows).block("Q", rows, rows);
   observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     using Wide = long double;

@@ -4,7 +4,7 @@
 #include "engine/frame/stiefel_invariants.h"
 #include "engine/frame/stiefel_maps.h"
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/stacked_observables.h"
+#include "engine/motion/observables.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -60,7 +60,7 @@ std::unique_ptr<Simulation> make_ellipsoid(const Scene& scene) {
   const Eigen::VectorXd lambda = scene.inertia();
   Eigen::MatrixXd state = stacked(scene, "q", costate ? "p" : "qdot");
   if (!costate) state.row(1) *= lambda.asDiagonal();
-  StackedObservables observables(std::move(state));
+  Observables observables(std::move(state));
   observables.block("q", 0, 1);
   if (costate)
     observables.block("p", 1, 1);

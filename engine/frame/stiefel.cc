@@ -90,7 +90,7 @@ constexpr std::array recommendations = {
 
 std::unique_ptr<Simulation> make_stiefel(const Scene& scene) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
-  StackedObservables observables(stacked(scene, "Q", "S"));
+  Observables observables(stacked(scene, "Q", "S"));
   observables.block("Q", 0, static_cast<int>(n));
   observables.block("S", static_cast<int>(n), static_cast<int>(n));
   report_geodesic(

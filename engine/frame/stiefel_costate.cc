@@ -63,10 +63,10 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
   const Eigen::VectorXd lambda = scene.inertia();
   const int rows = static_cast<int>(n), columns = static_cast<int>(N);
-  const StackedObservables::Value M = [n](const auto& x, auto out) {
+  const Observables::Value M = [n](const auto& x, auto out) {
     out = dense_M<double>(x.topRows(n), x.bottomRows(n));
   };
-  StackedObservables observables(stacked(scene, "Q", "P"));
+  Observables observables(stacked(scene, "Q", "P"));
   observables.block("Q", 0, rows);
   if (with_M)
     observables.computed_block({"M", columns, columns}, M);

@@ -4,7 +4,7 @@
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/stiefel_invariants.h"
-#include "engine/motion/stacked_observables.h"
+#include "engine/motion/observables.h"
 #include "stiefel/invariant_names.h"
 
 namespace stiefel {
@@ -105,7 +105,7 @@ Eigen::MatrixXd S_of(const Phase& x) {
   return x.square() ? S_of_Qdot<double>(x.lambda, x.Q * inverse_inertia(x.lambda, x.M)) : x.S;
 }
 
-void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
+void report_geodesic(Observables& observables, const Scene& scene, Eigen::Index n,
                      std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms) {
   const Eigen::VectorXd lambda = scene.inertia();
   const auto Qdot = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {

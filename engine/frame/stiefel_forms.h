@@ -5,7 +5,7 @@
 #include "engine/frame/stiefel_momenta.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
-#include "engine/motion/stacked_observables.h"
+#include "engine/motion/observables.h"
 #include "engine/motion/system_entry.h"
 #include "engine/scene/scene_draft.h"
 
@@ -67,7 +67,7 @@ SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate);
 
 /// Adds m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow. The
 /// scales are E and ‖S‖_F, and at rest (is_rounding) those of an S of the size of its terms.
-void report_geodesic(StackedObservables& observables, const Scene& scene, Eigen::Index n,
+void report_geodesic(Observables& observables, const Scene& scene, Eigen::Index n,
                      std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms);
 
 }  // namespace stiefel

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,39 +11,58 @@
 
 namespace stiefel {
 
-/// What can be read of a state. A point is the state of a system as a matrix of doubles: its blocks
-/// stacked by rows, or, for bodies in three dimensions, (q; m) or m alone as a column.
+/// What can be read of a state, as data: the fields that the scene offers, each with a name, a
+/// shape and a function of the state, and the functions below. A point is the state of a system as
+/// a matrix of doubles: its blocks stacked by rows, or, for bodies in three dimensions, (q; m) or m
+/// alone as a column.
 class Observables {
  public:
   using Point = Eigen::MatrixXd;
+  using Value = std::function<void(const Point&, Eigen::Ref<RowMatrix>)>;
 
-  virtual ~Observables() = default;
+  /// Takes the point at step 0. Fields that `block` and `computed_block` add are the system's
+  /// blocks; they must be added before the others.
+  explicit Observables(Point at_0) : start(std::move(at_0)) {}
 
-  /// Returns the fields that the scene offers; the system's blocks come first.
+  /// Adds the block in the rows [first, first + rows) of the state.
+  Observables& block(std::string name, int first, int rows);
+  Observables& computed_block(Field field, Value value);
+  Observables& field(Field field, Value value);
+
   const std::vector<Field>& fields() const { return fields_; }
   std::size_t block_count() const { return block_count_; }
+  void write(const Point& x, std::size_t index, std::span<double> out) const;
 
-  /// Returns the point at step 0.
-  virtual Point start(const Scene& scene) const = 0;
-  virtual void write(const Point& x, std::size_t index, std::span<double> out) const = 0;
-  virtual void invariants(const Point& x, InvariantList& out) const = 0;
-  virtual std::optional<double> orthogonality(const Point& x) const = 0;
-  virtual double rate(const Point& x) const = 0;
-
+  Point start;
+  std::function<void(const Point&, InvariantList&)> all_invariants;
+  /// Returns max |QQᵀ − I|; nullopt where there is no frame.
+  std::function<std::optional<double>(const Point&)> frame_defect = [](const Point&) {
+    return std::nullopt;
+  };
+  std::function<double(const Point&)> speed;  ///< Simulation::rate
   /// Convert a point near the manifold from blocks stacked by rows, and to them.
-  virtual Point from_blocks(const Eigen::MatrixXd& blocks) const { return blocks; }
-  virtual Eigen::MatrixXd to_blocks(const Point& x) const { return x; }
+  std::function<Point(const Eigen::MatrixXd& blocks)> from_blocks = std::identity();
+  std::function<Eigen::MatrixXd(const Point&)> to_blocks = std::identity();
 
- protected:
+ private:
   std::vector<Field> fields_;
   std::size_t block_count_ = 0;
+  std::vector<Value> values_;
 };
 
 using SharedObservables = std::shared_ptr<const Observables>;
-
-template <std::derived_from<Observables> Kind>
-SharedObservables shared(Kind observables) {
-  return std::make_shared<const Kind>(std::move(observables));
+inline SharedObservables shared(Observables observables) {
+  return std::make_shared<const Observables>(std::move(observables));
 }
+
+/// Returns the start of a scene: its block `first` over `second`.
+Eigen::MatrixXd stacked(const Scene& scene, const char* first, const char* second);
+
+/// Whether a difference of matrices is only their rounding error: `norm` is its Frobenius norm,
+/// `terms` that of the matrices, and the bound 16u·terms with u = 2⁻⁵³; where `terms` is 0, the
+/// bound is 0. The momentum QᵀP − PᵀQ of a body at rest, for example, is computed as up to 2u‖P‖.
+/// The drift of an invariant of such a state is divided by the value that the invariant has for a
+/// momentum of size `terms`, so that it reads as a few u and not as 100 %.
+inline bool is_rounding(double norm, double terms) { return norm <= 16 * 0x1p-53 * terms; }
 
 }  // namespace stiefel

@@ -20,9 +20,9 @@ class ObservedSimulation : public Simulation {
     else
       write_euler(index - fields_.size(), out);
   }
-  void invariants(InvariantList& out) const final { observables_->invariants(point(), out); }
-  std::optional<double> orthogonality() const final { return observables_->orthogonality(point()); }
-  double rate() const final { return observables_->rate(point()); }
+  void invariants(InvariantList& out) const final { observables_->all_invariants(point(), out); }
+  std::optional<double> orthogonality() const final { return observables_->frame_defect(point()); }
+  double rate() const final { return observables_->speed(point()); }
   std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const final;
   double step_cost() const final { return step_cost_; }
 

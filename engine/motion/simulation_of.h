@@ -29,7 +29,7 @@ class SimulationOf final : public ObservedSimulation {
       : ObservedSimulation(scene, std::move(observables)),
         map_(std::move(map)),
         make_(std::move(make)),
-        point_(observables_->start(scene)),
+        point_(observables_->start),
         state_(map_.start(Converted::of(point_))) {
     if constexpr (is_point) point_.resize(0, 0);
     stop_inside_if_long(requires(F f) { f.attempts(); });

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "engine/motion/make_simulation.h"
-#include "engine/motion/stacked_observables.h"
+#include "engine/motion/observables.h"
 #include "engine/motion/system_entry.h"
 #include "engine/scene/scene_draft.h"
 
@@ -39,7 +39,7 @@ class Brockett {
 std::unique_ptr<Simulation> make_brockett(const Scene& scene) {
   const int N = scene.dimension();
   const Eigen::MatrixXd D = scene.inertia().asDiagonal();
-  StackedObservables observables(scene.block("H"));
+  Observables observables(scene.block("H"));
   observables.block("H", 0, N);
   observables.all_invariants = [](const Eigen::MatrixXd& H, InvariantList& out) {
     const Eigen::VectorXd values =

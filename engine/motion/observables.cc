@@ -1,32 +1,28 @@
-#include "engine/motion/stacked_observables.h"
+#include "engine/motion/observables.h"
 
 namespace stiefel {
 
-StackedObservables& StackedObservables::block(std::string name, int first, int rows) {
+Observables& Observables::block(std::string name, int first, int rows) {
   return computed_block(
-      {std::move(name), rows, static_cast<int>(start_.cols())},
+      {std::move(name), rows, static_cast<int>(start.cols())},
       [=](const Point& x, Eigen::Ref<RowMatrix> out) { out = x.middleRows(first, rows); });
 }
 
-StackedObservables& StackedObservables::computed_block(Field field, Value value) {
+Observables& Observables::computed_block(Field field, Value value) {
   ++block_count_;
   return this->field(std::move(field), std::move(value));
 }
 
-StackedObservables& StackedObservables::field(Field field, Value value) {
+Observables& Observables::field(Field field, Value value) {
   fields_.push_back(std::move(field));
   values_.push_back(std::move(value));
   return *this;
 }
 
-void StackedObservables::write(const Point& x, std::size_t index, std::span<double> out) const {
+void Observables::write(const Point& x, std::size_t index, std::span<double> out) const {
   const Field& field = fields_[index];
   const int values = field.complex ? 2 : 1;
   values_[index](x, Eigen::Map<RowMatrix>(out.data(), field.rows, values * field.cols));
-}
-
-std::optional<double> StackedObservables::orthogonality(const Point& x) const {
-  return frame_defect ? frame_defect(x) : std::nullopt;
 }
 
 Eigen::MatrixXd stacked(const Scene& scene, const char* first, const char* second) {
