@@ -13,6 +13,9 @@ namespace stiefel {
 #define SYSTEM(name) SystemEntry name##_entry();
 #include "engine/motion/systems.inc"
 #undef SYSTEM
+#define METHOD(file, Type) MethodEntry file##_method();
+#include "engine/methods/methods.inc"
+#undef METHOD
 
 namespace {
 
@@ -57,6 +60,40 @@ const std::vector<SystemEntry>& system_entries() {
 
 const SystemEntry* system_entry(std::string_view name) {
   return find(system_entries(), name, [](const SystemEntry& e) { return e.info.name; });
+}
+
+const std::vector<MethodEntry>& method_entries() {
+  static const std::vector<MethodEntry> all = {
+#define METHOD(file, Type) file##_method(),
+#include "engine/methods/methods.inc"
+#undef METHOD
+  };
+  return all;
+}
+
+const MethodEntry* method_entry(std::string_view name) {
+  return find(method_entries(), name, [](const MethodEntry& m) { return m.traits.name; });
+}
+
+MethodOnSystem declared_by(const MethodEntry& method, const SystemTraits& system,
+                           const Declared& declared, const SystemInfo& info) {
+  MethodOnSystem on{method.traits.name, {}, declared.where, declared.takes};
+  for (const InvariantInfo& invariant : info.invariants) {
+    const auto by_every_method =
+        system.conservation ? system.conservation(invariant.name) : std::nullopt;
+    on.preserves.push_back({invariant.name, by_every_method ? *by_every_method
+                                            : declared.conservation
+                                                ? declared.conservation(invariant.name)
+                                                : method.conservation(system, invariant.name)});
+  }
+  return on;
+}
+
+std::vector<MethodOnSystem> keeps_all(const SystemInfo& info) {
+  MethodOnSystem on{"", {}};
+  for (const auto& invariant : info.invariants)
+    on.preserves.push_back({invariant.name, Conservation::exact});
+  return {on};
 }
 
 const Catalogue& catalogue() {
