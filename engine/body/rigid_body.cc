@@ -59,13 +59,8 @@ PrincipalAxes check_moments(SceneDraft& draft, const GivenBody& body) {
     return {};
   }
   if (!draft.all_finite(field, given)) return {};
-  Eigen::Matrix3d I = Eigen::Vector3d(given.data()).asDiagonal();
-  if (tensor) {
-    I(0, 1) = I(1, 0) = given[3];
-    I(0, 2) = I(2, 0) = given[4];
-    I(1, 2) = I(2, 1) = given[5];
-  }
-  const PrincipalAxes axes = principal_axes(I);
+  const auto [moments, rotation] = given_axes<double>(body);
+  const PrincipalAxes axes{moments, rotation};
   if (!(axes.moments.minCoeff() > 0))
     draft.refuse(field, "smallest principal moment " + to_text(axes.moments.minCoeff()),
                  "every principal moment must be > 0");

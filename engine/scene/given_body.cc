@@ -32,15 +32,9 @@ GivenAxes<Scalar> given_axes(const GivenBody& body) {
   return {values, R};
 }
 
+template GivenAxes<double> given_axes(const GivenBody& body);
 template GivenAxes<long double> given_axes(const GivenBody& body);
 template GivenAxes<Quad> given_axes(const GivenBody& body);
-
-PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor) {
-  if (inertia_tensor.isDiagonal(0)) return {inertia_tensor.diagonal(), Eigen::Matrix3d::Identity()};
-  auto [values, R] = symmetric_eigen_3<double>(inertia_tensor);
-  if (R.determinant() < 0) R.col(0) = -R.col(0);
-  return {values, R};
-}
 
 Eigen::Vector3d inertia_of_moments(const Eigen::Vector3d& I) {
   return Eigen::Vector3d(I(1) + I(2) - I(0), I(2) + I(0) - I(1), I(0) + I(1) - I(2)) / 2;

@@ -15,7 +15,7 @@ struct GivenBody {
   std::span<const double> tensor, moments, attitude, angular_velocity;
 
   /// Takes the numbers of member b of `count`; a list that does not have them for each member
-  /// (scene_fields.h) is common to all.
+  /// is common to all.
   explicit GivenBody(const BodyDescription& all, std::size_t b = 0, std::size_t count = 1);
 };
 
@@ -42,11 +42,9 @@ template <class Scalar>
 GivenAxes<Scalar> given_axes(const GivenBody& body);
 
 // Compiled once, in given_body.cc.
+extern template GivenAxes<double> given_axes(const GivenBody& body);
 extern template GivenAxes<long double> given_axes(const GivenBody& body);
 extern template GivenAxes<Quad> given_axes(const GivenBody& body);
-
-/// Returns the principal axes of an inertia tensor in kg m².
-PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia_tensor);
 
 /// Returns λ_i = ½ tr(I) − I_i, so that I_1 = λ_2 + λ_3 and cyclic.
 Eigen::Vector3d inertia_of_moments(const Eigen::Vector3d& moments);

@@ -3,72 +3,38 @@
 #include <limits>
 
 #include "engine/scene/scene_draft.h"
-#include "stiefel/scene_fields.h"
 
 namespace stiefel {
-namespace {
-
-/// A member's index among `count`, and the shape of its blocks.
-struct Member {
-  int index, count;
-  std::size_t rows = 0, cols = 0;
-};
-
-/// Returns the member's part of a field of the ensemble, which depends on how the members share the
-/// field.
-template <class Value>
-Value part(const Value& all, share::Common, const Member&) {
-  return all;
-}
-std::optional<int> part(const std::optional<int>&, share::Ensemble, const Member&) {
-  return std::nullopt;
-}
-std::vector<double> part(const std::vector<double>& all, share::Numbers numbers, const Member& of) {
-  if (all.size() != numbers.each * static_cast<std::size_t>(of.count)) return all;
-  const auto from = all.begin() + static_cast<std::ptrdiff_t>(numbers.each) * of.index;
-  return {from, from + static_cast<std::ptrdiff_t>(numbers.each)};
-}
-std::vector<double> part(const std::vector<double>& all, share::NumberPerRow, const Member& of) {
-  return of.rows > 0 ? part(all, share::Numbers{of.rows}, of) : all;
-}
-std::vector<double> part(const std::vector<double>& all, share::NumberPerColumn, const Member& of) {
-  return of.cols > 0 ? part(all, share::Numbers{of.cols}, of) : all;
-}
-RowMatrix rows_of(const RowMatrix& all, const Member& of) {
-  const Eigen::Index rows = all.rows() / of.count;
-  return all.middleRows(rows * of.index, all.size() > 0 ? rows : 0);
-}
-std::map<std::string, Block> part(const std::map<std::string, Block>& all, share::Rows,
-                                  const Member& of) {
-  std::map<std::string, Block> one;
-  for (const auto& [name, block] : all)
-    one.emplace(name, Block(rows_of(block.values, of), rows_of(block.imaginary, of)));
-  return one;
-}
-
-template <Description T>
-T part(const T& all, const Member& of) {
-  T one;
-  for_each_field<T>(
-      [&](const auto& field) { one.*field.member = part(all.*field.member, field.shared, of); });
-  return one;
-}
-std::optional<BodyDescription> part(const std::optional<BodyDescription>& all, share::Common,
-                                    const Member& of) {
-  if (!all) return std::nullopt;
-  return part(*all, of);
-}
-
-}  // namespace
-
 SceneDescription member_of(const SceneDescription& all, int b) {
-  Member one{b, *all.members};
-  if (!all.initial.empty()) {
-    const RowMatrix& block = all.initial.begin()->second.values;
-    one.rows = static_cast<std::size_t>(block.rows() / one.count);
-    one.cols = static_cast<std::size_t>(block.cols());
+  const int count = *all.members;
+  // `each` numbers are common to all members; as many for each member are the members' in turn.
+  const auto numbers = [&](const std::vector<double>& list, std::size_t each) {
+    if (each == 0 || list.size() != each * static_cast<std::size_t>(count)) return list;
+    const auto from = list.begin() + static_cast<std::ptrdiff_t>(each) * b;
+    return std::vector<double>(from, from + static_cast<std::ptrdiff_t>(each));
+  };
+  const auto rows = [&](const RowMatrix& block) -> RowMatrix {
+    const Eigen::Index each = block.rows() / count;
+    return block.middleRows(each * b, block.size() > 0 ? each : 0);
+  };
+  std::size_t n = 0, N = 0;
+  SceneDescription one{
+      all.system, all.method,    {},          {}, {}, {}, {}, all.epsilon, all.parameter,
+      all.step,   all.tolerance, all.horizon, {}};
+  for (const auto& [name, block] : all.initial) {
+    const Block& part =
+        one.initial.emplace(name, Block(rows(block.values), rows(block.imaginary))).first->second;
+    if (one.initial.size() > 1) continue;
+    n = static_cast<std::size_t>(part.values.rows());
+    N = static_cast<std::size_t>(part.values.cols());
   }
-  return part(all, one);
+  one.inertia = numbers(all.inertia, N);
+  one.inertia_u = numbers(all.inertia_u, n);
+  one.inertia_v = numbers(all.inertia_v, N);
+  if (const auto& body = all.body)
+    one.body = {numbers(body->inertia_tensor, 6), numbers(body->moments, 3),
+                numbers(body->attitude, 4), numbers(body->angular_velocity, 3)};
+  return one;
 }
 
 Violations check_members(const SceneDescription& all, const Place& place) {
