@@ -5,7 +5,7 @@
 #include "engine/dense/continuation.h"
 #include "engine/dense/decompositions.h"
 #include "engine/frame/blocked_pass.h"
-#include "engine/methods/concepts.h"
+#include "engine/methods/method.h"
 
 namespace stiefel {
 
@@ -53,6 +53,7 @@ class RattleStiefel {
     Accumulator<Point> x;
     FrameMoments<Scalar> moments;
     Matrix<Scalar> half_B;  ///< B′/2 of the last step, from which the next solve starts
+    [[no_unique_address]] NoMemory memory = {};
 
     template <class Visitor>
     void each(Visitor&& visit) {

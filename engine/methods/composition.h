@@ -17,9 +17,8 @@ namespace stiefel {
 /// step exists where all stages exist; the longest stage is 0.66h, 0.80h, 0.61h for the orders 4,
 /// 6, 8.
 ///
-/// Stages of equal length share a map. If Φ's State has a `memory`, every stage has its own,
-/// because the solutions of one stage in successive steps lie on a smooth curve, and those of
-/// successive stages do not.
+/// Stages of equal length share a map. Every stage has a `memory` of its own, because the solutions
+/// of one stage in successive steps lie on a smooth curve, and those of successive stages do not.
 template <class Base>
 requires Map<Base>
 class Composition {
@@ -38,31 +37,20 @@ class Composition {
 
   /// The state of Φ with the memory of the first stage, and the memories of the later stages.
   struct State : Base::State {
-    static constexpr bool remembers = requires(typename Base::State & s) { s.memory; };
-    static auto memory_of(const typename Base::State& s) {
-      if constexpr (remembers)
-        return s.memory;
-      else
-        return NoMemory{};
-    }
-    using Memory = decltype(memory_of(std::declval<const typename Base::State&>()));
-
-    std::vector<Memory> later;
+    std::vector<decltype(Base::State::memory)> later;
 
     State(const typename Base::State& first, std::size_t stages)
-        : Base::State(first), later(stages - 1, memory_of(first)) {}
+        : Base::State(first), later(stages - 1, first.memory) {}
 
     template <class Visitor>
     void each(Visitor&& visit) {
       Base::State::each(visit);
-      for (Memory& other : later) other.each(visit);
+      for (auto& other : later) other.each(visit);
     }
 
     /// Exchanges the current memory with that of a stage. A second call undoes the exchange.
     void exchange(std::size_t stage) {
-      using std::swap;
-      if constexpr (remembers)
-        if (stage > 0) swap(this->memory, later[stage - 1]);
+      if (stage > 0) std::swap(this->memory, later[stage - 1]);
     }
   };
 

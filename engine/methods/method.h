@@ -158,22 +158,18 @@ void for_each_type(TypeList<T...>, Visit&& visit) {
   (visit(static_cast<T*>(nullptr)), ...);
 }
 
-/// The state of a map whose next step depends only on the system's state.
-template <class Point>
-struct PlainState {
-  Accumulator<Point> x;
-
+/// The memory of an iteration that does not use the solutions of earlier steps.
+struct NoMemory {
   template <class Visitor>
-  void each(Visitor&& visit) {
-    x.each(visit);
-  }
+  void each(Visitor&&) {}
 };
 
-/// The state of a map whose next step depends on earlier solutions, too.
+/// The state of a map. Its next step depends on the system's state x and, with a memory, on earlier
+/// solutions.
 template <class Point, class Memory>
 struct StateWithMemory {
   Accumulator<Point> x;
-  Memory memory;
+  [[no_unique_address]] Memory memory = {};
 
   template <class Visitor>
   void each(Visitor&& visit) {
@@ -181,12 +177,8 @@ struct StateWithMemory {
     memory.each(visit);
   }
 };
-
-/// The memory of an iteration that does not use the solutions of earlier steps.
-struct NoMemory {
-  template <class Visitor>
-  void each(Visitor&&) {}
-};
+template <class Point>
+using PlainState = StateWithMemory<Point, NoMemory>;
 
 /// Base class of explicit methods: a map x ← x + Δ(x), defined by its displacement Δ for every h. A
 /// step always ends with `reached`; whoever iterates the map tests whether the state is finite.
