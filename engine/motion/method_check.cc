@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/dense/principal_moments_3.h"
+#include "engine/dense/so_3.h"
 #include "engine/motion/method_entry.h"
 #include "engine/motion/resolve.h"
 #include "engine/motion/system_entry.h"
@@ -21,9 +21,7 @@ void check_order(SceneDraft& draft, const MethodInfo& info) {
                    "must be absent: " + std::string(info.name) + " has no order");
     return;
   }
-  bool known = false;
-  for (const int o : info.orders) known = known || order.value_or(info.default_order) == o;
-  if (!known)
+  if (std::ranges::count(info.orders, order.value_or(info.default_order)) == 0)
     draft.refuse("method.order", std::to_string(*order),
                  "for " + std::string(info.name) + " must be one of " +
                      listed(info.orders, [](int o) { return std::to_string(o); }));
@@ -70,29 +68,27 @@ void check_scalar(SceneDraft& draft, const SystemInfo& system) {
 }
 
 /// Returns whether dM/dt, or dS/dt, of size ‖M‖‖Ω‖, or Ω² is next to denormal although a step turns
-/// the frame. A method that adds up this rate would then see no motion. `size` and `speed` are the
-/// largest elements of M and Ω.
-bool rate_underflows(double size, double speed, double step) {
+/// the frame. A method that adds up this rate would then see no motion. M is the momentum of a
+/// body, or the S of a frame.
+bool rate_underflows(const Eigen::Ref<const Eigen::MatrixXd>& M, bool of_body,
+                     const Eigen::VectorXd& lambda, double step) {
   constexpr double least_rate = 1e-302, least_turn = 1e-18;
+  double size = 0, speed = 0;  // the largest elements of M and Ω
+  for (Eigen::Index j = 0; j < M.cols(); ++j)
+    for (Eigen::Index i = 0; i < M.rows(); ++i) {
+      const double inertia = of_body ? lambda(i) + lambda(j) : lambda(j), m = std::abs(M(i, j));
+      size = std::max(size, m);
+      if (!of_body || i != j) speed = std::max(speed, m / inertia);
+    }
   return std::min(size, speed) * speed < least_rate && std::abs(step) * speed > least_turn;
 }
 
 bool rate_underflows(const Scene& scene, const SystemInfo& system) {
-  const Eigen::VectorXd& lambda = scene.inertia();
-  for (const BlockInfo& info : system.blocks) {
+  return std::ranges::any_of(system.blocks, [&](const BlockInfo& info) {
     const bool of_body = info.name == "M" && info.required;
-    if (!of_body && info.name != "S") continue;
-    const Eigen::MatrixXd& M = scene.block(std::string(info.name));
-    double size = 0, speed = 0;
-    for (Eigen::Index j = 0; j < M.cols(); ++j)
-      for (Eigen::Index i = 0; i < M.rows(); ++i) {
-        const double inertia = of_body ? lambda(i) + lambda(j) : lambda(j), m = std::abs(M(i, j));
-        size = std::max(size, m);
-        if (!of_body || i != j) speed = std::max(speed, m / inertia);
-      }
-    if (rate_underflows(size, speed, scene.step())) return true;
-  }
-  return false;
+    return (of_body || info.name == "S") && rate_underflows(scene.block(std::string(info.name)),
+                                                            of_body, scene.inertia(), scene.step());
+  });
 }
 
 /// Returns the name of the first method of a system that takes every Λ; "none" if there is none.
@@ -105,10 +101,8 @@ std::string takes_every_inertia(const SystemInfo& system) {
 }  // namespace
 
 bool accepts_body(const MethodEntry* method, const Body3& body, double step) {
-  if (method == nullptr || !method->by_field) return true;
-  const Eigen::Vector3d I = PrincipalMoments3<double>(body.lambda).moments;
-  return !rate_underflows(body.m.cwiseAbs().maxCoeff(),
-                          body.m.cwiseAbs().cwiseQuotient(I).maxCoeff(), step);
+  return method == nullptr || !method->by_field ||
+         !rate_underflows(hat(body.m), true, body.lambda, step);
 }
 
 void check_method(SceneDraft& draft, const SystemInfo& system) {

@@ -23,7 +23,7 @@ double step_cost(const Scene& first, const Simulation& one, std::size_t members,
 double ensemble_step_price(const Scene& one, std::size_t members, double alone) {
   const auto pack = can_be_packed(one) ? pack_price(one) : std::nullopt;
   if (!pack) return alone * static_cast<double>(members);
-  const auto lanes = static_cast<std::size_t>(pack_lanes(one));
+  const auto lanes = static_cast<std::size_t>(one.in_float() ? 8 : 4);
   const std::size_t left = members % lanes;
   const std::size_t packs = members / lanes + (left > 1);
   return *pack * static_cast<double>(packs) + (left == 1 ? alone : 0);

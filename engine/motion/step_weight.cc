@@ -113,8 +113,6 @@ double step_price(const Scene& scene, double h_omega) {
   return weight * factor[k - 1] * std::pow(factor[k] / factor[k - 1], share);
 }
 
-int pack_lanes(const Scene& one) { return one.in_float() ? 8 : 4; }
-
 std::optional<double> pack_price(const Scene& one) {
   const StepPrice& found = find(one, "packed_", one.has_frame() ? "" : "_momentum");
   if (&found == &estimate || one.dimension() > 4) return std::nullopt;

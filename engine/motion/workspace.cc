@@ -3,7 +3,6 @@
 
 #include "engine/motion/system_entry.h"
 #include "stiefel/price.h"
-#include "stiefel/scene_fields.h"
 
 namespace stiefel {
 namespace {
@@ -56,23 +55,6 @@ double numbers(const Scene& scene) {
   return numbers(kept, n, N) + (system.view ? of_view * N * N : 0);
 }
 
-std::size_t bytes(const std::vector<double>& list) { return list.size() * sizeof(double); }
-std::size_t bytes(const std::map<std::string, Block>& blocks) {
-  std::size_t sum = 0;
-  for (const auto& [name, block] : blocks)
-    sum += static_cast<std::size_t>(block.values.size() + block.imaginary.size()) * sizeof(double);
-  return sum;
-}
-std::size_t bytes(const std::optional<BodyDescription>& body) {
-  if (!body) return 0;
-  return bytes(body->inertia_tensor) + bytes(body->moments) + bytes(body->attitude) +
-         bytes(body->angular_velocity);
-}
-template <class T>
-std::size_t bytes(const T&) {
-  return 0;
-}
-
 }  // namespace
 
 std::size_t simulation_bytes(const Scene& scene) {
@@ -82,11 +64,14 @@ std::size_t simulation_bytes(const Scene& scene) {
          std::max<std::size_t>(members.size(), 1);
 }
 
-std::size_t array_bytes(const SceneDescription& description) {
-  std::size_t sum = 0;
-  for_each_field<SceneDescription>(
-      [&](const auto& field) { sum += bytes(description.*field.member); });
-  return sum;
+std::size_t array_bytes(const SceneDescription& of) {
+  std::size_t numbers = of.inertia.size() + of.inertia_u.size() + of.inertia_v.size();
+  for (const auto& [name, block] : of.initial)
+    numbers += static_cast<std::size_t>(block.values.size() + block.imaginary.size());
+  if (of.body)
+    numbers += of.body->inertia_tensor.size() + of.body->moments.size() + of.body->attitude.size() +
+               of.body->angular_velocity.size();
+  return numbers * sizeof(double);
 }
 
 std::size_t largest_simulation_bytes(double n, double N) {

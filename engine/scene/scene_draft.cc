@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
@@ -133,25 +134,16 @@ bool SceneDraft::set_inertia(std::size_t least, std::size_t most) {
 
 void SceneDraft::check_inertia_sums() {
   const auto& lambda = given().inertia;  // the two smallest decide
-  std::size_t least = lambda[1] < lambda[0], second = 1 - least;
-  for (std::size_t k = 2; k < lambda.size(); ++k) {
-    if (lambda[k] < lambda[least]) {
-      second = least;
-      least = k;
-    } else if (lambda[k] < lambda[second]) {
-      second = k;
-    }
-  }
-  if (!(lambda[least] + lambda[second] > 0))
+  std::vector<std::size_t> order(lambda.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return lambda[k]; });
+  const double sum = lambda[order[0]] + lambda[order[1]], largest = lambda[order.back()];
+  if (!(sum > 0))
     refuse("inertia",
-           element("λ", least) + " + " + element("λ", second) + " = " +
-               to_text(lambda[least] + lambda[second]),
+           element("λ", order[0]) + " + " + element("λ", order[1]) + " = " + to_text(sum),
            "λ_i + λ_j must be > 0 for i ≠ j");
-  else if (!scales(given()).contain(lambda[least] + lambda[second]) ||
-           !scales(given()).contain(*std::ranges::max_element(lambda)))
-    refuse("inertia",
-           "λ_i + λ_j from " + to_text(lambda[least] + lambda[second]) + ", λ_i up to " +
-               to_text(*std::ranges::max_element(lambda)),
+  else if (!scales(given()).contain(sum) || !scales(given()).contain(largest))
+    refuse("inertia", "λ_i + λ_j from " + to_text(sum) + ", λ_i up to " + to_text(largest),
            scales(given()).rule());
 }
 
@@ -167,9 +159,7 @@ void SceneDraft::check_inertia_positive() {
 
 void SceneDraft::check_block_names(bool complex) {
   for (const auto& [name, block] : given().initial) {
-    bool known = false;
-    for (const auto& b : system_->blocks) known = known || b.name == name;
-    if (!known)
+    if (std::ranges::count(system_->blocks, name, &BlockInfo::name) == 0)
       refuse("initial." + name, shape_text(block.values.rows(), block.values.cols()),
              "the blocks of " + std::string(system_->name) + " are " +
                  listed(system_->blocks, &BlockInfo::name) +
