@@ -1,13 +1,15 @@
+#include <cmath>
+#include <optional>
+
+#include "engine/body/j_d/rotation_n.h"
 #include "engine/body/moser_veselov.h"
 #include "engine/body/preprocessed_moser_veselov.h"
 #include "engine/body/rigid_tangents.h"
-#include "engine/dense/so_3.h"
-#include "engine/methods/preprocessed_variational.h"
+#include "engine/dense/decompositions.h"
+#include "engine/dense/inertia_operator.h"
 #include "engine/methods/symmetric_stages.h"
-#include "engine/methods/variational.h"
-#include "engine/numbers/compensated.h"
 #include "engine/numbers/dual.h"
-#include "engine/numbers/pair.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 namespace {
@@ -15,421 +17,289 @@ namespace {
 using Dense = Eigen::MatrixXd;
 using Index = Eigen::Index;
 
-/// Tangent vectors of a left-invariant body, (η, δM) with δQ = Qη, by their elements i < j, in
-/// pairs. N is the dimension where it is fixed, else Eigen::Dynamic.
-template <int N>
-class BodyColumns {
- public:
-  static constexpr int d = N > 0 ? N*(N - 1) / 2 : Eigen::Dynamic;
-
-  /// Returns the number of elements i < j, and the place of one.
-  static constexpr Index size(Index n) { return n * (n - 1) / 2; }
-  static constexpr Index at(Index i, Index j) { return j * (j - 1) / 2 + i; }
-
-  BodyColumns(Index n, Arithmetic arithmetic) : n_(n), arithmetic_(arithmetic) {}
-
-  using Elements = Eigen::Matrix<Pair, d, 1>;
-  /// Two vectors.
-  struct Two {
-    Accumulator<Elements> eta, m;
-  };
-  std::vector<Two>& pairs() { return pairs_; }
-  const std::vector<Two>& pairs() const { return pairs_; }
-  bool has_frame() const { return has_frame_; }
-
-  /// Takes vectors, which are blocks, at a point of Observables.
-  void set(const Dense& point, const Dense& V) {
-    const Index rows = V.rows() / n_;
-    has_frame_ = rows > n_;
-    const Accumulator<Elements> zero(Elements::Constant(size(n_), Pair(0)), arithmetic_);
-    pairs_.assign(static_cast<std::size_t>((V.cols() + 1) / 2), {zero, zero});
-    const Dense Q = has_frame_ ? frame(point) : Dense();
-    for (Index v = 0; v < V.cols(); ++v) {
-      Two& x = pairs_[static_cast<std::size_t>(v / 2)];
-      const Dense block = V.col(v).reshaped(rows, n_);
-      write(block.bottomRows(n_), v % 2, x.m.value);
-      if (has_frame_) write(Q.transpose() * block.topRows(n_), v % 2, x.eta.value);
-    }
-  }
-
-  void read(const Dense& point, Dense& V) const {
-    const Index rows = V.rows() / n_;
-    const Dense Q = has_frame_ ? frame(point) : Dense();
-    for (Index v = 0; v < V.cols(); ++v) {
-      const Two& x = pairs_[static_cast<std::size_t>(v / 2)];
-      auto block = V.col(v).reshaped(rows, n_);
-      block.bottomRows(n_) = matrix(x.m.value, v % 2);
-      if (has_frame_) block.topRows(n_) = Q * matrix(x.eta.value, v % 2);
-    }
-  }
-
- private:
-  /// Returns Q at a point, which in three dimensions has it as a quaternion.
-  static Dense frame(const Dense& point) {
-    if constexpr (N == 3)
-      return rotation_matrix<double>(Eigen::Vector4d(point.topRows(4)));
-    else
-      return point.topRows(point.cols());
-  }
-  void write(const Dense& A, Index lane, Elements& out) const {
-    for (Index j = 0; j < n_; ++j)
-      for (Index i = 0; i < j; ++i)
-        out(at(i, j)).set(static_cast<int>(lane), (A(i, j) - A(j, i)) / 2);
-  }
-  Dense matrix(const Elements& x, Index lane) const {
-    Dense A = Dense::Zero(n_, n_);
-    for (Index j = 0; j < n_; ++j)
-      for (Index i = 0; i < j; ++i) {
-        A(i, j) = x(at(i, j))[static_cast<int>(lane)];
-        A(j, i) = -A(i, j);
-      }
-    return A;
-  }
-
-  Index n_;
-  Arithmetic arithmetic_;
-  bool has_frame_ = false;
-  std::vector<Two> pairs_;
-};
-
-/// The linear maps of one step Q ↦ QU, M ↦ M′ = UᵀMU on elements i < j.
-template <int N>
-class RotationOfColumns {
- public:
-  using Columns = BodyColumns<N>;
-  static constexpr int d = Columns::d;
-  using Square = Eigen::Matrix<double, N, N>;
-  using Operator = Eigen::Matrix<double, d, d>;
-  using Elements = typename Columns::Elements;
-
-  explicit RotationOfColumns(Index n)
-      : rows_(n, n),
-        turned_(n, n),
-        turn_(Columns::size(n), Columns::size(n)),
-        bracket_(turn_.rows(), turn_.rows()) {}
-
-  /// Takes D = U − I and M′.
-  void set(const Square& D, const Square& M1) {
-    rows_ = D.transpose();
-    turned_ = D;
-    turned_.diagonal().array() += 1;
-    set_turn(D);
-    const Index n = D.rows();
-    bracket_.setZero();
-    for (Index j = 0; j < n; ++j)
-      for (Index i = 0; i < j; ++i)
-        for (Index k = 0; k < n; ++k) {
-          add(bracket_, Columns::at(i, j), k, j, M1(i, k));
-          add(bracket_, Columns::at(i, j), i, k, -M1(k, j));
-        }
-  }
-
-  /// Adds the coefficient of element (k, l) of a skew matrix to a row of an operator on elements.
-  template <class Matrix>
-  static void add(Matrix& A, Index row, Index k, Index l, double value) {
-    if (k < l) A(row, Columns::at(k, l)) += value;
-    if (k > l) A(row, Columns::at(l, k)) -= value;
-  }
-
-  /// Adds UᵀXU − X.
-  void add_turn(const Elements& x, Elements& sum) const { add_product(turn_, x, sum); }
-  /// Adds [M′, υ].
-  void add_bracket(const Elements& upsilon, Elements& sum) const {
-    add_product(bracket_, upsilon, sum);
-  }
-
- private:
-  /// Sets the element (i, j), (k, l) to U_ki U_lj − U_li U_kj − δ_ki δ_lj without cancellation.
-  void set_turn(const Square& D) {
-    const Index n = D.rows();
-    double* out = turn_.data();
-    for (Index l = 0; l < n; ++l)
-      for (Index k = 0; k < l; ++k, out += turn_.rows()) {
-        const double *of_k = rows_.data() + n * k, *of_l = rows_.data() + n * l;
-        for (Index j = 0; j < n; ++j) {
-          const double a = turned_(l, j), b = turned_(k, j);
-          double* const column = out + Columns::at(0, j);
-          for (Index i = 0; i < j; ++i) column[i] = of_k[i] * a - of_l[i] * b;
-          if (k < j) column[k] += D(l, j);
-          if (l < j) column[l] -= b;
-        }
-      }
-  }
-  static void add_product(const Operator& A, const Elements& x, Elements& sum) {
-    const Index size = A.rows();
-    const double* a = A.data();
-    Pair* const to = sum.data();
-    for (Index k = 0; k < size; ++k)
-      for (Index i = 0; i < size; ++i) to[i] += Pair(*a++) * x(k);
-  }
-
-  Square rows_, turned_;  ///< Dᵀ and U
-  Operator turn_, bracket_;
-};
-
-/// Turns U into D = U − I, whose diagonal follows from its other elements: 2D_jj = −Σ_i D_ij².
 template <class Square>
-void subtract_identity(Square& U) {
-  for (Index j = 0; j < U.cols(); ++j) {
-    U(j, j) -= 1;
-    U(j, j) = -U.col(j).squaredNorm() / 2;
+Square symmetric_part(const Square& A) {
+  return (A + A.transpose()) / 2;
+}
+template <class Square>
+Square skew_part(const Square& A) {
+  return (A - A.transpose()) / 2;
+}
+
+// What the tangent takes of a step: M, U − I, and δU, the solution of δUΛ − ΛδUᵀ = K with K and
+// UᵀδU skew, and its symmetric part S.
+
+/// In N dimensions every symmetric S gives a solution, and UᵀδU skew fixes it:
+///
+///     δU = J⁻¹(K) + w∘S,   S = −½(P + Pᵀ),   P = XᵀδU,   w_ij = 2λ_i/(λ_i + λ_j).
+///
+/// Where the sweeps of RotationEquation do not find it, δU = Uυ with υΛU + (ΛU)ᵀυ = UᵀKU, υ skew,
+/// by the Schur form of ΛU.
+class StepN {
+ public:
+  using JDInverse = JDInverseN;
+  using Square = Dense;
+  static constexpr bool modified = false;
+
+  explicit StepN(const Eigen::VectorXd& lambda)
+      : lambda_(lambda), omega_(lambda.size(), lambda.size()), P_(omega_), equation_(lambda) {}
+
+  static Square M(const Dense& x) { return x.bottomRows(x.cols()); }
+  static JDInverse::State state(const Square& M) { return {M, Arithmetic::plain}; }
+
+  /// Takes a step h from M, and sets X to U − I.
+  void set(JDInverse& inverse, const JDInverse::State&, const Square& M, double h, Square& X) {
+    inverse_inertia(lambda_, M, omega_);
+    sine_ = std::abs(h) * equation_.norm(omega_);
+    X = inverse.U_minus_I();
+    lyapunov_.reset();
+  }
+
+  void differential(const Square& X, const Square& K, Square& dU, Square& S) {
+    if (!(lambda_.minCoeff() < 0) && sine_ < 1 && sweep(X, K, dU, S)) return;
+    Dense U = X;
+    U.diagonal().array() += 1;
+    if (!lyapunov_) lyapunov_.emplace(lambda_.size()).factor(lambda_.asDiagonal() * U);
+    omega_.noalias() = K * U;
+    S.noalias() = U.transpose() * omega_;
+    lyapunov_->solve(S, S);
+    S = skew_part(S);
+    dU.noalias() = U * S;
+    S = symmetric_part(dU);
+  }
+
+ private:
+  bool sweep(const Square& X, const Square& K, Square& dU, Square& S) {
+    const Index N = K.cols();
+    inverse_inertia(lambda_, K, omega_);
+    packed_.setZero(N * (N + 1) / 2);
+    const double enough = 0x1p-53 * sine_ * omega_.cwiseAbs().maxCoeff();
+    const bool found = equation_.sweep(
+        sine_, enough, 64 * enough, packed_,
+        [&] {
+          equation_.weighted(packed_, dU, &omega_);
+          P_.noalias() = X.transpose() * dU;
+        },
+        [&](Index j) {
+          return -(P_.col(j) + P_.row(j).transpose()).head(j + 1) / 2 - packed_column(packed_, j);
+        });
+    equation_.weighted(packed_, dU, &omega_);
+    for (Index j = 0; j < N; ++j) S.col(j).head(j + 1) = packed_column(packed_, j);
+    mirror_columns(S, 0, N, 1);
+    return found;
+  }
+
+  Eigen::VectorXd lambda_;
+  Dense omega_, P_;
+  Eigen::VectorXd packed_;  ///< S
+  double sine_ = 0;         ///< h‖Ω‖
+  RotationEquation equation_;
+  std::optional<Lyapunov<double>> lyapunov_;  ///< of this step
+};
+
+/// In three dimensions δU = U hat(υ), (tr A − A)υ = Uᵀk, A = ΛU, K = hat(k).
+template <class JDInverse_>
+class Step3 {
+ public:
+  using JDInverse = JDInverse_;
+  using Square = Eigen::Matrix3d;
+  static constexpr bool modified = std::is_same_v<JDInverse, ModifiedJDInverse3<double, true>>;
+
+  explicit Step3(const Eigen::VectorXd& lambda) : lambda_(lambda) {}
+
+  static Square M(const auto& x) { return hat(Eigen::Vector3d(x.bottomRows(3))); }
+  static auto state(const Square& M) {
+    typename JDInverse::Point x;
+    x << 1, 0, 0, 0, vee(M);
+    return Accumulator(x, Arithmetic::plain);
+  }
+
+  void set(JDInverse&, const JDInverse::State& x, const Square&, double, Square& X) {
+    // U = I + 2w v̂ + 2v̂² of the quaternion (w, v)
+    const Square v = hat(x.value.template segment<3>(1));
+    X = 2 * (x.value(0) * v + v * v);
+    U_ = Square::Identity() + X;
+    const Square A = lambda_.asDiagonal() * U_;
+    lu_.compute(A.trace() * Square::Identity() - A);
+  }
+
+  void differential(const Square& X, const Square& K, Square& dU, Square& S) {
+    const Square upsilon = hat(lu_.solve(U_.transpose() * vee(K)));
+    dU = U_ * upsilon;
+    S = symmetric_part<Square>(X * upsilon);
+  }
+
+ private:
+  Eigen::Vector3d lambda_;
+  Square U_;
+  Eigen::PartialPivLU<Square> lu_;
+};
+
+/// Sets Λ and its derivatives to those of the modified moments J, functions of the m at the start,
+/// of which dm are the derivatives.
+void modify(const TangentParameters& given, int order, const Eigen::Vector3d& m,
+            const Eigen::Matrix3Xd& dm, TangentParameters& at) {
+  constexpr int lanes = 4;
+  using Wide = Dual<long double, lanes>;
+  for (Index first = 0; first < dm.cols(); first += lanes) {
+    Vector3<Wide> wide_m = m.cast<Wide>(), lambda = given.lambda.cast<Wide>();
+    Wide h = given.h;
+    const auto width = static_cast<int>(std::min<Index>(lanes, dm.cols() - first));
+    for (int k = 0; k < width; ++k) {
+      for (int i = 0; i < 3; ++i) {
+        wide_m(i).d[k] = dm(i, first + k);
+        lambda(i).d[k] = given.by_lambda(i, first + k);
+      }
+      h.d[k] = given.by_h(first + k);
+    }
+    const Vector3<Wide> of_J =
+        ModifiedSeries<Wide>(PrincipalMoments3<Wide>(lambda), wide_m, order)(h).lambda();
+    at.lambda = values_of(of_J).cast<double>();
+    for (int k = 0; k < width; ++k) at.by_lambda.col(first + k) = lane_of(of_J, k).cast<double>();
   }
 }
 
-/// The values of a step from (I, M): U − I and M′, and conversions of M.
-template <class Space>
-struct Turned;
-
-template <>
-struct Turned<So3<double, true>> {
-  static constexpr int N = 3;
-  using Point = So3<double, true>::State;
-  using Square = Eigen::Matrix3d;
-
-  static Square M(const Dense& point) { return hat(Eigen::Vector3d(point.bottomRows(3))); }
-  static void set(const Square& M, Point& x) { x << 1, 0, 0, 0, vee(M); }
-  static void get(const Accumulator<Point>& x, Square& D, Square& M) {
-    // U = I + 2w v̂ + 2v̂² of the quaternion (w, v)
-    const Eigen::Vector4d q = x.value.head<4>();
-    const Square v = hat(q.tail<3>());
-    D = 2 * (q(0) * v + v.lazyProduct(v));
-    M = hat(x.value.tail<3>());
-  }
-};
-
-template <>
-struct Turned<So4<double, true>> {
-  static constexpr int N = 4;
-  using Point = So4<double, true>::State;
-  using Square = Eigen::Matrix4d;
-
-  static Square M(const Dense& point) { return point.bottomRows(4); }
-  static void set(const Square& M, Point& x) {
-    x.head<16>() = Square::Identity().reshaped();
-    for (int k = 0; k < 6; ++k) x(16 + k) = M(skew4_rows[k], skew4_columns[k]);
-  }
-  static void get(const Accumulator<Point>& x, Square& D, Square& M) {
-    D.reshaped() = x.value.head<16>();
-    subtract_identity(D);
-    for (int k = 0; k < 6; ++k) {
-      M(skew4_rows[k], skew4_columns[k]) = x.value(16 + k);
-      M(skew4_columns[k], skew4_rows[k]) = -x.value(16 + k);
-    }
-    M.diagonal().setZero();
-  }
-};
-
-template <>
-struct Turned<SoN<double>> {
-  static constexpr int N = Eigen::Dynamic;
-  using Point = Dense;
-  using Square = Dense;
-
-  static Square M(const Dense& point) { return point.bottomRows(point.cols()); }
-  static void set(const Square& M, Point& x) {
-    x.resize(2 * M.rows(), M.rows());
-    x.topRows(M.rows()).setIdentity();
-    x.bottomRows(M.rows()) = M;
-  }
-  static void get(const Accumulator<Point>& x, Square& D, Square& M) {
-    const Index N = x.value.cols();
-    D = x.value.topRows(N);
-    subtract_identity(D);
-    M = x.value.bottomRows(N);
-  }
-};
-
-/// The discrete bodies as stages of a step, with the Λ of their equation UΛ − ΛUᵀ = hM.
-template <class Space>
-struct Stages {
-  using Map = MoserVeselov<Space>;
-  Stages(const Scene& scene, const TangentParameters& at)
-      : gamma(symmetric_stages<double>(scene.order() > 0 ? scene.order() : 2)),
-        lambda(at.lambda),
-        by_lambda(at.by_lambda) {
-    for (const double g : gamma) maps.emplace_back(at.lambda, g * at.h, Arithmetic::plain);
-  }
-  /// For vectors at a momentum.
-  void start(const Eigen::MatrixXd&, const Eigen::MatrixXd&) {}
-
-  std::vector<double> gamma;
-  std::vector<Map> maps;
-  Eigen::VectorXd lambda;
-  Dense by_lambda;
-};
-
-/// Λ and its derivatives are those of the modified moments J, functions of the m at the start.
-struct ModifiedStage {
-  using Map = PreprocessedMoserVeselov<double, true>;
-  static constexpr int lanes = 4;
-  using Wide = Dual<long double, lanes>;
-
-  ModifiedStage(const Scene& scene, const TangentParameters& given)
-      : order(scene.order() > 0 ? scene.order() : PreprocessedVariational::traits.default_order),
-        at(given),
-        by_lambda(given.by_lambda) {
-    maps.emplace_back(at.lambda, at.h, Arithmetic::plain, order);
-  }
-  void start(const Dense& M, const Dense& V) {
-    for (Index first = 0; first < V.cols(); first += lanes) {
-      Vector3<Wide> m = vee(M).cast<Wide>(), l = at.lambda.cast<Wide>();
-      Wide h = at.h;
-      const Index width = std::min<Index>(lanes, V.cols() - first);
-      for (Index k = 0; k < width; ++k) {
-        const auto lane = static_cast<int>(k);
-        const Index v = first + k;
-        const Eigen::Vector3d dm = vee(V.col(v).reshaped(V.rows() / 3, 3).bottomRows(3));
-        for (int i = 0; i < 3; ++i) {
-          m(i).d[lane] = dm(i);
-          l(i).d[lane] = at.by_lambda(i, v);
-        }
-        h.d[lane] = at.by_h(v);
-      }
-      const Vector3<Wide> of_J =
-          ModifiedSeries<Wide>(PrincipalMoments3<Wide>(l), m, order)(h).lambda();
-      lambda = values_of(of_J).cast<double>();
-      for (Index k = 0; k < width; ++k)
-        by_lambda.col(first + k) = lane_of(of_J, static_cast<int>(k)).cast<double>();
-    }
-  }
-
-  int order;
-  TangentParameters at;
-  std::vector<double> gamma = {1};
-  std::vector<Map> maps;
-  Eigen::VectorXd lambda;
-  Dense by_lambda;
-};
-
-/// Moves (η, δM) by steps Q ↦ QU, M ↦ M′ = UᵀMU with UΛ − ΛUᵀ = hM: δU = Uυ, A = ΛU,
+/// Moves (η, δM) by the steps of the discrete rigid body, Q ↦ QU, M ↦ M′, UΛ − ΛUᵀ = hM, ΛU − UᵀΛ =
+/// hM′. With X = U − I and K = hδM + δhM + δΛUᵀ − UδΛ,
 ///
-///     υA + Aᵀυ = hUᵀδMU + δh M′ + UᵀδΛ − δΛU,
-///     η′ = UᵀηU + υ,   δM′ = UᵀδMU + [M′, υ].
-template <class Space, class Stages>
+///     δUΛ − ΛδUᵀ = K,   η′ = Uᵀ(ηU + δU),
+///     δM′ = δM + (2/h)((λ_i − λ_j)(S_ij − T_ij δh/h) + (δλ_i − δλ_j)T_ij),
+///
+/// S and T the symmetric parts of δU and X.
+template <class Step>
 class DiscreteBodyTangent final : public TangentMap {
  public:
-  DiscreteBodyTangent(const Scene& scene, const TangentParameters& at)
+  DiscreteBodyTangent(const Scene& scene, const TangentParameters& given, int order)
       : substeps_(scene.substeps()),
-        N_(scene.dimension()),
-        parameters_(at),
-        stages_(scene, at),
-        columns_(N_, scene.arithmetic()),
-        rotation_(N_),
-        lu_(static_cast<std::size_t>(Columns::size(N_))),
-        D_(N_, N_),
-        M_(N_, N_),
-        upsilon_(Columns::size(N_)),
-        sum_(Columns::size(N_)) {}
+        order_(order),
+        arithmetic_(scene.arithmetic()),
+        given_(given),
+        at_(given),
+        gamma_(Step::modified ? std::vector{1.0} : symmetric_stages<double>(order)) {
+    for (const double gamma : gamma_) {
+      stop_point();
+      if constexpr (Step::modified)
+        branches_.emplace_back(at_.lambda, gamma * at_.h, order);
+      else
+        branches_.emplace_back(at_.lambda, gamma * at_.h);
+    }
+    const Index N = at_.lambda.size();
+    for (Square* A : {&X_, &T_, &K_, &dU_, &S_}) A->setZero(N, N);
+  }
 
   void start(const Dense& point, const Dense& V) override {
-    columns_.set(point, V);
-    M_ = Values::M(point);
-    stages_.start(M_, V);
-    typename Values::Point x;
-    Values::set(M_, x);
-    states_.clear();
+    const Index N = at_.lambda.size();
+    has_frame_ = V.rows() > N * N;
+    vectors_.clear();
+    Eigen::Matrix3Xd dm(3, V.cols());
+    for (Index v = 0; v < V.cols(); ++v) {
+      stop_point();
+      const Dense x = in_body(point, V.col(v));
+      vectors_.push_back({{x.topRows(N), arithmetic_}, {x.bottomRows(N), arithmetic_}});
+      dm.col(v) = vee(x.bottomRows(N));
+    }
+    M_ = Step::M(point);
+    if constexpr (Step::modified) modify(given_, order_, vee(M_), dm, at_);
+    step_.emplace(at_.lambda);
+    differences_ = differences(at_.lambda);
+    memories_.clear();
     for (std::size_t stage = 0; stage < count(); ++stage)
-      states_.push_back(stages_.maps[folded(stage)].start(x));
-    varies_.assign(columns_.pairs().size(), false);
-    for (Index v = 0; v < V.cols(); ++v)
-      if (!stages_.by_lambda.col(v).isZero(0) || parameters_.by_h(v) != 0)
-        varies_[static_cast<std::size_t>(v / 2)] = true;
+      memories_.push_back(branches_[folded(stage)].memory(Step::state(M_).value));
   }
 
   RunStatus step(const Dense& point) override {
-    M_ = Values::M(point);
+    M_ = Step::M(point);
     for (int k = 0; k < substeps_; ++k)
       for (std::size_t stage = 0; stage < count(); ++stage) {
-        auto& state = states_[stage];
-        Values::set(M_, state.x.value);
-        if (const auto status = stages_.maps[folded(stage)].step(state); !status.reached())
-          return status;
-        Values::get(state.x, D_, M_);
-        move(stages_.gamma[folded(stage)]);
+        const double gamma = gamma_[folded(stage)], h = gamma * at_.h;
+        auto& branch = branches_[folded(stage)];
+        auto x = Step::state(M_);
+        if (const auto status = branch.solve(x, memories_[stage]); !status.reached()) return status;
+        branch.inverse().transport(x, memories_[stage]);
+        step_->set(branch.inverse(), x, M_, h, X_);
+        T_ = symmetric_part(X_);
+        for (Index v = 0; v < std::ssize(vectors_); ++v) move(v, h, gamma * at_.by_h(v));
+        M_ = Step::M(x.value);
       }
     return {};
   }
-  void read(const Dense& point, Dense& V) const override { columns_.read(point, V); }
 
- private:
-  using Values = Turned<Space>;
-  using Columns = BodyColumns<Values::N>;
-  using Rotation = RotationOfColumns<Values::N>;
-
-  std::size_t count() const { return 2 * stages_.gamma.size() - 1; }
-  std::size_t folded(std::size_t stage) const { return std::min(stage, count() - 1 - stage); }
-  double U(Index i, Index j) const { return (i == j ? 1 : 0) + D_(i, j); }
-
-  void move(double gamma) {
-    const Index size = Columns::size(N_);
-    stop_point(static_cast<double>(size * size * size) / 3);
-    rotation_.set(D_, M_);
-    lu_.set_zero();
-    for (Index j = 0; j < N_; ++j)
-      for (Index i = 0; i < j; ++i)
-        for (Index k = 0; k < N_; ++k) {
-          Rotation::add(lu_, Columns::at(i, j), i, k, stages_.lambda(k) * U(k, j));
-          Rotation::add(lu_, Columns::at(i, j), k, j, stages_.lambda(k) * U(k, i));
-        }
-    lu_.factor();
-    const Pair h = gamma * parameters_.h;
-    for (std::size_t p = 0; p < columns_.pairs().size(); ++p) {
-      stop_point(8 * static_cast<double>(size * size));
-      auto& x = columns_.pairs()[p];
-      sum_.setConstant(Pair(0));
-      rotation_.add_turn(x.m.value, sum_);
-      upsilon_ = h * (x.m.value + sum_);
-      if (varies_[p]) add_parameters(p, gamma);
-      lu_.solve(upsilon_.data());
-      rotation_.add_bracket(upsilon_, sum_);
-      x.m.add(sum_);
-      if (!columns_.has_frame()) continue;
-      rotation_.add_turn(x.eta.value, upsilon_);
-      x.eta.add(upsilon_);
+  void read(const Dense& point, Dense& V) const override {
+    const Index N = at_.lambda.size();
+    Dense x(V.rows() / N, N);
+    for (Index v = 0; v < V.cols(); ++v) {
+      stop_point();
+      const Vector& vector = vectors_[static_cast<std::size_t>(v)];
+      x.bottomRows(N) = vector.m.value;
+      if (has_frame_) x.topRows(N) = vector.eta.value;
+      V.col(v) = in_space(point, x);
     }
   }
 
-  void add_parameters(std::size_t p, double gamma) {
-    const auto first = static_cast<Index>(2 * p), last = stages_.by_lambda.cols() - 1;
-    const auto pair = [&](const auto& row) {
-      return Pair::of_lanes([&](int k) { return first + k <= last ? row(first + k) : 0; });
-    };
-    const Pair dh = Pair(gamma) * pair(parameters_.by_h);
-    for (Index j = 0; j < N_; ++j)
-      for (Index i = 0; i < j; ++i)
-        upsilon_(Columns::at(i, j)) += dh * Pair(M_(i, j)) +
-                                       pair(stages_.by_lambda.row(j)) * Pair(U(j, i)) -
-                                       pair(stages_.by_lambda.row(i)) * Pair(U(i, j));
+ private:
+  using Square = typename Step::Square;
+  using Branch = PrincipalBranch<typename Step::JDInverse>;
+  struct Vector {
+    Accumulator<Square> eta, m;
+  };
+
+  std::size_t count() const { return 2 * gamma_.size() - 1; }
+  std::size_t folded(std::size_t stage) const { return std::min(stage, count() - 1 - stage); }
+
+  /// Returns λ_i − λ_j.
+  static Square differences(const Eigen::VectorXd& lambda) {
+    const Dense columns = lambda.replicate(1, lambda.size());
+    return columns - columns.transpose();
   }
 
-  int substeps_;
-  Index N_;
-  TangentParameters parameters_;
-  Stages stages_;
-  Columns columns_;
-  Rotation rotation_;
-  PairLu lu_;
-  std::vector<typename Stages::Map::State> states_;
-  std::vector<bool> varies_;
-  typename Values::Square D_, M_;  ///< U − I and M′ of the last stage
-  typename Columns::Elements upsilon_, sum_;
-};
+  void move(Index v, double h, double dh) {
+    auto& [eta, m] = vectors_[static_cast<std::size_t>(v)];
+    const bool varies = !at_.constant(v);
+    stop_point(3 * static_cast<double>(X_.rows() * X_.size()));
+    K_ = h * m.value;
+    if (varies) {
+      S_ = X_ * at_.by_lambda.col(v).asDiagonal();
+      K_ += dh * M_ + S_.transpose() - S_;
+    }
+    step_->differential(X_, K_, dU_, S_);
+    if (varies) S_ -= dh / h * T_;
+    K_ = differences_.cwiseProduct(S_);
+    if (varies) K_ += differences(at_.by_lambda.col(v)).cwiseProduct(T_);
+    m.add(2 / h * K_);
+    if (!has_frame_) return;
+    // η′ − η = A + XᵀB, A = ηX + δU, B = η + A
+    dU_.noalias() += eta.value * X_;
+    K_ = eta.value + dU_;
+    S_.noalias() = X_.transpose() * K_;
+    S_ += dU_;
+    eta.add(skew_part(S_));
+  }
 
-template <class Space, template <class> class Stages>
-std::unique_ptr<TangentMap> made(const Scene& scene, const TangentParameters& at) {
-  return std::make_unique<DiscreteBodyTangent<Space, Stages<Space>>>(scene, at);
-}
+  int substeps_, order_;
+  Arithmetic arithmetic_;
+  bool has_frame_ = false;
+  TangentParameters given_, at_;  ///< of Λ, and of the Λ that the steps have
+  std::vector<double> gamma_;
+  std::vector<Branch> branches_;
+  std::vector<typename Branch::Memory> memories_;  ///< of the stages
+  std::optional<Step> step_;
+  Square differences_, M_, X_, T_, K_, dU_, S_;  ///< M, U − I and its symmetric part, of a stage
+  std::vector<Vector> vectors_;
+};
 
 }  // namespace
 
 std::unique_ptr<TangentMap> discrete_body_tangent(const Scene& scene, const TangentParameters& at) {
-  constexpr Index largest_by_elements = 10;
-  if (scene.method() == PreprocessedVariational::traits.name)
-    return std::make_unique<DiscreteBodyTangent<So3<double, true>, ModifiedStage>>(scene, at);
-  if (scene.dimension() > largest_by_elements) return large_body_tangent(scene, at);
-  if (scene.dimension() == 3) return made<So3<double, true>, Stages>(scene, at);
-  if (scene.dimension() == 4) return made<So4<double, true>, Stages>(scene, at);
-  return made<SoN<double>, Stages>(scene, at);
+  const bool modified = scene.method() == PreprocessedVariational::traits.name;
+  const int least =
+      (modified ? PreprocessedVariational::traits : Variational::traits).default_order;
+  const int order = scene.order() > 0 ? scene.order() : least;
+  if (modified)
+    return std::make_unique<DiscreteBodyTangent<Step3<ModifiedJDInverse3<double, true>>>>(scene, at,
+                                                                                          order);
+  if (scene.dimension() == 3)
+    return std::make_unique<DiscreteBodyTangent<Step3<JDInverse3<double, true>>>>(scene, at, order);
+  return std::make_unique<DiscreteBodyTangent<StepN>>(scene, at, order);
 }
 
 }  // namespace stiefel

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/dense/so_3.h"
 #include "engine/methods/exact.h"
 #include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/rk4.h"
@@ -11,8 +12,6 @@ namespace stiefel {
 /// Returns the tangent of the discrete rigid bodies, `variational` of every order and
 /// `preprocessed_variational`.
 std::unique_ptr<TangentMap> discrete_body_tangent(const Scene& scene, const TangentParameters& at);
-/// Returns that of the discrete rigid bodies in products of N × N matrices.
-std::unique_ptr<TangentMap> large_body_tangent(const Scene& scene, const TangentParameters& at);
 /// Returns that of rk4.
 std::unique_ptr<TangentMap> rk4_body_tangent(const Scene& scene, const TangentParameters& at);
 /// Returns that of the closed form in three dimensions.
@@ -25,5 +24,29 @@ inline constexpr MethodTangent tangents_of_bodies[] = {
     {PreprocessedVariational::traits.name, discrete_body_tangent},
     {Rk4::traits.name, rk4_body_tangent}};
 inline constexpr MethodTangent tangents_of_maps[] = {{"", discrete_body_tangent}};
+
+/// Returns Q at a point of Observables that has a frame.
+inline Eigen::MatrixXd frame_at(const Eigen::MatrixXd& point) {
+  if (point.cols() > 1) return point.topRows(point.cols());
+  return rotation_matrix<double>(Eigen::Vector4d(point.topRows(4)));
+}
+
+/// Returns a vector (δQ, δM), or δM alone, in N columns as (η, δM) with δQ = Qη, η and δM skew.
+inline Eigen::MatrixXd in_body(const Eigen::MatrixXd& point, const Eigen::VectorXd& v) {
+  const Eigen::Index N = point.cols() > 1 ? point.cols() : 3;
+  Eigen::MatrixXd x = v.reshaped(v.size() / N, N);
+  if (x.rows() > N) x.topRows(N) = (frame_at(point).transpose() * x.topRows(N)).eval();
+  for (Eigen::Index top = 0; top < x.rows(); top += N) {
+    auto block = x.middleRows(top, N);
+    block = ((block - block.transpose()) / 2).eval();
+  }
+  return x;
+}
+/// Returns the vector of (η, δM).
+inline Eigen::VectorXd in_space(const Eigen::MatrixXd& point, Eigen::MatrixXd x) {
+  const Eigen::Index N = x.cols();
+  if (x.rows() > N) x.topRows(N) = (frame_at(point) * x.topRows(N)).eval();
+  return x.reshaped();
+}
 
 }  // namespace stiefel

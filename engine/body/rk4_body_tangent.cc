@@ -2,8 +2,8 @@
 
 #include "engine/body/rigid_tangents.h"
 #include "engine/dense/so_3.h"
+#include "engine/dense/so_n.h"
 #include "engine/numbers/compensated.h"
-#include "engine/numbers/pair.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -12,127 +12,72 @@ namespace {
 using Dense = Eigen::MatrixXd;
 using Index = Eigen::Index;
 
-/// States as matrices, Q over M or M alone.
-struct Matrices {
-  static constexpr bool fixed = false;  ///< whether states have a fixed size
-  using State = Matrix<Pair>;
-  using Algebra = Matrix<Pair>;
-  using Lambda = Vector<Pair>;
+// Two spaces of states x. `field` computes (QY, [Λ, ½(ΩY + YΩ)]), bilinear in (Q, Ω) and Y: ẋ for
+// Y = Ω.
 
+/// Matrices, Q over M or M alone.
+struct Matrices : SoN<double> {
   static auto momentum(auto& x) { return x.bottomRows(x.cols()); }
-  /// Returns 1/(λ_i + λ_j), 0 for i = j: Ω_ij = M_ij/(λ_i + λ_j).
-  static Algebra inverse_inertia(const Lambda& lambda) {
-    Algebra out = J(lambda, Algebra::Ones(lambda.size(), lambda.size())).cwiseInverse();
-    out.diagonal().setZero();
-    return out;
+  static Algebra J(const Lambda& lambda, const Algebra& Omega) {
+    return lambda.asDiagonal() * Omega + Omega * lambda.asDiagonal();
   }
-  /// Returns δΛΩ + ΩδΛ.
-  static Algebra J(const Lambda& dlambda, const Algebra& Omega) {
-    return dlambda.asDiagonal() * Omega + Omega * dlambda.asDiagonal();
-  }
-
-  /// Computes (QΩ, [Λ, Ω²]).
-  static void velocity(const Lambda& lambda, const State& x, const Algebra& Omega, State& out) {
-    const Index N = x.cols();
+  static void field(const Lambda& lambda, const State& x, const Algebra& Omega, const Algebra& Y,
+                    State& out) {
+    const Index N = Y.cols(), top = x.rows() - N;
+    stop_point(2 * static_cast<double>(N * Y.size()));
     out.resize(x.rows(), N);
-    if (x.rows() > N) product<false>(x.topRows(N), Omega, out.topRows(N));
-    auto square = out.bottomRows(N);
-    product<false>(Omega, Omega, square);
-    for (Index j = 0; j < N; ++j)
-      for (Index i = 0; i < N; ++i) square(i, j) *= lambda(i) - lambda(j);
-  }
-  /// Computes the derivative of `velocity` along (dx, δΩ): (δQΩ + QδΩ, [Λ, ΩδΩ + δΩΩ]), where δΩΩ =
-  /// (ΩδΩ)ᵀ.
-  static void variation(const Lambda& lambda, const State& x, const Algebra& Omega, const State& dx,
-                        const Algebra& dOmega, State& out) {
-    const Index N = x.cols();
-    out.resize(x.rows(), N);
-    if (x.rows() > N) {
-      product<false>(dx.topRows(N), Omega, out.topRows(N));
-      product<true>(x.topRows(N), dOmega, out.topRows(N));
-    }
-    auto Y = out.bottomRows(N);
-    product<false>(Omega, dOmega, Y);
+    out.topRows(top).noalias() = x.topRows(top) * Y;
+    auto bracket = out.bottomRows(N);
+    bracket.noalias() = Omega * Y;  // YΩ is its transpose
     for (Index j = 0; j < N; ++j) {
-      Y(j, j) = 0;
+      bracket(j, j) = 0;
       for (Index i = 0; i < j; ++i) {
-        Y(i, j) = (lambda(i) - lambda(j)) * (Y(i, j) + Y(j, i));
-        Y(j, i) = -Y(i, j);
+        bracket(i, j) = (lambda(i) - lambda(j)) * (bracket(i, j) + bracket(j, i)) / 2;
+        bracket(j, i) = -bracket(i, j);
       }
     }
   }
 
-  /// Points and vectors are blocks already.
-  static State of_point(const Dense& point) { return point.cast<Pair>(); }
-  static Dense of_block(const Dense&, const Dense& block) { return block; }
-  static Dense block(const Dense&, const Dense& dx) { return dx; }
-
- private:
-  /// Sets out to ab, or adds ab, four rows at a time.
-  template <bool adds, class A, class B, class Out>
-  static void product(const A& a, const B& b, Out&& out) {
-    const Index N = b.cols();
-    for (Index j = 0; j < N; ++j) {
-      stop_point(static_cast<double>(N * N));
-      const auto rows = [&]<int count>(std::integral_constant<int, count>, Index i) {
-        Pair sums[count];
-        for (int r = 0; r < count; ++r) sums[r] = adds ? out(i + r, j) : Pair(0);
-        for (Index k = 0; k < N; ++k)
-          for (int r = 0; r < count; ++r) sums[r] += a(i + r, k) * b(k, j);
-        for (int r = 0; r < count; ++r) out(i + r, j) = sums[r];
-      };
-      Index i = 0;
-      for (; i + 4 <= N; i += 4) rows(std::integral_constant<int, 4>(), i);
-      for (; i < N; ++i) rows(std::integral_constant<int, 1>(), i);
-    }
-  }
+  /// Vectors at a point are blocks already.
+  static State of_block(const Dense&, const Dense& block) { return block; }
+  static Dense block(const Dense&, const State& dx) { return dx; }
 };
 
 /// Three dimensions: (q; m), or m alone.
 template <bool frame>
-struct Quaternions : So3<Pair, frame> {
-  using Space = So3<Pair, frame>;
-  using Space::quaternion_times;
+struct Quaternions : So3<double, frame> {
+  using Space = So3<double, frame>;
   using typename Space::State, typename Space::Algebra, typename Space::Lambda;
-  static constexpr bool fixed = true;
 
   static auto momentum(auto& x) { return x.template tail<3>(); }
-  static Algebra inverse_inertia(const Lambda& lambda) {
-    return J(lambda, Algebra::Ones()).cwiseInverse();
+  static Algebra J(const Lambda& lambda, const Algebra& omega) {
+    return (lambda.sum() - lambda.array()) * omega.array();
   }
-  static Algebra J(const Lambda& dlambda, const Algebra& omega) {
-    return {(dlambda(1) + dlambda(2)) * omega(0), (dlambda(2) + dlambda(0)) * omega(1),
-            (dlambda(0) + dlambda(1)) * omega(2)};
-  }
-  static void variation(const Lambda& lambda, const State& x, const Algebra& omega, const State& dx,
-                        const Algebra& domega, State& out) {
-    if constexpr (frame)
-      out.template head<4>() =
-          Pair(0.5) * (quaternion_times(dx, omega) + quaternion_times(x, domega));
+  static void field(const Lambda& lambda, const State& x, const Algebra& omega, const Algebra& y,
+                    State& out) {
+    if constexpr (frame) out.template head<4>() = Space::quaternion_times(x, Algebra(y / 2));
     for (int k = 0; k < 3; ++k) {
       const int i = (k + 1) % 3, j = (k + 2) % 3;
-      momentum(out)(k) = (lambda(j) - lambda(i)) * (omega(i) * domega(j) + domega(i) * omega(j));
+      momentum(out)(k) = (lambda(j) - lambda(i)) * (omega(i) * y(j) + omega(j) * y(i)) / 2;
     }
   }
 
-  static State of_point(const Dense& point) { return point.cast<Pair>(); }
-  /// δq = ½q∘(0, η), η the skew part of QᵀδQ.
-  static Dense of_block(const Dense& point, const Dense& block) {
-    Dense dx(frame ? 7 : 3, 1);
-    dx.bottomRows(3) = vee(block.bottomRows(3));
-    if constexpr (frame) {
-      const Eigen::Vector4d q = point.topRows(4);
-      const Dense A = rotation_matrix<double>(q).transpose() * block.topRows(3);
-      dx.topRows(4) = So3<double, true>::quaternion_times(q, vee(((A - A.transpose()) / 4).eval()));
-    }
+  /// δq = ½q∘(0, η).
+  static State of_block(const Dense& point, const Dense& block) {
+    const Dense x = in_body(point, block.reshaped());
+    State dx;
+    momentum(dx) = vee(x.bottomRows(3));
+    if constexpr (frame)
+      dx.template head<4>() =
+          Space::quaternion_times(Eigen::Vector4d(point.topRows(4)), vee(x.topRows(3) / 2));
     return dx;
   }
   /// Q is a form in q, so that δQ is its polar form with δq.
-  static Dense block(const Dense& point, const Dense& dx) {
+  static Dense block(const Dense& point, const State& dx) {
     Dense out(frame ? 6 : 3, 3);
-    out.bottomRows(3) = hat(Eigen::Vector3d(dx.bottomRows(3)));
+    out.bottomRows(3) = hat(momentum(dx));
     if constexpr (frame) {
-      const Eigen::Vector4d q = point.topRows(4), dq = dx.topRows(4);
+      const Eigen::Vector4d q = point.topRows(4), dq = dx.template head<4>();
       out.topRows(3) = (rotation_matrix<double>(q + dq) - rotation_matrix<double>(q - dq)) / 2;
     }
     return out;
@@ -148,136 +93,92 @@ class Rk4BodyTangent final : public TangentMap {
       : substeps_(scene.substeps()),
         arithmetic_(scene.arithmetic()),
         parameters_(at),
-        lambda_(at.lambda.cast<Pair>()),
-        inverse_inertia_(Space::inverse_inertia(lambda_)) {}
+        lambda_(at.lambda) {
+    dOmega_.setZero(lambda_.size(), dOmega_.cols() == 1 ? 1 : lambda_.size());
+    for (Stage& stage : stages_) stage.Omega = dOmega_;
+  }
 
   void start(const Dense& point, const Dense& V) override {
-    const Index N = parameters_.lambda.size(), rows = V.rows() / N;
+    const Index N = lambda_.size();
     vectors_.clear();
-    for (Index first = 0; first < V.cols(); first += 2) {
-      // Returns the numbers of two vectors, of which the second may be missing.
-      const auto both = [&](auto&& of) {
-        const Dense a = of(first), b = first + 1 < V.cols() ? of(first + 1) : Dense(0 * a);
-        return Matrix<Pair>(Matrix<Pair>::NullaryExpr(a.rows(), a.cols(), [&](Index i, Index j) {
-          return Pair::of_lanes([&](int k) { return (k == 0 ? a : b)(i, j); });
-        }));
-      };
-      Vectors& x = vectors_.emplace_back();
-      x.sum = Sum(both([&](Index v) { return Space::of_block(point, V.col(v).reshaped(rows, N)); }),
-                  arithmetic_);
-      x.by_lambda = both([&](Index v) -> Dense { return parameters_.by_lambda.col(v); });
-      x.by_h = both([&](Index v) -> Dense { return parameters_.by_h.segment(v, 1); })(0, 0);
-      for (Index v = first; v < std::min(first + 2, V.cols()); ++v)
-        x.varies = x.varies || !parameters_.constant(v);
+    for (Index v = 0; v < V.cols(); ++v) {
+      const Dense block = V.col(v).reshaped(V.rows() / N, N);
+      vectors_.emplace_back(Space::of_block(point, block), arithmetic_);
     }
   }
 
   RunStatus step(const Dense& point) override {
-    State x = Space::of_point(point);
+    State x = point;
     for (int k = 0; k < substeps_; ++k) {
       stop_point(600 * static_cast<double>(vectors_.size() + 1));
       find_values(x);
-      for (Vectors& v : vectors_) move(v);
-      x += Pair(parameters_.h / 6) * sum_k_;
+      for (Index v = 0; v < std::ssize(vectors_); ++v) move(v);
+      x += parameters_.h / 6 * sum_k_;
     }
     return {};
   }
 
   void read(const Dense& point, Dense& V) const override {
-    for (Index v = 0; v < V.cols(); ++v) {
-      const State& x = vectors_[static_cast<std::size_t>(v / 2)].sum.value;
-      const Dense dx = Dense::NullaryExpr(x.rows(), x.cols(), [&](Index i, Index j) {
-        double each[2];
-        x(i, j).store(each);
-        return each[v % 2];
-      });
-      V.col(v) = Space::block(point, dx).reshaped();
-    }
+    for (Index v = 0; v < V.cols(); ++v)
+      V.col(v) = Space::block(point, vectors_[static_cast<std::size_t>(v)].value).reshaped();
   }
 
  private:
   using State = typename Space::State;
   using Algebra = typename Space::Algebra;
   using Lambda = typename Space::Lambda;
-  using Sum = Accumulator<State>;
-  static constexpr double nodes_[] = {0, 0.5, 0.5, 1};
+  static constexpr double nodes_[] = {0, 0.5, 0.5, 1}, weights_[] = {1, 2, 2, 1};
 
   struct Stage {
     State x, k;
     Algebra Omega;
   };
-  struct Vectors {
-    Sum sum;
-    Lambda by_lambda;
-    Pair by_h;
-    bool varies = false;  ///< whether these are not zero
-  };
-  struct Work {
-    State dx, dk, sum;
-    Algebra dOmega;
-  };
-
-  /// Adds stage s of four to a sum x_1 + 2x_2 + 2x_3 + x_4.
-  [[gnu::always_inline]] static void add(std::size_t s, const State& x, State& sum) {
-    if (s == 0)
-      sum = x;
-    else if (s == 3)
-      sum += x;
-    else
-      sum += x + x;
-  }
 
   void find_values(const State& x) {
-#pragma GCC unroll 4
     for (std::size_t s = 0; s < 4; ++s) {
       Stage& at = stages_[s];
-      if (s == 0)
-        at.x = x;
-      else
-        at.x = x + Pair(nodes_[s] * parameters_.h) * stages_[s - 1].k;
-      at.Omega = inverse_inertia_.cwiseProduct(Space::momentum(at.x));
-      Space::velocity(lambda_, at.x, at.Omega, at.k);
-      add(s, at.k, sum_k_);
+      at.x = x;
+      if (s > 0) at.x += nodes_[s] * parameters_.h * stages_[s - 1].k;
+      Space::inverse_inertia(lambda_, at.x, at.Omega);
+      Space::field(lambda_, at.x, at.Omega, at.Omega, at.k);
+      s == 0 ? sum_k_ = at.k : sum_k_ += weights_[s] * at.k;
     }
   }
 
-  void move(Vectors& v) {
-    // Registers hold what has a fixed size.
-    std::conditional_t<Space::fixed, Work, Work&> work = work_;
-    auto& [dx, dk, sum, dOmega] = work;
-#pragma GCC unroll 4
+  void move(Index v) {
+    auto& sum = vectors_[static_cast<std::size_t>(v)];
+    const bool varies = !parameters_.constant(v);
+    const Lambda dlambda = parameters_.by_lambda.col(v);
+    const double h = parameters_.h, dh = parameters_.by_h(v);
     for (std::size_t s = 0; s < 4; ++s) {
       const Stage& at = stages_[s];
-      if (s == 0)
-        dx = v.sum.value;
-      else
-        dx = v.sum.value + Pair(nodes_[s] * parameters_.h) * dk;
-      if (v.varies) {
-        if (s > 0) dx += (Pair(nodes_[s]) * v.by_h) * stages_[s - 1].k;
-        Space::momentum(dx) -= Space::J(v.by_lambda, at.Omega);
+      dx_ = sum.value;
+      if (s > 0) dx_ += nodes_[s] * h * dk_;
+      if (s > 0 && varies) dx_ += nodes_[s] * dh * stages_[s - 1].k;
+      if (varies) Space::momentum(dx_) -= Space::J(dlambda, at.Omega);
+      Space::inverse_inertia(lambda_, dx_, dOmega_);
+      Space::field(lambda_, dx_, dOmega_, at.Omega, dk_);
+      Space::field(lambda_, at.x, at.Omega, dOmega_, more_);
+      dk_ += more_;
+      if (varies) {
+        Space::field(dlambda, at.x, at.Omega, at.Omega, more_);
+        Space::momentum(dk_) += Space::momentum(more_);
       }
-      dOmega = inverse_inertia_.cwiseProduct(Space::momentum(dx));
-      Space::variation(lambda_, at.x, at.Omega, dx, dOmega, dk);
-      if (v.varies) {
-        Space::velocity(v.by_lambda, at.x, at.Omega, dx);
-        Space::momentum(dk) += Space::momentum(dx);
-      }
-      add(s, dk, sum);
+      s == 0 ? sum_dk_ = dk_ : sum_dk_ += weights_[s] * dk_;
     }
-    sum *= Pair(parameters_.h / 6);
-    if (v.varies) sum += (v.by_h * Pair(1. / 6)) * sum_k_;
-    v.sum.add(sum);
+    sum_dk_ *= h / 6;
+    if (varies) sum_dk_ += dh / 6 * sum_k_;
+    sum.add(sum_dk_);
   }
 
   int substeps_;
   Arithmetic arithmetic_;
   TangentParameters parameters_;
   Lambda lambda_;
-  Algebra inverse_inertia_;
   std::array<Stage, 4> stages_;
-  State sum_k_;
-  std::vector<Vectors> vectors_;
-  Work work_;
+  State sum_k_, dx_, dk_, sum_dk_, more_;
+  Algebra dOmega_;
+  std::vector<Accumulator<State>> vectors_;
 };
 
 }  // namespace

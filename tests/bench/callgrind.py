@@ -69,7 +69,7 @@ def tangents(program: Path, steps: int) -> list[dict]:
         count = 2 if "000" in shape else steps
         alone, with_vectors = (_per_step(program, method, shape, order, m, steps=count) for m in (0, vectors))
         name = f"V({shape})" if "," in shape else f"N = {shape}"
-        bound = 2 + (vectors / 2 if method == "variational" else vectors)
+        bound = 2 + 8 * vectors
         found.append({"name": f"step with {vectors} tangent vectors, instructions, {method}{order or ''}, {name}", "unit": "a step",
                       "bound": None if vectors == 1 else bound, "rival": "the step alone",
                       "ours": [with_vectors], "theirs": [alone]})

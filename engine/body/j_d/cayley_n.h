@@ -113,9 +113,6 @@ class CayleyN {
   /// branch. K = hM.
   bool newton(const Matrix<Scalar>& K);
 
-  /// Returns UΛ − Λ = 2(I − C)⁻¹CΛ.
-  const Matrix<Scalar>& deviation();
-
   /// Sets M ← UᵀMU = M + (4/h)[Λ, D], D = C²(I − C²)⁻¹, with C accurate to the last bit, and
   /// Q ← QU = Q + Q(U − I), U − I = 2(I + C)C(I − C²)⁻¹, where x has a Q. When it is stopped, x is
   /// unchanged.
@@ -196,13 +193,6 @@ bool CayleyN<Scalar>::newton(const Matrix<Scalar>& K) {
     }
   }
   return false;
-}
-
-template <class Scalar>
-const Matrix<Scalar>& CayleyN<Scalar>::deviation() {
-  G_ = Matrix<Scalar>::Identity(C_.rows(), C_.rows()) - C_;
-  delta_ = Scalar(2) * (Lu<Scalar>(G_).solve(C_) * lambda_.asDiagonal());
-  return delta_;
 }
 
 template <class Scalar>

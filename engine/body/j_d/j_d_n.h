@@ -7,19 +7,11 @@
 
 namespace stiefel {
 
-/// Returns w_ij = 2λ_i/(λ_i + λ_j): U − I = hΩ + w∘S with a symmetric S (RotationN).
-Eigen::MatrixXd rotation_weights(const Eigen::VectorXd& lambda);
-/// Returns ‖A‖ of a skew matrix from six steps of the power method, times 1.1, since they stay
-/// below it. v and Av are workspace.
-double norm_of_skew(const Eigen::MatrixXd& A, Eigen::VectorXd& v, Eigen::VectorXd& Av);
-
 /// Solves UΛ − ΛUᵀ = hM for U = J_D⁻¹(hM) in N dimensions, on the branch that starts at the
-/// identity. Sweeps in the deviation form start from the solution extrapolated from the last steps;
-/// where they converge slowly, Newton's method in the Cayley form follows. Where Λ is spread wide,
-/// large bodies are solved in the rotation form (RotationN), and small bodies, bodies with a
-/// λ < 0 and steps with h‖Ω‖ near 1 in the Cayley form. Λ and h are divided by a power of two that
-/// makes the largest λ about 1: U depends only on the ratio Λ : h, and products of two λ then
-/// never overflow.
+/// identity. Sweeps in the rotation form (RotationN) start from the solution extrapolated from the
+/// last steps. Bodies with a λ < 0 and steps with h‖Ω‖ near 1 or more are solved in the Cayley
+/// form, by sweeps or by Newton's method. Λ and h are divided by a power of two that makes the
+/// largest λ about 1: U depends only on the ratio Λ : h, and products of two λ then never overflow.
 class JDInverseN {
  public:
   using State = Accumulator<Eigen::MatrixXd>;
@@ -32,7 +24,7 @@ class JDInverseN {
   ~JDInverseN();
 
   /// Returns the memory before the first step.
-  Memory memory(const auto&...) const { return {memory_rows_, memory_columns_}; }
+  Memory memory(const auto&...) const { return {packed_size_, 1}; }
 
   /// Finds U. Returns false where the branch has no solution, or the iterations do not find it.
   bool solve(const State& x, const Memory& memory);
@@ -51,7 +43,7 @@ class JDInverseN {
  private:
   struct Forms;
   std::unique_ptr<Forms> forms_;
-  Eigen::Index memory_rows_, memory_columns_;
+  Eigen::Index packed_size_;
 };
 
 }  // namespace stiefel

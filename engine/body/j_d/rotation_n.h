@@ -4,105 +4,145 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/body/j_d/deviation_n.h"
 #include "engine/dense/decompositions.h"
-#include "engine/dense/inertia_operator.h"
+#include "engine/numbers/compensated.h"
+#include "engine/numbers/parallel.h"
+#include "engine/numbers/split_product.h"
+#include "stiefel/stop.h"
 
 namespace stiefel {
 
-/// Solves S = −½XᵀX, X = hΩ + w∘S (RotationN) in single precision for the correction δ of an S with
-/// the residual f = −½XᵀX − S:
+/// Sets the elements below the diagonal of a square block to `sign` times those above it, for those
+/// above it in columns begin ... end - 1: tile by tile, so that columns and rows stay in the cache.
+/// `begin` is a multiple of the tile's 16 columns.
+template <class Block>
+void mirror_columns(Block& A, Eigen::Index begin, Eigen::Index end, double sign) {
+  constexpr Eigen::Index tile = 16;
+  for (Eigen::Index j = begin; j < end; j += tile) {
+    const Eigen::Index width = std::min(tile, end - j);
+    for (Eigen::Index i = 0; i < j; i += tile)
+      A.block(j, i, width, tile) = sign * A.block(i, j, tile, width).transpose();
+    for (Eigen::Index l = j; l < j + width; ++l)
+      for (Eigen::Index k = j; k < l; ++k) A(l, k) = sign * A(k, l);
+  }
+}
+
+/// Returns column j of a symmetric matrix packed as its elements on and above the diagonal, column
+/// after column.
+inline auto packed_column(Eigen::VectorXd& S, Eigen::Index j) {
+  return S.segment(j * (j + 1) / 2, j + 1);
+}
+
+/// The rotation U = J_D⁻¹(hM) in N dimensions for Λ of any spread, λ_i ≥ 0, as X = U − I = hΩ + w∘S
+/// with a symmetric S, the symmetric part of X, and w_ij = 2λ_i/(λ_i + λ_j): each element obeys UΛ
+/// − ΛUᵀ = hM, and UᵀU = I says that S = −½XᵀX. Λ enters only through Ω and weights between 0 and
+/// 2, so its spread costs neither digits nor sweeps.
 ///
-///     δ = f − ½ (P + Pᵀ),   P = (X + ½E)ᵀE,   E = w∘δ,
-///
-/// with one product in each sweep. Let α be the largest angle of the rotation U. The derivative of
-/// the right side has eigenvalues close to 1 − ½(e^{iα_k} + e^{iα_l}), which it has exactly at
-/// Λ = I; they lie in [0, 1 − cos α] × i[−sin α, sin α], sin α ≤ h‖Ω‖, however wide Λ is spread.
-/// Chebyshev's semi-iteration (Manteuffel 1977) for the vertical segment through the middle of this
-/// rectangle reduces the error by sin α/(c + √(c² + sin² α)), c = ½(1 + cos α), in each sweep: 1/20
-/// at h‖Ω‖ = 0.1, 1/4 at 0.5. Allocates at construction only.
-class RotationCorrection {
+/// Let α be the largest angle of U. The derivative of S ↦ −½XᵀX has eigenvalues close to 1 −
+/// ½(e^{iα_k} + e^{iα_l}), which it has exactly at Λ = I; they lie in [0, 1 − cos α] × i[−sin α,
+/// sin α], sin α ≤ s = h‖Ω‖. Chebyshev's semi-iteration (Manteuffel 1977) for the vertical segment
+/// through the middle of this rectangle reduces the error by s/(c + √(c² + s²)), c = ½(1 +
+/// √(1 − s²)), in each sweep: 1/20 at h‖Ω‖ = 0.1, 1/4 at 0.5.
+class RotationEquation {
  public:
   using Dense = Eigen::MatrixXd;
+  using Packed = Eigen::VectorXd;
 
-  explicit RotationCorrection(const Dense& weight) : weight_(weight.cast<float>()) {
-    for (Single* A : {&X_, &f_, &delta_, &before_, &E_, &A_, &P_}) *A = weight_;
+  explicit RotationEquation(const Eigen::VectorXd& lambda)
+      : N_(lambda.size()),
+        weight_(Dense::NullaryExpr(N_, N_,
+                                   [&](auto i, auto j) {
+                                     return i == j ? 1.0 : 2 * lambda(i) / (lambda(i) + lambda(j));
+                                   })),
+        before_(Packed::Zero(N_ * (N_ + 1) / 2)),
+        v_(lambda),
+        Omega_v_(lambda) {}
+
+  /// A rough time of a pass over one column.
+  double column_nanoseconds() const { return static_cast<double>(N_); }
+
+  /// Returns ‖Ω‖ of a skew matrix from six steps of the power method, times 1.1, since they stay
+  /// below it.
+  double norm(const Dense& Omega) {
+    constexpr int steps = 6;
+    Eigen::Index longest;
+    Omega.cwiseAbs().colwise().maxCoeff().maxCoeff(&longest);
+    v_ = Omega.col(longest);
+    double norm = v_.stableNorm();
+    for (int k = 0; k < steps && norm > 0; ++k) {
+      v_ /= norm;
+      Omega_v_.noalias() = Omega * v_;
+      norm = Omega_v_.stableNorm();
+      v_.swap(Omega_v_);
+    }
+    return 1.1 * norm;
   }
 
-  /// Solves until what is left of the residual is `enough` or, at the limit of single precision,
-  /// 2^-20 of its largest element, `size` > 0; returns what is left. `sine` < 1 is h‖Ω‖. If the
-  /// sweeps diverge, sets δ = 0 and returns `size`.
-  double solve(const Dense& X, const Dense& f, double size, double sine, double enough) {
-    constexpr int most = 64;
-    const auto s = static_cast<float>(sine), c = (1 + std::sqrt(1 - s * s)) / 2;
-    unit_ = binary_unit(size);
-    const float limit = std::max(0x1p-20f, static_cast<float>(enough / unit_));
-    X_ = X.cast<float>();
-    f_ = (f / unit_).cast<float>();
-    delta_ = f_;
-    before_ = f_;
-    const auto half_unit = static_cast<float>(unit_ / 2);
-    float a = 1 / c, b = 0, left = 0;
+  /// Sets A = w∘S, or hΩ + w∘S.
+  void weighted(Packed& S, Dense& A, const Dense* hOmega = nullptr) const {
+    in_column_ranges(N_, column_nanoseconds(), [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index j = begin; j < end; ++j) A.col(j).head(j + 1) = packed_column(S, j);
+      mirror_columns(A, begin, end, 1);
+    });
+    in_column_ranges(N_, column_nanoseconds() / 2, [&](Eigen::Index begin, Eigen::Index end) {
+      auto columns = A.middleCols(begin, end - begin);
+      columns.array() *= weight_.middleCols(begin, end - begin).array();
+      if (hOmega) columns += hOmega->middleCols(begin, end - begin);
+    });
+  }
+
+  /// Sweeps from S, for h‖Ω‖ = s < 1, where evaluate() prepares residual(j), column j of g(S) − S.
+  /// Returns whether the error of S is at most `enough`, or its residual, at most `rounding`, has
+  /// not fallen for some sweeps.
+  template <class Evaluate, class Residual>
+  bool sweep(double s, double enough, double rounding, Packed& S, Evaluate&& evaluate,
+             Residual&& residual) {
+    constexpr int most = 400, patience = 8;
+    const double c = (1 + std::sqrt(1 - s * s)) / 2, rate = s / (c + std::sqrt(c * c + s * s));
+    double a = 1 / c, b = 0, least = std::numeric_limits<double>::infinity();
+    int since_least = 0;
+    before_ = S;
     for (int k = 0; k < most; ++k) {
-      stop_point(static_cast<double>(X_.rows() * X_.size()));
-      E_ = weight_.cwiseProduct(delta_);
-      A_ = X_ + half_unit * E_;
-      P_.noalias() = A_.transpose() * E_;
-      left = advance(a, b);
-      if (left <= limit) break;
-      if (!(left < 8)) {  // at the start it is at most 2 sine (1 + size)
-        set_zero();
-        return size;
-      }
+      stop_point(static_cast<double>(weight_.size() * N_));
+      evaluate();
+      const auto columns = [&](Eigen::Index begin, Eigen::Index end) {
+        double largest = 0;
+        for (Eigen::Index j = begin; j < end; ++j) {
+          const auto now = packed_column(S, j);
+          auto next = packed_column(before_, j);
+          const auto r = residual(j);
+          largest = std::max(largest, r.cwiseAbs().maxCoeff());
+          next = now + a * r + b * (now - next);
+        }
+        return largest;
+      };
+      const double left = largest_in_column_ranges<double>(N_, column_nanoseconds(), columns);
+      S.swap(before_);
+      // what a sweep leaves of the residual, over what I − g′ is at least
+      if (left * (k == 0 ? s : rate) / (1 - s * s) <= enough) return true;
+      if (!(left < least) && ++since_least == patience) return least <= rounding;
+      if (left < least) since_least = 0;
+      least = std::min(least, left);
       a = k == 0 ? 2 * c / (2 * c * c + s * s) : 1 / (c + s * s / 4 * a);
       b = c * a - 1;
     }
-    return unit_ * double(left);
+    return false;
   }
-
-  void set_zero() { delta_.setZero(); }
-
-  double operator()(Eigen::Index i, Eigen::Index j) const { return unit_ * double(delta_(i, j)); }
-  auto delta() const { return unit_ * delta_.cast<double>(); }
 
  private:
-  using Single = Matrix<float>;
-  static constexpr Eigen::Index tile = 16;
-  using Tile = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, tile, tile>;
-
-  /// Sets δ ← δ + a·r + b·(δ − the δ before), r = f − ½(P + Pᵀ) − δ. Returns the largest |r_ij|.
-  float advance(float a, float b) {
-    const Eigen::Index N = f_.rows();
-    float largest = 0;
-    for (Eigen::Index j = 0; j < N; j += tile)
-      for (Eigen::Index i = 0; i <= j; i += tile) {
-        const Eigen::Index rows = std::min(tile, N - i), columns = std::min(tile, N - j);
-        const auto at = [&](Single& A) { return A.block(i, j, rows, columns); };
-        const Tile now = at(delta_);
-        const Tile r = at(f_) - now - (at(P_) + P_.block(j, i, columns, rows).transpose()) / 2;
-        const Tile next = now + a * r + b * (now - at(before_));
-        largest = std::max(largest, r.cwiseAbs().maxCoeff());
-        at(before_) = now;
-        at(delta_) = next;
-        delta_.block(j, i, columns, rows) = next.transpose();
-      }
-    return largest;
-  }
-
-  double unit_ = 1;  ///< f and δ are kept in this unit
-  Single weight_, X_, f_, delta_, before_, E_, A_, P_;
+  Eigen::Index N_;
+  Dense weight_;
+  Packed before_;
+  Eigen::VectorXd v_, Omega_v_;
 };
 
-/// The step of the rigid body in N dimensions by U = J_D⁻¹(hM) for Λ of any spread, λ_i ≥ 0, as the
-/// deviation X = U − I = hΩ + w∘S with a symmetric S, of which each element obeys UΛ − ΛUᵀ = hM.
-/// S is the symmetric part of X, and UᵀU = I says that
+/// The step of the rigid body in N dimensions by the rotation of RotationEquation. The momentum
+/// changes by
 ///
-///     S = −½XᵀX,   X_ij = hΩ_ij + w_ij S_ij,   w_ij = 2λ_i/(λ_i + λ_j),
-///     M_{k+1} − M_k = [Λ, U + Uᵀ]/h = 2 (λ_i − λ_j) S_ij/h.
+///     M_{k+1} − M_k = [Λ, U + Uᵀ]/h = 2 (λ_i − λ_j) S_ij/h,
 ///
-/// Λ enters only through Ω and weights between 0 and 2, so its spread costs neither digits nor
-/// sweeps. The residual is computed in working precision, in compensated arithmetic the last one
-/// to nearly twice that, and corrections in single precision (RotationCorrection).
+/// which computes small quantities from small ones. Each sweep has one symmetric product, XᵀX. In
+/// compensated arithmetic the residual of the last one is computed to nearly twice the precision.
 class RotationN {
  public:
   using Dense = Eigen::MatrixXd;
@@ -112,60 +152,64 @@ class RotationN {
       : h_(h),
         N_(lambda.size()),
         lambda_(lambda),
-        packed_(Eigen::VectorXd::Zero(N_ * (N_ + 1) / 2)),
-        v_(lambda),
-        Av_(lambda),
         wide_lambda_(lambda.cast<Wide>()),
-        weight_(rotation_weights(lambda)),
-        split_(N_),
-        correction_(weight_) {
-    for (Dense* A : {&hOmega_, &S_, &X_, &G_, &epsilon_, &low_}) A->setZero(N_, N_);
+        equation_(lambda),
+        split_(N_) {
+    for (Eigen::VectorXd* S : {&S_, &f_, &delta_}) S->setZero(N_ * (N_ + 1) / 2);
+    for (Dense* A : {&hOmega_, &X_, &G_, &epsilon_, &low_}) A->setZero(N_, N_);
   }
 
-  /// Returns S on and above the diagonal, column after column.
-  Eigen::VectorXd& S() { return packed_; }
+  /// Returns S, packed as in RotationEquation.
+  Eigen::VectorXd& S() { return S_; }
 
-  /// Finds S from an approximate one, near which `transport` finds the rest of its digits
-  /// if the arithmetic is compensated. Returns false where h‖Ω‖ is near 1 or more, or the
-  /// corrections converge slowly, or an angle of U is not below π/2. K = hM.
+  /// Finds S from an approximate one, so that U has an error of rounding; in compensated arithmetic
+  /// `transport` finds the rest of its digits. Returns false where a λ is negative, h‖Ω‖ is near 1
+  /// or more, the sweeps do not converge, or an angle of U is not below π/2. K = hM.
   bool solve(const Dense& K, bool compensated) {
-    inverse_inertia(lambda_, K, hOmega_);
-    sine_ = norm_of_skew(hOmega_, v_, Av_);
+    if (lambda_.minCoeff() < 0) return false;
+    const auto columns = [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index j = begin; j < end; ++j) {
+        hOmega_.col(j) = K.col(j).array() / (lambda_.array() + lambda_(j));
+        hOmega_(j, j) = 0;
+      }
+      return hOmega_.middleCols(begin, end - begin).cwiseAbs().maxCoeff();
+    };
+    const double size =
+        largest_in_column_ranges<double>(N_, equation_.column_nanoseconds(), columns);
+    sine_ = equation_.norm(hOmega_);
     if (!(sine_ < 1)) return false;
-    for (Eigen::Index j = 0; j < N_; ++j) S_.col(j).head(j + 1) = column_of(packed_, j);
-    mirror_upper(S_);
-    const double enough = compensated ? 0x1p-41 * sine_ * sine_ : 0x1p-53 * sine_;
-    double size = residual(), last = std::numeric_limits<double>::infinity();
-    while (!(size <= enough)) {
-      if (!(size < last / 4)) return false;
-      last = size;
-      size = correction_.solve(X_, G_, size, sine_, enough);
-      S_ += correction_.delta();
-      if (!(size <= enough)) size = residual();
-    }
-    X_ = hOmega_ + weight_.cwiseProduct(S_);
+    const double rounding = 0x1p-53 * size,
+                 enough = compensated ? 0x1p-45 * sine_ * sine_ : rounding;
+    f_.setZero();
+    if (!find(S_, X_, enough, 64 * rounding)) return false;
+    equation_.weighted(S_, X_, &hOmega_);
     return on_branch();
   }
 
   /// Sets S to that of a U found by another method.
   void set(const Dense& U_minus_I) {
-    S_ = (U_minus_I + U_minus_I.transpose()) / 2;
-    pack();
+    for (Eigen::Index j = 0; j < N_; ++j)
+      packed_column(S_, j) = (U_minus_I.col(j) + U_minus_I.row(j).transpose()).head(j + 1) / 2;
   }
 
   /// Sets M ← UᵀMU, and Q ← QU = Q + Q(U − I) where x has a Q. When it is stopped, x is unchanged.
   void transport(State& x) {
-    const bool has_frame = x.value.rows() > N_;
+    const Eigen::Index top = x.value.rows() - N_;
     if (x.compensated) form_carefully(x);
-    if (has_frame) {
+    if (top > 0) {
       stop_point(product_operations());
       G_.noalias() = x.value.topRows(N_) * X_;
     }
-    x.compensated ? move_momentum_carefully(x) : move_momentum_plainly(x);
-    if (has_frame)
-      for (Eigen::Index j = 0; j < N_; ++j)
-        for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar(i, j, G_(i, j));
-    pack();
+    in_column_ranges(N_, wide_column_nanoseconds() / 2, [&](Eigen::Index begin, Eigen::Index end) {
+      x.compensated ? move_momentum_carefully(x, begin, end) : move_momentum_plainly(x, begin, end);
+      if (top == 0) return;
+      if (x.compensated)
+        for (Eigen::Index j = begin; j < end; ++j)
+          for (Eigen::Index i = 0; i < N_; ++i) x.add_scalar_with_carry(i, j, G_(i, j));
+      else
+        x.value.topRows(N_).middleCols(begin, end - begin) += G_.middleCols(begin, end - begin);
+    });
+    if (x.compensated) S_ += delta_;
   }
 
   /// Returns U − I of the last transport.
@@ -174,49 +218,52 @@ class RotationN {
  private:
   using Wide = long double;
 
-  static Eigen::VectorXd::SegmentReturnType column_of(Eigen::VectorXd& packed, Eigen::Index j) {
-    return packed.segment(j * (j + 1) / 2, j + 1);
-  }
+  double wide_column_nanoseconds() const { return 10 * equation_.column_nanoseconds(); }
   double product_operations() const { return static_cast<double>(N_ * N_ * N_); }
 
-  /// Computes X and G = f = −½XᵀX − S from S. Returns the largest |f_ij|.
-  double residual() {
-    stop_point(product_operations());
-    X_ = hOmega_ + weight_.cwiseProduct(S_);
-    G_.triangularView<Eigen::Upper>().setZero();
-    G_.selfadjointView<Eigen::Upper>().rankUpdate(X_.transpose());
-    double size = 0;
-    for (Eigen::Index j = 0; j < N_; ++j) {
-      auto f = G_.col(j).head(j + 1);
-      f = -f / 2 - S_.col(j).head(j + 1);
-      size = std::max(size, f.cwiseAbs().maxCoeff());
-    }
-    mirror_upper(G_);
-    return size;
+  /// Finds the S of S = f − ½XᵀX near a given one. X is workspace.
+  bool find(Eigen::VectorXd& S, Dense& X, double enough, double rounding) {
+    return equation_.sweep(
+        sine_, enough, rounding, S,
+        [&] {
+          equation_.weighted(S, X, &hOmega_);
+          upper_gram(X, G_);
+        },
+        [&](Eigen::Index j) {
+          return packed_column(f_, j) - packed_column(S, j) - G_.col(j).head(j + 1) / 2;
+        });
   }
 
   /// The angles of U are below π/2 where its symmetric part I + S is positive definite. Then
   /// spec(UΛ) is in Re > 0: U is on the branch that starts at the identity.
   bool on_branch() {
-    if (S_.squaredNorm() < 1) return true;
+    if (2 * S_.squaredNorm() < 1) return true;
     stop_point(product_operations());
-    G_ = S_;
+    G_ = (X_ + X_.transpose()) / 2;
     G_.diagonal().array() += 1;
     return factor_positive(G_);
   }
 
-  /// Computes U − I, and what is to be added to S, from M and its carry to nearly twice the
-  /// precision.
+  /// Computes U − I, and the correction δ of S, from M and its carry to nearly twice the precision.
+  /// To first order δ is proportional to the residual f, so it follows from the S of a multiple of
+  /// f that is far above rounding and far below S.
   void form_carefully(const State& x) {
+    stop_point(2 * product_operations());
     const double size = careful_residual(x), enough = 0x1p-63 * sine_ * sine_;
-    if (size > enough)
-      correction_.solve(X_, G_, size, sine_, enough);
-    else
-      correction_.set_zero();
-    X_ += epsilon_ + weight_.cwiseProduct(correction_.delta());
+    delta_.setZero();
+    if (size > enough) {
+      const double multiple = 0x1p-32 * binary_unit(sine_) / binary_unit(size);
+      f_ *= multiple;
+      delta_ = S_ + f_;
+      find(delta_, low_, multiple * enough, multiple * size);
+      delta_ = (delta_ - S_) / multiple;
+      equation_.weighted(delta_, low_);
+      epsilon_ += low_;
+    }
+    X_ += epsilon_;
   }
 
-  /// Computes G = f from S and M with its carry. X becomes the rounded U − I, `epsilon_` its
+  /// Computes f = −½XᵀX − S from S and M with its carry. X becomes the rounded U − I, `epsilon` its
   /// rounding error. Returns the largest |f_ij|.
   double careful_residual(const State& x) {
     const Eigen::Index top = x.value.rows() - N_;
@@ -224,55 +271,57 @@ class RotationN {
       X_(i, j) = static_cast<double>(exact);
       epsilon_(i, j) = static_cast<double>(exact - X_(i, j));
     };
-    stop_point(2 * product_operations());
-    for (Eigen::Index j = 0; j < N_; ++j) {
-      for (Eigen::Index i = 0; i < j; ++i) {
-        const Wide sum = wide_lambda_(i) + wide_lambda_(j),
-                   hOmega = h_ * x.with_carry(top + i, j) / sum, share = 2 * Wide(S_(i, j)) / sum;
-        put(i, j, wide_lambda_(i) * share + hOmega);
-        put(j, i, wide_lambda_(j) * share - hOmega);
+    in_column_ranges(N_, wide_column_nanoseconds(), [&](Eigen::Index begin, Eigen::Index end) {
+      for (Eigen::Index j = begin; j < end; ++j) {
+        const auto S = packed_column(S_, j);
+        for (Eigen::Index i = 0; i < j; ++i) {
+          const Wide sum = wide_lambda_(i) + wide_lambda_(j),
+                     hOmega = h_ * x.with_carry(top + i, j) / sum, share = 2 * Wide(S(i)) / sum;
+          put(i, j, wide_lambda_(i) * share + hOmega);
+          put(j, i, wide_lambda_(j) * share - hOmega);
+        }
+        put(j, j, S(j));
       }
-      put(j, j, S_(j, j));
-    }
+    });
     split_(X_, epsilon_, G_, low_);
-    double size = 0;
-    for (Eigen::Index j = 0; j < N_; ++j)
-      for (Eigen::Index i = 0; i <= j; ++i) {
-        G_(i, j) = -G_(i, j) / 2 - S_(i, j) - (low_(i, j) + low_(j, i)) / 2;
-        size = std::max(size, std::abs(G_(i, j)));
+    const auto columns = [&](Eigen::Index begin, Eigen::Index end) {
+      double largest = 0;
+      for (Eigen::Index j = begin; j < end; ++j) {
+        auto f = packed_column(f_, j);
+        f = -G_.col(j).head(j + 1) / 2 - packed_column(S_, j) -
+            (low_.col(j).head(j + 1) + low_.row(j).head(j + 1).transpose()) / 2;
+        largest = std::max(largest, f.cwiseAbs().maxCoeff());
       }
-    mirror_upper(G_);
-    return size;
+      return largest;
+    };
+    return largest_in_column_ranges<double>(N_, equation_.column_nanoseconds(), columns);
   }
 
-  void move_momentum_plainly(State& x) {
+  void move_momentum_plainly(State& x, Eigen::Index begin, Eigen::Index end) {
     auto M = x.value.bottomRows(N_);
-    for (Eigen::Index j = 0; j < N_; ++j)
+    for (Eigen::Index j = begin; j < end; ++j)
       M.col(j).head(j + 1).array() +=
-          2 * (lambda_.head(j + 1).array() - lambda_(j)) * S_.col(j).head(j + 1).array() / h_;
-    mirror_upper(M, -1);
+          2 / h_ * (lambda_.head(j + 1).array() - lambda_(j)) * packed_column(S_, j).array();
+    mirror_columns(M, begin, end, -1);
   }
-  void move_momentum_carefully(State& x) {
+  void move_momentum_carefully(State& x, Eigen::Index begin, Eigen::Index end) {
     const Eigen::Index top = x.value.rows() - N_;
-    for (Eigen::Index j = 0; j < N_; ++j)
+    for (Eigen::Index j = begin; j < end; ++j)
       for (Eigen::Index i = 0; i < j; ++i) {
-        const Wide S = Wide(S_(i, j)) + correction_(i, j);
+        const Wide S = Wide(packed_column(S_, j)(i)) + packed_column(delta_, j)(i);
         x.add_with_carry(top + i, j, 2 * (wide_lambda_(i) - wide_lambda_(j)) * S / h_);
         x.mirror(top + i, j, top + j, i);
       }
-    S_ += correction_.delta();
-  }
-  void pack() {
-    for (Eigen::Index j = 0; j < N_; ++j) column_of(packed_, j) = S_.col(j).head(j + 1);
   }
 
-  double h_, sine_ = 0;
+  double h_, sine_ = 0;  ///< `sine` is h‖Ω‖
   Eigen::Index N_;
-  Eigen::VectorXd lambda_, packed_, v_, Av_;
+  Eigen::VectorXd lambda_;
   Vector<Wide> wide_lambda_;
-  Dense weight_, hOmega_, S_, X_, G_, epsilon_, low_;
+  RotationEquation equation_;
   SplitProduct<double> split_;
-  RotationCorrection correction_;
+  Eigen::VectorXd S_, f_, delta_;  ///< delta: what is to be added to S
+  Dense hOmega_, X_, G_, epsilon_, low_;
 };
 
 }  // namespace stiefel

@@ -5,7 +5,6 @@
 #include "engine/dense/continuation.h"
 #include "engine/dense/decompositions.h"
 #include "engine/dense/history.h"
-#include "engine/dense/lagged_anderson.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/dense/so_3.h"
 #include "engine/dense/so_n.h"
@@ -204,31 +203,6 @@ TEST(History, TakesAsManyPointsAsHelp) {
   ASSERT_TRUE(smooth.predict(next));
   EXPECT_NEAR(next(0, 0), std::cos(0.2 * 9), 1e-5);
   EXPECT_FALSE(noise.predict(next));
-}
-
-/// x = Ax + b, ten sweeps, eight of them accelerated: by how much less the accelerated iterate errs
-/// than the plain one.
-double gain(const Eigen::MatrixXd& A) {
-  const Eigen::Index N = A.rows();
-  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(N, -1, 1);
-  const Eigen::VectorXd solution = (Eigen::MatrixXd::Identity(N, N) - A).partialPivLu().solve(b);
-  LaggedAnderson<double> accelerate(N);
-  Eigen::VectorXd plain = Eigen::VectorXd::Zero(N), x = plain, g(N);
-  for (int k = 0; k < 10; ++k) {
-    plain = A * plain + b;
-    g = A * x + b;
-    accelerate(x, g);
-  }
-  return (x - solution).norm() / (plain - solution).norm();
-}
-
-TEST(LaggedAnderson, TakesErrorsAwayThatTurnAndEnlargesNoOthers) {
-  for (unsigned seed = 1; seed <= 10; ++seed) {
-    const Eigen::MatrixXd turn = RandomBody(30, seed).M, squeeze = turn * turn;
-    EXPECT_LT(gain(turn * (0.3 / testing::operator_norm(turn))), 0x1p-4) << seed;
-    for (const double s : {0.3, -0.3})
-      EXPECT_LT(gain(squeeze * (s / testing::operator_norm(squeeze))), 1) << seed;
-  }
 }
 
 TEST(FollowBranch, FindsTheEndToOnePerMille) {
