@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "engine/body/j_d/cayley_n.h"
-#include "engine/dense/continuation.h"
+#include "engine/body/j_d/j_d_n.h"
+#include "engine/body/principal_branch.h"
 #include "engine/dense/decompositions.h"
 
 namespace stiefel {
@@ -29,22 +29,17 @@ double margin_E_L(const Vector<double>& lambda, const Matrix<double>& U) {
 }
 
 MatrixWithin<double> J_D_inverse(const Vector<double>& lambda, const Matrix<double>& K) {
-  CayleyN<double> cayley(lambda, 1);
-  cayley.start(K);
-  if (!cayley.newton(K)) {
-    cayley.C().setZero();
-    Matrix<double> last = cayley.C();
-    const double reached = continuation(1, [&](double t) {
-      cayley.C() = last;
-      const bool found = cayley.newton(t * K);
-      if (found) last = cayley.C();
-      return found;
-    });
+  PrincipalBranch<JDInverseN> branch(lambda, 1.0);
+  auto memory = branch.memory();
+  Accumulator<Matrix<double>> x(K, Arithmetic::compensated);
+  if (const RunStatus status = branch.solve(x, memory); !status.reached()) {
     const double norm = skew_norm(K);
-    if (!(reached >= 1)) return std::unexpected(OutsideDomain{"J_D(SO(N))", norm, reached * norm});
+    return std::unexpected(
+        OutsideDomain{"J_D(SO(N))", norm, status.largest_step.value_or(0) * norm});
   }
-  const Matrix<double> I = Matrix<double>::Identity(K.rows(), K.cols());
-  return Matrix<double>(Lu<double>(I - cayley.C()).solve(I + cayley.C()));
+  branch.inverse().transport(x, memory);
+  return Matrix<double>(Matrix<double>::Identity(K.rows(), K.cols()) +
+                        branch.inverse().U_minus_I());
 }
 
 }  // namespace stiefel

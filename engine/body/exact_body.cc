@@ -12,35 +12,6 @@ namespace {
 
 using Point = Observables::Point;
 
-std::span<const double> numbers(const Point& point) {
-  return {point.data(), static_cast<std::size_t>(point.size())};
-}
-
-/// What the motion of a body in three dimensions depends on beside its start, in the digits in
-/// which the scene was given.
-struct GivenTop {
-  explicit GivenTop(const Eigen::Vector3d& lambda, const std::optional<ExtendedBody>& body)
-      : inertia(lambda) {
-    if (!body) return;
-    inertia = {body->inertia.moments.cast<Number128>(),
-               body->inertia.differences.cast<Number128>()};
-    axes = body->axes;
-    lost = body->momentum_tail;
-  }
-
-  /// Returns the motion from (q; m), or from m where it has no frame.
-  TopInTime from(std::span<const double> state) const {
-    TopInTime::WidePoint x;
-    x << 1, 0, 0, 0, 0, 0, 0;
-    std::ranges::copy(state, x.data() + x.size() - state.size());
-    return {inertia, x, axes, lost};
-  }
-
-  PrincipalMoments3<Number128> inertia;
-  TopInTime::Quaternion axes = TopInTime::Quaternion::UnitX();
-  Vector3<TopInTime::Wide> lost = Vector3<TopInTime::Wide>::Zero();
-};
-
 /// The motion of a body in three dimensions. A state is its point: (q; m), or m alone.
 class ExactBody final : public ClosedForm<Point> {
  public:
@@ -66,9 +37,10 @@ bool is_exact_body(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> exact_body(const Scene& scene) {
-  const auto motion = [given =
-                           GivenTop(scene.inertia(), extended_body(scene))](const Point& start) {
-    return std::make_shared<ExactBody>(given.from(numbers(start)));
+  const Eigen::Vector3d lambda = scene.inertia();
+  const auto motion = [lambda, given = extended_body(scene)](const Point& start) {
+    const std::span state(start.data(), static_cast<std::size_t>(start.size()));
+    return std::make_shared<ExactBody>(top_in_time(lambda, given, state));
   };
   using Map = ClosedFormMap<Point>;
   return std::make_unique<SimulationOf<Map>>(scene, Map(motion, scene.step() / scene.substeps()),
@@ -77,7 +49,13 @@ std::unique_ptr<Simulation> exact_body(const Scene& scene) {
 
 TopInTime top_in_time(const Eigen::Vector3d& lambda, const std::optional<ExtendedBody>& given,
                       std::span<const double> state) {
-  return GivenTop(lambda, given).from(state);
+  TopInTime::WidePoint x;
+  x << 1, 0, 0, 0, 0, 0, 0;
+  std::ranges::copy(state, x.data() + x.size() - state.size());
+  if (!given) return {PrincipalMoments3<Number128>(lambda), x};
+  return {PrincipalMoments3<Number128>(given->inertia.moments.cast<Number128>(),
+                                       given->inertia.differences.cast<Number128>()),
+          x, given->axes, given->momentum_tail};
 }
 
 }  // namespace stiefel

@@ -18,23 +18,18 @@ using Columns = Eigen::Matrix<Wide, 6, Eigen::Dynamic>;
 Columns columns_of(const Dense& point, const Dense& V) {
   Columns x = Columns::Zero(6, V.cols());
   for (Index k = 0; k < V.cols(); ++k) {
-    const Dense blocks = V.col(k).reshaped(V.rows() / 3, 3);
+    const Dense blocks = in_body(point, V.col(k));
     x.block<3, 1>(3, k) = vee(blocks.bottomRows(3)).cast<Wide>();
-    if (point.rows() == 3) continue;
-    const Eigen::Matrix3d eta =
-        rotation_matrix<double>(Eigen::Vector4d(point.topRows(4))).transpose() * blocks.topRows(3);
-    x.block<3, 1>(0, k) = vee(((eta - eta.transpose()) / 2).eval()).cast<Wide>();
+    if (blocks.rows() > 3) x.block<3, 1>(0, k) = vee(blocks.topRows(3)).cast<Wide>();
   }
   return x;
 }
 void write(const Columns& x, const Dense& point, Dense& V) {
   for (Index k = 0; k < V.cols(); ++k) {
     Dense blocks(V.rows() / 3, 3);
-    blocks.bottomRows(3) = hat(x.block<3, 1>(3, k).eval()).cast<double>();
-    if (point.rows() > 3)
-      blocks.topRows(3) = rotation_matrix<double>(Eigen::Vector4d(point.topRows(4))) *
-                          hat(x.block<3, 1>(0, k).eval()).cast<double>();
-    V.col(k) = blocks.reshaped();
+    blocks.topRows(3) = hat(x.block<3, 1>(0, k)).cast<double>();
+    blocks.bottomRows(3) = hat(x.block<3, 1>(3, k)).cast<double>();
+    V.col(k) = in_space(point, blocks);
   }
 }
 
@@ -153,7 +148,7 @@ class MovingTangent final : public ExactBodyTangent {
  private:
   static constexpr int lanes = 4;
   using Number = Dual<Wide, lanes>;
-  using Motion = EulerTop<Number, true>;
+  using Motion = EulerTop<Number>;
 
   std::vector<std::pair<Motion, Number>> motions_;  ///< with the step
 };

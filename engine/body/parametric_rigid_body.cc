@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
+#include <limits>
 
-#include "engine/body/parametric_psi.h"
 #include "engine/body/parametric_rigid_body.h"
+#include "engine/body/psi.h"
 #include "engine/body/rigid_body_data.h"
 #include "engine/body/rigid_forms.h"
 #include "engine/dense/decompositions.h"
@@ -21,20 +23,66 @@
 namespace stiefel {
 namespace {
 
-/// Returns M_μ − μΛ², which is skew on the invariant manifold; its skew part is M.
-Eigen::MatrixXd unprojected_momentum(const Eigen::VectorXd& lambda, double mu_over_h,
-                                     double epsilon, const Eigen::MatrixXd& Q,
-                                     const Eigen::MatrixXd& P) {
-  Eigen::MatrixXd M = parametric_momentum<double>(Q, P) / epsilon;
-  M.diagonal() -= mu_over_h * lambda.cwiseAbs2();
-  return M;
+using Dense = Eigen::MatrixXd;
+
+// Between (Q, M) and the (Q, P) with parameter μ, [RB] (8.5), Q ∈ GL(N), with the scaling of Prop.
+// 3.13 (ε = 1 in the paper). For the discrete body, (8.10), replace μ by μ/h; ε = h gives the
+// paper's P. All matrices are N × N:
+//
+//     G − G⁻¹ = ε(M + μΛ²) = 2W,   G = Q⁻¹P,
+//     P = Q(W + (I + W²)^{1/2}),   spec(I + W²) off (−∞, 0].
+//
+// M is the skew part of (G − G⁻¹)/ε, because μΛ² is symmetric. For μ = 0 and Q ∈ O(N) this is Ψ.
+
+/// Returns M.
+Dense parametric_Psi(const Dense& Q, const Dense& P, double epsilon) {
+  const Dense M = parametric_momentum(Q, P) / 2;
+  return (M - M.transpose()) / epsilon;
+}
+
+/// The P of (Q, M), and its margin in the domain "S_M^mu": the smallest of |z| for the eigenvalues
+/// z of I + W² with Re z > 0 and of |Im z| for the others.
+struct InverseImage {
+  Dense P;
+  double margin = std::numeric_limits<double>::infinity();
+};
+/// Outside the domain the error holds the largest |w| over the eigenvalues iw of 2W on the
+/// imaginary axis, which must be < 2.
+WithinDomain<InverseImage> parametric_Psi_inverse(const Eigen::VectorXd& lambda, const Dense& Q,
+                                                  const Dense& M, double mu, double epsilon) {
+  constexpr double on_the_cut = 1e-12;
+  Dense W = epsilon / 2 * M;
+  W.diagonal() += epsilon / 2 * mu * lambda.cwiseAbs2();
+  const Dense square = Dense::Identity(W.rows(), W.cols()) + W * W;
+  const auto refused = [](double w) { return std::unexpected(OutsideDomain{"S_M^mu", w, 2}); };
+  if (!square.allFinite()) return refused(2 * W.cwiseAbs().maxCoeff());
+  InverseImage found;
+  double cut = 0;  // where z on the cut is farthest from 0
+  const Eigen::VectorXcd eigenvalues = spectrum(square);
+  for (const std::complex<double> z : eigenvalues) {
+    const double distance = z.real() > 0 ? std::abs(z) : std::abs(z.imag());
+    found.margin = std::min(found.margin, distance);
+    if (!(distance > on_the_cut)) cut = std::max(cut, std::abs(1.0 - z));  // z = 1 − (w/2)²
+  }
+  if (!(found.margin > on_the_cut)) return refused(2 * std::sqrt(cut));
+  found.P = Q * (W + principal_root(square));
+  return found;
+}
+
+/// Returns 1/condition of M as a function of P: ε‖M‖_op/(‖G‖(1 + ‖G⁻¹‖²)). P holds M with a
+/// relative error of 2⁻⁵³ divided by this number: digits of M are lost where ‖εM‖ ≪ 1 or ‖M‖ ≪
+/// |μ|‖Λ‖².
+double inverse_condition_parametric(const Dense& Q, const Dense& P, const Dense& M,
+                                    double epsilon) {
+  const auto [G, inverse] = quotients(Q, P);
+  return std::abs(epsilon) * skew_norm(M) / (skew_norm(G) * (1 + std::pow(skew_norm(inverse), 2)));
 }
 
 /// Returns ‖·‖_F of the matrices whose difference is M, increased by what the solves add to their
 /// rounding.
 double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double epsilon,
-                        const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P) {
-  const auto solved = [](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+                        const Dense& Q, const Dense& P) {
+  const auto solved = [](const Dense& A, const Dense& B) {
     stop_point(static_cast<double>(A.rows() * A.size()));
     const Lu<double> lu(A);
     return lu.solve(B).stableNorm() / lu.inverse_condition();
@@ -43,11 +91,11 @@ double parametric_terms(const Eigen::VectorXd& lambda, double mu_over_h, double 
          std::abs(mu_over_h) * lambda.cwiseAbs2().stableNorm();
 }
 
-/// Returns by how much the rounding of P can change M, at most `relative` times the sizes of G =
-/// Q⁻¹P and G⁻¹, whose difference is εM_μ.
-double rounding_of_momentum(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& P, double epsilon,
-                            double relative) {
-  const double G = Lu<double>(Q).solve(P).norm(), inverse = Lu<double>(P).solve(Q).norm();
+/// Returns by how much the rounding of P can change M, at most `relative` times the sizes of G and
+/// G⁻¹, whose difference is εM_μ.
+double rounding_of_momentum(const Dense& Q, const Dense& P, double epsilon, double relative) {
+  const auto quotient = quotients(Q, P);
+  const double G = quotient[0].norm(), inverse = quotient[1].norm();
   const double rounding = 4 * static_cast<double>(Q.cols()) * 0x1p-53;
   return std::min(rounding * G * (1 + inverse * inverse), relative * (G + inverse)) /
          std::abs(epsilon);
@@ -91,10 +139,10 @@ void check_parametric(SceneDraft& draft, double h) {
     draft.set_block(name, *block);
   }
   if (!draft.sound()) return;
-  const Eigen::MatrixXd &Q = draft.scene().Q(), &P = draft.scene().block("P");
+  const Dense &Q = draft.scene().Q(), &P = draft.scene().block("P");
   const double mu_over_h = *given.parameter / h;
-  const Eigen::MatrixXd M =
-      unprojected_momentum(draft.scene().inertia(), mu_over_h, *given.epsilon, Q, P);
+  Dense M = parametric_momentum(Q, P) / *given.epsilon;  // before its skew part is taken
+  M.diagonal() -= mu_over_h * draft.scene().inertia().cwiseAbs2();
   const double defect = (M + M.transpose()).cwiseAbs().maxCoeff();
   const double size = M.cwiseAbs().maxCoeff() + std::abs(mu_over_h);
   constexpr double relative = 1e-8;
@@ -110,11 +158,11 @@ void check_parametric(SceneDraft& draft, double h) {
 
 /// Read and write (Q, P) with parameter, [RB] (8.5), (8.10).
 WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins) {
-  const Eigen::MatrixXd &Q = scene.Q(), &P = scene.block("P");
+  const Dense &Q = scene.Q(), &P = scene.block("P");
   const double defect = orthogonality_defect(Q);
   if (!(defect <= Scene::frame_tolerance))
     return outside({"O(N)", defect, Scene::frame_tolerance}, "initial.Q");
-  Eigen::MatrixXd M = parametric_Psi(Q, P, scene.epsilon());
+  Dense M = parametric_Psi(Q, P, scene.epsilon());
   add_condition(M, inverse_condition_parametric(Q, P, M, scene.epsilon()), margins);
   return phase_of_body(scene, Q, std::move(M));
 }
@@ -122,12 +170,14 @@ WithinDomain<Phase> read_parametric(const Scene& scene, Margins& margins) {
 WithinDomain<FormBlocks> write_parametric(double h, const Phase& x, const ConversionTarget& target,
                                           Margins& margins) {
   const double mu = target.parameter.value_or(0);
-  const double epsilon = target.epsilon.value_or(parametric_epsilon(x.lambda, x.M, mu / h));
-  auto P = parametric_Psi_inverse(x.lambda, x.Q, x.M, mu / h, epsilon);
-  if (!P) return outside(P.error(), target.epsilon ? "epsilon" : "parameter");
-  margins.push_back({"S_M^mu", margin_parametric(x.lambda, x.M, mu / h, epsilon)});
-  add_condition(x.M, inverse_condition_parametric(x.Q, *P, x.M, epsilon), margins);
-  return FormBlocks{{{"Q", x.Q}, {"P", std::move(*P)}}, epsilon, mu};
+  // Without a given ε, ½ < ε(‖M‖_op + |μ/h|‖Λ‖²) ≤ 1, so that P is well inside the domain.
+  const double epsilon = target.epsilon.value_or(
+      unit_epsilon_of(skew_norm(x.M) + std::abs(mu / h) * x.lambda.cwiseAbs2().maxCoeff()));
+  auto found = parametric_Psi_inverse(x.lambda, x.Q, x.M, mu / h, epsilon);
+  if (!found) return outside(found.error(), target.epsilon ? "epsilon" : "parameter");
+  margins.push_back({"S_M^mu", found->margin});
+  add_condition(x.M, inverse_condition_parametric(x.Q, found->P, x.M, epsilon), margins);
+  return FormBlocks{{{"Q", x.Q}, {"P", std::move(found->P)}}, epsilon, mu};
 }
 
 /// Returns the observables of Q over P: the blocks, M and epsilon, and the invariants.
@@ -135,25 +185,25 @@ Observables parametric_observables(const Scene& scene, double h) {
   const int N = scene.dimension();
   const Eigen::VectorXd lambda = scene.inertia();
   const double mu_over_h = scene.parameter() / h, epsilon = scene.epsilon();
-  const auto M = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
+  const auto M = [=](const Dense& x) -> Dense {
     return parametric_Psi(x.topRows(N), x.bottomRows(N), epsilon);
   };
   Observables observables(stacked(scene, "Q", "P"));
   observables.block("Q", 0, N).block("P", N, N);
   observables.field({"M", N, N}, [M](const auto& x, auto out) { out = M(x); });
   observables.field({"epsilon", 1, 1}, [epsilon](const auto&, auto out) { out(0, 0) = epsilon; });
-  observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
+  observables.all_invariants = [=](const Dense& x, InvariantList& out) {
     // εM is the difference of G = Q⁻¹P and G⁻¹, which are near 1 when εM is small.
     const double terms =
         parametric_terms(lambda, mu_over_h, epsilon, x.topRows(N), x.bottomRows(N));
-    rigid_body_invariants(Side::left, lambda, Eigen::MatrixXd(), M(x), out, terms);
+    rigid_body_invariants(Side::left, lambda, Dense(), M(x), out, terms);
     if (!out.wants(family::PQ_inverse)) return;
     stop_point(static_cast<double>(N * x.size()));
-    const Eigen::MatrixXd A =
+    const Dense A =
         Lu<double>(x.topRows(N).transpose()).solve(x.bottomRows(N).transpose()).transpose();
     out.add_elements(family::PQ_inverse, A, A.norm());
   };
-  observables.speed = [=](const Eigen::MatrixXd& x) { return angular_velocity_norm(lambda, M(x)); };
+  observables.speed = [=](const Dense& x) { return angular_velocity_norm(lambda, M(x)); };
   return observables;
 }
 

@@ -1,9 +1,10 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string_view>
 
-#include "engine/body/discrete_blocks.h"
+#include "engine/body/multiplied_blocks.h"
 #include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/methods/concepts.h"
@@ -12,6 +13,42 @@
 #include "stiefel/stop.h"
 
 namespace stiefel {
+
+/// Returns G = Q⁻¹P and G⁻¹.
+template <class Scalar>
+std::array<Matrix<Scalar>, 2> quotients(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  return {Lu<Scalar>(Q).solve(P), Lu<Scalar>(P).solve(Q)};
+}
+/// Returns εM_μ = Q_μ⁻¹P_μ − P_μ⁻¹Q_μ, [RB] (8.5) and (8.10) with the scaling of Prop. 3.13. tr
+/// (εM_μ)^k and every eigenvalue of εM_μ are constant.
+template <class Scalar>
+Matrix<Scalar> parametric_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
+  const auto [G, inverse] = quotients(Q, P);
+  return G - inverse;
+}
+/// Computes half of it, because 2ε may overflow, from Q over P, allocating at first use only.
+template <class Scalar>
+class HalfParametricMomentum {
+ public:
+  explicit HalfParametricMomentum(Eigen::Index N) : lu_(N) {}
+
+  void operator()(const Matrix<Scalar>& x, Matrix<Scalar>& M) {
+    stop_point();
+    Q_ = x.topRows(x.cols());
+    P_ = x.bottomRows(x.cols());
+    lu_.factor(Q_);
+    lu_.solve(P_, M);
+    stop_point();
+    lu_.factor(P_);
+    lu_.solve(Q_, P_);
+    M -= P_;
+    M /= 2;
+  }
+
+ private:
+  Lu<Scalar> lu_;
+  Matrix<Scalar> Q_, P_;
+};
 
 /// The symmetric representation with parameter μ, [RB] (8.4)–(8.6), in GL(N), with the scaling of
 /// Prop. 3.13 (ε = 1 gives the paper's equations):
@@ -23,13 +60,13 @@ namespace stiefel {
 /// rigid body. Off the manifold M is the skew part. The motion keeps εm_μ = P_μQ_μ⁻¹ − Q_μP_μ⁻¹,
 /// P_μQ_μ⁻¹, and every invariant of M. State: Q_μ over P_μ, 2N × N, both invertible. GL(N) acts
 /// from the right on both blocks.
-template <class Scalar_>
-class ParametricRigidBody {
+template <class Scalar>
+class ParametricRigidBody
+    : public MultipliedBlocks<ParametricRigidBody<Scalar>, Scalar, MatrixKind::general> {
  public:
+  using Base = MultipliedBlocks<ParametricRigidBody, Scalar, MatrixKind::general>;
+  using typename Base::Algebra, typename Base::State;
   static constexpr const char* name = "parametric_rigid_body";
-  using Scalar = Scalar_;
-  using State = Matrix<Scalar>;
-  using Algebra = Matrix<Scalar>;
 
   /// Whether an invariant is constant along the orbits of the group.
   static constexpr bool conserved_on_orbits(std::string_view invariant) {
@@ -49,58 +86,22 @@ class ParametricRigidBody {
   }
 
   ParametricRigidBody(Vector<Scalar> lambda, Scalar mu, Scalar epsilon = 1)
-      : lambda_(std::move(lambda)),
-        mu_(mu),
-        epsilon_(epsilon),
-        exponential_(lambda_.size(), MatrixKind::general),
-        lu_(lambda_.size()),
-        xi_(zero()),
-        M_(xi_),
-        D_(xi_) {}
+      : Base(std::move(lambda), epsilon), mu_(mu), half_momentum_(this->lambda_.size()) {}
 
-  const Vector<Scalar>& lambda() const { return lambda_; }
   Scalar mu() const { return mu_; }
-  Scalar epsilon() const { return epsilon_; }
-
-  void field(const State& x, State& dx) {
-    generator(x, xi_);
-    dx.noalias() = x * xi_;
-  }
-
-  Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
 
   /// Sets ξ = Ω + μΛ. Uses only the skew part of M_μ; its symmetric part is μΛ².
   void generator(const State& x, Algebra& xi) {
-    const Eigen::Index N = lambda_.size();
-    stop_point();
-    xi = x.topRows(N);
-    D_ = x.bottomRows(N);
-    lu_.factor(xi);
-    lu_.solve(D_, M_);
-    stop_point();
-    lu_.factor(D_);
-    lu_.solve(xi, D_);
-    M_ -= D_;
-    M_ /= 2;  // halves M here, because 2ε may overflow
-    inverse_inertia(lambda_, M_, epsilon_, xi);
+    half_momentum_(x, D_);
+    inverse_inertia(lambda_, D_, epsilon_, xi);
     xi.diagonal() = mu_ * lambda_;
   }
 
-  void bracket(const Algebra& a, const Algebra& b, Algebra& c) const {
-    c.noalias() = a * b;
-    c.noalias() -= b * a;
-  }
-  void displacement(const State& x, const Algebra& theta, State& dx) {
-    exponential_(theta, D_);
-    dx.noalias() = x * D_;
-  }
-
  private:
-  Vector<Scalar> lambda_;
-  Scalar mu_, epsilon_;
-  Exponential<Scalar> exponential_;
-  Lu<Scalar> lu_;
-  Algebra xi_, M_, D_;
+  using Base::D_, Base::epsilon_, Base::lambda_;
+
+  Scalar mu_;
+  HalfParametricMomentum<Scalar> half_momentum_;
 };
 
 /// The symmetric representation of the discrete rigid body with parameter μ, [RB] (8.10), in GL(N),
@@ -124,7 +125,7 @@ class ParametricMoserVeselov : public DiscreteBlocks<ParametricMoserVeselov> {
         growth(mu * lambda),
         epsilon_(epsilon),
         largest_growth_(static_cast<double>(N_) * (2 + growth.cwiseAbs().maxCoeff())),
-        lu_(N_) {}
+        half_momentum_(N_) {}
 
   RunStatus step(State& state) {
     if (!(state.x.value * largest_growth_).allFinite()) return {Outcome::not_finite, std::nullopt};
@@ -133,14 +134,7 @@ class ParametricMoserVeselov : public DiscreteBlocks<ParametricMoserVeselov> {
 
   /// Computes M, half of it, before its skew part is taken, from M^μ/h; μΛ² is symmetric.
   void form_momentum(const Point& x, Point& M) {
-    top_ = x.topRows(N_);
-    bottom_ = x.bottomRows(N_);
-    lu_.factor(top_);
-    lu_.solve(bottom_, M);
-    lu_.factor(bottom_);
-    lu_.solve(top_, bottom_);
-    M -= bottom_;
-    M /= 2;  // halves M here, because 2ε may overflow
+    half_momentum_(x, M);
     M /= epsilon_;
   }
 
@@ -149,8 +143,7 @@ class ParametricMoserVeselov : public DiscreteBlocks<ParametricMoserVeselov> {
  private:
   double epsilon_;
   double largest_growth_;  ///< bounds the factor by which a step can multiply an element
-  Lu<double> lu_;
-  Point top_, bottom_;
+  HalfParametricMomentum<double> half_momentum_;
 };
 
 }  // namespace stiefel

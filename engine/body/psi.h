@@ -90,25 +90,6 @@ MatrixWithin<Scalar> Psi_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& 
   return E;
 }
 
-// The right-invariant rigid body has Q_r = Qᵀ, M_r = −M ([RB] Prop. 2.1), P_r = Pᵀ (Prop. 3.4).
-
-/// The right-invariant Ψ: returns M_r = (P_rQ_rᵀ − Q_rP_rᵀ)/ε.
-template <class Scalar>
-Matrix<Scalar> Psi_right(const Matrix<Scalar>& Q, const Matrix<Scalar>& P, Scalar epsilon = 1) {
-  const Matrix<Scalar> R = P * Q.transpose();
-  return (R - R.transpose()) / epsilon;
-}
-
-/// The inverse of the right-invariant Ψ, [RB] (3.4): returns P_r = exp(asinh(εM_r/2)) Q_r,
-/// ‖εM_r‖_op < 2.
-template <class Scalar>
-MatrixWithin<Scalar> Psi_right_inverse(const Matrix<Scalar>& Q, const Matrix<Scalar>& M,
-                                       Scalar epsilon = 1) {
-  auto E = exp_asinh<Scalar>(epsilon * M / 2);
-  if (E) *E = (*E * Q).eval();
-  return E;
-}
-
 /// Returns A = PQᵀ, constant along every motion of the symmetric representation; [RB] (8.2). Its
 /// skew part is εm/2. In the right-invariant form the constant is Q_rᵀP_r = A(Q_rᵀ, P_rᵀ)ᵀ.
 template <class Scalar>

@@ -227,7 +227,7 @@ SystemEntry rigid_body_family() {
 
 const char* const representations::body_system = RigidBody<SoN<double>>::name;
 
-bool has_closed_form(const Scene& scene) { return BodyRotation::has(scene.inertia()); }
+bool has_closed_form(const Scene& scene) { return TurnedBody::has(scene.inertia()); }
 
 bool check_square_inertia(SceneDraft& draft, bool has_epsilon, bool has_parameter) {
   const SceneDescription& given = draft.given();

@@ -65,8 +65,7 @@ Observables observables_of_matrices(const Scene& scene) {
   observables.block("M", top, N);
   const RigidForm form = {.Q = [top](const auto& x) -> Dense { return x.topRows(top); },
                           .M = [N](const auto& x) -> Dense { return x.bottomRows(N); }};
-  report_rigid_fields(observables, scene, form);
-  report_rigid_invariants(observables, scene, form);
+  report_rigid_form(observables, scene, form);
   return observables;
 }
 
@@ -107,8 +106,7 @@ Observables view_of(const Scene& scene, const SharedObservables& body, const Sys
                           .side = entry.info.side,
                           .scaled = std::ranges::find(entry.info.fields, "epsilon",
                                                       &FieldInfo::name) != entry.info.fields.end()};
-  report_rigid_fields(out, scene, form);
-  report_rigid_invariants(out, scene, form);
+  report_rigid_form(out, scene, form);
   if (!right) out.all_invariants = body->all_invariants;
   out.speed = body->speed;
   return out;

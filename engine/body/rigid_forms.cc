@@ -111,22 +111,17 @@ SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side) {
   return info;
 }
 
-void report_rigid_fields(Observables& observables, const Scene& scene,
-                         const RigidForm& form) {
+void report_rigid_form(Observables& observables, const Scene& scene, const RigidForm& form) {
   const int N = scene.dimension();
+  const Eigen::VectorXd& lambda = scene.inertia();
   if (observables.fields().back().name != "M")
     observables.field({"M", N, N}, [M = form.M](const auto& x, auto out) { out = M(x); });
-  observables.field({"Omega", N, N},
-                    [M = form.M, lambda = scene.inertia()](const auto& x, auto out) {
-                      out = inverse_inertia<double>(lambda, M(x));
-                    });
+  observables.field({"Omega", N, N}, [M = form.M, lambda](const auto& x, auto out) {
+    out = inverse_inertia<double>(lambda, M(x));
+  });
   if (form.scaled)
     observables.field({"epsilon", 1, 1},
                       [epsilon = scene.epsilon()](const auto&, auto out) { out(0, 0) = epsilon; });
-}
-
-void report_rigid_invariants(Observables& observables, const Scene& scene, RigidForm form) {
-  const Eigen::VectorXd& lambda = scene.inertia();
   observables.all_invariants = [=, discrete = scene.method().empty(), h = scene.step()](
                                    const Eigen::MatrixXd& x, InvariantList& out) {
     const Eigen::MatrixXd Q = form.Q(x), M = form.M(x);

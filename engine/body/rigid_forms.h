@@ -48,11 +48,9 @@ struct RigidForm {
 /// Returns the data that all forms share: blocks Q and `other`, fields, invariants.
 SystemInfo rigid_form_info(BlockInfo other, bool has_P, Side side = Side::left);
 
-/// Adds the fields that are computed from the blocks: M, Omega, epsilon for a form with P.
-void report_rigid_fields(Observables& observables, const Scene& scene,
-                         const RigidForm& form);
-/// Adds the invariants, also those of the discrete body alone, and the angular velocity.
-void report_rigid_invariants(Observables& observables, const Scene& scene, RigidForm form);
+/// Adds the fields that are computed from the blocks: M, Omega, epsilon for a form with P; the
+/// invariants, also those of the discrete body alone; and the angular velocity.
+void report_rigid_form(Observables& observables, const Scene& scene, const RigidForm& form);
 
 /// Returns the observables of a scene with a rigid body, or with a view of one: in three dimensions
 /// the points are (q; m) or m, else Q over M or M.

@@ -18,40 +18,8 @@ namespace {
 
 using Dense = Eigen::MatrixXd;
 
-void set_P_of_M(SceneDraft& draft, const RowMatrix& given_M, bool right) {
-  draft.set_skew("M", given_M);
-  if (!draft.sound()) return;
-  const Dense &Q = draft.scene().Q(), &M = draft.scene().M();
-  auto& epsilon = draft.given().epsilon;
-  if (!epsilon) epsilon = unit_epsilon(M);
-  auto P = right ? Psi_right_inverse(Q, M, *epsilon) : Psi_inverse(Q, M, *epsilon);
-  if (!P)
-    return draft.refuse("epsilon", to_text(*epsilon),
-                        "epsilon ‖M‖_op = " + to_text(P.error().value) + " must be < 2; without " +
-                            "epsilon the scene takes " + to_text(unit_epsilon(M)));
-  draft.set_block("P", std::move(*P));
-}
-
-/// Checks Λ for n = N and (Q, P) or (Q, M). Fills in the blocks Q and P, and `epsilon` if it is
-/// absent: with P it is `of_paper`; with M it is the power of two with ½ < ε‖M‖_op ≤ 1 (psi.h).
-void check_pair(SceneDraft& draft, bool right, double of_paper) {
-  if (!check_symmetric_frame(draft, true)) return;
-  auto& epsilon = draft.given().epsilon;
-  if (epsilon && !(std::isfinite(*epsilon) && *epsilon != 0))
-    return draft.refuse("epsilon", to_text(*epsilon), "must be finite and not 0");
-  if (!check_either(draft, "P", "M")) return;
-  const Eigen::Index N = draft.scene().dimension();
-  if (const RowMatrix* M = draft.block("M", N, N, false)) set_P_of_M(draft, *M, right);
-  if (const RowMatrix* P = draft.block("P", N, N, false)) {
-    if (!epsilon) epsilon = of_paper;
-    if (!draft.sound()) return;
-    const Dense& Q = draft.scene().Q();
-    const Dense M = right ? Psi_right<double>(Q, *P, *epsilon) : Psi<double>(Q, *P, *epsilon);
-    if (draft.check_momentum("initial.P", M)) draft.set_block("P", *P);
-  }
-}
-
-/// A form of (Q, P), left- or right-invariant: the right one is the left one with Qᵀ and Pᵀ.
+/// A form of (Q, P), left- or right-invariant: the right one is the left one with Qᵀ, Pᵀ and −M,
+/// [RB] Prop. 2.1, 3.4.
 template <bool on_the_right>
 struct Pair : OtherVariables<Pair<on_the_right>> {
   static constexpr const char* names[] = {"Q", "P"};
@@ -65,7 +33,38 @@ struct Pair : OtherVariables<Pair<on_the_right>> {
       return block;
   }
 
-  static void check(SceneDraft& draft) { check_pair(draft, right, 1); }
+  static void check(SceneDraft& draft) { check_pair(draft, 1); }
+  /// Checks Λ for n = N and (Q, P) or (Q, M). Fills in the blocks Q and P, and `epsilon` if it is
+  /// absent: with P it is `of_paper`; with M it is the power of two with ½ < ε‖M‖_op ≤ 1 (psi.h).
+  static void check_pair(SceneDraft& draft, double of_paper) {
+    if (!check_symmetric_frame(draft, true)) return;
+    auto& epsilon = draft.given().epsilon;
+    if (epsilon && !(std::isfinite(*epsilon) && *epsilon != 0))
+      return draft.refuse("epsilon", to_text(*epsilon), "must be finite and not 0");
+    if (!check_either(draft, "P", "M")) return;
+    const Eigen::Index N = draft.scene().dimension();
+    if (const RowMatrix* M = draft.block("M", N, N, false)) set_P_of_M(draft, *M);
+    if (const RowMatrix* P = draft.block("P", N, N, false)) {
+      if (!epsilon) epsilon = of_paper;
+      if (!draft.sound()) return;
+      const Dense M = Psi<double>(left(draft.scene().Q()), left<Dense>(*P), *epsilon);
+      if (draft.check_momentum("initial.P", M)) draft.set_block("P", *P);
+    }
+  }
+  static void set_P_of_M(SceneDraft& draft, const RowMatrix& given_M) {
+    draft.set_skew("M", given_M);
+    if (!draft.sound()) return;
+    const Dense M = right ? Dense(-draft.scene().M()) : draft.scene().M();
+    auto& epsilon = draft.given().epsilon;
+    if (!epsilon) epsilon = unit_epsilon(M);
+    const auto P = Psi_inverse(left(draft.scene().Q()), M, *epsilon);
+    if (!P)
+      return draft.refuse("epsilon", to_text(*epsilon),
+                          "epsilon ‖M‖_op = " + to_text(P.error().value) +
+                              " must be < 2; without " + "epsilon the scene takes " +
+                              to_text(unit_epsilon(M)));
+    draft.set_block("P", left(*P));
+  }
 
   template <class Block>
   static std::array<Block, 2> body(const Block& Q, const Block& P, const auto& g) {
@@ -157,8 +156,7 @@ Observables symmetric_observables(const Scene& scene) {
       .scaled = true,
       // The size of the matrices whose difference is M, since ‖Q‖_op = 1.
       .terms = [=](const auto& x) { return x.bottomRows(N).stableNorm() / std::abs(epsilon); }};
-  report_rigid_fields(observables, scene, of_blocks);
-  report_rigid_invariants(observables, scene, of_blocks);
+  report_rigid_form(observables, scene, of_blocks);
   return observables;
 }
 
@@ -247,7 +245,7 @@ SystemEntry symmetric_moser_veselov_entry() {
   info.discrete = true;
   info.velocity = {};
   info.invariants.push_back(discrete_hamiltonian_info);
-  entry.check = [](SceneDraft& draft) { check_pair(draft, false, draft.step()); };
+  entry.check = [](SceneDraft& draft) { Pair<false>::check_pair(draft, draft.step()); };
   entry.make = make_symmetric_moser_veselov;
   entry.methods = keeps_all;
   entry.recommended = {};

@@ -2,13 +2,11 @@
 
 #include <string_view>
 
-#include "engine/body/discrete_blocks.h"
 #include "engine/body/exact/turned_body.h"
+#include "engine/body/multiplied_blocks.h"
 #include "engine/body/psi.h"
 #include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
-#include "engine/dense/so_n.h"
-#include "engine/methods/concepts.h"
 #include "engine/methods/exact.h"
 #include "engine/methods/variational.h"
 #include "stiefel/invariant_names.h"
@@ -23,24 +21,16 @@ namespace stiefel {
 /// On SO(N) × SO(N) it is the rigid body with ‖M‖_op ≤ 2/ε. The motion keeps PQᵀ, hence m = QMQᵀ =
 /// (PQᵀ − QPᵀ)/ε, the energy and every other invariant of the rigid body. State: Q over P, 2N × N.
 /// SO(N) acts from the right on both blocks, x ↦ x exp Θ.
-template <class Scalar_>
-class SymmetricRigidBody {
+template <class Scalar>
+class SymmetricRigidBody
+    : public MultipliedBlocks<SymmetricRigidBody<Scalar>, Scalar, MatrixKind::skew> {
  public:
+  using Base = MultipliedBlocks<SymmetricRigidBody, Scalar, MatrixKind::skew>;
+  using typename Base::Algebra, typename Base::State;
   static constexpr const char* name = "symmetric_rigid_body";
-  using Scalar = Scalar_;
-  using State = Matrix<Scalar>;
-  using Algebra = Matrix<Scalar>;
 
   explicit SymmetricRigidBody(Vector<Scalar> lambda, Scalar epsilon = 1)
-      : lambda_(std::move(lambda)),
-        epsilon_(epsilon),
-        Omega_(zero()),
-        G_(Omega_),
-        exponential_(lambda_.size(), MatrixKind::skew),
-        D_(Omega_) {}
-
-  const Vector<Scalar>& lambda() const { return lambda_; }
-  Scalar epsilon() const { return epsilon_; }
+      : Base(std::move(lambda), epsilon) {}
 
   /// Whether an invariant is constant along the orbits of the group: functions of PQᵀ and of QQᵀ
   /// are, and both are quadratic in the state.
@@ -52,31 +42,14 @@ class SymmetricRigidBody {
     return conserved_on_orbits(invariant);
   }
 
-  void field(const State& x, State& dx) {
-    generator(x, Omega_);
-    dx.noalias() = x * Omega_;
-  }
-
-  Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
   void generator(const State& x, Algebra& Omega) {
-    const Eigen::Index N = lambda_.size();
-    G_.noalias() = x.topRows(N).transpose() * x.bottomRows(N);
-    inverse_inertia(lambda_, G_, epsilon_, Omega);
-  }
-  static void bracket(const Algebra& a, const Algebra& b, Algebra& c) {
-    SoN<Scalar>::bracket(a, b, c);
-  }
-  void displacement(const State& x, const Algebra& Theta, State& dx) {
-    exponential_(Theta, D_);
-    dx.noalias() = x * D_;
+    const Eigen::Index N = x.cols();
+    D_.noalias() = x.topRows(N).transpose() * x.bottomRows(N);
+    inverse_inertia(lambda_, D_, epsilon_, Omega);
   }
 
  private:
-  Vector<Scalar> lambda_;
-  Scalar epsilon_;
-  Algebra Omega_, G_;
-  Exponential<Scalar> exponential_;
-  Matrix<Scalar> D_;
+  using Base::D_, Base::epsilon_, Base::lambda_;
 };
 
 /// The symmetric representation of the discrete rigid body, [RB] (4.7) = (SDRBn), for the step h,
@@ -121,12 +94,12 @@ inline auto map_of(Exact, const SymmetricRigidBody<double>& body, double h, cons
         const TurnedBody::Dense x = start.cast<long double>(), Q = x.topRows(x.cols()),
                                 P = x.bottomRows(x.cols());
         const long double epsilon = body.epsilon();
-        return {{body.lambda().cast<long double>(), Psi(Q, P, epsilon)}, x};
+        return {body.lambda().cast<long double>(), Psi(Q, P, epsilon), x};
       },
       h);
 }
 template <>
 inline constexpr Declared declared<Exact, SymmetricRigidBody<double>> = {
-    .where = "N = 3, or Lambda of at most two values", .takes = BodyRotation::has};
+    .where = "N = 3, or Lambda of at most two values", .takes = TurnedBody::has};
 
 }  // namespace stiefel

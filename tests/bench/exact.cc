@@ -63,8 +63,8 @@ int main(int, char** argv) {
     for (int lane = 0; lane < lanes; ++lane)
       tops.put(lane, *top_of(static_cast<unsigned>(i + lane + 1)).theta());
     const testing::RandomTop given(static_cast<unsigned>(10 * (i + 1)));
-    const EulerTop<long double, true> euler(PrincipalMoments3<long double>(given.lambda),
-                                            given.x.cast<long double>());
+    const EulerTop<long double> euler(PrincipalMoments3<long double>(given.lambda),
+                                      given.x.cast<long double>());
     std::mt19937_64 generator(1);
     const auto any = [&] { return static_cast<double>(generator() >> 40); };
     volatile double sum = 0;

@@ -9,8 +9,7 @@
 
 namespace stiefel {
 
-template class EulerTop<long double, false>;
-template class EulerTop<long double, true>;
+template class EulerTop<long double>;
 template class TwoValuedBody<double>;
 template class TwoValuedBody<long double>;
 template class TaylorRigidBody<long double>;
@@ -25,31 +24,25 @@ using Start = SeriesStart<Quad>;
 constexpr double top_in_quadruple = 1.4e6;  // units of work, as top_in_extended
 
 /// Returns the motion of Euler's top that starts at Q = I, multiplied by Q_0 from the left.
-template <class Scalar, bool frame>
+template <class Scalar>
 Solution top(const Start& start) {
-  typename So3<Scalar, frame>::State x;
-  x.setZero();
-  if constexpr (frame) x(0) = 1;
+  typename EulerTop<Scalar>::Point x;
   const Matrix<Quad> M = start.x.bottomRows(3);
-  x.template tail<3>() = vee(rounded<Scalar>(M));
+  x << Scalar(1), Scalar(0), Scalar(0), Scalar(0), vee(rounded<Scalar>(M));
   const PrincipalMoments3<Quad> I(start.lambda);
   const PrincipalMoments3<Scalar> moments(rounded<Scalar>(I.moments),
                                           rounded<Scalar>(I.differences));
   using Wide = Shown<Scalar>;
   return
       [as = reported_form<Scalar>(start), Q_0 = rounded<Wide>(start.x.topRows(start.x.rows() - 3)),
-       motion = EulerTop<Scalar, frame>(moments, x)](double t) {
+       motion = EulerTop<Scalar>(moments, x)](double t) {
         const auto at = motion.at(Scalar(t));
-        Matrix<Wide> now(frame ? 6 : 3, 3);
-        if constexpr (frame)
+        Matrix<Wide> now(Q_0.rows() + 3, 3);
+        if (Q_0.rows() > 0)
           now.topRows(3) = Q_0 * rounded<Wide>(rotation_matrix<Scalar>(at.template head<4>()));
         now.bottomRows(3) = rounded<Wide>(hat(Vector3<Scalar>(at.template tail<3>())));
         return present(as, now, 3);
       };
-}
-template <class Scalar>
-Solution top(const Start& start) {
-  return start.x.rows() > 3 ? top<Scalar, true>(start) : top<Scalar, false>(start);
 }
 
 template <class Scalar>
@@ -85,11 +78,6 @@ ClosedForm top_form(const Start& start, bool quadruple) {
       body_rate(start),        top_in_extended,    "Jacobi's closed form in extended precision"};
 }
 
-/// Whether a body with this Λ has a closed form.
-bool has_closed_form(const Eigen::VectorXd& lambda) {
-  return lambda.size() == 3 || (lambda.size() > 1 && TwoValuedBody<double>::has(lambda));
-}
-
 std::unique_ptr<Reference> closed_form(const Start& start, const ReferenceNeed& need, double time,
                                        double allowed) {
   const Eigen::Index N = start.x.cols();
@@ -117,7 +105,7 @@ std::unique_ptr<Reference> series(const SeriesStart<long double>& start,
 
 }  // namespace
 
-constinit const SeriesEquations body_equations = {series<false>, has_closed_form, closed_form};
+constinit const SeriesEquations body_equations = {series<false>, TurnedBody::has, closed_form};
 constinit const SeriesEquations parametric_equations = {series<true>};
 
 }  // namespace stiefel

@@ -10,10 +10,10 @@
 
 namespace stiefel {
 
-/// The free rigid body in three dimensions in closed form: (q; m), or m alone, at any time from the
-/// state at time 0, for every body and every motion. Euler's and Jacobi's solution as in Celledoni,
-/// Fassò, Säfström and Zanna 2008, rearranged so that it loses no digits next to symmetric bodies,
-/// the separatrix and rotations about an axis:
+/// The free rigid body in three dimensions in closed form: (q; m) at any time from the state at
+/// time 0, for every body and every motion. Euler's and Jacobi's solution as in Celledoni, Fassò,
+/// Säfström and Zanna 2008, rearranged so that it loses no digits next to symmetric bodies, the
+/// separatrix and rotations about an axis:
 ///
 ///     q(t) = q(0)∘P(m(0))*∘(cos ψ/2, sin ψ/2 e)∘P(m(t)),   ψ = (2E/G) t + σ[α(u) − α(u₀)],
 ///
@@ -26,10 +26,10 @@ namespace stiefel {
 ///     m × ω = 0:  a steady rotation by ω.
 ///
 /// The constants of the motion are computed once.
-template <class Scalar, bool frame>
+template <class Scalar>
 class EulerTop {
  public:
-  using Point = typename So3<Scalar, frame>::State;
+  using Point = typename So3<Scalar, true>::State;
   using Vec = Vector3<Scalar>;
 
   EulerTop(const PrincipalMoments3<Scalar>& body, const Point& start) : start_(start) {
@@ -50,24 +50,20 @@ class EulerTop {
     flip(top);
     set_constants(top);
     e_ = sign_(i_) * Vec::Unit(axis_[i_]);
-    if constexpr (frame) {
-      Quaternion P = to_e(m);
-      P.template tail<3>() *= -1;
-      before_ = product(start.template head<4>(), P);
-    }
+    Quaternion P = to_e(m);
+    P.template tail<3>() *= -1;
+    before_ = product(start.template head<4>(), P);
   }
   Point at(Scalar t) const {
     using std::cos, std::sin;
     if (formula_ == Formula::steady) return turned(t);
     Point x;
     const Value now = value(lambda_ * t + u_0_);
-    for (int a = 0; a < 3; ++a) x(x.size() - 3 + axis_[a]) = sign_(a) * now.m(a);
-    if constexpr (frame) {
-      const Scalar half = (two_E_over_G_ * t + sigma_ * (now.alpha - alpha_0_)) / 2;
-      Quaternion turn;
-      turn << cos(half), sin(half) * e_;
-      x.template head<4>() = product(product(before_, turn), to_e(x.template tail<3>()));
-    }
+    for (int a = 0; a < 3; ++a) x(4 + axis_[a]) = sign_(a) * now.m(a);
+    const Scalar half = (two_E_over_G_ * t + sigma_ * (now.alpha - alpha_0_)) / 2;
+    Quaternion turn;
+    turn << cos(half), sin(half) * e_;
+    x.template head<4>() = product(product(before_, turn), to_e(x.template tail<3>()));
     return x;
   }
 
@@ -120,7 +116,7 @@ class EulerTop {
 
   struct Value {
     Vec m;             ///< along the sorted axes
-    Scalar alpha = 0;  ///< continuous across the half periods; where there is a frame
+    Scalar alpha = 0;  ///< continuous across the half periods
   };
   Value value(const Scalar& whole) const {
     using std::atan, std::atan2, std::cosh, std::floor, std::tanh;
@@ -136,7 +132,6 @@ class EulerTop {
     at.m(i_) = B_(i_) * dn;
     at.m(1) = -sign * B_(1) * sn;
     at.m(2 - i_) = sign * B_(2 - i_) * cn;
-    if constexpr (!frame) return at;
     const Scalar sn2 = sn * sn, cn2 = cn * cn, mc = functions_.mc(), third = (1 - p_) / 3;
     const Scalar R = cn2 * cn * carlson::R_J<Scalar>(mc * sn2, mc, dn * dn, mc * sn2 + p_ * cn2);
     const Scalar T = c_ * (u + Scalar(u < 0 ? -1 : 1) * third * (R_0_ - R));
@@ -149,12 +144,11 @@ class EulerTop {
     using std::cos, std::sin, std::sqrt;
     Point x = start_;
     const Scalar rate = sqrt(omega_.squaredNorm()), half = rate * t / 2;
-    if constexpr (frame)
-      if (rate > 0) {
-        Quaternion turn;
-        turn << cos(half), sin(half) / rate * omega_;
-        x.template head<4>() = product(start_.template head<4>(), turn);
-      }
+    if (rate > 0) {
+      Quaternion turn;
+      turn << cos(half), sin(half) / rate * omega_;
+      x.template head<4>() = product(start_.template head<4>(), turn);
+    }
     return x;
   }
 
@@ -185,7 +179,6 @@ class EulerTop {
 };
 
 // Compiled once, in body_references.cc.
-extern template class EulerTop<long double, false>;
-extern template class EulerTop<long double, true>;
+extern template class EulerTop<long double>;
 
 }  // namespace stiefel

@@ -126,7 +126,7 @@ class TopInTime {
   Vector3<Wide> lost_;
   WidePoint start_;  ///< along the principal axes
   std::optional<ThetaTop> theta_;
-  std::optional<EulerTop<Wide, true>> euler_;
+  std::optional<EulerTop<Wide>> euler_;
   bool made_ = false;
 
   /// The times in the lanes, NaN where there is none, and one more that is never asked for.

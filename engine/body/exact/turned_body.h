@@ -79,9 +79,9 @@ class TwoValuedBody {
 extern template class TwoValuedBody<double>;
 extern template class TwoValuedBody<long double>;
 
-/// The rotation R(t) of a free rigid body since time 0, Q(t) = Q(0)R(t), in closed form. It depends
-/// on Λ and on the momentum M(0) alone.
-class BodyRotation {
+/// The free rigid body in variables that its rotation multiplies, in closed form: a state is a
+/// stack of N × N blocks, x(t) = x(0)R(t), where Q(t) = Q(0)R(t) follows from Λ and M(0) alone.
+class TurnedBody {
  public:
   using Dense = Matrix<long double>;
 
@@ -90,21 +90,23 @@ class BodyRotation {
     return lambda.size() == 3 || TwoValuedBody<long double>::has(lambda);
   }
 
-  BodyRotation(const Vector<long double>& lambda, const Dense& M)
-      : motion_(motion(lambda, M)), R_(M) {}
+  TurnedBody(const Vector<long double>& lambda, const Dense& M, Dense start)
+      : motion_(motion(lambda, M)), start_(std::move(start)), x_(start_) {}
 
   const Dense& at(long double t) {
-    if (auto* top = std::get_if<Top>(&motion_))
-      R_ = rotation_matrix<long double>(top->at(t).head<4>());
+    if (const auto* top = std::get_if<Top>(&motion_))
+      x_.noalias() = start_ * Dense(rotation_matrix<long double>(top->at(t).head<4>()));
     else
-      R_ = std::get<TwoValuedBody<long double>>(motion_).at(t).topRows(R_.rows());
-    return R_;
+      x_.noalias() =
+          start_ * std::get<TwoValuedBody<long double>>(motion_).at(t).topRows(x_.cols());
+    return x_;
   }
 
  private:
-  using Top = EulerTop<long double, true>;
+  using Top = EulerTop<long double>;
   using Motion = std::variant<Top, TwoValuedBody<long double>>;
 
+  /// Returns the motion from Q = I.
   static Motion motion(const Vector<long double>& lambda, const Dense& M) {
     const Eigen::Index N = lambda.size();
     if (N == 3) {
@@ -118,25 +120,6 @@ class BodyRotation {
   }
 
   Motion motion_;
-  Dense R_;
-};
-
-/// The free rigid body in variables that its rotation multiplies, in closed form: a state is a
-/// stack of N × N blocks, x(t) = x(0)R(t).
-class TurnedBody {
- public:
-  using Dense = BodyRotation::Dense;
-
-  TurnedBody(BodyRotation rotation, Dense start)
-      : rotation_(std::move(rotation)), start_(std::move(start)), x_(start_) {}
-
-  const Dense& at(long double t) {
-    x_.noalias() = start_ * rotation_.at(t);
-    return x_;
-  }
-
- private:
-  BodyRotation rotation_;
   Dense start_, x_;
 };
 

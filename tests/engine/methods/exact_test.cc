@@ -131,7 +131,7 @@ TEST(Exact, IsTheMotionNextToTheSeparatrixAfterManyTurns) {
     };
     TopInTime top(body(Number128()), x.cast<long double>());
     ASSERT_TRUE(top.theta());
-    const EulerTop<Quad, true> exact(body(Quad()), x);
+    const EulerTop<Quad> exact(body(Quad()), x);
     for (const double turns : {1., 1e3, 1e9}) {
       const double t =
           turns * uniform() * 6.283 / x.cast<double>().tail<3>().cwiseQuotient(I).norm();
@@ -189,7 +189,7 @@ TEST(Exact, HasTheSameBitsOnEveryInstructionSet) {
 #endif
 
 TEST(Exact, AgreesWithTheReferenceSolutions) {
-  using Top = EulerTop<long double, true>;
+  using Top = EulerTop<long double>;
   int cases = 0;
   for (const auto& c : testing::reference_cases("rigid_body")) {
     const auto lambda = c.vector<long double>("inertia");

@@ -35,7 +35,7 @@ struct Start {
   }
 
   Body::State exact(Quad t = 1) const {
-    return EulerTop<Quad, true>(PrincipalMoments3<Quad>(lambda), x).at(t);
+    return EulerTop<Quad>(PrincipalMoments3<Quad>(lambda), x).at(t);
   }
   template <class Map>
   Body::State run(Map map, int steps) const {

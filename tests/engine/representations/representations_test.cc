@@ -103,7 +103,6 @@ TEST(Psi, RefusesWithTheNorm) {
     EXPECT_NEAR(P.error().value, norm, 1e-12 * norm);
     EXPECT_EQ(P.error().bound, 2);
     EXPECT_LT(margin_S_M(M), 1e-12);
-    EXPECT_FALSE(Psi_right_inverse(Q, M));
   }
   D M = D::Constant(3, 3, std::nan(""));
   EXPECT_FALSE(Psi_inverse<double>(identity(3), M));

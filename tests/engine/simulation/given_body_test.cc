@@ -51,7 +51,7 @@ Scene scene(const BodyDescription& body, double step) {
 struct Oracle {
   Vec I;
   Mat R = Mat::Identity();  ///< its columns are the principal axes, in the caller's
-  EulerTop<Quad, true>::Point start;
+  EulerTop<Quad>::Point start;
 
   explicit Oracle(const BodyDescription& body) {
     if (body.inertia_tensor.empty()) {
@@ -73,8 +73,8 @@ struct Oracle {
 
   /// Attitude and angular velocity in the caller's axes.
   std::pair<Mat, Vec> at(const Quad& t) const {
-    const EulerTop<Quad, true> top(
-        PrincipalMoments3<Quad>(I, Vec(I(1) - I(2), I(2) - I(0), I(0) - I(1))), start);
+    const EulerTop<Quad> top(PrincipalMoments3<Quad>(I, Vec(I(1) - I(2), I(2) - I(0), I(0) - I(1))),
+                             start);
     const auto x = top.at(t);
     return {rotation_matrix<Quad>(x.head<4>()) * R.transpose(), R * x.tail<3>().cwiseQuotient(I)};
   }

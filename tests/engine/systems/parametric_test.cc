@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "engine/body/moser_veselov.h"
-#include "engine/body/parametric_psi.h"
 #include "engine/body/parametric_rigid_body.h"
 #include "engine/dense/decompositions.h"
 #include "engine/methods/munthe_kaas4.h"

@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "engine/accuracy/series_equations.h"
-#include "engine/body/parametric_psi.h"
 #include "engine/body/parametric_rigid_body.h"
 #include "engine/body/psi.h"
 #include "engine/body/symmetric_rigid_body.h"

@@ -17,7 +17,7 @@ namespace {
 using BodyInQuad = RigidBody<So3<Quad, true>>;
 using QuadState = BodyInQuad::State;
 
-EulerTop<Quad, true> motion(const RandomTop& top) {
+EulerTop<Quad> motion(const RandomTop& top) {
   return {PrincipalMoments3<Quad>(top.lambda), top.x.cast<Quad>()};
 }
 
@@ -31,7 +31,7 @@ double distance(const QuadState& a, const QuadState& b) {
 
 /// Returns the distance of the vector field from a difference quotient of order 6, relative to the
 /// rate.
-double field_error(const RandomTop& top, const EulerTop<Quad, true>& exact) {
+double field_error(const RandomTop& top, const EulerTop<Quad>& exact) {
   BodyInQuad body(top.lambda.cast<Quad>());
   const Quad t = top.t;
   QuadState field;
@@ -69,7 +69,7 @@ double one_ulp_of_input(const RandomTop& top, const QuadState& x) {
 void survey_exact(unsigned first, unsigned count) {
   for (unsigned seed = first; seed < first + count; ++seed) {
     const RandomTop top(seed);
-    const EulerTop<Quad, true> exact = motion(top);
+    const EulerTop<Quad> exact = motion(top);
     EXPECT_LT(distance(exact.at(0), top.x.cast<Quad>()), 1e-31) << top.kind << " " << seed;
     const double field = field_error(top, exact);
     EXPECT_LT(field, 1e-23 * top.one_and_angle()) << top.kind << " " << seed;

@@ -2,9 +2,56 @@
 
 #include "engine/body/j_d/j_d_n.h"
 #include "engine/body/principal_branch.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
 
 namespace stiefel {
+
+/// A rigid body whose blocks, Q over P, a group multiplies from the right, ẋ = xξ: rotations, or
+/// all invertible matrices. P belongs to εM ([RB] Prop. 3.13). `Derived` has generator(x, ξ).
+template <class Derived, class Scalar_, MatrixKind kind>
+class MultipliedBlocks {
+ public:
+  using Scalar = Scalar_;
+  using State = Matrix<Scalar>;
+  using Algebra = Matrix<Scalar>;
+
+  MultipliedBlocks(Vector<Scalar> lambda, Scalar epsilon)
+      : lambda_(std::move(lambda)),
+        epsilon_(epsilon),
+        D_(zero()),
+        xi_(D_),
+        exponential_(lambda_.size(), kind) {}
+
+  const Vector<Scalar>& lambda() const { return lambda_; }
+  Scalar epsilon() const { return epsilon_; }
+
+  void field(const State& x, State& dx) {
+    static_cast<Derived&>(*this).generator(x, xi_);
+    dx.noalias() = x * xi_;
+  }
+  Algebra zero() const { return Algebra::Zero(lambda_.size(), lambda_.size()); }
+  static void bracket(const Algebra& a, const Algebra& b, Algebra& c) {
+    c.noalias() = a * b;
+    if constexpr (kind == MatrixKind::skew)
+      subtract_transpose(c);
+    else
+      c.noalias() -= b * a;
+  }
+  void displacement(const State& x, const Algebra& theta, State& dx) {
+    exponential_(theta, D_);
+    dx.noalias() = x * D_;
+  }
+
+ protected:
+  Vector<Scalar> lambda_;
+  Scalar epsilon_;
+  Algebra D_;  ///< workspace
+
+ private:
+  Algebra xi_;
+  Exponential<Scalar> exponential_;
+};
 
 /// The discrete rigid body in blocks that U = J_D⁻¹(hM) multiplies from the right, x ← xU: a state
 /// does not hold M, which follows from it at every step. `Derived` has form_momentum(x, M), and may
