@@ -87,13 +87,16 @@ Observables view_of(const Scene& scene, const SharedObservables& body, const Sys
   out.from_blocks = [=](const Dense& blocks) {
     return body->from_blocks(stacked(view.body(halves(blocks))));
   };
-  out.to_blocks = [=, start = out.start](const Point& x) {
-    return stacked(x == start ? given : view.blocks(halves(body->to_blocks(x))));
-  };
+  // One function for all, because it holds the blocks and the point at step 0.
+  const auto to_blocks = std::make_shared<const std::function<Dense(const Point&)>>(
+      [=, start = out.start](const Point& x) {
+        return stacked(x == start ? given : view.blocks(halves(body->to_blocks(x))));
+      });
+  out.to_blocks = [to_blocks](const Point& x) { return (*to_blocks)(x); };
   for (const int i : {0, 1})
     out.computed_block({std::string(entry.info.blocks[i].name), N, N},
-                       [=, blocks = out.to_blocks](const Point& x, Eigen::Ref<RowMatrix> to) {
-                         to = blocks(x).middleRows(i * N, N);
+                       [=](const Point& x, Eigen::Ref<RowMatrix> to) {
+                         to = (*to_blocks)(x).middleRows(i * N, N);
                        });
   const RigidForm form = {.Q = [=](const Point& x) -> Dense {
                             const Dense Q = body->to_blocks(x).topRows(N);
