@@ -1,12 +1,182 @@
 #pragma once
 
 #include <algorithm>
+#include <vector>
 
 #include "engine/frame/frame_pass.h"
-#include "engine/frame/moment_sums.h"
 #include "engine/numbers/four_rows.h"
+#include "engine/numbers/pack.h"
 
 namespace stiefel {
+
+/// Marks a template for any number of rows.
+inline constexpr int any_rows = -1;
+
+/// A few columns of a matrix with n rows, stored by rows, with `packs` packs in each row.
+template <class P, int n, std::ptrdiff_t packs>
+class Tile {
+ public:
+  static constexpr int rows = n;
+  explicit Tile(std::ptrdiff_t) {}
+  P* operator[](std::ptrdiff_t i) { return rows_[i]; }
+
+ private:
+  P rows_[n][packs];
+};
+template <class P, std::ptrdiff_t packs>
+class Tile<P, any_rows, packs> {
+ public:
+  static constexpr int rows = any_rows;
+  explicit Tile(std::ptrdiff_t n) : rows_(static_cast<std::size_t>(n * packs)) {}
+  P* operator[](std::ptrdiff_t i) { return rows_.data() + i * packs; }
+
+ private:
+  std::vector<P> rows_;
+};
+
+/// Holds an n × n sum of products from tile to tile, and writes it at the end, column after column.
+/// For few rows the sum over the lanes is taken only at the end.
+template <class P, int n>
+class TileSum {
+ public:
+  TileSum(std::ptrdiff_t, typename P::Scalar* out) : out_(out) {
+    for (auto& row : sum_)
+      for (P& x : row) x = P::zero();
+  }
+  P load(std::ptrdiff_t i, std::ptrdiff_t j) const { return sum_[i][j]; }
+  void store(std::ptrdiff_t i, std::ptrdiff_t j, P x) { sum_[i][j] = x; }
+  void finish(bool symmetric, std::ptrdiff_t) const {
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        out_[i + n * j] = (symmetric && j < i ? sum_[j][i] : sum_[i][j]).sum();
+  }
+
+ private:
+  P sum_[n][n];
+  typename P::Scalar* out_;
+};
+template <class P>
+class TileSum<P, any_rows> {
+ public:
+  TileSum(std::ptrdiff_t n, typename P::Scalar* out) : n_(n), out_(out) {
+    for (std::ptrdiff_t k = 0; k < n * n; ++k) out[k] = 0;
+  }
+  P load(std::ptrdiff_t, std::ptrdiff_t) const { return P::zero(); }
+  void store(std::ptrdiff_t i, std::ptrdiff_t j, P x) { out_[i + n_ * j] += x.sum(); }
+  void finish(bool symmetric, std::ptrdiff_t n) const {
+    if (symmetric)
+      for (std::ptrdiff_t i = 0; i < n; ++i)
+        for (std::ptrdiff_t j = 0; j < i; ++j) out_[i + n * j] = out_[j + n * i];
+  }
+
+ private:
+  std::ptrdiff_t n_;
+  typename P::Scalar* out_;
+};
+
+/// Adds ABᵀ to sum, over the first `filled` packs of two tiles of n rows; for a symmetric product
+/// only the elements on and above the diagonal. Works by blocks of R × C elements, which fit into
+/// the registers.
+template <int R, int C>
+struct TileProduct {
+  template <bool symmetric, class T, class Sum>
+  [[gnu::always_inline]] static void add(T& A, T& B, std::ptrdiff_t n, std::ptrdiff_t filled,
+                                         Sum& sum) {
+    std::ptrdiff_t i = 0;
+    if constexpr (fits<T>(R))
+#pragma GCC unroll 4
+      for (; i + R <= n; i += R) add_rows<R>(A, B, i, symmetric ? i : 0, n, filled, sum);
+#pragma GCC unroll 4
+    for (; i < n; ++i) add_rows<1>(A, B, i, symmetric ? i : 0, n, filled, sum);
+  }
+
+ private:
+  template <class T>
+  static constexpr bool fits(int rows) {
+    return T::rows == any_rows || T::rows >= rows;
+  }
+
+  template <int r, class T, class Sum>
+  [[gnu::always_inline]] static void add_rows(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
+                                              std::ptrdiff_t n, std::ptrdiff_t filled, Sum& sum) {
+    if constexpr (fits<T>(C))
+      for (; j + C <= n; j += C) add_block<r, C>(A, B, i, j, filled, sum);
+    if constexpr (fits<T>(2) && C > 2)
+      for (; j + 2 <= n; j += 2) add_block<r, 2>(A, B, i, j, filled, sum);
+    for (; j < n; ++j) add_block<r, 1>(A, B, i, j, filled, sum);
+  }
+
+  template <int r, int c, class T, class Sum>
+  [[gnu::always_inline]] static void add_block(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
+                                               std::ptrdiff_t filled, Sum& sum) {
+    decltype(sum.load(0, 0)) s[r][c];
+#pragma GCC unroll 4
+    for (int k = 0; k < r; ++k)
+#pragma GCC unroll 4
+      for (int l = 0; l < c; ++l) s[k][l] = sum.load(i + k, j + l);
+    for (std::ptrdiff_t p = 0; p < filled; ++p)
+#pragma GCC unroll 4
+      for (int l = 0; l < c; ++l)
+#pragma GCC unroll 4
+        for (int k = 0; k < r; ++k) s[k][l] = s[k][l] + A[i + k][p] * B[j + l][p];
+#pragma GCC unroll 4
+    for (int k = 0; k < r; ++k)
+#pragma GCC unroll 4
+      for (int l = 0; l < c; ++l) sum.store(i + k, j + l, s[k][l]);
+  }
+};
+
+/// The columns of a tile from whose products the moments are summed: Q, V = Q̇, G = QΛ⁻¹, H = VΛ⁻¹,
+/// F = GΛ⁻¹. `rows` is n where n is small, else any_rows.
+template <class Scalar, int rows, Isa isa>
+struct MomentTiles {
+  using P = Pack<Scalar, isa>;
+  using Rows = Tile<P, rows, FramePass<Scalar>::width / P::lanes>;
+
+  explicit MomentTiles(std::ptrdiff_t n) : Q(n), G(n), V(n), H(n), F(n) {}
+
+  Rows Q, G, V, H, F;
+};
+
+/// Sums the moments over the tiles. It does not depend on the arithmetic, so that both share this
+/// code.
+template <class Scalar, int rows, Isa isa>
+class MomentSums {
+ public:
+  MomentSums(std::ptrdiff_t n, const FrameSums<Scalar>& out)
+      : QQ_{{n, out.QQ[0]}, {n, out.QQ[1]}, {n, out.QQ[2]}, {n, out.QQ[3]}},
+        QV_{{n, out.QV[0]}, {n, out.QV[1]}, {n, out.QV[2]}},
+        VV_{{n, out.VV[0]}, {n, out.VV[1]}} {}
+
+  /// Adds the first `filled` packs of the tiles, which have n rows.
+  [[gnu::noinline]] void add(MomentTiles<Scalar, rows, isa>& x, std::ptrdiff_t any_n,
+                             std::ptrdiff_t filled) {
+    const std::ptrdiff_t n = rows == any_rows ? any_n : rows;
+    Product::template add<true>(x.Q, x.Q, n, filled, QQ_[0]);
+    Product::template add<true>(x.G, x.Q, n, filled, QQ_[1]);
+    Product::template add<true>(x.G, x.G, n, filled, QQ_[2]);
+    Product::template add<true>(x.F, x.G, n, filled, QQ_[3]);
+    Product::template add<false>(x.Q, x.V, n, filled, QV_[0]);
+    Product::template add<false>(x.G, x.V, n, filled, QV_[1]);
+    Product::template add<false>(x.G, x.H, n, filled, QV_[2]);
+    Product::template add<true>(x.V, x.V, n, filled, VV_[0]);
+    Product::template add<true>(x.H, x.V, n, filled, VV_[1]);
+  }
+
+  [[gnu::noinline]] void finish(std::ptrdiff_t any_n) {
+    const std::ptrdiff_t n = rows == any_rows ? any_n : rows;
+    for (Sum& sum : QQ_) sum.finish(true, n);
+    for (Sum& sum : QV_) sum.finish(false, n);
+    for (Sum& sum : VV_) sum.finish(true, n);
+  }
+
+ private:
+  using Sum = TileSum<Pack<Scalar, isa>, rows>;
+  /// Chooses the largest block that fits into the registers: 4 × 4, 1 × 4 or 1 × 2 elements.
+  using Product = TileProduct<isa == Isa::avx512 ? 4 : 1, isa == Isa::baseline ? 2 : 4>;
+
+  Sum QQ_[4], QV_[3], VV_[2];
+};
 
 /// Computes FramePass by packs of columns, in tiles of as many columns as stay in the cache. `rows`
 /// is n for small n, else any_rows.
@@ -129,34 +299,25 @@ class FramePassOn final : public FramePass<Scalar> {
                                         std::ptrdiff_t p) {
     const std::ptrdiff_t height = 2 * n();
     std::ptrdiff_t i = 0;
-    if (columns == P::lanes) {
-      if constexpr (std::is_same_v<Scalar, double> && FourRows<isa>::fast)
-        for (; i + 4 <= n(); i += 4) {
-          P four[4];
-          if constexpr (load) {
-            FourRows<isa>::load(x + i, height, four);
-            for (int k = 0; k < 4; ++k) tile[i + k][p] = four[k];
-          } else {
-            for (int k = 0; k < 4; ++k) four[k] = tile[i + k][p];
-            FourRows<isa>::store(four, x + i, height);
-          }
-        }
-      for (; i < n(); ++i) {
-        if constexpr (load)
-          tile[i][p] = P::gather(x + i, height);
-        else
-          tile[i][p].scatter(x + i, height);
-      }
-    } else {
-      for (; i < n(); ++i) {
-        Scalar lanes[P::lanes] = {};
+    if constexpr (std::is_same_v<Scalar, double> && FourRows<isa>::fast)
+      for (; columns == P::lanes && i + 4 <= n(); i += 4) {
+        P four[4];
         if constexpr (load) {
-          for (int k = 0; k < columns; ++k) lanes[k] = x[i + k * height];
-          tile[i][p] = P::load(lanes);
+          FourRows<isa>::load(x + i, height, four);
+          for (int k = 0; k < 4; ++k) tile[i + k][p] = four[k];
         } else {
-          tile[i][p].store(lanes);
-          for (int k = 0; k < columns; ++k) x[i + k * height] = lanes[k];
+          for (int k = 0; k < 4; ++k) four[k] = tile[i + k][p];
+          FourRows<isa>::store(four, x + i, height);
         }
+      }
+    for (; i < n(); ++i) {
+      Scalar lanes[P::lanes] = {};
+      if constexpr (load) {
+        for (int k = 0; k < columns; ++k) lanes[k] = x[i + k * height];
+        tile[i][p] = P::load(lanes);
+      } else {
+        tile[i][p].store(lanes);
+        for (int k = 0; k < columns; ++k) x[i + k * height] = lanes[k];
       }
     }
   }
