@@ -57,14 +57,14 @@ void check(SceneDraft& draft) {
   }
 }
 
+Eigen::VectorXd vector(const std::vector<double>& l) {
+  return Eigen::VectorXd::Map(l.data(), static_cast<Eigen::Index>(l.size()));
+}
+
 constexpr auto start = [](const auto& g) {
-  const auto vector = [&](const std::vector<double>& l) {
-    return g.numbers(
-        Eigen::Map<const Eigen::VectorXd>(l.data(), static_cast<Eigen::Index>(l.size())));
-  };
   auto made = g.start(g.block("Q"), g.block("P"));
-  made.lambda = vector(g.scene.description().inertia_u);
-  made.lambda_v = vector(g.scene.description().inertia_v);
+  made.lambda = g.numbers(vector(g.scene.description().inertia_u));
+  made.lambda_v = g.numbers(vector(g.scene.description().inertia_v));
   made.reported.complex = true;
   return made;
 };
@@ -92,9 +92,6 @@ Eigen::MatrixXcd complex_block(const Eigen::MatrixXd& x, Eigen::Index first, Eig
 }
 
 std::unique_ptr<Simulation> make_double_bracket(const Scene& scene) {
-  const auto vector = [](const std::vector<double>& l) -> Eigen::VectorXd {
-    return Eigen::Map<const Eigen::VectorXd>(l.data(), static_cast<Eigen::Index>(l.size()));
-  };
   const Eigen::VectorXd lambda_u = vector(scene.description().inertia_u);
   const Eigen::VectorXd lambda_v = vector(scene.description().inertia_v);
   const int p = static_cast<int>(lambda_u.size()), q = static_cast<int>(lambda_v.size());

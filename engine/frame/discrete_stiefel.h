@@ -38,18 +38,12 @@ class DiscreteStiefel {
   RunStatus step(State& state) {
     if (!state.x.value.allFinite()) return {Outcome::not_finite, std::nullopt};
     if (!find_B(state.x)) return {Outcome::solver_stalled, std::nullopt};
-    for (Eigen::Index j = 0; j < state.x.value.cols(); ++j) {
-      stop_point(static_cast<double>(n_ * n_));
-      for (Eigen::Index i = 0; i < n_; ++i) {
-        Wide sum = 0;
-        for (Eigen::Index k = 0; k < n_; ++k) sum += B_(i, k) * Q_(k, j);
-        next_(i) = sum / lambda_(j) - Q_prev_(i, j);
-      }
+    multiply(bar_, B_, Q_);
+    for (Eigen::Index j = 0; j < Q_.cols(); ++j)
       for (Eigen::Index i = 0; i < n_; ++i) {
         set(state.x, i, j, Q_(i, j));
-        set(state.x, n_ + i, j, next_(i));
+        set(state.x, n_ + i, j, bar_(i, j) / lambda_(j) - Q_prev_(i, j));
       }
-    }
     return {};
   }
 
@@ -71,24 +65,22 @@ class DiscreteStiefel {
     inverse_.noalias() = Wide(-1) * Q_ * Q_.transpose();
     inverse_.diagonal().array() += Wide(2);
     bar_ = Q_ * lambda_.cwiseInverse().asDiagonal();
-    const double product = static_cast<double>(n_ * Q_.size());
-    stop_point(product);
-    X_.noalias() = bar_ * bar_.transpose();
-    stop_point(product);
-    B_.noalias() = inverse_ * X_;
-    stop_point(product);
-    G_.noalias() = B_ * inverse_;
-    stop_point(product);
-    X_.noalias() = Q_prev_ * bar_.transpose();
-    stop_point(product);
-    C_T_.noalias() = X_ * inverse_;
-    stop_point(product);
-    E_.noalias() = Q_prev_ * Q_prev_.transpose();
+    multiply(X_, bar_, bar_.transpose());
+    multiply(B_, inverse_, X_);
+    multiply(G_, B_, inverse_);
+    multiply(X_, Q_prev_, bar_.transpose());
+    multiply(C_T_, X_, inverse_);
+    multiply(E_, Q_prev_, Q_prev_.transpose());
     E_ -= I_;
     if (!(n_ == 1 ? find_scalar() : find_matrix())) return false;
-    G_.noalias() = B_ * inverse_;
-    B_ = G_;
+    multiply(G_, B_, inverse_);
+    B_.swap(G_);
     return B_.allFinite();
+  }
+
+  void multiply(auto& out, const auto& A, const auto& B) const {
+    stop_point(static_cast<double>(n_ * Q_.size()));
+    out.noalias() = A * B;
   }
 
   bool find_scalar() {
@@ -124,7 +116,6 @@ class DiscreteStiefel {
   Matrix<Wide> Q_prev_{n_, lambda_.size()}, Q_{Q_prev_}, bar_{Q_prev_};
   Matrix<Wide> I_{Matrix<Wide>::Identity(n_, n_)}, inverse_{I_}, C_T_{I_}, G_{I_}, E_{I_}, X_{I_},
       B_{I_};
-  Vector<Wide> next_{n_};
 };
 
 }  // namespace stiefel

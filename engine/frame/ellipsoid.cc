@@ -68,20 +68,16 @@ std::unique_ptr<Simulation> make_ellipsoid(const Scene& scene) {
     observables.computed_block({"qdot", 1, N}, [lambda](const Eigen::MatrixXd& x, auto out) {
       out = x.row(1).cwiseQuotient(lambda.transpose());
     });
-  const auto S = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
-    if (!costate) return x.row(1);
-    return Legendre_inverse<double>(lambda, x.row(0), x.row(1));
-  };
-  const SizeOf terms = terms_of_S(scene, 1, costate);
-  report_geodesic(observables, scene, 1, S, terms);
+  const SOfState S{lambda, 1, costate};
+  report_geodesic(observables, S);
   const auto energy = std::move(observables.all_invariants);
   observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     energy(x, out);
-    const Eigen::VectorXd q = x.row(0), qdot = S(x).transpose().cwiseQuotient(lambda);
+    const Eigen::VectorXd q = x.row(0), qdot = S.Qdot(x).transpose();
     if (out.wants(family::joachimsthal)) {
       const Wide J = joachimsthal<Wide>(lambda.cast<Wide>(), q.cast<Wide>(), qdot.cast<Wide>());
       // The scale is (qᵀΛ⁻¹q)‖q̇‖², or what it would be for a q̇ of the size of its terms.
-      const Wide of_terms = terms(x) / lambda.minCoeff();
+      const Wide of_terms = S.terms(x) / lambda.minCoeff();
       const bool at_rest = is_rounding(qdot.stableNorm(), static_cast<double>(of_terms));
       out.add(family::joachimsthal, J, at_rest ? of_terms * of_terms / lambda.maxCoeff() : J);
     }

@@ -229,7 +229,7 @@ void RattleStiefel<Scalar>::add_XX(const Matrix<Scalar>& VV, const Matrix<Scalar
   sum += (h * h) * VV + found_ + found_.transpose();
 }
 
-// Compiled once, in rattle_stiefel.cc.
+// Compiled once, in stiefel.cc.
 extern template class RattleStiefel<double>;
 
 }  // namespace stiefel

@@ -9,6 +9,8 @@
 
 namespace stiefel {
 
+template class FramePass<double>;
+template class RattleStiefel<double>;
 template class SimulationOf<Composition<RattleStiefel<double>>>;
 
 namespace {
@@ -93,9 +95,7 @@ std::unique_ptr<Simulation> make_stiefel(const Scene& scene) {
   Observables observables(stacked(scene, "Q", "S"));
   observables.block("Q", 0, static_cast<int>(n));
   observables.block("S", static_cast<int>(n), static_cast<int>(n));
-  report_geodesic(
-      observables, scene, n, [n](const auto& x) { return x.bottomRows(n).eval(); },
-      terms_of_S(scene, n, false));
+  report_geodesic(observables, {scene.inertia(), n, false});
   if (N <= largest_written_M)
     observables.field(
         {"M", static_cast<int>(N), static_cast<int>(N)},

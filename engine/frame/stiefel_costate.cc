@@ -61,7 +61,6 @@ constexpr Representation momentum_representation = {false, read_costate, write_m
 /// `with_M`: reports M in place of P.
 std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
-  const Eigen::VectorXd lambda = scene.inertia();
   const int rows = static_cast<int>(n), columns = static_cast<int>(N);
   const Observables::Value M = [n](const auto& x, auto out) {
     out = dense_M<double>(x.topRows(n), x.bottomRows(n));
@@ -72,12 +71,7 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
     observables.computed_block({"M", columns, columns}, M);
   else
     observables.block("P", rows, rows);
-  report_geodesic(
-      observables, scene, n,
-      [=](const Eigen::MatrixXd& x) {
-        return Legendre_inverse<double>(lambda, x.topRows(n), x.bottomRows(n));
-      },
-      terms_of_S(scene, n, true));
+  report_geodesic(observables, {scene.inertia(), n, true});
   if (!with_M && N <= largest_written_M) observables.field({"M", columns, columns}, M);
   const auto of_S = std::move(observables.all_invariants);
   observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
@@ -86,7 +80,7 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
     const Eigen::MatrixXd A = x.bottomRows(n) * x.topRows(n).transpose();
     out.add_elements(family::PQt, A, x.bottomRows(n).norm());
   };
-  return make_simulation(scene, StiefelCostate<double>(lambda, n), shared(observables));
+  return make_simulation(scene, StiefelCostate<double>(scene.inertia(), n), shared(observables));
 }
 
 template <bool with_M>

@@ -73,17 +73,9 @@ void set_tangent(SceneDraft& draft, const char* frame, const char* name, bool is
     return draft.refuse(
         "initial." + std::string(name), "max |Q̇Qᵀ + QQ̇ᵀ| = " + to_text(size),
         "must be tangent: Q̇Qᵀ skew-symmetric to " + to_text(draft.largest_repair()) + " ‖Q̇‖");
-  if (size > 4 * static_cast<double>(Q.cols()) * 0x1p-53 * speed) {
-    // V ← V − YQΛ⁻¹ with KY + YK = defect, K = QΛ⁻¹Qᵀ: the projection in the metric Λ.
-    const Eigen::MatrixXd G = Q * lambda.cwiseInverse().asDiagonal();
-    SymmetricLyapunov<double> lyapunov(Q.rows());
-    lyapunov.factor(G * Q.transpose());
-    Eigen::MatrixXd Y = defect;
-    lyapunov.solve(Y, Y);
-    V -= Y * G;
-  } else {
+  if (!(size > 4 * static_cast<double>(Q.cols()) * 0x1p-53 * speed))
     return draft.set_block(name, *given);
-  }
+  V = tangent_velocity<double>(lambda, Q, V);
   if (!is_velocity) V *= lambda.asDiagonal();
   draft.set_block(name, V);
 }
@@ -105,37 +97,26 @@ Eigen::MatrixXd S_of(const Phase& x) {
   return x.square() ? S_of_Qdot<double>(x.lambda, x.Q * inverse_inertia(x.lambda, x.M)) : x.S;
 }
 
-void report_geodesic(Observables& observables, const Scene& scene, Eigen::Index n,
-                     std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms) {
-  const Eigen::VectorXd lambda = scene.inertia();
-  const auto Qdot = [=](const Eigen::MatrixXd& x) -> Eigen::MatrixXd {
-    return S(x) * lambda.cwiseInverse().asDiagonal();
-  };
-  observables.field({"Qdot", static_cast<int>(n), scene.dimension()},
-                    [Qdot](const auto& x, auto out) { out = Qdot(x); });
+void report_geodesic(Observables& observables, const SOfState& S) {
+  observables.field({"Qdot", static_cast<int>(S.n), static_cast<int>(S.lambda.size())},
+                    [S](const auto& x, auto out) { out = S.Qdot(x); });
   observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     using Wide = long double;
-    const Matrix<Wide> wide_Q = x.topRows(n).cast<Wide>(), wide_S = S(x).cast<Wide>();
-    const Wide of_terms = terms(x), of_S = wide_S.stableNorm();
+    const Matrix<Wide> wide_Q = x.topRows(S.n).cast<Wide>(), wide_S = S(x).cast<Wide>();
+    const Wide of_terms = S.terms(x), of_S = wide_S.stableNorm();
     const bool at_rest = is_rounding(static_cast<double>(of_S), static_cast<double>(of_terms));
     if (out.wants(family::energy)) {
-      const Wide E = stiefel_energy<Wide>(lambda.cast<Wide>(), wide_S);
-      out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * lambda.maxCoeff()) : E);
+      const Wide E = stiefel_energy<Wide>(S.lambda.cast<Wide>(), wide_S);
+      out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * S.lambda.maxCoeff()) : E);
     }
     if (!out.wants(family::spatial_momentum)) return;
     out.add_skew(family::spatial_momentum, momentum_m<Wide>(wide_Q, wide_S),
                  at_rest ? of_terms : of_S);
   };
-  observables.frame_defect = [n](const Eigen::MatrixXd& x) {
+  observables.frame_defect = [n = S.n](const Eigen::MatrixXd& x) {
     return std::optional(orthogonality_defect(x.topRows(n)));
   };
-  observables.speed = [Qdot](const Eigen::MatrixXd& x) { return Qdot(x).stableNorm(); };
-}
-
-SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate) {
-  const double kappa = costate ? scene.inertia().maxCoeff() / scene.inertia().minCoeff() : 0;
-  return
-      [=](const Eigen::MatrixXd& x) { return costate ? kappa * x.bottomRows(n).stableNorm() : 0; };
+  observables.speed = [S](const Eigen::MatrixXd& x) { return S.Qdot(x).stableNorm(); };
 }
 
 template <class Scalar>

@@ -59,15 +59,25 @@ inline constexpr std::array for_costates = {
     restricted("n = 1", is_one_point, with_error_control(5e-12, 0.15)),
     with_error_control(3e-11, 0.15)};
 
-using SizeOf = std::function<double(const Eigen::MatrixXd& x)>;
+/// S of a state, Q over S or over a costate P, n rows each.
+struct SOfState {
+  Eigen::VectorXd lambda;
+  Eigen::Index n;
+  bool costate;
 
-/// Returns a function that gives the size of the terms whose difference is S, for a state of two
-/// blocks of n rows: κ(Λ)‖P‖_F where the second block is a costate P, and 0 where it is S or Q̇.
-SizeOf terms_of_S(const Scene& scene, Eigen::Index n, bool costate);
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& x) const {
+    if (!costate) return x.bottomRows(n);
+    return Legendre_inverse<double>(lambda, x.topRows(n), x.bottomRows(n));
+  }
+  Eigen::MatrixXd Qdot(const Eigen::MatrixXd& x) const { return Qdot_of_S(lambda, (*this)(x)); }
+  /// Returns the size of the terms whose difference is S: κ(Λ)‖P‖_F, and 0 where S is in the state.
+  double terms(const Eigen::MatrixXd& x) const {
+    return costate ? lambda.maxCoeff() / lambda.minCoeff() * x.bottomRows(n).stableNorm() : 0;
+  }
+};
 
-/// Adds m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖, for states from which Q and S follow. The
-/// scales are E and ‖S‖_F, and at rest (is_rounding) those of an S of the size of its terms.
-void report_geodesic(Observables& observables, const Scene& scene, Eigen::Index n,
-                     std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)> S, SizeOf terms);
+/// Adds m and the energy of (Q, S), QQᵀ − I and ‖Q̇‖. The scales are E and ‖S‖_F, and at rest
+/// (is_rounding) those of an S of the size of its terms.
+void report_geodesic(Observables& observables, const SOfState& S);
 
 }  // namespace stiefel

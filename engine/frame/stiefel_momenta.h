@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/dense/decompositions.h"
 #include "engine/dense/optimal_control.h"
 #include "engine/motion/outside_domain.h"
 
@@ -14,6 +15,20 @@ Matrix<Scalar> S_of_Qdot(const Vector<Scalar>& lambda, const Matrix<Scalar>& Qdo
 template <class Scalar>
 Matrix<Scalar> Qdot_of_S(const Vector<Scalar>& lambda, const Matrix<Scalar>& S) {
   return S * lambda.cwiseInverse().asDiagonal();
+}
+
+/// Returns V − YQΛ⁻¹, KY + YK = QVᵀ + VQᵀ, K = QΛ⁻¹Qᵀ: the velocity at Q that is nearest to V in
+/// the metric Λ.
+template <class Scalar>
+Matrix<Scalar> tangent_velocity(const Vector<Scalar>& lambda, const Matrix<Scalar>& Q,
+                                const Matrix<Scalar>& V) {
+  const Matrix<Scalar> G = Qdot_of_S(lambda, Q);
+  Matrix<Scalar> Y = Q * V.transpose();
+  Y += Y.transpose().eval();
+  SymmetricLyapunov<Scalar> lyapunov(Q.rows());
+  lyapunov.factor(G * Q.transpose());
+  lyapunov.solve(Y, Y);
+  return V - Y * G;
 }
 
 /// The momenta of a pair (Q, P), n × N both, on V(n, N); [ST] (45), (77)–(79). P, P_0 and S give
