@@ -1,11 +1,8 @@
-#include "engine/frame/geodesics/closed_geodesic.h"
-
 #include <cmath>
 #include <numbers>
 
 #include "engine/dense/carlson.h"
-#include "engine/frame/geodesics/path.h"
-#include "engine/frame/geodesics/plane_rotations.h"
+#include "engine/frame/geodesics/geodesic_search.h"
 
 namespace stiefel {
 namespace {

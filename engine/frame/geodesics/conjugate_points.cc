@@ -9,8 +9,8 @@
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
+#include "engine/frame/geodesics/geodesic_search.h"
 #include "engine/frame/geodesics/jacobi_flow.h"
-#include "engine/frame/geodesics/metric.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/scene.h"
 #include "stiefel/stop.h"
@@ -144,6 +144,13 @@ class ConjugateSearch {
     JacobiFlow::State x;
     MatrixXd A, B;
     VectorXd angles;  ///< in [0, π), in ascending order
+
+    /// Returns the triangular factor of (ωA; B).
+    MatrixXd triangle(double omega) const {
+      MatrixXd both(2 * A.rows(), A.cols());
+      both << omega * A, B;
+      return triangular_factor(both);
+    }
   };
   Family after(double h, double omega) {
     Family family;
@@ -195,9 +202,7 @@ class ConjugateSearch {
     const Family family = after(at, omega);
     const Index d = E_.cols();
     // In orthonormal columns of (ωA; B) the singular values of ωA are the sines of the angles.
-    MatrixXd both(2 * d, d);
-    both << omega * family.A, family.B;
-    const MatrixXd R = triangular_factor(both);
+    const MatrixXd R = family.triangle(omega);
     const MatrixXd sines =
         R.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(omega * family.A);
     const auto [values, vectors] = right_singular(sines);
@@ -211,10 +216,7 @@ class ConjugateSearch {
 
   /// Goes on from `next` with fields whose (ωA; B) are orthonormal.
   void take(Family&& next, double h, double omega) {
-    const Index d = E_.cols();
-    MatrixXd both(2 * d, d);
-    both << omega * next.A, next.B;
-    const MatrixXd R = triangular_factor(both);
+    const MatrixXd R = next.triangle(omega);
     x_ = std::move(next.x);
     auto fields = flow_->fields(x_);
     fields = R.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(MatrixXd(fields));

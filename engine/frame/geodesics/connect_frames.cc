@@ -8,19 +8,35 @@
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
-#include "engine/frame/geodesics/closed_geodesic.h"
 #include "engine/frame/geodesics/connect_work.h"
 #include "engine/frame/geodesics/geodesic_search.h"
 #include "engine/frame/geodesics/geodesic_series.h"
-#include "engine/frame/geodesics/metric.h"
-#include "engine/frame/geodesics/path.h"
 #include "engine/frame/geodesics/relaxation.h"
-#include "engine/frame/geodesics/round_logarithm.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/conjugate_points.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
+
+std::optional<refusal::Invalid> metric_fault(const Eigen::VectorXd& inertia, Eigen::Index n,
+                                             Eigen::Index N) {
+  using refusal::Invalid;
+  if (inertia.size() != N)
+    return Invalid{"inertia", std::to_string(inertia.size()) + " numbers",
+                   "must have " + std::to_string(N)};
+  for (Eigen::Index k = 0; k < N; ++k)
+    if (!std::isfinite(inertia(k)))
+      return Invalid{"inertia[" + std::to_string(k) + "]", to_text(inertia(k)), "must be finite"};
+  Eigen::VectorXd sorted = inertia;
+  std::partial_sort(sorted.begin(), sorted.begin() + 2, sorted.end());
+  if (n < N && !(sorted(0) > 0))
+    return Invalid{"inertia", "smallest " + to_text(sorted(0)), "must be positive for n < N"};
+  if (n == N && !(sorted(0) + sorted(1) > 0))
+    return Invalid{"inertia", "the two smallest add up to " + to_text(sorted(0) + sorted(1)),
+                   "every two must have a positive sum"};
+  return {};
+}
+
 namespace {
 
 using Eigen::Index;
@@ -41,23 +57,22 @@ bool is_bent(const TwoPointProblem& p) {
   return p.beta && *p.beta != 1 && p.Q_0.rows() > 1 && !is_body(p.Q_0);
 }
 
+std::string shape(const MatrixXd& Q) {
+  return std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
+}
+
 std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
-  const auto invalid = [](std::string field, std::string value, std::string rule) {
-    return ConnectRefusal(refusal::Invalid{std::move(field), std::move(value), std::move(rule)});
-  };
-  const auto shape = [](const MatrixXd& Q) {
-    return std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
-  };
+  using refusal::Invalid;
   const Index n = p.Q_0.rows(), N = p.Q_0.cols();
   if (n < 1 || n > N || N < 2)
-    return invalid("Q_0", shape(p.Q_0), "must have 1 <= n <= N rows of N >= 2 numbers");
+    return Invalid{"Q_0", shape(p.Q_0), "must have 1 <= n <= N rows of N >= 2 numbers"};
   if (p.Q_T.rows() != n || p.Q_T.cols() != N)
-    return invalid("Q_T", shape(p.Q_T), "must have the shape of Q_0, " + shape(p.Q_0));
+    return Invalid{"Q_T", shape(p.Q_T), "must have the shape of Q_0, " + shape(p.Q_0)};
   if (auto fault = metric_fault(p.inertia, n, N)) return fault;
   if (!(std::isfinite(p.time) && p.time > 0))
-    return invalid("time", to_text(p.time), "must be positive and finite");
+    return Invalid{"time", to_text(p.time), "must be positive and finite"};
   if (p.restarts < 0)
-    return invalid("restarts", std::to_string(p.restarts), "must not be negative");
+    return Invalid{"restarts", std::to_string(p.restarts), "must not be negative"};
   return {};
 }
 
@@ -74,26 +89,17 @@ std::optional<ConnectRefusal> refused(const TwoPointProblem& p, const FrameProdu
   return {};
 }
 
-/// Refuses a path of K steps whose relaxation would need too much memory. Dense: five d × d blocks
+/// Returns the bytes of a step of a path whose relaxation is asked for. Dense: five d × d blocks
 /// and a basis of d directions for every inner frame, for all starts at once; else the equations of
 /// the multipliers, and the eigenvectors of K n.
-std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, int K) {
+double step_bytes(const TwoPointProblem& p, int K) {
   const double nN = static_cast<double>(p.Q_0.size()), n = static_cast<double>(p.Q_0.rows());
-  const double d = nN - n * (n + 1) / 2;
-  const bool dense = d <= most_dense_degrees || !(p.inertia.minCoeff() > 0);
+  const double d = connect_work::degrees(p.Q_0.rows(), p.Q_0.cols());
+  if (d <= most_dense_degrees || !(p.inertia.minCoeff() > 0))
+    return 8 * (5 * d * d + nN * d + nN * (p.restarts + 3.0));
   const double unknowns =
       std::min(K * n * (n + 1) / 2, static_cast<double>(Relaxation::most_dense));
-  const double each =
-      8 * (dense ? 5 * d * d + nN * d + nN * (p.restarts + 3.0)
-                 : 2 * unknowns * unknowns / K + 6 * n * n * K + nN * (p.restarts + 12.0));
-  if (each * K <= static_cast<double>(TwoPointProblem::most_bytes)) return {};
-  const auto most = static_cast<int>(static_cast<double>(TwoPointProblem::most_bytes) / each);
-  return refusal::Invalid{"steps", std::to_string(K),
-                          "must be at most " + std::to_string(most) + " for frames of " +
-                              std::to_string(p.Q_0.size()) + " numbers and " +
-                              std::to_string(p.restarts) + " restarts: a step takes " +
-                              std::to_string(static_cast<int>(each / 1024)) + " KiB of " +
-                              std::to_string(TwoPointProblem::most_bytes >> 20) + " MiB"};
+  return 8 * (2 * unknowns * unknowns / K + 6 * n * n * K + nN * (p.restarts + 12.0));
 }
 
 /// Returns the bytes of a search by the multipliers: two sets of their equations and factors at 17
@@ -109,14 +115,26 @@ double search_bytes(const TwoPointProblem& p) {
               nN * ((nodes + 2) * starts + 12 * nodes + 160));
 }
 
-std::optional<ConnectRefusal> too_large(const TwoPointProblem& p) {
-  const double most = static_cast<double>(TwoPointProblem::most_bytes), bytes = search_bytes(p);
+/// Refuses what would need too much memory: a path of K steps, or a search.
+std::optional<ConnectRefusal> too_large(const TwoPointProblem& p, std::optional<int> K) {
+  const double most = static_cast<double>(TwoPointProblem::most_bytes);
+  const std::string restarts = std::to_string(p.restarts) + " restarts",
+                    bound = std::to_string(TwoPointProblem::most_bytes >> 20) + " MiB";
+  const auto whole = [](double x) { return std::to_string(static_cast<std::int64_t>(x)); };
+  if (K) {
+    const double each = step_bytes(p, *K);
+    if (each * *K <= most) return {};
+    return refusal::Invalid{"steps", std::to_string(*K),
+                            "must be at most " + whole(most / each) + " for frames of " +
+                                std::to_string(p.Q_0.size()) + " numbers and " + restarts +
+                                ": a step takes " + whole(each / 1024) + " KiB of " + bound};
+  }
+  const double bytes = search_bytes(p);
   if (bytes <= most || is_round(p.inertia)) return {};
-  return refusal::Invalid{
-      "Q_0", std::to_string(p.Q_0.rows()) + " x " + std::to_string(p.Q_0.cols()),
-      "a search with different inertias and " + std::to_string(p.restarts) +
-          " restarts must take at most " + std::to_string(TwoPointProblem::most_bytes >> 20) +
-          " MiB, and takes " + std::to_string(static_cast<std::int64_t>(bytes) >> 20)};
+  return refusal::Invalid{"Q_0", shape(p.Q_0),
+                          "a search with different inertias and " + restarts +
+                              " must take at most " + bound + ", and takes " +
+                              whole(bytes / 0x1p20)};
 }
 
 /// Returns a frame as it is where repairing it would leave it, else the nearest frame in
@@ -157,7 +175,7 @@ std::expected<Answer, ConnectRefusal> checked(const TwoPointProblem& given, std:
         Invalid{"steps", std::to_string(*K), "must be 0 in a metric of beta without a Lambda"});
   const FrameProducts products = frame_products(problem.Q_0, problem.Q_T);
   if (auto fault = refused(problem, products)) return std::unexpected(*fault);
-  if (auto fault = K ? too_large(problem, *K) : too_large(problem)) return std::unexpected(*fault);
+  if (auto fault = too_large(problem, K)) return std::unexpected(*fault);
   const StopScope scope(problem.stop, problem.most_work);
   try {
     return solve(problem, products, scope);
@@ -189,7 +207,7 @@ void by_multipliers_from_both_ends(const Posed& p, const TwoPointProblem& proble
   by_multipliers(p, problem, best);
   if (best.V.size() > 0 && best.shortest != Shortest::no) return;
   Found back;
-  by_multipliers({p.lambda, p.scale, p.Q_T, p.Q_0}, problem, back);
+  by_multipliers({p.lambda, p.Q_T, p.Q_0}, problem, back);
   if (back.V.size() == 0) return;
   if (best.V.size() > 0 && !(energy(p.lambda, back.V) < energy(p.lambda, best.V))) return;
   const auto start = geodesic_end(p.lambda, p.Q_T, back.V);
@@ -206,31 +224,24 @@ void by_multipliers_from_both_ends(const Posed& p, const TwoPointProblem& proble
 void find(const TwoPointProblem& problem, const MatrixXd& Q_0, const MatrixXd& Q_T,
           const FrameProducts& products, Found& best) {
   const Index n = Q_0.rows(), N = Q_0.cols();
-  const double scale = scale_of(problem.inertia);
-  const VectorXd lambda = problem.inertia / scale;
+  const VectorXd lambda = problem.inertia / scale_of(problem.inertia);
   if (Q_0 == Q_T) {
     best = {MatrixXd::Zero(n, N), Shortest::yes, 1, 0, 0};
   } else if (1 < n && n < N && is_round(lambda)) {
-    const double beta = problem.beta.value_or(1);
-    round_logarithm(Q_0, Q_T, products, {beta, problem.restarts, problem.seed}, best);
-    if (beta != 1) return;
+    round_logarithm(Q_0, Q_T, products, problem, best);
+    if (is_bent(problem)) return;
     judge(lambda, Q_0, best);
     if (best.shortest == Shortest::unknown) best.shortest = Shortest::none_shorter_found;
   } else if (auto closed = closed_geodesic(lambda, Q_0, Q_T)) {
     best = *std::move(closed);
   } else {
-    const Posed p{lambda, scale, Q_0, Q_T};
-    if (lambda.minCoeff() > 0) by_multipliers_from_both_ends(p, problem, best);
-    if (best.V.size() == 0 && connect_work::degrees(n, N) <= most_dense_degrees)
+    const Posed p{lambda, Q_0, Q_T};
+    if (lambda.minCoeff() > 0)
+      by_multipliers_from_both_ends(p, problem, best);
+    else if (connect_work::degrees(n, N) <= most_dense_degrees)
       by_paths(p, problem, best);
     judge(lambda, Q_0, best);
   }
-}
-
-/// Returns max |Q(T) − Q_T| of an answer.
-double residual_of(const TwoPointProblem& problem, const Geodesic& answer, const MatrixXd& Q_T) {
-  const auto end = geodesic_end(problem.inertia, answer.Q, answer.Qdot * problem.time);
-  return end ? (end->Q - Q_T).cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
 }
 
 /// Returns what was found from the frame Q_0 as an answer.
@@ -253,8 +264,10 @@ std::expected<Geodesic, ConnectRefusal> answered(const TwoPointProblem& problem,
   if (!std::isfinite(answer.energy))
     return std::unexpected(
         refusal::Invalid{"time", to_text(problem.time), "makes an energy that is not finite"});
-  answer.residual =
-      std::isfinite(best.residual) ? best.residual : residual_of(problem, answer, Q_T);
+  answer.residual = best.residual;
+  if (!std::isfinite(best.residual))  // a closed form
+    if (const auto end = geodesic_end(problem.inertia, Q_0, answer.Qdot * problem.time))
+      answer.residual = (end->Q - Q_T).cwiseAbs().maxCoeff();
   if (!(answer.residual <= TwoPointProblem::joined))
     return std::unexpected(refusal::NotConverged{answer.residual});
   return answer;
@@ -283,7 +296,7 @@ std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& pr
   constexpr double tolerance = 1e-10, stationary = 1e-12;
   MatrixXd repaired_0, repaired_T;
   const double scale = scale_of(problem.inertia);
-  const Posed p{problem.inertia / scale, scale, frame(problem.Q_0, products.of_Q_0, repaired_0),
+  const Posed p{problem.inertia / scale, frame(problem.Q_0, products.of_Q_0, repaired_0),
                 frame(problem.Q_T, products.of_Q_T, repaired_T)};
   std::vector<RelaxedPath> all = relaxed(p, problem, K, tolerance);
   std::erase_if(all, [](const RelaxedPath& c) { return !c.settled; });
@@ -299,7 +312,7 @@ std::expected<DiscreteGeodesic, ConnectRefusal> search(const TwoPointProblem& pr
   const MatrixXd V = initial_velocity(p.lambda, best.path) / problem.time;
   result.S = V * problem.inertia.asDiagonal();
   if (is_body(p.Q_0)) result.M = momentum(problem.inertia, p.Q_0, V);
-  result.energy = best.action * p.scale / (problem.time * problem.time);
+  result.energy = best.action * scale / (problem.time * problem.time);
   result.residual = residual;
   result.distinct = static_cast<int>(all.size());
   result.start = best.start;

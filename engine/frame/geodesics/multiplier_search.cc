@@ -9,9 +9,7 @@
 #include "engine/frame/geodesics/connect_work.h"
 #include "engine/frame/geodesics/geodesic_search.h"
 #include "engine/frame/geodesics/geodesic_series.h"
-#include "engine/frame/geodesics/nodes.h"
 #include "engine/frame/geodesics/relaxation.h"
-#include "engine/frame/geodesics/starts.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -281,7 +279,7 @@ void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best)
   const bool wide = p.wide() && problem.restarts > 0;
   relax(starts(p.Q_0, p.Q_T, nodes.times, problem.restarts, problem.seed, wide));
   if (doubtful && problem.restarts == 0 && work(p) <= most_of_doubtful) {
-    const Nodes fewer = p.wide() ? lobatto(4) : nodes;
+    const Nodes fewer = p.wide() ? pieces(VectorXd::LinSpaced(2, 0, 1), 4) : nodes;
     std::vector<Path> more = starts(p.Q_0, p.Q_T, fewer.times, further, problem.seed, p.wide());
     if (p.wide()) {
       if (!trials.empty()) more[0] = moved(trials[0].path, nodes, fewer);

@@ -1,5 +1,3 @@
-#include "engine/frame/geodesics/nodes.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,6 +5,7 @@
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/geodesics/connect_work.h"
+#include "engine/frame/geodesics/relaxation.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
@@ -82,8 +81,6 @@ Nodes piece(int K) {
 }
 
 }  // namespace
-
-Nodes lobatto(int K) { return pieces(VectorXd::LinSpaced(2, 0, 1), K); }
 
 Nodes equally_spaced(int K) { return pieces(VectorXd::LinSpaced(K + 1, 0, 1), 1); }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <stop_token>
 #include <vector>
 
@@ -47,5 +48,37 @@ double distance(const Path& a, const Path& b);
 /// rise. Returns false when the steps do not become smaller than `tolerance`, or on a stop request.
 bool relax(const Eigen::VectorXd& lambda, Path& path, double tolerance,
            const std::stop_token& stop = {});
+
+/// A rotation R = Z exp(W) Zᵀ of R^N, det R = 1, in plane rotations: each plane rotates two columns
+/// of Z by an angle in [−π, π].
+struct PlaneRotations {
+  struct Plane {
+    Eigen::Index first, second;
+    double angle;
+  };
+  Eigen::MatrixXd Z;
+  std::vector<Plane> planes;
+
+  /// Takes the angles from the real Schur form of R, which is block diagonal.
+  explicit PlaneRotations(const Eigen::MatrixXd& R);
+
+  /// Returns Z exp(sW) Zᵀ.
+  Eigen::MatrixXd at(double s) const;
+
+  /// Returns ZWZᵀ, the logarithm of R with these angles.
+  Eigen::MatrixXd logarithm() const;
+};
+
+/// Returns paths from Q_0 to Q_T at given times, from 0 to 1, to be relaxed, the direct one first.
+///
+/// n ≥ N − 1: the frames are rotations once a missing row is filled in. The paths are Q_0 exp(sW)
+/// with W = log(Q_0ᵀQ_T), then W with the angle θ of one plane replaced by θ ∓ 2π, for every plane;
+/// without restarts only where |θ| ≥ π/2.
+/// Polar factors are not used, because their paths leave det = 1 at n = N. n < N − 1: the polar
+/// factors of (1−s)Q_0 + sQ_T, bent where that matrix is nearly singular; where Λ is `wide`, also
+/// the other way round, through the opposite of the middle of that path. In both cases `restarts`
+/// paths through a random frame follow, whose halves are built in the same way.
+std::vector<Path> starts(const Eigen::MatrixXd& Q_0, const Eigen::MatrixXd& Q_T,
+                         const Eigen::VectorXd& times, int restarts, std::uint64_t seed, bool wide);
 
 }  // namespace stiefel

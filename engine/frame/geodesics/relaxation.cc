@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "engine/dense/decompositions.h"
 #include "engine/frame/geodesics/connect_work.h"
@@ -17,19 +16,6 @@ using Eigen::VectorXd;
 namespace {
 
 double real(Index k) { return static_cast<double>(k); }
-
-/// Returns the columns of each λ, by ascending λ.
-std::vector<std::vector<Index>> equal_columns(const VectorXd& lambda) {
-  std::vector<Index> order(static_cast<std::size_t>(lambda.size()));
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, {}, [&](Index j) { return lambda(j); });
-  std::vector<std::vector<Index>> out;
-  for (const Index j : order) {
-    if (out.empty() || lambda(out.back()[0]) != lambda(j)) out.emplace_back();
-    out.back().push_back(j);
-  }
-  return out;
-}
 
 }  // namespace
 
@@ -47,10 +33,6 @@ Relaxation::Relaxation(const VectorXd& lambda, const MatrixXd& Q_0, const Matrix
 
 void Relaxation::set_inertia(const VectorXd& lambda) {
   lambda_ = lambda;
-  groups_ = equal_columns(lambda);
-  group_of_.resize(static_cast<std::size_t>(N_));
-  for (std::size_t g = 0; g < groups_.size(); ++g)
-    for (const Index j : groups_[g]) group_of_[static_cast<std::size_t>(j)] = static_cast<Index>(g);
   shift_ = 0;
   if (q_.size() > 0) measure();
 }
@@ -138,24 +120,20 @@ VectorXd Relaxation::constraint(const Eigen::Ref<const MatrixXd>& q,
 /// Sets the lower part of M = C H⁻¹ Cᵀ in the coordinates of `constraint`. For two nodes k and l
 /// it is Σ_j q_jk,a q_jl,d (H_j⁻¹)_kb,lc, symmetric in ab and in cd.
 void Relaxation::assemble(const MatrixXd& inverse) {
-  const Index square = n_ * n_, count = static_cast<Index>(groups_.size()), m = K_ * n_;
+  const Index square = n_ * n_, m = K_ * n_;
   M_.resize(unknowns_, unknowns_);
-  MatrixXd of_X(square, m), H(square, count), B(square, count), W(square, square);
+  MatrixXd of_X(square, m), H(square, N_), B(square, N_), W(square, square);
   const Index each = n_ * (n_ + 1) / 2;
   for (Index k = 0; k < K_; ++k)
     for (Index l = 0; l <= k; ++l) {
-      stop_point(2000 + 3 * real(square * ((m + square) * (count + 4) + N_)));
+      stop_point(2000 + 3 * real(square * (m + square + 1) * (N_ + 4)));
       for (Index c = 0; c < m; ++c)
         of_X.col(c).reshaped(n_, n_).noalias() =
             X_.col(c).segment(k * n_, n_) * X_.col(c).segment(l * n_, n_).transpose();
       H.noalias() = of_X * inverse;
-      for (Index g = 0; g < count; ++g) {
-        auto out = B.col(g).reshaped(n_, n_);
-        out.setZero();
-        for (const Index j : groups_[static_cast<std::size_t>(g)])
-          out.noalias() +=
-              q_.col(j).segment(k * n_, n_) * q_.col(j).segment(l * n_, n_).transpose();
-      }
+      for (Index j = 0; j < N_; ++j)
+        B.col(j).reshaped(n_, n_).noalias() =
+            q_.col(j).segment(k * n_, n_) * q_.col(j).segment(l * n_, n_).transpose();
       W.noalias() = B * H.transpose();
       const auto w = [&](Index a, Index d, Index b, Index c) { return W(a + n_ * d, b + n_ * c); };
       Index column = l * each;
@@ -174,15 +152,10 @@ void Relaxation::assemble(const MatrixXd& inverse) {
 
 /// Factors the equations. Returns false where the shifted Hessian is not positive along the frames.
 bool Relaxation::solve(double shift) {
-  const Index count = static_cast<Index>(groups_.size()), m = K_ * n_;
-  Index negative = 0;
-  inverse_.resize(m, count);
-  for (Index g = 0; g < count; ++g) {
-    const std::vector<Index>& group = groups_[static_cast<std::size_t>(g)];
-    const VectorXd sum = d_.array() + (1 + shift) * lambda_(group[0]);
-    negative += (sum.array() < 0).count() * static_cast<Index>(group.size());
-    inverse_.col(g) = sum.cwiseInverse();
-  }
+  inverse_.resize(K_ * n_, N_);
+  for (Index j = 0; j < N_; ++j)
+    inverse_.col(j) = (d_.array() + (1 + shift) * lambda_(j)).cwiseInverse();
+  const Index negative = (inverse_.array() < 0).count();
   if (negative > unknowns_ || !inverse_.allFinite()) return false;
   if (unknowns_ > most_dense) return negative == 0;
   assemble(inverse_.cwiseMax(0));
@@ -200,14 +173,11 @@ void Relaxation::subtract_negative(Index negative) {
   Y_.resize(unknowns_, negative);
   if (negative == 0) return;
   Index at = 0;
-  for (std::size_t g = 0; g < groups_.size(); ++g)
+  for (Index j = 0; j < N_; ++j)
     for (Index c = 0; c < X_.cols(); ++c) {
-      const double inverse = inverse_(c, static_cast<Index>(g));
-      if (!(inverse < 0)) continue;
-      for (const Index j : groups_[g]) {
-        stop_point(1000 + 4 * real(n_ * K_ * (K_ + 2)));
-        Y_.col(at++) = std::sqrt(-inverse) * constraint(q_.col(j), X_.col(c));
-      }
+      if (!(inverse_(c, j) < 0)) continue;
+      stop_point(1000 + 4 * real(n_ * K_ * (K_ + 2)));
+      Y_.col(at++) = std::sqrt(-inverse_(c, j)) * constraint(q_.col(j), X_.col(c));
     }
   divide_by_lower(M_, Y_);
   stop_point(3000 + real(unknowns_ * negative * (negative + 20)));
@@ -218,10 +188,7 @@ void Relaxation::subtract_negative(Index negative) {
 /// Returns H⁻¹ of the columns of `right`.
 MatrixXd Relaxation::solved(const MatrixXd& right) const {
   stop_point(5000 + real(K_ * n_ * K_ * n_ * (8 * N_ + n_ * n_)));
-  MatrixXd y = X_.transpose() * right;
-  for (Index j = 0; j < N_; ++j)
-    y.col(j).array() *= inverse_.col(group_of_[static_cast<std::size_t>(j)]).array();
-  return X_ * y;
+  return X_ * inverse_.cwiseProduct(X_.transpose() * right);
 }
 
 /// Adds γ_kQ_k to every node.

@@ -3,10 +3,38 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "engine/frame/geodesics/nodes.h"
 #include "engine/frame/geodesics/path.h"
 
 namespace stiefel {
+
+/// A discrete action of frames Q_k at the times t_k, k = 0, ..., K:
+///
+///     ½ Σ_kl S_kl tr(Q_kΛQ_lᵀ) ≈ ½ ∫₀¹ tr(ΛQ̇ᵀQ̇) dt .
+struct Nodes {
+  Eigen::VectorXd times, weights;  ///< K + 1 each; ∫f ≈ Σ w_k f(t_k)
+  Eigen::MatrixXd stiffness;       ///< S, (K+1)²
+  Eigen::MatrixXd inverse_root;    ///< S^{-1/2} of the inner nodes, (K−1)²
+  Eigen::RowVectorXd start;        ///< Q̇(0) = Σ_k start_k Q_k
+  Eigen::VectorXd breaks = {};     ///< ends of the pieces on which the path is a polynomial
+
+  Eigen::Index inner() const { return times.size() - 2; }
+};
+
+/// Returns Gauss, Lobatto and Legendre's K + 1 nodes in each piece between `breaks`, which run from
+/// 0 to 1: S = DᵀWD with D the derivatives of the polynomials through the Q_k, so that the error
+/// falls faster than every power of 1/K where the path is smooth. A piece shares its ends with its
+/// neighbours.
+Nodes pieces(const Eigen::VectorXd& breaks, int K);
+
+/// Returns K + 1 equally spaced nodes: S is that of differences, the action of K steps of the
+/// variational method of order 2.
+Nodes equally_spaced(int K);
+
+/// Return the frames nearest to the polynomials of a path at other nodes, and the largest |QQᵀ − I|
+/// of the polynomial of each piece half-way between its nodes, which tells how well the nodes
+/// resolve the path.
+Path moved(const Path& path, const Nodes& from, const Nodes& to);
+Eigen::VectorXd defects(const Path& path, const Nodes& nodes);
 
 /// The descent of a path to a local minimum of a discrete action, n ≤ N, every λ_j > 0, by the
 /// multipliers alone. With q_j the column j of all inner frames, (K−1)n numbers, and Γ_k the
@@ -21,8 +49,8 @@ namespace stiefel {
 /// N. By Sylvester's law the Hessian is positive along the frames if and only if their matrix M = C
 /// H⁻¹ Cᵀ has as many negative eigenvalues as all H_j together. With the positive eigenvalues alone
 /// M is LLᵀ, so that M = L(I − YYᵀ)Lᵀ with a column of Y for each negative one, and it is positive
-/// if and only if YᵀY − I is. The work is O(N (Kn)² n² + (Kn²)³);
-/// columns of equal λ share their H.
+/// if and only if YᵀY − I is. The work is O(N (Kn)² (K + n) n +
+/// (Kn²)³).
 ///
 /// More than `most_dense` equations are solved by conjugate gradients, an iteration at O(N (Kn)²),
 /// with S ⊗ I as the preconditioner; the shift then makes every H_j positive.
@@ -72,8 +100,6 @@ class Relaxation {
   auto node(const Eigen::MatrixXd& q, Eigen::Index k) const { return q.middleRows(k * n_, n_); }
   Eigen::MatrixXd tangent(Eigen::MatrixXd V) const;
 
-  std::vector<std::vector<Eigen::Index>> groups_;  ///< the columns of each λ
-  std::vector<Eigen::Index> group_of_;
   Eigen::VectorXd lambda_;
   Eigen::MatrixXd Q_0_, Q_T_;
   Nodes nodes_;
@@ -81,7 +107,7 @@ class Relaxation {
   Eigen::MatrixXd q_, gradient_, rho_, Gamma_, X_;
   Eigen::MatrixXd M_, Y_, capacity_;  ///< M = L(I − YYᵀ)Lᵀ; L in M_, the factor of YᵀY − I
   Eigen::VectorXd d_;
-  Eigen::MatrixXd inverse_;  ///< 1/((1 + σ)λ_g + d), a column for each group
+  Eigen::MatrixXd inverse_;  ///< 1/((1 + σ)λ_g + d), a column for each λ
   bool shifted_ = false;
   double action_ = 0, shift_ = 0;
 };

@@ -1,5 +1,3 @@
-#include "engine/frame/geodesics/round_logarithm.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,9 +10,7 @@
 #include "engine/dense/newton_krylov.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/geodesics/connect_work.h"
-#include "engine/frame/geodesics/frame_span.h"
-#include "engine/frame/geodesics/path.h"
-#include "engine/frame/geodesics/starts.h"
+#include "engine/frame/geodesics/geodesic_search.h"
 #include "engine/numbers/small_product.h"
 #include "stiefel/stop.h"
 
@@ -354,10 +350,11 @@ double least_radius(double beta) {
 }  // namespace
 
 void round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProducts& products,
-                     const RoundSearch& search, Found& best) {
+                     const TwoPointProblem& problem, Found& best) {
   constexpr double same = 1e-6;
+  const double beta = problem.beta.value_or(1);
   const FrameSpan span(Q_0, Q_T, products);
-  RoundShooting shooting(span.target(), search.beta);
+  RoundShooting shooting(span.target(), beta);
   std::vector<VectorXd> found;
   const auto keep = [&](const VectorXd& x, int start) {
     if (std::ranges::any_of(found, [&](const VectorXd& y) { return (x - y).norm() <= same; }))
@@ -372,7 +369,7 @@ void round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProduc
     best.start = start;
     best.V = span.lifted(shooting.V());
     best.residual = (shooting.frame(4) - span.target()).colwise().norm().maxCoeff();
-    best.shortest = *best.length <= least_radius(search.beta) ? Shortest::yes : Shortest::unknown;
+    best.shortest = *best.length <= least_radius(beta) ? Shortest::yes : Shortest::unknown;
   };
   const VectorXd chord = shooting.chord();
   VectorXd x = chord;
@@ -385,15 +382,15 @@ void round_logarithm(const MatrixXd& Q_0, const MatrixXd& Q_T, const FrameProduc
     if (back) keep(x, 0);
     for (int steps = 4; steps <= 16 && !(there && back); steps *= 2) {
       const VectorXd times = VectorXd::LinSpaced(steps + 1, 0, 1);
-      if (!straighten(shooting, starts(I, T, times, 0, search.seed, false)[0], x)) continue;
+      if (!straighten(shooting, starts(I, T, times, 0, problem.seed, false)[0], x)) continue;
       keep(x, 0);
       break;
     }
     shooting.set_target(span.target());
   }
-  std::mt19937_64 generator(search.seed);
+  std::mt19937_64 generator(problem.seed);
   std::normal_distribution<double> normal;
-  for (int k = 1; k <= search.restarts && best.shortest != Shortest::yes; ++k) {
+  for (int k = 1; k <= problem.restarts && best.shortest != Shortest::yes; ++k) {
     for (double& number : x) number = normal(generator);
     x = chord + (std::numbers::pi / x.norm()) * x;
     VectorXd other = x;

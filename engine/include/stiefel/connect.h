@@ -134,10 +134,10 @@ std::optional<ConnectRefusal> refusal_of(const TwoPointProblem& problem);
 /// comes from shooting in the span of both frames, at the cost O(Nn² + n³), with `restarts` random
 /// velocities; where that fails, a broken geodesic is shortened. Otherwise the search relaxes paths
 /// to minima of the action by the multipliers of QQᵀ = I, at the cost O(Nn⁴ + n⁶) whatever Λ is,
-/// and corrects the initial velocity of the shortest path until its geodesic ends at Q_T. Where
-/// that fails, and at n = N with a λ_i ≤ 0, dense Newton steps of whole paths follow for up to 128
-/// degrees of freedom; they cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem
-/// does up to that d. Beyond, the multipliers solve it too, at the cost O(N (Kn)² n² + (Kn²)³).
+/// and corrects the initial velocity of the shortest path until its geodesic ends at Q_T. At n = N
+/// with a λ_i ≤ 0, for up to 128 degrees of freedom, dense Newton steps of whole paths take their
+/// place; they cost O(K d³) for each start, d = nN − n(n+1)/2, as the discrete problem does up to
+/// that d. Beyond, the multipliers solve it too, at the cost O(N (Kn)² n² + (Kn²)³).
 std::expected<Geodesic, ConnectRefusal> connect(const TwoPointProblem& problem);
 std::expected<DiscreteGeodesic, ConnectRefusal> connect(const TwoPointProblem& problem, int K);
 
