@@ -37,8 +37,6 @@ inline bool is_wide(const Eigen::VectorXd& lambda) {
 struct Posed {
   Eigen::VectorXd lambda;
   Eigen::MatrixXd Q_0, Q_T;
-
-  bool wide() const { return is_wide(lambda); }
 };
 
 /// Returns ½ Σ λ_i ‖v_i‖² of a velocity.

@@ -239,7 +239,7 @@ void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best)
   const Nodes nodes = Track::nodes(p.lambda.maxCoeff() > very_wide * p.lambda.minCoeff() ? 2 : 1);
   std::vector<Trial> trials;
   int start = 0;
-  bool complete = true, doubtful = p.wide();
+  bool complete = true, doubtful = is_wide(p.lambda);
   ShortestSoFar shortest;
   const auto keep = [&](Trial& trial) {
     if (std::exchange(trial.tried, true)) return;
@@ -247,7 +247,8 @@ void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best)
         trial.track ||
         (trial.track = std::make_unique<Track>(p, nodes, trial.path))->relaxation().relax(coarse);
     const Velocity velocity =
-        relaxed ? trial.track->velocity(trial.start > 0 && p.wide() ? 0 : unlimited) : Velocity();
+        relaxed ? trial.track->velocity(trial.start > 0 && is_wide(p.lambda) ? 0 : unlimited)
+                : Velocity();
     shortest.take(p, velocity, trial.action, trial.start, best);
   };
   const auto relax = [&](const std::vector<Path>& paths) {
@@ -255,7 +256,7 @@ void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best)
       const Path& path = paths[static_cast<std::size_t>(start)];
       if (path.empty()) continue;
       auto track = std::make_unique<Track>(p, nodes, path);
-      bool settled = start == 0 && p.wide() && track->follow_powers();
+      bool settled = start == 0 && is_wide(p.lambda) && track->follow_powers();
       if (!settled) {
         track = std::make_unique<Track>(p, nodes, track->at(nodes));
         settled = track->relaxation().relax(coarse, start == 0 ? most_direct : most_refined);
@@ -276,12 +277,13 @@ void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best)
       best.distinct = static_cast<int>(trials.size());
     }
   };
-  const bool wide = p.wide() && problem.restarts > 0;
+  const bool wide = is_wide(p.lambda) && problem.restarts > 0;
   relax(starts(p.Q_0, p.Q_T, nodes.times, problem.restarts, problem.seed, wide));
   if (doubtful && problem.restarts == 0 && work(p) <= most_of_doubtful) {
-    const Nodes fewer = p.wide() ? pieces(VectorXd::LinSpaced(2, 0, 1), 4) : nodes;
-    std::vector<Path> more = starts(p.Q_0, p.Q_T, fewer.times, further, problem.seed, p.wide());
-    if (p.wide()) {
+    const Nodes fewer = is_wide(p.lambda) ? pieces(VectorXd::LinSpaced(2, 0, 1), 4) : nodes;
+    std::vector<Path> more =
+        starts(p.Q_0, p.Q_T, fewer.times, further, problem.seed, is_wide(p.lambda));
+    if (is_wide(p.lambda)) {
       if (!trials.empty()) more[0] = moved(trials[0].path, nodes, fewer);
       complete = thin(p, fewer, nodes, more) && complete;
     }

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <utility>
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
@@ -16,18 +16,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-struct Legendre {
-  double value, before;  ///< P_K(x), P_{K−1}(x)
-};
-
-Legendre legendre(int K, double x) {
+/// Returns P_K(x).
+double legendre(int K, double x) {
   double before = 1, value = x;
-  for (int k = 2; k <= K; ++k) {
-    const double next = ((2 * k - 1) * x * value - (k - 1) * before) / k;
-    before = value;
-    value = next;
-  }
-  return {value, before};
+  for (int k = 2; k <= K; ++k)
+    before = std::exchange(value, ((2 * k - 1) * x * value - (k - 1) * before) / k);
+  return value;
 }
 
 /// Returns the matrix that takes the values at the nodes to those of their polynomials at `times`.
@@ -58,16 +52,16 @@ MatrixXd combined(const Path& path, const Eigen::RowVectorXd& factors) {
 Nodes piece(int K) {
   Nodes nodes;
   VectorXd x(K + 1), P(K + 1);
-  for (int k = 0; k <= K; ++k) {
-    x(k) = -std::cos(std::numbers::pi * k / K);
-    if (k > 0 && k < K)  // roots of P_K', with (1−x²)P_K' = K(P_{K−1} − xP_K)
-      for (int i = 0; i < 20; ++i) {
-        const auto [value, before] = legendre(K, x(k));
-        x(k) += (before - x(k) * value) / ((K + 1) * value);
-      }
-    if (2 * k == K) x(k) = 0;
-    P(k) = legendre(K, x(k)).value;
+  x(0) = -1;
+  x(K) = 1;
+  if (K > 1) {  // the roots of P_K′, which are eigenvalues of the matrix of its recurrence
+    MatrixXd recurrence = MatrixXd::Zero(K - 1, K - 1);
+    for (int k = 1; k < K - 1; ++k)
+      recurrence(k, k - 1) = std::sqrt(k * (k + 2.0) / ((2 * k + 1) * (2 * k + 3)));
+    const VectorXd roots = symmetric_eigenvalues(recurrence);
+    x.segment(1, K - 1) = (roots - roots.reverse()) / 2;
   }
+  for (int k = 0; k <= K; ++k) P(k) = legendre(K, x(k));
   nodes.times = (x.array() + 1) / 2;
   nodes.weights = 1 / (K * (K + 1.0) * P.array().square());
   MatrixXd D = MatrixXd::Zero(K + 1, K + 1);

@@ -257,7 +257,7 @@ std::vector<RelaxedPath> relaxed(const Posed& posed, const TwoPointProblem& prob
   std::vector<RelaxedPath> all;
   int start = 0;
   for (Path& path :
-       starts(posed.Q_0, posed.Q_T, times, problem.restarts, problem.seed, posed.wide())) {
+       starts(posed.Q_0, posed.Q_T, times, problem.restarts, problem.seed, is_wide(posed.lambda))) {
     bool settled = false;
     if (dense) {
       settled = K == 1 || relax(posed.lambda, path, tolerance, problem.stop);

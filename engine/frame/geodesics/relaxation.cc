@@ -54,23 +54,15 @@ Path Relaxation::path() const {
 
 /// Computes the action and its gradient.
 void Relaxation::measure() {
-  stop_point(1000 + 4 * real(n_ * N_ * K_ * (K_ + 2)));
-  const MatrixXd& S = nodes_.stiffness;
-  const Index last = K_ + 1;
+  stop_point(1000 + 4 * real(n_ * N_ * (K_ + 2) * (K_ + 2)));
   gradient_.resize(K_ * n_, N_);
-  double twice = (S(0, 0) * Q_0_.cwiseAbs2() + S(last, last) * Q_T_.cwiseAbs2() +
-                  2 * S(0, last) * Q_0_.cwiseProduct(Q_T_))
-                     .colwise()
-                     .sum() *
-                 lambda_;
-  const MatrixXd inner = S.block(1, 1, K_, K_);
-  MatrixXd ends(n_, K_), all(n_, K_);
+  MatrixXd all(n_, K_ + 2), forces(all);
+  double twice = 0;
   for (Index j = 0; j < N_; ++j) {
-    ends = Q_0_.col(j) * S.row(0).segment(1, K_) + Q_T_.col(j) * S.row(last).segment(1, K_);
-    const auto q = q_.col(j).reshaped(n_, K_);
-    all.noalias() = q * inner;
-    twice += lambda_(j) * q.cwiseProduct(all + 2 * ends).sum();
-    gradient_.col(j).reshaped(n_, K_) = lambda_(j) * (all + ends);
+    all << Q_0_.col(j), q_.col(j).reshaped(n_, K_), Q_T_.col(j);
+    forces.noalias() = all * nodes_.stiffness;
+    twice += lambda_(j) * all.cwiseProduct(forces).sum();
+    gradient_.col(j).reshaped(n_, K_) = lambda_(j) * forces.middleCols(1, K_);
   }
   action_ = twice / 2;
 }
