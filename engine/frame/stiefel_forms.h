@@ -3,9 +3,9 @@
 #include <array>
 
 #include "engine/frame/stiefel_momenta.h"
+#include "engine/motion/observables.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
-#include "engine/motion/observables.h"
 #include "engine/motion/system_entry.h"
 #include "engine/scene/scene_draft.h"
 
