@@ -161,8 +161,9 @@ Observables symmetric_observables(const Scene& scene) {
 }
 
 std::unique_ptr<Simulation> make_symmetric_rigid_body(const Scene& scene) {
-  return make_simulation(scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
-                         shared(symmetric_observables(scene)));
+  return make_simulation<Variational, Exact>(
+      scene, SymmetricRigidBody<double>(scene.inertia(), scene.epsilon()),
+      shared(symmetric_observables(scene)));
 }
 
 std::unique_ptr<Simulation> make_symmetric_moser_veselov(const Scene& scene) {
@@ -203,7 +204,7 @@ SystemEntry symmetric_rigid_body_entry() {
   return {.info = info,
           .check = Pair<false>::check,
           .make = make_symmetric_rigid_body,
-          .methods = methods_on<SymmetricRigidBody<double>>,
+          .methods = methods_on<SymmetricRigidBody<double>, Variational, Exact>,
           .recommended = for_products,
           .two_forms = {&form},
           .dirac_bracket = true,

@@ -88,7 +88,8 @@ std::unique_ptr<Simulation> make_ellipsoid(const Scene& scene) {
   };
   if (costate)
     return make_simulation(scene, StiefelCostate<double>(lambda, 1), shared(observables));
-  return make_simulation(scene, Stiefel<double>(lambda, 1), shared(observables));
+  return make_simulation<Variational, Exact>(scene, Stiefel<double>(lambda, 1),
+                                             shared(observables));
 }
 
 /// Returns why a method that applies to (q, qdot) does not apply to (q, p); empty if it does.
@@ -132,7 +133,7 @@ SystemEntry ellipsoid_entry() {
   return {.info = info,
           .check = check,
           .make = make_ellipsoid,
-          .methods = methods_on<Stiefel<double>>,
+          .methods = methods_on<Stiefel<double>, Variational, Exact>,
           .refusal = refusal,
           .recommended = recommendations,
           .representation = &representation,

@@ -100,8 +100,8 @@ std::unique_ptr<Simulation> make_stiefel(const Scene& scene) {
     observables.field(
         {"M", static_cast<int>(N), static_cast<int>(N)},
         [n](const auto& x, auto out) { out = dense_M<double>(x.topRows(n), x.bottomRows(n)); });
-  return make_simulation(scene, Stiefel<double>(scene.inertia(), n),
-                         shared(std::move(observables)));
+  return make_simulation<Variational, Exact>(scene, Stiefel<double>(scene.inertia(), n),
+                                             shared(std::move(observables)));
 }
 
 /// QQᵀ = I, any lower block.
@@ -153,7 +153,7 @@ SystemEntry stiefel_entry() {
   return {.info = info,
           .check = check,
           .make = make_stiefel,
-          .methods = methods_on<Stiefel<double>>,
+          .methods = methods_on<Stiefel<double>, Variational, Exact>,
           .recommended = recommendations,
           .two_forms = {&form_of_pairs, &form_of_cotangent_pairs},
           .representation = &representation,

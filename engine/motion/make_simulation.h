@@ -1,6 +1,5 @@
 #pragma once
 
-#include "engine/methods/special_methods.h"
 #include "engine/motion/method_entry.h"
 #include "engine/motion/simulation_of.h"
 
@@ -50,43 +49,37 @@ MethodEntry method_entry_of() {
   return entry;
 }
 
-/// Calls visit(static_cast<Method*>(nullptr)) with the method of this name, if it has a map of S
-/// alone.
-template <class S, class Visit>
-void with_special_method(std::string_view name, const Visit& visit) {
-  for_each_type(SpecialMethods{}, [&]<class Method>(Method* method) {
-    if constexpr (applies<Method, S>)
-      if (name == Method::traits.name) visit(method);
-  });
-}
-
-/// Returns the simulation of a system with matrices as states by the scene's method; null if the
-/// method does not apply.
-template <HasMatrixStates S>
+/// Returns the simulation of a system with matrices as states by the scene's method: a general one,
+/// or one of the Special, which have maps of S alone; null if the method does not apply.
+template <class... Special, HasMatrixStates S>
 std::unique_ptr<Simulation> make_simulation(const Scene& scene, const S& system,
                                             const SharedObservables& observables) {
   const MethodEntry* method = method_entry(scene.method());
   if (method && method->applies_to && method->applies_to(system_traits<S>))
     return method->make(scene, system, observables);
   std::unique_ptr<Simulation> made;
-  with_special_method<S>(scene.method(), [&]<class Method>(Method*) {
-    made = make_simulation_by<Method>(scene, system, observables);
-  });
+  [[maybe_unused]] const auto make_by = [&]<class Method>(Method) {
+    if (scene.method() == Method::traits.name)
+      made = make_simulation_by<Method>(scene, system, observables);
+  };
+  (make_by(Special()), ...);
   return made;
 }
 
-/// Returns the methods that apply to S and what they do to the invariants that `info` lists, in the
-/// order of the catalogue.
-template <class S>
+/// Returns the methods that apply to S, with those that are Special, and what they do to the
+/// invariants that `info` lists, in the order of the catalogue.
+template <class S, class... Special>
 std::vector<MethodOnSystem> methods_on(const SystemInfo& info) {
   std::vector<MethodOnSystem> all;
   const SystemTraits& traits = system_traits<S>;
   for (const MethodEntry& method : method_entries()) {
     if (method.applies_to && method.applies_to(traits))
       all.push_back(declared_by(method, traits, {}, info));
-    with_special_method<S>(method.traits.name, [&]<class Method>(Method*) {
-      all.push_back(declared_by(method, traits, declared<Method, S>, info));
-    });
+    [[maybe_unused]] const auto declare = [&]<class Method>(Method) {
+      if (std::string_view(method.traits.name) == Method::traits.name)
+        all.push_back(declared_by(method, traits, declared<Method, S>, info));
+    };
+    (declare(Special()), ...);
   }
   return all;
 }
