@@ -31,23 +31,21 @@ std::optional<MethodDescription> Candidate::refined(int r) const {
   return made;
 }
 
-std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
-                                                         const Place& place) {
+std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description) {
   const SystemInfo* system = catalogue().system(description.system);
   if (system != nullptr && system->discrete)
-    return std::unexpected(Violations{place.violation(
+    return std::unexpected(Violations{Violation{
         "system", '"' + description.system + '"',
-        "is a discrete system and takes no method, so there is no trade-off to measure")});
+        "is a discrete system and takes no method, so there is no trade-off to measure"}});
   description.method.reset();
   description.tolerance.reset();
-  auto start = resolve_recommending(std::move(description), Scene::frame_tolerance, place);
+  auto start = resolve_recommending(std::move(description), Scene::frame_tolerance);
   if (!start) return std::unexpected(std::move(start.error()));
   if (start->members().empty()) return std::vector{*std::move(start)};
   return start->members().range(0, start->members().size());
 }
 
-std::expected<std::vector<Candidate>, Violations> candidates(const Scene& start,
-                                                             const Place& place) {
+std::expected<std::vector<Candidate>, Violations> candidates(const Scene& start) {
   Violations refused;
   std::vector<Candidate> all;
   const auto consider = [&](const MethodOnSystem& on, std::optional<int> order,
@@ -55,7 +53,7 @@ std::expected<std::vector<Candidate>, Violations> candidates(const Scene& start,
     stop_point();
     const MethodInfo& info = *catalogue().method(on.method);
     const MethodDescription method{std::string(on.method), order, 1, arithmetic, {}, scalar};
-    auto scene = start.with(method, place);
+    auto scene = start.with(method);
     if (scene)
       all.push_back({method, order.value_or(0), info.default_tolerance > 0,
                      keeps_energy(on) && !scene->in_float(), step_weight(*scene)});

@@ -34,13 +34,11 @@ struct Candidate {
 
 /// Returns every method of a scene's system that takes the scene, in each order, arithmetic and
 /// scalar; or the violations of the first.
-std::expected<std::vector<Candidate>, Violations> candidates(const Scene& start,
-                                                             const Place& place = {});
+std::expected<std::vector<Candidate>, Violations> candidates(const Scene& start);
 
 /// Returns the scene of a description with the recommended method, or the members of an ensemble;
 /// or its violations. Ignores the method and the tolerance of the description.
-std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description,
-                                                         const Place& place = {});
+std::expected<std::vector<Scene>, Violations> motions_of(SceneDescription description);
 
 /// Describes a method: "variational of order 4, 3 substeps, plain".
 std::string to_text(const MethodDescription& method);

@@ -47,11 +47,10 @@ bool is_useful(const std::vector<double>& before, const std::vector<double>& now
 /// Searches the cheapest point of the trade-off within a tolerance.
 class Search {
  public:
-  /// Computes the references. `description` has tolerance, horizon and step; it and `place` must
-  /// outlive the search.
-  Search(const SceneDescription& description, const Place& place, MeasuredScene measured)
+  /// Computes the references. `description` has tolerance, horizon and step; it must outlive
+  /// the search.
+  Search(const SceneDescription& description, MeasuredScene measured)
       : description_(description),
-        place_(place),
         motions_(std::move(measured.motions)),
         candidates_(std::move(measured.candidates)),
         all_(candidates_.size()),
@@ -71,7 +70,7 @@ class Search {
     if (best_)
       return Choice{best_->method, tolerance_,     *description_.horizon,
                     best_->error,  reason(*best_), Choice::most_work - left_};
-    Violation violation = place_.violation("tolerance", to_text(tolerance_), why_not());
+    Violation violation{"tolerance", to_text(tolerance_), why_not()};
     violation.reason = "TOLERANCE_NOT_MET";
     violation.metadata = {{"tolerance", to_text(tolerance_)},
                           {"most_work", to_text(Choice::most_work)}};
@@ -240,7 +239,6 @@ class Search {
   double count() const { return static_cast<double>(motions_.count()); }
 
   const SceneDescription& description_;
-  const Place& place_;
   MeasuredMotions motions_;
   std::vector<Candidate> candidates_;
   std::size_t all_;  ///< number of candidates before those were left out that cannot be verified
@@ -255,26 +253,25 @@ class Search {
 
 }  // namespace
 
-std::expected<Choice, Violations> choose_method(const SceneDescription& description,
-                                                const Place& place) {
-  auto measured = what_is_measured(description, place);
+std::expected<Choice, Violations> choose_method(const SceneDescription& description) {
+  auto measured = what_is_measured(description);
   if (!measured) return std::unexpected(std::move(measured.error()));
-  return Search(description, place, *std::move(measured)).choose();
+  return Search(description, *std::move(measured)).choose();
 }
 
 std::expected<ChosenScene, Violations> resolve_choosing(SceneDescription description,
-                                                        double largest_repair, const Place& place) {
+                                                        double largest_repair) {
   std::optional<Choice> choice;
   if (wants_choice(description)) {
-    Violations wrong = check_before_choice(description, largest_repair, place);
+    Violations wrong = check_before_choice(description, largest_repair);
     if (!wrong.empty()) return std::unexpected(std::move(wrong));
-    auto chosen = choose_method(description, place);
+    auto chosen = choose_method(description);
     if (!chosen) return std::unexpected(std::move(chosen.error()));
     choice = *std::move(chosen);
     description.method = choice->method;
     description.tolerance.reset();
   }
-  auto scene = resolve_recommending(std::move(description), largest_repair, place);
+  auto scene = resolve_recommending(std::move(description), largest_repair);
   if (!scene) return std::unexpected(std::move(scene.error()));
   return ChosenScene{*std::move(scene), std::move(choice)};
 }

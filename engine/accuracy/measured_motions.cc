@@ -115,16 +115,15 @@ Run MeasuredMotions::run(const MethodDescription& method, double weight, const R
   return all;
 }
 
-std::expected<MeasuredScene, Violations> what_is_measured(const SceneDescription& description,
-                                                          const Place& place) {
+std::expected<MeasuredScene, Violations> what_is_measured(const SceneDescription& description) {
   if (description.members && *description.members > TradeoffRequest::most_members)
-    return std::unexpected(Violations{place.violation(
+    return std::unexpected(Violations{Violation{
         "members", std::to_string(*description.members),
         "must be at most " + std::to_string(TradeoffRequest::most_members) +
-            " where methods are measured, which keeps the reference of each; give a method")});
-  auto motions = motions_of(description, place);
+            " where methods are measured, which keeps the reference of each; give a method"}});
+  auto motions = motions_of(description);
   if (!motions) return std::unexpected(std::move(motions.error()));
-  auto found = candidates(motions->front(), place);
+  auto found = candidates(motions->front());
   if (!found) return std::unexpected(std::move(found.error()));
   MeasuredScene out{MeasuredMotions(*std::move(motions)), *std::move(found)};
   std::erase_if(out.candidates, [&](const Candidate& c) { return !out.motions.take(c.method); });

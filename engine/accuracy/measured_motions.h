@@ -56,7 +56,6 @@ struct MeasuredScene {
 /// Returns what is measured on a scene or ensemble, or its violations; more than
 /// TradeoffRequest::most_members members are one. Ignores the method and the tolerance of the
 /// description.
-std::expected<MeasuredScene, Violations> what_is_measured(const SceneDescription& description,
-                                                          const Place& place);
+std::expected<MeasuredScene, Violations> what_is_measured(const SceneDescription& description);
 
 }  // namespace stiefel

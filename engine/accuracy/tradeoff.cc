@@ -232,9 +232,12 @@ std::expected<std::unique_ptr<Tradeoff>, Violations> Tradeoff::prepare(TradeoffR
     wrong.push_back({"budget", to_text(request.budget), "must be finite and > 0"});
   if (request.repeats < 1 || request.repeats > 100)
     wrong.push_back({"repeats", std::to_string(request.repeats), "must be 1 to 100"});
-  const auto place = Place::inside("scene");
-  auto found = what_is_measured(request.scene, place);
-  if (!found) wrong.insert(wrong.end(), found.error().begin(), found.error().end());
+  auto found = what_is_measured(request.scene);
+  if (!found)
+    for (Violation& of_scene : found.error()) {
+      of_scene.field.insert(0, "scene.");
+      wrong.push_back(std::move(of_scene));
+    }
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
   return std::make_unique<Survey>(std::move(request), *std::move(found));
 }

@@ -142,7 +142,7 @@ bool Confirmation::restore(const std::vector<char>& saved) {
     return false;
   motion_->restore(header.step, state);
   state_ = std::move(state);
-  return run_->prepare(*motion_, {}, header).empty() && run_->restore(in, *motion_);
+  return run_->prepare(*motion_, header).empty() && run_->restore(in, *motion_);
 }
 
 }  // namespace stiefel

@@ -167,12 +167,11 @@ class MovedVectors final : public Linearization {
 }  // namespace
 
 std::expected<std::unique_ptr<Linearization>, Violations> Linearization::make(
-    const Scene& scene, const LinearizationDescription& what, const Simulation& start,
-    const Place& place) {
-  const auto refused = [&](std::string_view field, std::string value, std::string rule) {
-    return std::unexpected(Violations{place.violation(field, std::move(value), std::move(rule))});
+    const Scene& scene, const LinearizationDescription& what, const Simulation& start) {
+  const auto refused = [](std::string field, std::string value, std::string rule) {
+    return std::unexpected(Violations{{std::move(field), std::move(value), std::move(rule)}});
   };
-  if (Violations none = without_tangent(scene, place); !none.empty())
+  if (Violations none = without_tangent(scene); !none.empty())
     return std::unexpected(std::move(none));
   const Dense x = blocks_of(start);
   TangentChart chart(scene, x);
@@ -197,10 +196,9 @@ std::expected<std::unique_ptr<Linearization>, Violations> Linearization::make(
       const Dense G = V.col(k).reshaped(x.rows(), x.cols());
       const double off = (chart.tangent(x, G) - G).norm();
       if (!(off <= tangency * G.norm()))
-        violations.push_back(
-            place.violation("vectors[" + std::to_string(k) + "]",
-                            "off by " + to_text(off) + " at norm " + to_text(G.norm()),
-                            "must be tangent to " + to_text(tangency) + " of its norm"));
+        violations.push_back(Violation{"vectors[" + std::to_string(k) + "]",
+                                       "off by " + to_text(off) + " at norm " + to_text(G.norm()),
+                                       "must be tangent to " + to_text(tangency) + " of its norm"});
     }
     if (!violations.empty()) return std::unexpected(std::move(violations));
   }

@@ -28,20 +28,19 @@ LyapunovRun::LyapunovRun(const Scene& scene, const LyapunovDescription& what, bo
     : scene_(scene), what_(what), judged_(judged), growth_(1) {}
 LyapunovRun::~LyapunovRun() = default;
 
-Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
+Violations LyapunovRun::prepare(const Simulation& start,
                                 const std::optional<LyapunovHeader>& saved) {
-  if (Violations none = without_tangent(scene_, place); !none.empty()) return none;
+  if (Violations none = without_tangent(scene_); !none.empty()) return none;
   vectors_.emplace(scene_, start);
   const std::int64_t dimension = vectors_->dimension(blocks_of(start));
   if (dimension == 0 && what_.count == 0)
-    return {place.violation("count", "0",
-                            "must be given: all exponents are offered for states of up to " +
-                                std::to_string(Linearization::largest_in_coordinates) +
-                                " numbers")};
+    return {Violation{"count", "0",
+                      "must be given: all exponents are offered for states of up to " +
+                          std::to_string(Linearization::largest_in_coordinates) + " numbers"}};
   const std::int64_t most = dimension > 0 ? dimension : GrowthVectors::most_of_large;
   if (what_.count < 0 || what_.count > most)
-    return {place.violation("count", std::to_string(what_.count),
-                            "must be 0, for all, or at most " + std::to_string(most))};
+    return {Violation{"count", std::to_string(what_.count),
+                      "must be 0, for all, or at most " + std::to_string(most)}};
   count_ = static_cast<Eigen::Index>(
       std::min<std::int64_t>(most, what_.count == 0 ? most : std::max(what_.count, least_vectors)));
   growth_ = Growth(count_);
@@ -53,26 +52,26 @@ Violations LyapunovRun::prepare(const Simulation& start, const Place& place,
               : what_.interval > 0 ? what_.interval
                                    : chosen_interval(scene_, rate_);
   if (what_.interval < 0)
-    return {place.violation("interval", std::to_string(what_.interval), "must be at least 0")};
+    return {Violation{"interval", std::to_string(what_.interval), "must be at least 0"}};
   if ((what_.to - what_.from) / interval_ < LyapunovExponents::least_intervals)
-    return {place.violation(
-        "to", std::to_string(what_.to),
-        "must be at least " +
-            std::to_string(what_.from + LyapunovExponents::least_intervals * interval_) + ": " +
-            std::to_string(LyapunovExponents::least_intervals) + " intervals of " +
-            std::to_string(interval_) + " steps after `from`")};
+    return {
+        Violation{"to", std::to_string(what_.to),
+                  "must be at least " +
+                      std::to_string(what_.from + LyapunovExponents::least_intervals * interval_) +
+                      ": " + std::to_string(LyapunovExponents::least_intervals) + " intervals of " +
+                      std::to_string(interval_) + " steps after `from`"}};
   return {};
 }
 
-Violations LyapunovRun::begin(const Simulation& start, const Place& place) {
+Violations LyapunovRun::begin(const Simulation& start) {
   V_ = vectors_->random(blocks_of(start), count_, what_.seed);
   start.save(first_);
-  return restart(start, place);
+  return restart(start);
 }
 
-Violations LyapunovRun::restart(const Simulation& motion, const Place& place) {
+Violations LyapunovRun::restart(const Simulation& motion) {
   linearization_.reset();
-  auto made = Linearization::make(scene_, {vectors_->by_rows(V_), true}, motion, place);
+  auto made = Linearization::make(scene_, {vectors_->by_rows(V_), true}, motion);
   if (!made) return std::move(made.error());
   linearization_ = *std::move(made);
   return {};
@@ -233,10 +232,10 @@ bool LyapunovRun::restore(ByteReader& in, const Simulation& now) {
 }
 
 LyapunovExponents::Made LyapunovExponents::make(const Scene& scene, const LyapunovDescription& what,
-                                                const Simulation& start, const Place& place) {
+                                                const Simulation& start) {
   auto run = std::make_unique<LyapunovRun>(scene, what);
-  Violations violations = run->prepare(start, place);
-  if (violations.empty()) violations = run->begin(start, place);
+  Violations violations = run->prepare(start);
+  if (violations.empty()) violations = run->begin(start);
   if (!violations.empty()) return std::unexpected(std::move(violations));
   return run;
 }
@@ -249,8 +248,7 @@ std::int64_t LyapunovExponents::saved_step(std::string_view saved) {
 
 LyapunovExponents::Made LyapunovExponents::resume(const Scene& scene,
                                                   const LyapunovDescription& what,
-                                                  std::string_view saved, const Simulation& now,
-                                                  const Place& place) {
+                                                  std::string_view saved, const Simulation& now) {
   ByteReader in(saved);
   const LyapunovHeader header = LyapunovHeader::read(in), asked = LyapunovHeader::of(what);
   const bool fits = in.sound() && header.is == LyapunovHeader::format &&
@@ -259,14 +257,13 @@ LyapunovExponents::Made LyapunovExponents::resume(const Scene& scene,
                     header.count == asked.count && header.asked_interval == asked.asked_interval &&
                     header.seed == asked.seed;
   auto run = std::make_unique<LyapunovRun>(scene, what);
-  if (Violations violations = fits ? run->prepare(now, place, header) : Violations();
-      !violations.empty())
+  if (Violations violations = fits ? run->prepare(now, header) : Violations(); !violations.empty())
     return std::unexpected(std::move(violations));
   if (fits && run->restore(in, now)) return run;
-  return std::unexpected(Violations{place.violation(
+  return std::unexpected(Violations{Violation{
       "checkpoint", std::to_string(saved.size()) + " bytes",
       "must come from a LyapunovExponents of the same request, whose `to` and `every` alone may "
-      "differ, and not be beyond `to`")});
+      "differ, and not be beyond `to`"}});
 }
 
 std::uint64_t lyapunov_bytes(const Scene& scene, const LyapunovDescription& what,

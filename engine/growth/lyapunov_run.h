@@ -55,10 +55,9 @@ class LyapunovRun final : public LyapunovExponents {
   ~LyapunovRun() override;
 
   /// Returns what forbids the description, else an empty list. `saved`: of the run that goes on.
-  Violations prepare(const Simulation& start, const Place& place = {},
-                     const std::optional<LyapunovHeader>& saved = {});
+  Violations prepare(const Simulation& start, const std::optional<LyapunovHeader>& saved = {});
   /// Sets the random first vectors, unless the method has no tangent.
-  Violations begin(const Simulation& start, const Place& place = {});
+  Violations begin(const Simulation& start);
   /// Reads what stands behind the header.
   bool restore(ByteReader& in, const Simulation& now);
 
@@ -90,7 +89,7 @@ class LyapunovRun final : public LyapunovExponents {
     return what_.count > 0 ? static_cast<Eigen::Index>(what_.count) : count_;
   }
   /// Begins an interval with V at the state of `motion`.
-  Violations restart(const Simulation& motion, const Place& place = {});
+  Violations restart(const Simulation& motion);
   /// Ends an interval.
   RunStatus close(const Simulation& motion);
   std::int64_t intervals() const { return (what_.to - what_.from - 1) / interval_ + 1; }

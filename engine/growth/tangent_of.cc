@@ -25,24 +25,24 @@ const MethodTangent* tangent_of(const Scene& scene, std::string_view method) {
   return nullptr;
 }
 
-Violations without_tangent(const Scene& scene, const Place& place) {
+Violations without_tangent(const Scene& scene) {
   if (!scene.members().empty())
-    return {place.violation("", std::to_string(scene.members().size()) + " members",
-                            "the scene must have no `members`")};
+    return {Violation{"", std::to_string(scene.members().size()) + " members",
+                      "the scene must have no `members`"}};
   if (tangent_of(scene, scene.method())) return {};
   std::string have;
   if (const Tangents* tangents = tangents_of(scene.system())) {
     for (const MethodTangent& of : tangents->methods)
       append(have, std::string(of.method) +
                        (of.dimension > 0 ? " (N = " + std::to_string(of.dimension) + ")" : ""));
-    return {place.violation("method", scene.method(),
-                            "has no tangent for " + scene.system() + " at N = " +
-                                std::to_string(scene.dimension()) + "; " + have + " have")};
+    return {Violation{"method", scene.method(),
+                      "has no tangent for " + scene.system() +
+                          " at N = " + std::to_string(scene.dimension()) + "; " + have + " have"}};
   }
   for (const SystemEntry& entry : system_entries())
     if (entry.tangents) append(have, entry.info.name);
-  return {place.violation("system", scene.system(),
-                          "has no tangent by any method; " + have + " have one")};
+  return {
+      Violation{"system", scene.system(), "has no tangent by any method; " + have + " have one"}};
 }
 
 }  // namespace stiefel

@@ -11,6 +11,6 @@ const Tangents* tangents_of(std::string_view system);
 const MethodTangent* tangent_of(const Scene& scene, std::string_view method);
 /// Returns the refusal of a scene that has no tangent, an ensemble or one by its method, which
 /// names the methods that have one; empty if it has one.
-Violations without_tangent(const Scene& scene, const Place& place);
+Violations without_tangent(const Scene& scene);
 
 }  // namespace stiefel

@@ -20,7 +20,7 @@ class GivenMembers {
   GivenMembers(const SceneDescription& ensemble, const Scene& first,
                double largest_repair = std::numeric_limits<double>::max())
       : ensemble_(ensemble),
-        draft_(first, nowhere_, largest_repair),
+        draft_(first, largest_repair),
         check_(system_entry(first.system())->body_of),
         method_(method_entry(first.method())) {}
 
@@ -44,7 +44,6 @@ class GivenMembers {
   static constexpr double upright[] = {1, 0, 0, 0};
 
   const SceneDescription& ensemble_;
-  Place nowhere_;
   SceneDraft draft_;
   std::optional<Body3> (*check_)(SceneDraft&, const GivenBody&);
   const MethodEntry* method_;

@@ -30,7 +30,7 @@ struct FormBlocks {
 using Margins = std::vector<Margin>;
 
 /// Returns the refusal with the argument that is outside the domain: a field of the scene, "to",
-/// "epsilon" or "parameter". `convert` puts its path in the request in its place.
+/// "epsilon" or "parameter".
 inline std::unexpected<OutsideDomain> outside(OutsideDomain refusal, std::string argument) {
   refusal.field = std::move(argument);
   return std::unexpected(std::move(refusal));

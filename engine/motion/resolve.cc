@@ -74,12 +74,12 @@ bool lacks_method(const SceneDescription& description) {
   return !description.method && entry != nullptr && !entry->info.discrete;
 }
 
-Violation method_not_chosen(const SceneDescription& description, const Place& place) {
+Violation method_not_chosen(const SceneDescription& description) {
   Violation out =
-      place.violation("method", "absent",
-                      description.tolerance
-                          ? "must be chosen for the tolerance first (resolve_choosing)"
-                          : "must be given; resolve_recommending fills in the recommended method");
+      Violation{"method", "absent",
+                description.tolerance
+                    ? "must be chosen for the tolerance first (resolve_choosing)"
+                    : "must be given; resolve_recommending fills in the recommended method"};
   out.reason = "METHOD_NOT_CHOSEN";
   return out;
 }
@@ -91,11 +91,6 @@ struct OfMembers {
   Violation violation;
   int first;
   bool others = false;
-
-  bool is(const Violation& other) const {
-    return violation.field == other.field && violation.value == other.value &&
-           violation.rule == other.rule;
-  }
 };
 
 /// Calls `visit` with each member as a scene with `method`, which may be nullopt. Members given by
@@ -105,8 +100,8 @@ struct OfMembers {
 template <class Visit>
 Violations check_each(const SceneDescription& ensemble,
                       const std::optional<MethodDescription>& method, double largest_repair,
-                      const Place& place, const Visit& visit) {
-  Violations wrong = check_members(ensemble, place);
+                      const Visit& visit) {
+  Violations wrong = check_members(ensemble);
   if (!wrong.empty()) return wrong;
   std::vector<OfMembers> found;
   std::optional<GivenMembers> given;
@@ -120,17 +115,17 @@ Violations check_each(const SceneDescription& ensemble,
         visit(like->scene());
         continue;
       }
-    SceneDraft draft(member_of(ensemble, b), largest_repair, place);
+    SceneDraft draft(member_of(ensemble, b), largest_repair);
     draft.given().method = method;
     check_scene(draft);
     if (draft.sound()) {
       if (!given) given.emplace(ensemble, draft.scene(), largest_repair);
-      if (!like) like.emplace(draft.scene(), place);
+      if (!like) like.emplace(draft.scene());
       visit(draft.scene());
     }
     for (const Violation& violation : draft.violations()) {
       ++count;
-      const auto before = std::ranges::find_if(found, [&](auto& one) { return one.is(violation); });
+      const auto before = std::ranges::find(found, violation, &OfMembers::violation);
       if (before == found.end())
         found.push_back({violation, b});
       else
@@ -148,16 +143,16 @@ Violations check_each(const SceneDescription& ensemble,
 /// method nor tolerance, with enough substeps for the fastest member; or the violations of the
 /// members.
 std::expected<MethodDescription, Violations> recommended_for_members(
-    const SceneDescription& ensemble, double largest_repair, const Place& place) {
+    const SceneDescription& ensemble, double largest_repair) {
   std::vector<Recommendation> left = recommended(ensemble.system);
-  Violations wrong = check_each(ensemble, ensemble.method, largest_repair, place,
+  Violations wrong = check_each(ensemble, ensemble.method, largest_repair,
                                 [&](const Scene& scene) { keep_what_takes(scene, left); });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
   const Recommendation& one = left.front();
   MethodDescription method = one.description();
   int substeps = 1;
-  wrong = check_each(ensemble, method, largest_repair, place, [&](const Scene& scene) {
+  wrong = check_each(ensemble, method, largest_repair, [&](const Scene& scene) {
     substeps = std::max(substeps, one.substeps(scene));
   });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
@@ -170,20 +165,19 @@ std::expected<MethodDescription, Violations> recommended_for_members(
 /// `ensemble`, with the same values for all members. Only ε is chosen by each member, from its own
 /// ‖M‖: `ensemble` gets it where all members agree, else none. The violations are those of the
 /// first members that have any, at most 16.
-std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble, double largest_repair,
-                                                 const Place& place) {
+std::expected<Scene, Violations> resolve_members(SceneDescription& ensemble,
+                                                 double largest_repair) {
   if (lacks_method(ensemble)) {
-    Violations wrong = check_before_choice(ensemble, largest_repair, place);
-    if (wrong.empty()) wrong.push_back(method_not_chosen(ensemble, place));
+    Violations wrong = check_before_choice(ensemble, largest_repair);
+    if (wrong.empty()) wrong.push_back(method_not_chosen(ensemble));
     return std::unexpected(std::move(wrong));
   }
   std::expected<Scene, Violations> first = std::unexpected(Violations());
   bool common_epsilon = true;
-  Violations wrong =
-      check_each(ensemble, ensemble.method, largest_repair, place, [&](const Scene& scene) {
-        if (!first) first = scene;
-        common_epsilon &= scene.description().epsilon == first->description().epsilon;
-      });
+  Violations wrong = check_each(ensemble, ensemble.method, largest_repair, [&](const Scene& scene) {
+    if (!first) first = scene;
+    common_epsilon &= scene.description().epsilon == first->description().epsilon;
+  });
   if (!wrong.empty()) return std::unexpected(std::move(wrong));
 
   // Otherwise each member chooses its own again.
@@ -200,38 +194,36 @@ bool wants_choice(const SceneDescription& description) {
   return description.tolerance && lacks_method(description);
 }
 
-Violations check_before_choice(const SceneDescription& description, double largest_repair,
-                               const Place& place) {
+Violations check_before_choice(const SceneDescription& description, double largest_repair) {
   if (description.members)
-    return check_each(description, description.method, largest_repair, place, [](const Scene&) {});
-  SceneDraft draft(description, largest_repair, place);
+    return check_each(description, description.method, largest_repair, [](const Scene&) {});
+  SceneDraft draft(description, largest_repair);
   check_scene(draft);
   return draft.violations();
 }
 
-std::expected<Scene, Violations> Scene::resolve(SceneDescription description, double largest_repair,
-                                                const Place& place) {
+std::expected<Scene, Violations> Scene::resolve(SceneDescription description,
+                                                double largest_repair) {
   if (description.members) {
-    auto ensemble = resolve_members(description, largest_repair, place);
+    auto ensemble = resolve_members(description, largest_repair);
     if (ensemble) ensemble->description_ = std::move(description);
     return ensemble;
   }
-  SceneDraft draft(std::move(description), largest_repair, place);
+  SceneDraft draft(std::move(description), largest_repair);
   check_scene(draft);
-  if (draft.sound() && lacks_method(draft.given()))
-    draft.refuse(method_not_chosen(draft.given(), place));
+  if (draft.sound() && lacks_method(draft.given())) draft.refuse(method_not_chosen(draft.given()));
   return draft.take();
 }
 
-std::expected<Scene, Violations> Scene::with(MethodDescription method, const Place& place) const {
+std::expected<Scene, Violations> Scene::with(MethodDescription method) const {
   const bool narrower = method.scalar == "float" && !in_float();
   if (!members().empty() || narrower) {
     SceneDescription changed = description_;
     changed.method = std::move(method);
-    return resolve(std::move(changed), drift_tolerance, place);
+    return resolve(std::move(changed), drift_tolerance);
   }
   const SystemInfo& info = system_entry(system())->info;
-  SceneDraft draft(*this, place);
+  SceneDraft draft(*this);
   draft.set_system(info);
   draft.given().method = std::move(method);
   check_tolerance_and_horizon(draft, info);
@@ -241,16 +233,16 @@ std::expected<Scene, Violations> Scene::with(MethodDescription method, const Pla
 }
 
 std::expected<Scene, Violations> resolve_recommending(SceneDescription description,
-                                                      double largest_repair, const Place& place) {
+                                                      double largest_repair) {
   if (!lacks_method(description) || description.tolerance)
-    return Scene::resolve(std::move(description), largest_repair, place);
+    return Scene::resolve(std::move(description), largest_repair);
   if (description.members) {
-    auto method = recommended_for_members(description, largest_repair, place);
+    auto method = recommended_for_members(description, largest_repair);
     if (!method) return std::unexpected(std::move(method.error()));
     description.method = *std::move(method);
-    return Scene::resolve(std::move(description), largest_repair, place);
+    return Scene::resolve(std::move(description), largest_repair);
   }
-  SceneDraft draft(std::move(description), largest_repair, place);
+  SceneDraft draft(std::move(description), largest_repair);
   check_scene(draft);
   if (!draft.sound()) return draft.take();
   std::vector<Recommendation> left = recommended(draft.given().system);

@@ -28,7 +28,6 @@ bool accepts_body(const MethodEntry* method, const Body3& body, double step);
 bool wants_choice(const SceneDescription& description);
 /// Returns the violations that Scene::resolve finds in such a description, except that its method
 /// is missing.
-Violations check_before_choice(const SceneDescription& description, double largest_repair,
-                               const Place& place);
+Violations check_before_choice(const SceneDescription& description, double largest_repair);
 
 }  // namespace stiefel

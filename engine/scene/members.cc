@@ -37,17 +37,17 @@ SceneDescription member_of(const SceneDescription& all, int b) {
   return one;
 }
 
-Violations check_members(const SceneDescription& all, const Place& place) {
+Violations check_members(const SceneDescription& all) {
   const int count = *all.members;
   if (count < 1 || count > Scene::max_members)
-    return {place.violation("members", std::to_string(count),
-                            "must be 1 to " + std::to_string(Scene::max_members))};
+    return {Violation{"members", std::to_string(count),
+                      "must be 1 to " + std::to_string(Scene::max_members)}};
   Violations wrong;
   for (const auto& [name, block] : all.initial)
     if (block.values.rows() % count != 0 || block.imaginary.rows() % count != 0)
-      wrong.push_back(place.violation(
+      wrong.push_back(Violation{
           "initial." + name, shape_text(block.values.rows(), block.values.cols()),
-          "must have the rows of all " + std::to_string(count) + " members, one after another"));
+          "must have the rows of all " + std::to_string(count) + " members, one after another"});
   return wrong;
 }
 

@@ -9,7 +9,7 @@ namespace stiefel {
 // members.
 
 /// Returns the violations of the description of an ensemble.
-Violations check_members(const SceneDescription& all, const Place& place);
+Violations check_members(const SceneDescription& all);
 
 /// Returns the description of member b, 0 <= b < B.
 SceneDescription member_of(const SceneDescription& all, int b);

@@ -48,7 +48,7 @@ std::string shape_text(Eigen::Index rows, Eigen::Index cols) {
 }
 
 void SceneDraft::refuse(std::string_view field, std::string value, std::string rule) {
-  violations_.push_back(place_.violation(field, std::move(value), std::move(rule)));
+  violations_.push_back({std::string(field), std::move(value), std::move(rule)});
 }
 
 std::expected<Scene, Violations> SceneDraft::take() {

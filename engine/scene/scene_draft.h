@@ -20,13 +20,13 @@ std::string shape_text(Eigen::Index rows, Eigen::Index cols);
 /// all systems. motion/resolve.h adds those that need the catalogue.
 class SceneDraft {
  public:
-  SceneDraft(SceneDescription description, double largest_repair, const Place& place)
-      : largest_repair_(largest_repair), place_(place) {
+  SceneDraft(SceneDescription description, double largest_repair)
+      : largest_repair_(largest_repair) {
     scene_.description_ = std::move(description);
   }
   /// Starts from a valid scene that is to be changed.
-  SceneDraft(Scene scene, const Place& place, double largest_repair = Scene::drift_tolerance)
-      : scene_(std::move(scene)), largest_repair_(largest_repair), place_(place) {}
+  SceneDraft(Scene scene, double largest_repair = Scene::drift_tolerance)
+      : scene_(std::move(scene)), largest_repair_(largest_repair) {}
 
   /// Sets the system whose blocks and name the checks below use.
   void set_system(const SystemInfo& system) { system_ = &system; }
@@ -88,7 +88,6 @@ class SceneDraft {
  private:
   Scene scene_;
   double largest_repair_;
-  const Place& place_;
   const SystemInfo* system_ = nullptr;
   Violations violations_;
 };

@@ -51,21 +51,27 @@ std::optional<Violation> useless_number(const ConversionTarget& target, const Re
                    "must be absent in a conversion to " + target.name};
 }
 
-/// Replaces the argument of a refusal (`outside`) by its path in the request.
-ConversionRefusal in_request(OutsideDomain refusal, const ConversionTarget& target) {
-  const bool own = refusal.field == "epsilon" || (refusal.field == "parameter" && target.parameter);
-  if (refusal.field == "to")
-    refusal.field = target.to;
-  else if (!own)
-    refusal.field = target.scene.violation(refusal.field, "", "").field;
+/// Whether a field is a number that the target gives.
+bool is_of_target(std::string_view field, const ConversionTarget& target) {
+  return (target.epsilon && field == "epsilon") || (target.parameter && field == "parameter");
+}
+
+/// Returns a refusal of an argument (`outside`), which is "to" or a number of the target, or else a
+/// field of the scene.
+ConversionRefusal refused(OutsideDomain refusal, const ConversionTarget& target) {
+  if (refusal.field != "to" && refusal.field != "epsilon" && !is_of_target(refusal.field, target))
+    refusal.field.insert(0, "scene.");
   return refusal;
 }
 
-Place place_of_result(const ConversionTarget& target) {
-  Place place = Place::made_of(target.to);
-  if (target.epsilon) place.with("epsilon", "epsilon");
-  if (target.parameter) place.with("parameter", "parameter");
-  return place;
+/// Returns the violations of the resulting scene as those of the target.
+Violations of_target(Violations wrong, const ConversionTarget& target) {
+  for (Violation& one : wrong) {
+    if (is_of_target(one.field, target)) continue;
+    if (!one.field.empty()) one.value = one.field + ": " + one.value;
+    one.field = "to";
+  }
+  return wrong;
 }
 
 std::optional<MethodDescription> method_on(const SystemInfo& system, const Scene& scene) {
@@ -123,7 +129,7 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
   const Representation* to = representation_of(target.name);
   const SystemInfo* system = catalogue().system(target.name);
   if (to == nullptr && system == nullptr)
-    return refuse({target.to, target.name, rule_of_targets(target.name)});
+    return refuse({"to", target.name, rule_of_targets(target.name)});
   if (const auto& epsilon = target.epsilon; epsilon && !(std::isfinite(*epsilon) && *epsilon != 0))
     return refuse({"epsilon", to_text(*epsilon), "must be finite and not 0"});
   if (const auto& mu = target.parameter; mu && !std::isfinite(*mu))
@@ -136,46 +142,42 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
     return out;
   }
   if (from == nullptr || from->read == nullptr)
-    return refuse(
-        target.scene.violation("system", scene.system(), "cannot be converted to other variables"));
-  if (to == nullptr)
-    return refuse({target.to, target.name, "cannot be reached from " + scene.system()});
+    return refuse({"scene.system", scene.system(), "cannot be converted to other variables"});
+  if (to == nullptr) return refuse({"to", target.name, "cannot be reached from " + scene.system()});
   if (const std::size_t members = scene.members().size(); members > 0)
-    return refuse(target.scene.violation("members", std::to_string(members),
-                                         "must be absent: convert the scene of each member"));
+    return refuse({"scene.members", std::to_string(members),
+                   "must be absent: convert the scene of each member"});
   if (from->square && !scene.has_frame())
-    return refuse(target.scene.violation("initial.Q", "absent",
-                                         "must be given: a momentum alone cannot be converted"));
+    return refuse(
+        {"scene.initial.Q", "absent", "must be given: a momentum alone cannot be converted"});
 
   const auto phase = from->read(scene, out.margins);
-  if (!phase) return std::unexpected(in_request(phase.error(), target));
+  if (!phase) return std::unexpected(refused(phase.error(), target));
   if (to->square && !phase->square())
-    return refuse({target.to, target.name,
+    return refuse({"to", target.name,
                    "needs n = N: Q is " + std::to_string(phase->Q.rows()) + " x " +
                        std::to_string(phase->Q.cols())});
   ConversionTarget wanted = target;
   if (!wanted.parameter) wanted.parameter = scene.description().parameter;
   auto expression = to->write(*phase, wanted, out.margins);
-  if (!expression) return std::unexpected(in_request(expression.error(), target));
+  if (!expression) return std::unexpected(refused(expression.error(), target));
   if (system == nullptr) {
     out.blocks = std::move(expression->blocks);
     return out;
   }
   SceneDescription description = describe(scene, *system, *phase, *expression);
-  const Place place = place_of_result(target);
-  auto made = resolve_recommending(description, Scene::frame_tolerance, place);
+  auto made = resolve_recommending(description, Scene::frame_tolerance);
   if (!made && description.method) {  // a method that these units do not allow in the new variables
     description.method.reset();
-    if (auto other = resolve_recommending(std::move(description), Scene::frame_tolerance, place))
+    if (auto other = resolve_recommending(std::move(description), Scene::frame_tolerance))
       made = std::move(other);
   }
-  if (!made) return std::unexpected(ConversionRefusal(std::move(made.error())));
+  if (!made) return std::unexpected(ConversionRefusal(of_target(std::move(made.error()), target)));
   out.scene = *std::move(made);
   return out;
 }
 
-std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now,
-                                          const Place& place) {
+std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now) {
   if (now.step() == 0) return scene;
   SceneDescription out = scene.description();
   const auto numbers = [&](const char* field) {
@@ -185,14 +187,14 @@ std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& 
   if (out.body) {
     out.body->attitude = numbers("quaternion");
     out.body->angular_velocity = numbers("angular_velocity");
-    return Scene::resolve(std::move(out), Scene::drift_tolerance, place);
+    return Scene::resolve(std::move(out), Scene::drift_tolerance);
   }
   out.initial.clear();
   for (std::size_t i = 0; i < now.block_count(); ++i) {
     const std::size_t from = starting(scene, now, i);
     out.initial[now.fields()[from].name] = block_of(now, from);
   }
-  return Scene::resolve(std::move(out), Scene::drift_tolerance, place);
+  return Scene::resolve(std::move(out), Scene::drift_tolerance);
 }
 
 }  // namespace stiefel

@@ -37,7 +37,7 @@ std::string value_of(const Block& block) {
 /// do not have the shapes of the state's blocks.
 Dense stacked_vector(const std::string& field, const TangentVector& u,
                      const std::array<std::string_view, 2>& names, const Dense& x,
-                     const Place& place, Violations& violations) {
+                     Violations& violations) {
   const Eigen::Index rows = x.rows() / 2;
   Dense out(x.rows(), x.cols());
   const std::string name[] = {std::string(names[0]), std::string(names[1])};
@@ -47,26 +47,26 @@ Dense stacked_vector(const std::string& field, const TangentVector& u,
                       found->second.values.cols() == x.cols() &&
                       found->second.imaginary.size() == 0;
     if (!fits || !found->second.values.allFinite()) {
-      violations.push_back(place.violation(
-          field + "." + name[k], found == u.end() ? "absent" : value_of(found->second),
-          "must be given, real, finite and " + shape_text(rows, x.cols())));
+      violations.push_back(
+          Violation{field + "." + name[k], found == u.end() ? "absent" : value_of(found->second),
+                    "must be given, real, finite and " + shape_text(rows, x.cols())});
       continue;
     }
     out.middleRows(k * rows, rows) = found->second.values;
   }
   for (const auto& [other, block] : u)
     if (other != name[0] && other != name[1])
-      violations.push_back(place.violation(
-          field + "." + other, value_of(block),
-          "the blocks are " + name[0] + ", " + name[1] + did_you_mean(other, names)));
+      violations.push_back(
+          Violation{field + "." + other, value_of(block),
+                    "the blocks are " + name[0] + ", " + name[1] + did_you_mean(other, names)});
   return out;
 }
 
-std::unexpected<Violations> refuse_ensemble(const Scene& scene, const Place& place) {
+std::unexpected<Violations> refuse_ensemble(const Scene& scene) {
   return std::unexpected(
-      Violations{place.violation("", std::to_string(scene.members().size()) + " members",
-                                 "the scene must have no `members`: two-forms and brackets are "
-                                 "evaluated for single scenes")});
+      Violations{Violation{"", std::to_string(scene.members().size()) + " members",
+                           "the scene must have no `members`: two-forms and brackets are "
+                           "evaluated for single scenes"}});
 }
 
 /// Whether the scene has the blocks that the form reads; a body may have no frame.
@@ -93,27 +93,27 @@ Dense in_principal_axes(const Scene& scene, Dense x) {
 
 std::expected<double, Violations> evaluate_form(const Scene& scene, const Simulation& now,
                                                 const std::string& form, const TangentVector& u,
-                                                const TangentVector& v, const Place& place) {
-  if (!scene.members().empty()) return refuse_ensemble(scene, place);
+                                                const TangentVector& v) {
+  if (!scene.members().empty()) return refuse_ensemble(scene);
   const auto& has = two_forms_of(scene);
   const auto found = std::ranges::find_if(has, [&](auto* s) { return s->info.name == form; });
   if (found == has.end() || !has_blocks(now, **found))
-    return std::unexpected(Violations{
-        place.violation("form", form,
-                        "is not a two-form of " + scene.system() +
-                            did_you_mean(form, has, [](auto* s) { return s->info.name; }))});
+    return std::unexpected(
+        Violations{Violation{"form", form,
+                             "is not a two-form of " + scene.system() +
+                                 did_you_mean(form, has, [](auto* s) { return s->info.name; })}});
   const FormSpace space = (*found)->space(scene);
   const Dense x = state_of(**found, now);
   Violations violations;
   const auto read = [&](const char* field, const TangentVector& given) {
     const std::size_t before = violations.size();
-    const Dense w = stacked_vector(field, given, (*found)->info.blocks, x, place, violations);
+    const Dense w = stacked_vector(field, given, (*found)->info.blocks, x, violations);
     if (violations.size() > before) return w;
     const double off = (space.tangent(x, w) - w).norm();
     if (!(off <= tangency * w.norm()))
-      violations.push_back(
-          place.violation(field, "off by " + to_text(off) + " at norm " + to_text(w.norm()),
-                          "must be tangent to " + to_text(tangency) + " of its norm"));
+      violations.push_back(Violation{field,
+                                     "off by " + to_text(off) + " at norm " + to_text(w.norm()),
+                                     "must be tangent to " + to_text(tangency) + " of its norm"});
     return w;
   };
   const Dense first = read("first", u), second = read("second", v);
@@ -124,12 +124,11 @@ std::expected<double, Violations> evaluate_form(const Scene& scene, const Simula
 std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& scene,
                                                                    const Simulation& now, int pairs,
                                                                    unsigned seed,
-                                                                   const Place& place,
                                                                    const std::stop_token& stop) {
-  if (!scene.members().empty()) return refuse_ensemble(scene, place);
+  if (!scene.members().empty()) return refuse_ensemble(scene);
   const auto& has = two_forms_of(scene);
   if (has.empty() || !has_blocks(now, *has.front()))
-    return std::unexpected(Violations{place.violation("", scene.system(), "has no two-form")});
+    return std::unexpected(Violations{Violation{"", scene.system(), "has no two-form"}});
   return unless_stopped(stop,
                         [&] {
                           const auto map = make_simulation(scene);
@@ -145,23 +144,22 @@ std::expected<std::optional<double>, Violations> symplectic_defect(const Scene& 
 }
 
 std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simulation& now,
-                                                const PairFactors& F, const PairFactors& K,
-                                                const Place& place) {
-  if (!scene.members().empty()) return refuse_ensemble(scene, place);
+                                                const PairFactors& F, const PairFactors& K) {
+  if (!scene.members().empty()) return refuse_ensemble(scene);
   const int N = scene.dimension();
   Violations violations;
   if (!system_entry(scene.system())->dirac_bracket)
-    violations.push_back(place.violation(
+    violations.push_back(Violation{
         "", scene.system(),
-        "has no Dirac bracket; symmetric_rigid_body and symmetric_moser_veselov have one"));
+        "has no Dirac bracket; symmetric_rigid_body and symmetric_moser_veselov have one"});
   const auto check = [&](const std::string& field, const PairFactors& given) {
     for (std::size_t k = 0; k < given.factors.size() && violations.size() < most_violations; ++k) {
       const auto& [A, B] = given.factors[k];
       for (const auto& [name, matrix] : {std::pair(".A", &A), std::pair(".B", &B)})
         if (matrix->rows() != N || matrix->cols() != N || !matrix->allFinite())
-          violations.push_back(place.violation(field + "[" + std::to_string(k) + "]" + name,
-                                               value_of(*matrix),
-                                               "must be finite and " + shape_text(N, N)));
+          violations.push_back(Violation{field + "[" + std::to_string(k) + "]" + name,
+                                         value_of(*matrix),
+                                         "must be finite and " + shape_text(N, N)});
     }
   };
   check("first", F), check("second", K);

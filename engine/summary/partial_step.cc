@@ -15,8 +15,7 @@ constexpr double least_in_double = 0x1p-120, least_in_float = 0x1p-60;
 
 /// Returns the scene with a step of any size.
 Scene with_step(const Scene& scene, double step, int substeps) {
-  const Place nowhere;
-  SceneDraft draft(scene, nowhere);
+  SceneDraft draft(scene);
   draft.given().step = step;
   draft.given().method->substeps = substeps;
   return draft.take().value();

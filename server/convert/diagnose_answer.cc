@@ -18,7 +18,7 @@ static_assert(same_order(BodyMotion::Kind::separatrix, v1::MOTION_KIND_AT_REST) 
 
 /// Returns the value of the element at `path`, which must be finite.
 double number(const std::string& path, std::expected<double, Violations> computed) {
-  const double value = value_of(std::move(computed));
+  const double value = value_of(std::move(computed), Place::inside(path));
   if (!std::isfinite(value))
     throw errors::invalid(path, to_text(value), "overflows: its arguments are too large");
   return value;
@@ -121,19 +121,18 @@ void answer(const DiagnoseTask& task, const Session& session, const Cursor& curs
   for (std::size_t i = 0; i < task.forms.size() && !stop.stop_requested(); ++i) {
     const auto& [name, first, second] = task.forms[i];
     const std::string path = Path("forms", i).text();
-    response->add_forms(
-        number(path, evaluate_form(scene, now, name, first, second, Place::inside(path))));
+    response->add_forms(number(path, evaluate_form(scene, now, name, first, second)));
   }
   for (std::size_t i = 0; i < task.brackets.size() && !stop.stop_requested(); ++i) {
     const auto& [first, second] = task.brackets[i];
     const std::string path = Path("dirac_brackets", i).text();
-    response->add_dirac_brackets(
-        number(path, dirac_bracket(scene, now, first, second, Place::inside(path))));
+    response->add_dirac_brackets(number(path, dirac_bracket(scene, now, first, second)));
   }
   if (task.symplectic) {
-    const auto defect = value_of(
-        symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
-                          task.symplectic->seed(), Place::inside("symplectic_test"), stop));
+    const auto defect =
+        value_of(symplectic_defect(scene, now, static_cast<int>(task.symplectic->pairs()),
+                                   task.symplectic->seed(), stop),
+                 Place::inside("symplectic_test"));
     if (defect) response->set_symplectic_defect(*defect);
   }
   if (task.estimate_error != v1::ERROR_ESTIMATION_UNSPECIFIED) {

@@ -208,9 +208,8 @@ StatusError reply_too_large(const char* field, std::uint64_t size) {
 }
 
 StatusError overflow(const Place& place, const Overflow& overflow) {
-  return invalid(
-      {place.violation("", overflow.field + " = " + to_text(overflow.value) + " at step 0",
-                       "numbers are so large or so small that a field overflows")});
+  return invalid({place.of({"", overflow.field + " = " + to_text(overflow.value) + " at step 0",
+                            "numbers are so large or so small that a field overflows"})});
 }
 
 StatusError outside_domain(const OutsideDomain& outside) {

@@ -107,10 +107,10 @@ grpc::Status from_current_exception();
 
 namespace stiefel::server {
 
-/// Returns the value, or throws INVALID_ARGUMENT with the violations.
+/// Returns the value, or throws INVALID_ARGUMENT with the violations at their place.
 template <class T>
-T value_of(std::expected<T, Violations> checked) {
-  if (!checked) throw errors::invalid(checked.error());
+T value_of(std::expected<T, Violations> checked, const Place& place = in_the_request) {
+  if (!checked) throw errors::invalid(place.of(std::move(checked.error())));
   return *std::move(checked);
 }
 

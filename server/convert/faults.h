@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "stiefel/violation.h"
+#include "server/convert/place.h"
 
 namespace stiefel::server {
 
@@ -56,7 +56,7 @@ class Faults {
   void add(const Path& path, Text text) {
     if (found_.violations.size() == most) return void(++found_.more);
     auto [value, rule] = text();
-    found_.violations.push_back(place_.violation(path.text(), std::move(value), std::move(rule)));
+    found_.violations.push_back(place_.of({path.text(), std::move(value), std::move(rule)}));
   }
   void add(const Path& path, std::string value, std::string rule) {
     add(path, [&] { return std::pair(std::move(value), std::move(rule)); });
@@ -75,8 +75,5 @@ class Faults {
   const Place& place_;
   FoundFaults found_;
 };
-
-/// The place of faults in the request itself.
-inline const Place in_the_request;
 
 }  // namespace stiefel::server

@@ -16,18 +16,28 @@ namespace {
 /// Returns the place of violations in what a fork does not change: the session that it comes from.
 Place inherited() { return Place::made_of("from_session_id"); }
 
+/// Returns a violation of a conversion at its place in a fork.
+Violation in_fork(Violation one) {
+  constexpr std::string_view scene = "scene.";
+  if (one.field == "to") one.field = "system";
+  if (!one.field.starts_with(scene)) return one;
+  one.field.erase(0, scene.size());
+  return inherited().of(std::move(one));
+}
+
 /// Returns the scene converted to another system.
 Scene in_system(const std::string& system, const Scene& scene) {
   if (catalogue().system(system) == nullptr)
     throw errors::invalid(
         "system", system,
         "must be a system" + did_you_mean(system, catalogue().systems, &SystemInfo::name));
-  ConversionTarget target{system};
-  target.scene = inherited();
-  target.to = "system";
-  auto converted = convert(scene, target);
-  if (!converted) throw refused(converted.error());
-  return *std::move(converted->scene);
+  auto converted = convert(scene, {system});
+  if (converted) return *std::move(converted->scene);
+  if (auto* violations = std::get_if<Violations>(&converted.error()))
+    for (Violation& one : *violations) one = in_fork(std::move(one));
+  else if (std::string& field = std::get<OutsideDomain>(converted.error()).field; true)
+    field = in_fork({field, "", ""}).field;
+  throw refused(converted.error());
 }
 
 /// Returns the scene with the method and step of the request.
@@ -42,12 +52,12 @@ Scene changed(const v1::ForkSessionRequest& request, SceneDescription descriptio
     description.step = request.step();
     place.with("step", "step");
   }
-  return value_of(Scene::resolve(std::move(description), Scene::drift_tolerance, place));
+  return value_of(Scene::resolve(std::move(description), Scene::drift_tolerance), place);
 }
 
 /// Whether a description would be a scene with the method that is to be chosen for it.
-bool lacks_only_a_method(const SceneDescription& description, const Place& place) {
-  const auto scene = Scene::resolve(description, Scene::frame_tolerance, place);
+bool lacks_only_a_method(const SceneDescription& description) {
+  const auto scene = Scene::resolve(description);
   return !scene && std::ranges::all_of(scene.error(), [](const Violation& violation) {
     return violation.reason == "METHOD_NOT_CHOSEN";
   });
@@ -64,16 +74,14 @@ ResolvedScene read_scene(bool present, const v1::Scene& scene, const char* field
   const auto place = Place::inside(field);
   SceneDescription description = from_proto(scene, place);
   if (!scene.has_method() && !scene.has_tolerance()) hold(recommendation_workspace(description));
-  if (wants_choice(scene) && lacks_only_a_method(description, place))
-    hold(choice_workspace(description));
-  auto [made, choice] =
-      value_of(resolve_choosing(std::move(description), Scene::frame_tolerance, place));
+  if (wants_choice(scene) && lacks_only_a_method(description)) hold(choice_workspace(description));
+  auto [made, choice] = value_of(resolve_choosing(std::move(description)), place);
   return {std::move(made), std::move(choice), place};
 }
 
 ResolvedScene forked(const Session& from, const Cursor& cursor,
                      const v1::ForkSessionRequest& request) {
-  Scene scene = value_of(scene_at(from.scene(), cursor.simulation(), Place::made_of("from_step")));
+  Scene scene = value_of(scene_at(from.scene(), cursor.simulation()), Place::made_of("from_step"));
   if (request.has_system() && request.system() != from.scene().system())
     scene = in_system(request.system(), scene);
   if (request.has_method() || request.has_step()) scene = changed(request, scene.description());

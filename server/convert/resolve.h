@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "server/convert/place.h"
 #include "server/sessions/cursor.h"
 #include "stiefel/scene.h"
 #include "stiefel/tradeoff.h"

@@ -47,13 +47,10 @@ struct ConversionTarget {
   std::optional<double> epsilon = {};
   /// μ, for the parametric systems, otherwise refused; the scene's when absent.
   std::optional<double> parameter = {};
-  /// Place of what is refused in the scene to be converted. `to` is the field of what is refused of
-  /// `name` and of the resulting scene; `epsilon` and `parameter` have the fields "epsilon" and
-  /// "parameter".
-  Place scene = Place::inside("scene");
-  std::string to = "to";
 };
 
+/// Names the fields "to" (of the target's name, and of the resulting scene as a whole), "epsilon",
+/// "parameter", and those of the scene to be converted below "scene".
 using ConversionRefusal = std::variant<Violations, OutsideDomain>;
 
 /// Converts the motion of `scene` into a scene of another system, through (Q, M) where n = N and
@@ -69,7 +66,6 @@ std::expected<Conversion, ConversionRefusal> convert(const Scene& scene,
 /// the history of its solver: with the numbers that `now` reports, of a body its quaternion and
 /// angular velocity. At step 0 it is `scene` itself, whose numbers no state has rounded. Repairs a
 /// drift off the manifold of up to Scene::drift_tolerance.
-std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now,
-                                          const Place& place = {});
+std::expected<Scene, Violations> scene_at(const Scene& scene, const Simulation& now);
 
 }  // namespace stiefel

@@ -91,17 +91,17 @@ using TangentVector = std::map<std::string, Block>;
 
 /// Returns ω(u, v) at the state of `now`. Refuses a form that the system does not have, blocks that
 /// are not the form's, and vectors that are not tangent to 1e-8. The violations name the fields
-/// "form", "first" and "second" of `place`.
+/// "form", "first" and "second".
 std::expected<double, Violations> evaluate_form(const Scene& scene, const Simulation& now,
                                                 const std::string& form, const TangentVector& u,
-                                                const TangentVector& v, const Place& place);
+                                                const TangentVector& v);
 
 /// Returns max |ω(Tφu, Tφv) − ω(u, v)| / ‖u‖‖v‖ over `pairs` pairs of random tangent vectors, drawn
 /// with `seed`, at the state of `now`. φ is one step of the scene's method and ω the system's first
 /// form. The defect of a symplectic φ is about 1e-12. Returns nullopt where φ is not defined around
-/// the state, and on a stop request. Refuses a system that has no form, as a violation of `place`.
+/// the state, and on a stop request. Refuses a system that has no form.
 std::expected<std::optional<double>, Violations> symplectic_defect(
-    const Scene& scene, const Simulation& now, int pairs, unsigned seed, const Place& place,
+    const Scene& scene, const Simulation& now, int pairs, unsigned seed,
     const std::stop_token& stop = {});
 
 /// A function on gl(N) × gl(N) ∋ (Q, P): a product of linear functions tr AᵀQ + tr BᵀP, given as A
@@ -112,9 +112,8 @@ struct PairFactors {
 
 /// Returns the Dirac bracket {F, K} on S, [RB] (3.15), at the state (Q, P) of `now`. Refuses
 /// systems without P and matrices that are not N × N. The violations name the fields "first" and
-/// "second" of `place`.
+/// "second".
 std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simulation& now,
-                                                const PairFactors& F, const PairFactors& K,
-                                                const Place& place);
+                                                const PairFactors& F, const PairFactors& K);
 
 }  // namespace stiefel

@@ -51,8 +51,7 @@ class Linearization {
   /// Refuses ensembles, methods and systems without a derivative, and vectors that do not fit or
   /// are not tangent. Throws Stopped (stop.h).
   static std::expected<std::unique_ptr<Linearization>, Violations> make(
-      const Scene& scene, const LinearizationDescription& description, const Simulation& start,
-      const Place& place = {});
+      const Scene& scene, const LinearizationDescription& description, const Simulation& start);
   virtual ~Linearization() = default;
 
   /// Advances `motion` by `steps` ≥ 0 steps and the vectors with it. Ends at the last good state,

@@ -52,14 +52,13 @@ class LyapunovExponents {
 
   /// Refuses ensembles, methods without a tangent, and descriptions that do not fit. `start` is at
   /// `what.from`. Throws Stopped (stop.h), as do the functions below.
-  static Made make(const Scene& scene, const LyapunovDescription& what, const Simulation& start,
-                   const Place& place = {});
+  static Made make(const Scene& scene, const LyapunovDescription& what, const Simulation& start);
   /// Returns the step at which `save` wrote the bytes; −1 if they are not of that kind.
   static std::int64_t saved_step(std::string_view saved);
   /// Goes on where `save` wrote the bytes, with a motion at that step. `what.to` may differ from
   /// the one that was saved. Refuses bytes of another description.
   static Made resume(const Scene& scene, const LyapunovDescription& what, std::string_view saved,
-                     const Simulation& now, const Place& place = {});
+                     const Simulation& now);
   virtual ~LyapunovExponents() = default;
 
   /// Writes what is needed to go on, at the last end of an interval, as bytes.

@@ -11,7 +11,7 @@ struct OutsideDomain {
   std::string_view domain;
   double value;
   double bound;
-  /// In a refusal of `convert`: the path of the argument in the request ("scene.initial.Q").
+  /// In a refusal of `convert`: the argument, as ConversionRefusal names it ("scene.initial.Q").
   std::string field = {};
 };
 

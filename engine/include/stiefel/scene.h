@@ -93,18 +93,17 @@ class Scene {
   /// The smallest top-level `tolerance`: the limit of double precision.
   static constexpr double least_tolerance = 1e-15;
 
-  /// Checks a description and fills in its defaults. Returns the scene, or all violations at once,
-  /// with the fields of `place`. Repairs frames whose max |QQᵀ − I| is at most `largest_repair`.
+  /// Checks a description and fills in its defaults. Returns the scene, or all violations at once.
+  /// Repairs frames whose max |QQᵀ − I| is at most `largest_repair`.
   /// Simulates nothing: refuses a description of a continuous system without a method, with the
   /// reason METHOD_NOT_CHOSEN. `resolve_recommending` below accepts it, and resolve_choosing
   /// (tradeoff.h) also one with a tolerance. Throws Stopped (stop.h).
   static std::expected<Scene, Violations> resolve(SceneDescription description,
-                                                  double largest_repair = frame_tolerance,
-                                                  const Place& place = {});
+                                                  double largest_repair = frame_tolerance);
 
   /// Returns the scene with another method. Checks only the method, unless its scalar type has a
   /// narrower range. Throws Stopped (stop.h).
-  std::expected<Scene, Violations> with(MethodDescription method, const Place& place = {}) const;
+  std::expected<Scene, Violations> with(MethodDescription method) const;
 
   /// Returns the resolved description: what the caller gave, with every default filled in.
   const SceneDescription& description() const { return description_; }
@@ -170,15 +169,12 @@ class Scene {
 /// the start. A momentum alone with N = 4 and a geodesic with n = 1 are integrated over 4 and 16
 /// rotations for it. Throws Stopped (stop.h).
 std::expected<Scene, Violations> resolve_recommending(
-    SceneDescription description, double largest_repair = Scene::frame_tolerance,
-    const Place& place = {});
+    SceneDescription description, double largest_repair = Scene::frame_tolerance);
 
 /// The members of an ensemble as scenes. A member is resolved each time it is asked for, which
 /// takes some microseconds for a small one, so that an ensemble stores its numbers only once.
 class Members {
  public:
-  class Iterator;
-
   std::size_t size() const { return count_; }
   bool empty() const { return count_ == 0; }
   /// Member b, 0 <= b < size().
@@ -186,8 +182,6 @@ class Members {
   Scene front() const { return (*this)[0]; }
   /// Members first ... first + count - 1.
   std::vector<Scene> range(std::size_t first, std::size_t count) const;
-  Iterator begin() const;
-  Iterator end() const;
 
  private:
   friend class Scene;
@@ -198,25 +192,7 @@ class Members {
   std::size_t count_;
 };
 
-/// Iterates over the members; `*` returns a Scene by value.
-class Members::Iterator {
- public:
-  Iterator(const Members& members, std::size_t at) : members_(members), at_(at) {}
-  Scene operator*() const { return members_[at_]; }
-  Iterator& operator++() {
-    ++at_;
-    return *this;
-  }
-  bool operator!=(const Iterator& other) const { return at_ != other.at_; }
-
- private:
-  Members members_;
-  std::size_t at_;
-};
-
 inline Members Scene::members() const { return Members(description_); }
-inline Members::Iterator Members::begin() const { return {*this, 0}; }
-inline Members::Iterator Members::end() const { return {*this, count_}; }
 
 /// Returns the warnings about an accepted scene, one sentence each; usually none.
 ///

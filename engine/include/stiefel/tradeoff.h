@@ -64,8 +64,7 @@ struct Choice {
 /// the violation has the reason TOLERANCE_NOT_MET and gives the nearest point, which is within the
 /// tolerance for the longest time: its method, its error up to the horizon and its work; or the
 /// work that the reference needs. Throws Stopped (stop.h).
-std::expected<Choice, Violations> choose_method(const SceneDescription& description,
-                                                const Place& place = {});
+std::expected<Choice, Violations> choose_method(const SceneDescription& description);
 
 /// A resolved scene, and the choice of its method where the description had a tolerance.
 struct ChosenScene {
@@ -77,8 +76,7 @@ struct ChosenScene {
 /// the scene then has the chosen method, and no tolerance. If it has neither, the scene gets the
 /// recommended method (resolve_recommending in scene.h). Throws Stopped (stop.h).
 std::expected<ChosenScene, Violations> resolve_choosing(
-    SceneDescription description, double largest_repair = Scene::frame_tolerance,
-    const Place& place = {});
+    SceneDescription description, double largest_repair = Scene::frame_tolerance);
 
 /// A request for a trade-off. The scene's method is ignored. For an ensemble, a point's error and
 /// drift are those of the worst member, its work and times those of all members together.

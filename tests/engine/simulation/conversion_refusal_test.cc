@@ -58,16 +58,6 @@ TEST(ConversionRefusal, NamesTheArgumentOutsideTheDomain) {
   EXPECT_EQ(outside(two_frames, {"stiefel"}), "scene.initial.Q");
 }
 
-/// A fork has the scene from a session, and names the target `system`.
-TEST(ConversionRefusal, NamesThePlacesOfTheRequest) {
-  ConversionTarget target{"ellipsoid"};
-  target.to = "system";
-  EXPECT_EQ(outside(geodesic_on(2, 5), target), "system");
-  target.name = "moser_veselov_pair";
-  target.scene = Place::made_of("from_session_id");
-  EXPECT_EQ(outside(body(1e3), target), "from_session_id");
-}
-
 TEST(ConversionRefusal, RefusesANumberThatTheTargetDoesNotHave) {
   for (const SystemInfo& system : catalogue().systems) {
     const bool parametric = system.name.starts_with("parametric");

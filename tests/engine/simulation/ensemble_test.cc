@@ -194,10 +194,11 @@ void expect_the_same_bits(int N, const char* arithmetic, const char* scalar) {
   for (auto& scene : scenes) scene.method->scalar = scalar;
   const Scene together = resolved(ensemble_of(scenes));
   std::vector<PackedBody> some;
-  for (const Scene& body : together.members()) some.push_back(packed_body(body));
+  for (const Scene& body : together.members().range(0, together.members().size()))
+    some.push_back(packed_body(body));
   const auto given = side_by_side<Scalar>(together, some, 16);
   std::vector<double> states, expected;
-  for (const Scene& body : together.members()) {
+  for (const Scene& body : together.members().range(0, together.members().size())) {
     const auto simulation = make_simulation(body);
     const auto append = [&](std::vector<double>& to) {
       const auto state = saved(*simulation);
@@ -360,7 +361,7 @@ TEST(Ensemble, MembersMayBeAtRest) {
   two.initial["S"] = RowMatrix(RowMatrix::Zero(2, 3));
   const auto scene = Scene::resolve(two);
   ASSERT_TRUE(scene);
-  for (const Scene& member : scene->members()) EXPECT_EQ(member.block("S").norm(), 0);
+  for (const Scene& member : scene->members().range(0, 2)) EXPECT_EQ(member.block("S").norm(), 0);
 }
 
 /// A body with these moments, attitude and angular velocity.
@@ -415,7 +416,7 @@ TEST(Ensemble, InertiaMayBeCommon) {
   auto common = ensemble_of(scenes);
   common.inertia.resize(3);
   const Scene together = resolved(common);
-  for (const Scene& member : together.members())
+  for (const Scene& member : together.members().range(0, together.members().size()))
     EXPECT_EQ(member.inertia(), together.members()[0].inertia());
 }
 

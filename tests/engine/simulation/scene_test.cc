@@ -25,38 +25,21 @@ SceneDescription good_body() {
   return d;
 }
 
-TEST(Scene, ViolationsAreAtThePlaceOfTheDescription) {
+TEST(Scene, ViolationsNameTheFieldsOfTheDescription) {
   SceneDescription d = good();
   d.step = 0;
   d.method->order = 3;
   d.initial["Q"].values *= 2;
-  const auto fields = [&](const Place& place) {
-    const auto scene = Scene::resolve(d, Scene::frame_tolerance, place);
+  const auto fields = [&] {
     std::vector<std::string> out;
+    const auto scene = Scene::resolve(d);
     for (const auto& violation : scene.error()) out.push_back(violation.field);
     return out;
   };
-  using Fields = std::vector<std::string>;
-  EXPECT_EQ(fields({}), (Fields{"method.order", "initial.Q", "step"}));
-  EXPECT_EQ(fields(Place::inside("scene")),
-            (Fields{"scene.method.order", "scene.initial.Q", "scene.step"}));
-  EXPECT_EQ(fields(Place::made_of("from").with("method", "method").with("step", "new.step")),
-            (Fields{"method.order", "from", "new.step"}));
+  const std::vector<std::string> expected = {"method.order", "initial.Q", "step"};
+  EXPECT_EQ(fields(), expected);
   d.members = 1;
-  EXPECT_EQ(fields(Place::inside("scene")),
-            (Fields{"scene.method.order", "scene.initial.Q", "scene.step"}));
-}
-
-TEST(Place, AViolationOfWhatHasNoFieldThereTellsTheFieldInItsValue) {
-  const Violation inherited = Place::made_of("from_session_id").violation("initial.Q", "2", "rule");
-  EXPECT_EQ(inherited.field, "from_session_id");
-  EXPECT_EQ(inherited.value, "initial.Q: 2");
-  const Violation whole = Place::inside("scene").violation("", "2", "rule");
-  EXPECT_EQ(whole.field, "scene");
-  EXPECT_EQ(whole.value, "2");
-  Place elsewhere = Place::inside("scene");
-  elsewhere.with("step", "step");
-  EXPECT_EQ(elsewhere.violation("steps", "", "").field, "scene.steps") << "a name is a whole name";
+  EXPECT_EQ(fields(), expected);
 }
 
 TEST(Scene, OfADiscreteSystemHasNothingOfAMethod) {

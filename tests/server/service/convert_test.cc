@@ -5,6 +5,7 @@
 #include <set>
 
 #include "server/convert/convert.h"
+#include "server/convert/place.h"
 #include "stiefel/scene_fields.h"
 
 namespace stiefel {
@@ -23,6 +24,37 @@ std::set<std::string> names_on_the_wire() {
   for (int i = 0; i < Message::descriptor()->field_count(); ++i)
     out.insert(Message::descriptor()->field(i)->name());
   return out;
+}
+
+using server::Place;
+
+TEST(Place, ViolationsAreAtThePlaceOfTheDescription) {
+  const Violations wrong = {{"method.order", "3", ""}, {"initial.Q", "2", ""}, {"step", "0", ""}};
+  const auto fields = [&](const Place& place) {
+    std::vector<std::string> out;
+    for (const auto& violation : place.of(wrong)) out.push_back(violation.field);
+    return out;
+  };
+  using Fields = std::vector<std::string>;
+  EXPECT_EQ(fields({}), (Fields{"method.order", "initial.Q", "step"}));
+  EXPECT_EQ(fields(Place::inside("scene")),
+            (Fields{"scene.method.order", "scene.initial.Q", "scene.step"}));
+  EXPECT_EQ(fields(Place::made_of("from").with("method", "method").with("step", "new.step")),
+            (Fields{"method.order", "from", "new.step"}));
+}
+
+TEST(Place, AViolationOfWhatHasNoFieldThereTellsTheFieldInItsValue) {
+  const auto at = [](const Place& place, std::string field) {
+    return place.of(Violation{std::move(field), "2", "rule"});
+  };
+  const Violation inherited = at(Place::made_of("from_session_id"), "initial.Q");
+  EXPECT_EQ(inherited.field, "from_session_id");
+  EXPECT_EQ(inherited.value, "initial.Q: 2");
+  const Violation whole = at(Place::inside("scene"), "");
+  EXPECT_EQ(whole.field, "scene");
+  EXPECT_EQ(whole.value, "2");
+  EXPECT_EQ(at(Place::inside("scene").with("step", "step"), "steps").field, "scene.steps")
+      << "a name is a whole name";
 }
 
 TEST(Convert, DescriptionsAndMessagesHaveTheSameFields) {
