@@ -7,7 +7,6 @@
 #include "engine/dense/principal_moments_3.h"
 #include "engine/dense/so_3.h"
 #include "engine/motion/body_view.h"
-#include "engine/motion/motion_rates.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {

@@ -3,7 +3,6 @@
 #include <array>
 
 #include "engine/motion/body_view.h"
-#include "engine/motion/motion_rates.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
 #include "engine/motion/system_entry.h"

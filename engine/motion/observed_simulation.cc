@@ -65,12 +65,6 @@ void ObservedSimulation::write_euler(std::size_t code, std::span<double> out) co
   Eigen::Map<Eigen::Vector3d>(out.data()) = EulerField::with_code(code).value(q, omega);
 }
 
-std::optional<Eigen::MatrixXd> ObservedSimulation::image(const Eigen::MatrixXd& x) const {
-  auto y = mapped(observables_->from_blocks(x));
-  if (y) y = observables_->to_blocks(*y);
-  return y;
-}
-
 bool ObservedSimulation::fields_are_finite(Eigen::Index size) const {
   std::vector<double> numbers;
   for (std::size_t i = 0; i < fields_.size(); ++i) {

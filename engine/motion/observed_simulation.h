@@ -23,7 +23,6 @@ class ObservedSimulation : public Simulation {
   void invariants(InvariantList& out) const final { observables_->all_invariants(point(), out); }
   std::optional<double> orthogonality() const final { return observables_->frame_defect(point()); }
   double rate() const final { return observables_->speed(point()); }
-  std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& x) const final;
   double step_cost() const final { return step_cost_; }
 
   /// Moves to the first of several times, counted from step 0, without a change of `step()`; for a
@@ -49,8 +48,6 @@ class ObservedSimulation : public Simulation {
   virtual RunStatus walk_to(std::span<const double> times) = 0;
   /// Undoes a step that was stopped inside.
   virtual void undo() = 0;
-  /// Returns a step of the map from a point, without history; nullopt where it has no solution.
-  virtual std::optional<Eigen::MatrixXd> mapped(const Eigen::MatrixXd& point) const = 0;
   /// Whether the state has all substeps of length t·h.
   virtual bool has_all_substeps(double t) const = 0;
 

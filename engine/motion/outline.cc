@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <numeric>
 
 #include "engine/motion/flat_bodies.h"
@@ -16,11 +15,7 @@ std::vector<std::size_t> default_fields(const Scene& scene, const std::vector<Fi
     std::iota(blocks.begin(), blocks.end(), 0);
     return blocks;
   }
-  const auto index = [&](const char* name) {
-    return static_cast<std::size_t>(std::ranges::find(offered, name, &Field::name) -
-                                    offered.begin());
-  };
-  return {index("quaternion"), index("angular_velocity")};
+  return {*find_field(offered, "quaternion"), *find_field(offered, "angular_velocity")};
 }
 
 Outline outline_of(const Simulation& simulation) {

@@ -4,32 +4,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "engine/motion/motion_rates.h"
 #include "engine/motion/system_entry.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
-namespace {
-
-constexpr double most_substeps = 1e6;
-
-/// Returns the method for a system without a recommendation: the adaptive method, else the last
-/// method that takes every scene.
-Recommendation by_default(const SystemInfo& system) {
-  const MethodInfo* chosen = nullptr;
-  for (const MethodOnSystem& on : system.methods) {
-    if (on.takes || (chosen && chosen->default_tolerance > 0)) continue;
-    chosen = catalogue().method(on.method);
-  }
-  if (chosen == nullptr)
-    throw std::logic_error(std::string(system.name) + " has no method that takes every scene");
-  return {.method = chosen->name,
-          .order = chosen->default_order,
-          .arithmetic = "compensated",
-          .tolerance = chosen->default_tolerance};
-}
-
-}  // namespace
 
 MethodDescription Recommendation::description() const {
   MethodDescription out{std::string(method), std::nullopt, 1, std::string(arithmetic)};
@@ -39,6 +17,7 @@ MethodDescription Recommendation::description() const {
 }
 
 int Recommendation::substeps(const Scene& scene) const {
+  constexpr double most_substeps = 1e6;
   stop_point();
   if (largest_h_omega == 0) return 1;
   const SystemEntry& entry = *system_entry(scene.system());
@@ -51,7 +30,8 @@ int Recommendation::substeps(const Scene& scene) const {
 std::vector<Recommendation> recommended(std::string_view system) {
   const SystemEntry* entry = system_entry(system);
   if (entry == nullptr || entry->info.discrete) return {};
-  if (entry->recommended.empty()) return {by_default(entry->info)};
+  if (entry->recommended.empty())
+    return {{.method = "adaptive", .order = 8, .arithmetic = "compensated", .tolerance = 1e-9}};
   return {entry->recommended.begin(), entry->recommended.end()};
 }
 

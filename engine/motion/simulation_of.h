@@ -74,6 +74,14 @@ class SimulationOf final : public ObservedSimulation {
     return map_.largest_step(state_, limit);
   }
 
+  std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& blocks) const override {
+    Eigen::MatrixXd x = observables_->from_blocks(blocks);
+    auto state = map_.start(Converted::of(x));
+    if (!map_.step(state).reached() || !state.x.value.allFinite()) return std::nullopt;
+    Converted::write(state.x.value, x);
+    return observables_->to_blocks(x);
+  }
+
  private:
   using Point = typename F::Point;
   using Converted = Coordinates<Point>;
@@ -172,14 +180,6 @@ class SimulationOf final : public ObservedSimulation {
   [[gnu::noinline]] bool is_finite() const {
     const StopScope whole = StopScope::nothing();  // the step is made
     return std::isfinite(squared_norm()) && fields_are_finite(state_.x.value.size());
-  }
-
-  std::optional<Eigen::MatrixXd> mapped(const Eigen::MatrixXd& x) const override {
-    auto state = map_.start(Converted::of(x));
-    if (!map_.step(state).reached() || !state.x.value.allFinite()) return std::nullopt;
-    Eigen::MatrixXd y = x;
-    Converted::write(state.x.value, y);
-    return y;
   }
 
   bool has_all_substeps(double t) const override {

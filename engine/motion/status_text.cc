@@ -60,21 +60,6 @@ std::string no_substeps_left(const Scene& scene) {
          "method.tolerance needs fewer";
 }
 
-/// Returns "; the method NAME" and what it `does` (" takes every step"), for the first of the
-/// system's methods that is among these, takes the scene and is not the scene's own; "" if there is
-/// none.
-template <class Among>
-std::string other_method(const Scene& scene, const SystemInfo& system, Among&& among,
-                         const std::string& does) {
-  const std::string of =
-      system.name == scene.system() ? "" : " of the system " + std::string(system.name);
-  for (const auto& on : system.methods)
-    if (among(*catalogue().method(on.method)) && scene.method() != on.method &&
-        (!on.takes || on.takes(scene.inertia())))
-      return "; the method " + std::string(on.method) + of + does;
-  return "";
-}
-
 /// Names a method that can go on where the scene's own cannot: the closed form where there is one,
 /// else the adaptive method. For a discrete system these are methods of its continuous counterpart.
 std::string neighbour(const Scene& scene) {
@@ -82,10 +67,16 @@ std::string neighbour(const Scene& scene) {
   const SystemInfo* system =
       entry.info.discrete ? catalogue().system(entry.continuous) : &entry.info;
   if (system == nullptr) return "";
-  const auto closed_form = [](const MethodInfo& method) { return method.orders.empty(); };
-  const std::string text = other_method(scene, *system, closed_form, " takes every step");
-  return text.empty() ? other_method(scene, *system, chooses_own_steps, " chooses its own steps")
-                      : text;
+  const std::string of = system == &entry.info ? "" : " of the system " + std::string(system->name);
+  for (const bool closed_form : {true, false})
+    for (const MethodOnSystem& on : system->methods) {
+      const MethodInfo& method = *catalogue().method(on.method);
+      if ((closed_form ? method.orders.empty() : chooses_own_steps(method)) &&
+          scene.method() != on.method && (!on.takes || on.takes(scene.inertia())))
+        return "; the method " + std::string(on.method) + of +
+               (closed_form ? " takes every step" : " chooses its own steps");
+    }
+  return "";
 }
 
 }  // namespace
@@ -119,10 +110,6 @@ std::string to_sentence(const RunStatus& status, const Scene& scene, double rate
   if (status.outcome == Outcome::left_domain && speed && std::isfinite(*speed))
     sentence = member_of(status) + left_domain(status, scene, *speed);
   return sentence + (stopped ? neighbour(scene) : "");
-}
-
-std::string to_sentence(const RunStatus& status, const Scene& scene) {
-  return to_sentence(status, scene, std::nan(""));
 }
 
 double rate_at(const RunStatus& status, const Simulation& last) {

@@ -69,17 +69,17 @@ double instructions(const StepPrice& price, const FrameSize& size, bool closed_f
 }
 
 double instructions(const StepPrice& price, const Scene& scene) {
-  const SystemEntry& system = *system_entry(scene.system());
-  const FrameSize size = system.size ? system.size(scene) : frame_size(scene);
   const bool closed_form = scene.order() == 0 && !scene.method().empty();
-  return (price.composed ? stages(scene.order()) : 1) * instructions(price, size, closed_form);
+  return (price.composed ? stages(scene.order()) : 1) *
+         instructions(price, frame_size(scene), closed_form);
 }
 
 }  // namespace
 
 FrameSize frame_size(const Scene& scene) {
-  const SystemInfo& system = system_entry(scene.system())->info;
-  const Eigen::MatrixXd& frame = scene.block(std::string(system.blocks.front().name));
+  const SystemEntry& system = *system_entry(scene.system());
+  if (system.size) return system.size(scene);
+  const Eigen::MatrixXd& frame = scene.block(std::string(system.info.blocks.front().name));
   const double N = scene.dimension();
   return {frame.size() > 0 ? static_cast<double>(frame.rows()) : N, N};
 }

@@ -1,14 +1,15 @@
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <optional>
 
 #include "engine/dense/so_3.h"
 #include "engine/methods/exact.h"
 #include "engine/motion/body_view.h"
 #include "engine/motion/given_members.h"
-#include "engine/motion/motion_rates.h"
 #include "engine/motion/step_weight.h"
 #include "engine/motion/system_entry.h"
 #include "engine/numbers/to_text.h"
@@ -106,40 +107,30 @@ class Warnings {
   double (*separatrix_)(const Eigen::Vector3d&, const Eigen::Vector3d&) = nullptr;
 };
 
-/// Returns each warning about a member once, with the first member that has it and their number.
-std::vector<std::string> of_members(const Scene& ensemble) {
-  const Members members = ensemble.members();
-  const Warnings warnings(ensemble);
-  GivenMembers given(ensemble.description(), members.front());
+}  // namespace
+
+/// Gives each warning about members once, with the first member that has it and their number.
+std::vector<std::string> warnings(const Scene& scene) {
+  const Members members = scene.members();
+  const Warnings one(scene);
+  std::optional<GivenMembers> given;
+  if (!members.empty()) given.emplace(scene.description(), members.front());
   Warnings::Texts first;
   std::array<std::size_t, first.size()> count{};
-  for (std::size_t b = 0; b < members.size(); ++b) {
-    const auto body = given.any() ? given[b] : std::nullopt;
-    const Warnings::Texts texts =
-        body ? warnings.of(given.given(b), *body->axes, body->lambda, body->m)
-             : warnings.of(members[b]);
+  for (std::size_t b = 0; b < std::max<std::size_t>(members.size(), 1); ++b) {
+    const auto body = given && given->any() ? (*given)[b] : std::nullopt;
+    const Warnings::Texts texts = body ? one.of(given->given(b), *body->axes, body->lambda, body->m)
+                                  : members.empty() ? one.of(scene)
+                                                    : one.of(members[b]);
     for (std::size_t w = 0; w < texts.size(); ++w)
       if (!texts[w].empty() && ++count[w] == 1)
-        first[w] = "member " + std::to_string(b) + ": " + texts[w];
+        first[w] = (members.empty() ? "" : "member " + std::to_string(b) + ": ") + texts[w];
   }
   std::vector<std::string> all;
   for (std::size_t w = 0; w < first.size(); ++w) {
     if (count[w] > 1)
       first[w] += " (" + std::to_string(count[w]) + " members have a warning like this)";
     if (count[w] > 0) all.push_back(first[w]);
-  }
-  return all;
-}
-
-}  // namespace
-
-std::vector<std::string> warnings(const Scene& scene) {
-  std::vector<std::string> all;
-  if (!scene.members().empty()) {
-    all = of_members(scene);
-  } else {
-    for (std::string& text : Warnings(scene).of(scene))
-      if (!text.empty()) all.push_back(std::move(text));
   }
   if (auto estimated = estimate_warning(scene)) all.push_back(*std::move(estimated));
   return all;

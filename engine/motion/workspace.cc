@@ -47,7 +47,7 @@ double numbers(const Workspace& kept, double n, double N) {
 double numbers(const Scene& scene) {
   const Workspace& kept = workspace_of(scene);
   const SystemEntry& system = *system_entry(scene.system());
-  const auto [n, N] = system.size ? system.size(scene) : frame_size(scene);
+  const auto [n, N] = frame_size(scene);
   const auto& initial = scene.description().initial;
   const bool complex = !initial.empty() && initial.begin()->second.imaginary.size() > 0;
   // A complex n x N state moves under U(n) x U(N).

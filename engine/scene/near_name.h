@@ -19,18 +19,18 @@ constexpr std::size_t name_distance(std::string_view a, std::string_view b) {
     return c == '-' ? '_' : c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   };
   const auto same = [&](std::size_t i, std::size_t j) { return folded(a[i]) == folded(b[j]); };
-  std::vector<std::size_t> two_above, above(b.size() + 1), row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    two_above = std::exchange(above, row);
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      row[j + 1] = std::min({above[j + 1] + 1, row[j] + 1, above[j] + !same(i, j)});
-      if (i > 0 && j > 0 && same(i, j - 1) && same(i - 1, j))
-        row[j + 1] = std::min(row[j + 1], two_above[j - 1] + 1);
+  const std::size_t m = a.size(), n = b.size();
+  std::vector distance(m + 1, std::vector<std::size_t>(n + 1));  // of the first i and j characters
+  for (std::size_t i = 0; i <= m; ++i)
+    for (std::size_t j = 0; j <= n; ++j) {
+      std::size_t& d = distance[i][j] = i + j;
+      if (i == 0 || j == 0) continue;
+      d = std::min({distance[i - 1][j] + 1, distance[i][j - 1] + 1,
+                    distance[i - 1][j - 1] + !same(i - 1, j - 1)});
+      if (i > 1 && j > 1 && same(i - 1, j - 2) && same(i - 2, j - 1))
+        d = std::min(d, distance[i - 2][j - 2] + 1);
     }
-  }
-  return row[b.size()];
+  return distance[m][n];
 }
 
 /// Returns the name in a list (of items whose name is `name(item)`) that `given` most likely stands

@@ -73,7 +73,7 @@ std::vector<Size> sizes(const std::string& system, const std::string& method, in
   const SystemEntry& entry = *system_entry(system);
   if (entry.example) {
     const Scene one = resolve_recommending(testing::any_scene(system, "", 1, h_Omega)).value();
-    const auto [n, N] = entry.size ? entry.size(one) : frame_size(one);
+    const auto [n, N] = frame_size(one);
     return {{static_cast<int>(n), static_cast<int>(N)}};
   }
   if (system == "double_bracket") return {{2, 3}};

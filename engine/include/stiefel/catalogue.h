@@ -129,7 +129,7 @@ struct Recommendation {
   double tolerance = 0;  ///< for methods that choose their own steps, else 0
   /// Bound for a substep h, which determines the number of substeps: on |h|‖Ω‖ in the initial
   /// state, for a body in three dimensions on |h| times its largest turning rate
-  /// (engine/motion/motion_rates.h). 0: no bound.
+  /// (MotionRates in engine/motion/system_entry.h). 0: no bound.
   double largest_h_omega = 0;
 
   /// Returns the method with one substep.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -132,8 +133,8 @@ std::unique_ptr<Simulation> make_simulation(const Scene& scene);
 /// if a step of a body in three dimensions left the domain, it says by how many degrees the step
 /// turns the body.
 std::string to_sentence(const RunStatus& status);
-std::string to_sentence(const RunStatus& status, const Scene& scene);
-std::string to_sentence(const RunStatus& status, const Scene& scene, double rate);
+std::string to_sentence(const RunStatus& status, const Scene& scene,
+                        double rate = std::numeric_limits<double>::quiet_NaN());
 
 /// Returns the rate (`Simulation::rate`) at the last good state, which `last` holds; for an
 /// ensemble, the rate of the member that ended the run.

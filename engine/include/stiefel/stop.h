@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <exception>
 #include <limits>
 #include <optional>
@@ -58,9 +57,7 @@ class StopScope {
   StopScope& operator=(const StopScope&) = delete;
   ~StopScope() { innermost() = outer_; }
 
-  /// The number of checks so far, the operations announced to them, and whether these exceed
-  /// `most_work`.
-  std::int64_t looks() const { return looks_; }
+  /// The operations announced so far, and whether they exceed `most_work`.
   double operations() const { return operations_; }
   bool used_up() const { return operations_ > most_; }
 
@@ -80,7 +77,6 @@ class StopScope {
   }
 
   void look_here(double operations) {
-    ++looks_;
     operations_ += operations;
     if (turn_ != nullptr) turn_->pass();
     if (used_up() || token_->stop_requested()) throw Stopped();
@@ -89,7 +85,6 @@ class StopScope {
   const std::stop_token* token_ = nullptr;  ///< null: nothing is stopped
   Turn* turn_ = nullptr;
   double most_ = unlimited, operations_ = 0;
-  std::int64_t looks_ = 0;
   StopScope* const outer_ = std::exchange(innermost(), this);
 };
 

@@ -29,16 +29,23 @@ std::stop_token at_once() {
   return source.get_token();
 }
 
+/// Counts how often a scope is looked at.
+struct Looks final : Turn {
+  void pass() override { ++count; }
+  std::int64_t count = 0;
+};
+
 TEST(StopScope, ThrowsWhenATokenOfAnyScopeAroundItRequestsAStop) {
   std::stop_source source;
   const std::stop_token token = source.get_token();
-  const StopScope outer(token);
-  const StopScope inner(never);
+  Looks at_outer, at_inner;
+  const StopScope outer(token, at_outer);
+  const StopScope inner(never, at_inner);
   stop_point();
-  EXPECT_EQ(outer.looks(), 1);
+  EXPECT_EQ(at_outer.count, 1);
   source.request_stop();
   EXPECT_THROW(stop_point(), Stopped);
-  EXPECT_EQ(inner.looks(), 2);
+  EXPECT_EQ(at_inner.count, 2);
 }
 
 TEST(StopScope, ThrowsWhenTheAnnouncedWorkIsUsedUp) {
@@ -105,9 +112,10 @@ struct Count {
 };
 template <class Work>
 Count count(Work&& work) {
-  const StopScope scope(never);
+  Looks looks;
+  const StopScope scope(never, looks);
   work();
-  return {scope.operations(), scope.looks()};
+  return {scope.operations(), looks.count};
 }
 
 /// `work` is stopped wherever a part of what it announces is used up.
@@ -124,9 +132,10 @@ void stops_everywhere(Work&& work, std::int64_t least_looks) {
 
 TEST(StopScope, AStepOfASmallBodyIsWhole) {
   const auto now = make_simulation(resolved(body(6, "implicit_midpoint")));
-  const StopScope scope(never, 0);
+  Looks looks;
+  const StopScope scope(never, looks);
   EXPECT_TRUE(now->advance(3).reached());
-  EXPECT_EQ(scope.looks(), 0);
+  EXPECT_EQ(looks.count, 0);
 }
 
 TEST(StopScope, ReachesTheTangentOfEverySystemAndMethod) {
