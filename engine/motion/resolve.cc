@@ -19,8 +19,9 @@ namespace {
 /// Step indices up to this one are doubles.
 constexpr double most_steps = 0x1p53;
 
-/// A tolerance needs a horizon, and takes the place of a method.
-void check_tolerance_and_horizon(SceneDraft& draft, const SystemInfo& system) {
+/// Checks the method, if there is one, and what takes its place: a tolerance with a horizon.
+void check_method_or_tolerance(SceneDraft& draft, const SystemInfo& system) {
+  const auto& method = draft.given().method;
   const auto &tolerance = draft.given().tolerance, &horizon = draft.given().horizon;
   if (horizon && !(std::isfinite(*horizon) && *horizon > 0))
     draft.refuse("horizon", to_text(*horizon), "must be finite and > 0");
@@ -35,18 +36,13 @@ void check_tolerance_and_horizon(SceneDraft& draft, const SystemInfo& system) {
   if (tolerance && system.discrete)
     draft.refuse("tolerance", to_text(*tolerance),
                  std::string(system.name) + " is a discrete system: there is no method to choose");
-  else if (tolerance && draft.given().method)
+  else if (tolerance && method)
     draft.refuse("tolerance", to_text(*tolerance),
                  "must be absent when `method` is given: it is for choosing one");
-}
-
-void check_method_if_given(SceneDraft& draft, const SystemInfo& system) {
-  const auto& method = draft.given().method;
-  if (!method) return;
-  if (system.discrete)
+  if (method && system.discrete)
     draft.refuse("method", '"' + method->name + '"',
                  std::string(system.name) + " is a discrete system and takes no method");
-  else
+  else if (method)
     check_method(draft, system);
 }
 
@@ -59,8 +55,7 @@ void check_scene(SceneDraft& draft) {
                      did_you_mean(name, catalogue().systems, &SystemInfo::name));
   } else {
     draft.set_system(entry->info);
-    check_tolerance_and_horizon(draft, entry->info);
-    check_method_if_given(draft, entry->info);
+    check_method_or_tolerance(draft, entry->info);
     entry->check(draft);
     check_method_accepts_scene(draft, entry->info);
   }
@@ -75,13 +70,11 @@ bool lacks_method(const SceneDescription& description) {
 }
 
 Violation method_not_chosen(const SceneDescription& description) {
-  Violation out =
-      Violation{"method", "absent",
-                description.tolerance
-                    ? "must be chosen for the tolerance first (resolve_choosing)"
-                    : "must be given; resolve_recommending fills in the recommended method"};
-  out.reason = "METHOD_NOT_CHOSEN";
-  return out;
+  return {"method", "absent",
+          description.tolerance
+              ? "must be chosen for the tolerance first (resolve_choosing)"
+              : "must be given; resolve_recommending fills in the recommended method",
+          "METHOD_NOT_CHOSEN"};
 }
 
 constexpr int most_violations = 16;
@@ -226,8 +219,7 @@ std::expected<Scene, Violations> Scene::with(MethodDescription method) const {
   SceneDraft draft(*this);
   draft.set_system(info);
   draft.given().method = std::move(method);
-  check_tolerance_and_horizon(draft, info);
-  check_method_if_given(draft, info);
+  check_method_or_tolerance(draft, info);
   check_method_accepts_scene(draft, info);
   return draft.take();
 }
