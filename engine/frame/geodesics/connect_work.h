@@ -22,7 +22,4 @@ inline double sums(Eigen::Index frames, Eigen::Index n, Eigen::Index N) {
   return static_cast<double>(frames * (300 + 10 * n * N));
 }
 
-/// Returns the work of one attempt of a step of the flow in extended precision.
-inline double flow(Eigen::Index n, Eigen::Index N) { return 12 * frame(n, N); }
-
 }  // namespace stiefel::connect_work

@@ -1,10 +1,9 @@
-#include "engine/frame/geodesics/frame_span.h"
-
 #include <algorithm>
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/frame/geodesics/connect_work.h"
+#include "engine/frame/geodesics/geodesic_search.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

@@ -176,7 +176,7 @@ State JacobiFlow::start(const MatrixXd& Q, const MatrixXd& V, const MatrixXd& di
 }
 
 void JacobiFlow::step(const State& x, double h, State& next, State& error) {
-  stop_point(connect_work::flow(n_, N_));
+  stop_point(12 * connect_work::frame(n_, N_));
   const auto derivative = [&](const State& at, State& dx, double) {
     field(block(at, 0), block(at, 1), block(dx, 0), block(dx, 1));
     const std::size_t blocks = at.size() / static_cast<std::size_t>(n_ * N_);
