@@ -24,7 +24,8 @@ Observables observables_3(const Scene& scene) {
     Reported3 body;
     Reports3 reports;
   };
-  const auto of = std::make_shared<const Reported>(scene);
+  const auto held = std::make_shared<const Reported>(scene);
+  const Reported* of = held.get();  // of which small functions need no memory of their own
   Observables out(of->point(of->body.attitude, of->body.m));
   for (std::size_t i = 0; i < of->reports.fields().size(); ++i) {
     const auto value = [of, i](const Point& x, Eigen::Ref<RowMatrix> to) {
@@ -33,7 +34,7 @@ Observables observables_3(const Scene& scene) {
     const Field& field = of->reports.fields()[i];
     i < of->reports.block_count() ? out.computed_block(field, value) : out.field(field, value);
   }
-  out.all_invariants = [of](const Point& x, InvariantList& list) {
+  out.all_invariants = [of, held](const Point& x, InvariantList& list) {
     of->reports.invariants(of->body, x.data(), list);
   };
   out.frame_defect = [of](const Point& x) { return of->reports.orthogonality(of->body, x.data()); };
