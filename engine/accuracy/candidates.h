@@ -7,11 +7,6 @@
 
 namespace stiefel {
 
-/// A point of the trade-off is useful if it at least halves the error. After `patience` points in a
-/// row that are not, the candidate has no more points.
-constexpr double useful_ratio = 0.5;
-constexpr int patience = 2;
-
 /// A method with its order, arithmetic and scalar: an entry of the trade-off's table without its
 /// substeps, or without its tolerance where the method chooses its own steps.
 struct Candidate {
@@ -27,6 +22,7 @@ struct Candidate {
   /// Whether every state comes from the first one, so that between two states only its rounding
   /// changes.
   bool is_closed_form() const { return order == 0 && !own_steps; }
+  bool in_float() const { return method.scalar == "float"; }
   /// Returns the method with 2^r substeps, r <= 16, or with the tolerance 10^{-3-r}, r <= 12; a
   /// closed form for r = 0 alone. Returns nullopt for larger r.
   std::optional<MethodDescription> refined(int r) const;

@@ -43,9 +43,7 @@ class ExactReference final : public Reference {
   std::string description() const override { return form_.description; }
   double work() const override { return work_; }
   double answer_work() const override { return form_.work; }
-  std::optional<double> predicted_work(double, const std::stop_token&) override {
-    return work_ + form_.work;
-  }
+  double predicted_work(double, const std::stop_token&) override { return work_ + form_.work; }
 
  private:
   ClosedForm form_;

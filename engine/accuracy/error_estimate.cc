@@ -81,10 +81,9 @@ class Comparison {
       return std::nullopt;
     }
     if (reference->description() == out_.reference) return std::nullopt;
-    const auto predicted = prediction(*reference, time);
-    if (predicted && !(*predicted <= left)) {
+    if (const double predicted = reference->predicted_work(time, stop_); !(predicted <= left)) {
       out_.work = before + reference->work();
-      return refuse("would take " + work_text(*predicted) + " or more");
+      return refuse("would take " + work_text(predicted) + " or more");
     }
     auto answer = reference->at(time, stop_);
     out_.work = before + reference->work();
@@ -102,14 +101,6 @@ class Comparison {
     out_.reference = reference->description();
     out_.reference_error = answer->error;
     return Measured{error, angle_between(state, answer->state), answer->error};
-  }
-
-  /// Predicts the work of the reference; where the reference cannot predict it at the start, from
-  /// the work of the first step.
-  std::optional<double> prediction(Reference& reference, double time) const {
-    if (auto predicted = reference.predicted_work(time, stop_)) return predicted;
-    if (now_.step() < 2 || !reference.at(scene_.step(), stop_)) return std::nullopt;
-    return reference.work() * static_cast<double>(now_.step());
   }
 
   std::nullopt_t refuse(const std::string& what) {

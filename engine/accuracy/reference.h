@@ -52,10 +52,8 @@ class Reference {
   /// Returns the work of one more answer at a time that the reference has reached.
   virtual double answer_work() const = 0;
   /// Predicts from the start of the motion the total work after `at(time)`, at least the work
-  /// already done. Returns nullopt where it cannot be predicted.
-  virtual std::optional<double> predicted_work(double /*time*/, const std::stop_token& /*stop*/) {
-    return std::nullopt;
-  }
+  /// already done.
+  virtual double predicted_work(double time, const std::stop_token& stop) = 0;
 };
 
 /// The requirements on a reference.

@@ -66,7 +66,7 @@ class TaylorReference final : public Reference {
 
   /// Predicts the work from the time that the first series spans. If the first series of both
   /// solutions already exceed the budget, returns their work.
-  std::optional<double> predicted_work(double time, const std::stop_token& stop) override {
+  double predicted_work(double time, const std::stop_token& stop) override {
     const double first = work_ + coarse_work_;
     const auto stopped = [&] { return stop.stop_requested(); };
     if (first > budget_ || !fine_.go_to(0, stopped) || !coarse_.go_to(0, stopped)) return first;

@@ -126,10 +126,11 @@ struct TradeoffPoint {
 
 /// Measures error against work on one scene, for each method, order and arithmetic. The number of
 /// substeps is 1, 2, 4, ..., or the tolerance 1e-3, 1e-4, ..., until the error stops falling or the
-/// candidate's share of the budget is used up. The whole survey keeps the budget: a candidate whose
-/// first run is predicted to take more than is left of it is left out. Runs in single precision
-/// are measured in full or left out. Points come one at a time. All results except the times are
-/// the same on every machine with the same build.
+/// next run is predicted to take more than is left of the budget. Points come one at a time, the
+/// one with the least predicted work next. Where one run of every candidate would take more than a
+/// quarter of the budget, all are over the same part of the horizon; those in single precision are
+/// measured in full or left out. All results except the times are the same on every machine with
+/// the same build.
 class Tradeoff {
  public:
   virtual ~Tradeoff() = default;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/accuracy/candidates.h"
-#include "engine/accuracy/measured_motions.h"
+#include "engine/accuracy/measurement.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/tradeoff.h"
 #include "tests/support/exact_motion.h"
@@ -264,7 +264,7 @@ TEST(MeasuredMotions, NameTheMemberThatStops) {
   ASSERT_EQ(motions.samples().last(), 8);
   const MethodDescription method{"variational", 2, 1, "plain"};
   ASSERT_TRUE(motions.take(method));
-  const auto made = motions.run(method, 3, {motions.samples().steps, 8, Watch::errors});
+  const auto made = motions.run(method, 3, {8, Watch::errors});
   EXPECT_EQ(made.status.outcome, Outcome::left_domain);
   EXPECT_EQ(made.status.member, 1);
   EXPECT_EQ(made.steps, 0);

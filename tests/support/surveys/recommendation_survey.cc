@@ -167,7 +167,7 @@ Judged judge(const Scene& scene, const Samples& samples, double limit, double bo
     while (now->step() < samples.steps[i])
       if (!now->advance(std::min(most, samples.steps[i] - now->step())).reached())
         return {INFINITY, out.work};
-    const double error = relative_error(read_motion(scene, *now), samples.answers[i].state);
+    const double error = relative_error(read_motion(scene, *now), samples.states[i].front());
     out.error = std::max(out.error, error);
     out.work = weight * static_cast<double>(now->map_steps());
     const double part = static_cast<double>(samples.last()) / static_cast<double>(now->step());
@@ -217,7 +217,7 @@ double condition_of(const Scene& scene, const Samples& samples, bool largest_of_
   double largest = tiny;
   for (std::size_t i = largest_of_all ? 0 : samples.steps.size() - 1; i < samples.steps.size(); ++i)
     if (const auto now = reference->at(scene.time(samples.steps[i]), {}))
-      largest = std::max(largest, relative_error(now->state, samples.answers[i].state));
+      largest = std::max(largest, relative_error(now->state, samples.states[i].front()));
   return largest / tiny;
 }
 
@@ -243,12 +243,10 @@ Surveyed survey(const SceneDescription& given, bool hard) {
   const Scene scene = resolve_recommending(given).value();
   const double rate = make_simulation(scene)->rate();
   const auto steps = steps_to(rotations * 2 * std::numbers::pi / rate, scene.step());
-  Surveyed found{scene,
-                 steps,
-                 take_samples(scene, steps, hard ? Density::dense : Density::coarse,
-                              {std::abs(scene.time(steps)), 1e12, false}, {}),
-                 {},
-                 {}};
+  MeasuredMotions motion({scene});
+  motion.solve_references(steps, hard ? Density::dense : Density::coarse,
+                          {std::abs(scene.time(steps)), 1e12, false}, {});
+  Surveyed found{scene, steps, motion.samples(), {}, {}};
   RecommendationOutcome& out = found.outcome;
   std::ostringstream what;
   what << scene.system() << " n=" << scene.block(scene.system() == "ellipsoid" ? "q" : "Q").rows()
@@ -261,7 +259,7 @@ Surveyed survey(const SceneDescription& given, bool hard) {
     out.scene += " (the reference ended)";
     return found;
   }
-  out.reference_error = found.samples.answers.back().error;
+  out.reference_error = found.samples.errors.back();
   if (hard || on_frames(given.system)) out.condition = condition_of(scene, found.samples, hard);
   found.own = judge(scene, found.samples, INFINITY, INFINITY);
   out.error = found.own.error;

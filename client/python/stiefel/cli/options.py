@@ -163,8 +163,8 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "horizon": dict(type=float, metavar="T", help=(
         "the time at which errors are measured; by default the scene's horizon, else 100 steps")),
     "budget": dict(type=float, metavar="B", help=(
-        "work in instructions; by default 5e10, about ten seconds. A point that needs more than its share is measured over a part "
-        "of the horizon and extrapolated")),
+        "work in instructions; by default 5e10, about ten seconds. Where it does not suffice, all points are measured over the same "
+        "part of the horizon and extrapolated")),
     "repeats": dict(type=whole, metavar="R", help="timed runs of each point; by default 3"),
     "system": dict(metavar="SYSTEM", help="the target: a system, or velocity, angular_velocity, interpolation"),
     "epsilon": dict(type=float, help="of symmetric and parametric systems; by default a power of two chosen from the norm of M"),
