@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "engine/summary/accumulators.h"
-#include "engine/summary/partial_step.h"
 #include "engine/summary/plan.h"
 #include "engine/summary/readings.h"
 
@@ -20,6 +19,30 @@ struct MemberEnd {
   std::int64_t last_step = 0;
   std::int64_t ended_by = -1;  ///< index of the terminal event that ended it, or −1
   double rate = 0;             ///< Simulation::rate at the last good state
+};
+
+/// Computes states between the steps of one scene by the scene's own method: a shorter step from
+/// the state before, or for a closed form the state at that time. It uses a simulation of its own.
+class PartialStep {
+ public:
+  explicit PartialStep(const Scene& scene);
+
+  /// Simulation::direct of the scene.
+  bool direct() const { return direct_; }
+  /// Returns a simulation in the state at step k + fraction, −1 < fraction < 2, valid until the
+  /// next call; null where the shorter step has no solution, or on a stop request. `saved` is the
+  /// state at step k; it is the result where the fraction is so small that no number would change.
+  /// The step index of the returned simulation has no meaning.
+  const Simulation* at(std::int64_t k, double fraction, std::span<const double> saved,
+                       const std::stop_token& stop);
+  /// Returns a simulation in the state at the first of several times, for a closed form only; valid
+  /// until the next call. The next calls may ask for the other times.
+  const Simulation* at_first_of(std::span<const double> times, const std::stop_token& stop);
+
+ private:
+  const Scene& scene_;
+  std::unique_ptr<Simulation> simulation_;
+  bool direct_;
 };
 
 /// What a summary keeps of one member: its statistics, its events and its end.
@@ -54,9 +77,6 @@ class Member {
   std::optional<MemberEnd> end = {};
 
  private:
-  void save_end(ByteWriter& out) const;
-  void restore_end(ByteReader& in);
-
   const Scene* all_;
   std::unique_ptr<Scene> scene_;
   std::unique_ptr<PartialStep> between_;
@@ -69,5 +89,16 @@ struct LastStep {
   const Simulation& now;           ///< the state after it
   std::span<const double> before;  ///< the saved state before it; may be empty
 };
+
+/// Returns the values of the fields that are written at times and events (Plan::fields), one field
+/// after another, at the state of `now`, the simulation of one member.
+std::vector<double> written_fields(const Plan& plan, const Simulation& now);
+
+/// Returns the arrays of Summary::statistics from all members, which have ended.
+std::vector<SummaryArray> results(const Plan& plan, std::span<const Member* const> members,
+                                  bool ensemble);
+
+/// Returns how many bytes the numbers of these arrays take.
+std::uint64_t result_bytes(const Plan& plan, std::size_t members);
 
 }  // namespace stiefel

@@ -12,7 +12,6 @@ MemberGroup::MemberGroup(const Scene& scene, std::shared_ptr<const FlatBodies> f
       motion_(scene, std::move(flat), first, count),
       direct_(motion_.first().direct()),
       events_(plan, motion_.first()),
-      times_(plan, direct_),
       lasts_(count * plan.last_size) {
   const bool common = motion_.flat() && std::ranges::all_of(plan.reads, [](const auto& read) {
                         return read.common != nullptr;
@@ -52,7 +51,7 @@ std::int64_t MemberGroup::next_stop(std::int64_t to) const {
   if (waits_for_events()) return step_ + 1;
   std::int64_t next = to;
   if (plan_.reads_on_the_way) next = std::min(next, next_sample_);
-  if (const Plan::Time* time = times_.next()) {
+  if (const Plan::Time* time = next_time()) {
     const bool between = time->arrival > time->before && time->before > step_;
     next = std::min(next, between ? time->before : time->arrival);
   }
@@ -63,7 +62,8 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
                           const std::stop_token& stop) {
   interrupted_ = false;
   stop_ = stop;
-  times_.write_to(first_time, states);
+  first_time_ = first_time;
+  states_ = states;
   if (step_ == plan_.what.from && !begun_) begin();
   while (!done() && step_ < to) {
     const std::int64_t next = next_stop(to);
@@ -77,11 +77,11 @@ void MemberGroup::advance(std::int64_t to, std::size_t first_time, std::span<Sta
     interrupted_ = true;  // the samples read last may be incomplete
     return;
   }
-  times_.pass(to);
+  pass_times(to);
 }
 
 void MemberGroup::keep_states_before() {
-  const Plan::Time* time = times_.next();
+  const Plan::Time* time = next_time();
   if (time == nullptr && !events_.any()) return;
   const bool between = time != nullptr && time->before == step_ && time->arrival > step_;
   before_.clear();
@@ -119,15 +119,15 @@ bool MemberGroup::go(JointMotion::Group& group, std::int64_t next, const std::st
 void MemberGroup::begin() {
   begun_ = true;
   const bool reads =
-      events_.any() || times_.next() || plan_.reads_on_the_way || step_ == plan_.what.to;
+      events_.any() || next_time() || plan_.reads_on_the_way || step_ == plan_.what.to;
   for (std::size_t i = 0; reads && i < left(); ++i) {
     events_.begin(member(i), step_, motion_.read(i), stop_);
-    times_.write(member(i), last_step(i), 1, stop_);
+    write_states(member(i), last_step(i), 1);
     sample(member(i), motion_.read(i));
     if (step_ == plan_.what.to) finish(i, motion_.read(i), step_, {});
   }
   next_sample_ = plan_.next_sample(step_);
-  times_.pass(step_);
+  pass_times(step_);
   regroup();
 }
 
@@ -137,16 +137,44 @@ void MemberGroup::arrive() {
   bool ended = last;
   for (std::size_t i = 0; i < left(); ++i) {
     const auto end = events ? report_events(i) : std::nullopt;
-    if (times_.next() != nullptr) times_.write(member(i), last_step(i), end.value_or(1), stop_);
+    if (next_time() != nullptr) write_states(member(i), last_step(i), end.value_or(1));
     ended = ended || end.has_value();
     if (end) continue;
     if (sampled && plan_.reads_on_the_way) sample(member(i), motion_.read(i));
     if (last) finish(i, motion_.read(i), step_, {});
   }
   if (sampled && !last) next_sample_ += std::min(plan_.what.every, plan_.what.to - step_);
-  times_.pass(step_);
+  pass_times(step_);
   before_.clear();
   if (ended) regroup();
+}
+
+void MemberGroup::write_states(Member& member, const LastStep& step, double up_to) {
+  for (std::size_t j = next_time_; j < plan_.times.size() && plan_.times[j].arrival <= step.to;
+       ++j) {
+    const Plan::Time& time = plan_.times[j];
+    const bool between = time.arrival > time.before;
+    if ((between ? time.fraction : 1) > up_to) return;
+    times_reached_ = std::max(times_reached_, j + 1);
+    const Simulation* now = &step.now;
+    if (between && direct_)
+      now = member.between().at_first_of(std::span(plan_.what.times).subspan(j), stop_);
+    else if (between)
+      now = member.between().at(time.before, time.fraction, step.before, stop_);
+    if (now == nullptr) continue;
+    const std::vector<double> numbers = written_fields(plan_, *now);
+    // Writes field after field, in each field member after member.
+    auto& out = states_[j - first_time_].fields;
+    const std::size_t members = out.size() / plan_.state_size;
+    std::size_t from = 0;
+    for (const std::size_t field : plan_.fields) {
+      const auto size = field_size(now->fields(), field);
+      const std::size_t to = from * members + member.index * size;
+      std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(from), size,
+                  out.begin() + static_cast<std::ptrdiff_t>(to));
+      from += size;
+    }
+  }
 }
 
 void MemberGroup::sample(Member& member, const Simulation& now) {
@@ -227,7 +255,7 @@ void MemberGroup::restore(std::int64_t step, bool begun, ByteReader& in) {
   begun_ = begun;
   if (!begun) return;
   next_sample_ = plan_.next_sample(step);
-  times_.pass(step);
+  pass_times(step);
   for (std::size_t i = 0; i < left(); ++i) events_.begin(member(i), step, motion_.read(i), {});
 }
 

@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "engine/motion/joint_motion.h"
-#include "engine/summary/event_reports.h"
+#include "engine/summary/events.h"
 #include "engine/summary/member.h"
 #include "engine/summary/plan.h"
-#include "engine/summary/states_at_times.h"
 
 namespace stiefel {
 
@@ -40,19 +39,11 @@ class MemberGroup {
 
   std::vector<Event>& events() { return events_.reported(); }
   /// Returns the number of times up to the last one that any member reached.
-  std::size_t times_reached() const { return times_.reached(); }
+  std::size_t times_reached() const { return times_reached_; }
   std::int64_t computed_steps() const { return computed_; }
   std::int64_t map_steps() const { return motion_.map_steps(); }
 
-  std::size_t size() const { return members_.size(); }
-  const MemberEnd& end(std::size_t member) const { return *members_[member].end; }
-  const Accumulators& accumulators(std::size_t member, std::size_t quantity) const {
-    return members_[member].accumulators[quantity];
-  }
-  /// Returns the values of a quantity at the last sample.
-  std::span<const double> last(std::size_t member, std::size_t quantity) const {
-    return plan_.last(members_[member].last, quantity);
-  }
+  std::span<const Member> members() const { return members_; }
 
   /// Whether the first sample has been taken.
   bool begun() const { return begun_; }
@@ -79,6 +70,16 @@ class MemberGroup {
   /// Does what is to be done at the first sample, or after a step.
   void begin();
   void arrive();
+  /// Returns the first time beyond the current step, or null.
+  const Plan::Time* next_time() const {
+    return next_time_ < plan_.times.size() ? &plan_.times[next_time_] : nullptr;
+  }
+  /// Passes over the times up to step `to`.
+  void pass_times(std::int64_t to) {
+    while (next_time_ < plan_.times.size() && plan_.times[next_time_].arrival <= to) ++next_time_;
+  }
+  /// Writes the states of a member at the times up to the fraction `up_to` of its last step.
+  void write_states(Member& member, const LastStep& step, double up_to);
   /// Takes a sample of a member for its statistics. A stop request may leave it incomplete.
   void sample(Member& member, const Simulation& now);
   /// Reports the events of a member in its last step. Returns the fraction of the step after which
@@ -93,24 +94,18 @@ class MemberGroup {
   const Plan& plan_;
   JointMotion motion_;
   bool direct_;
-  EventReports events_;
-  StatesAtTimes times_;
+  Events events_;
   std::vector<double> lasts_;  ///< Member::last of all
   std::vector<Member> members_;
   std::vector<double> before_;           ///< states at the step before, where they are needed
   std::vector<double> values_, drifts_;  ///< of one quantity at a sample
   std::int64_t step_ = 0;                ///< of all members
   std::int64_t computed_ = 0, next_sample_ = 0;
+  std::size_t next_time_ = 0, times_reached_ = 0;
+  std::size_t first_time_ = 0;  ///< time index of the first of `states_`
+  std::span<StateAtTime> states_;
   std::stop_token stop_;
   bool begun_ = false, interrupted_ = false;
 };
-
-/// Returns the arrays of Summary::statistics from groups that are done, in the order of their
-/// members.
-std::vector<SummaryArray> results(const Plan& plan, std::span<const MemberGroup* const> groups,
-                                  bool ensemble);
-
-/// Returns how many bytes the numbers of these arrays take.
-std::uint64_t result_bytes(const Plan& plan, std::size_t members);
 
 }  // namespace stiefel

@@ -1,4 +1,4 @@
-#include "engine/summary/member_group.h"
+#include "engine/summary/member.h"
 
 #include <algorithm>
 #include <optional>
@@ -15,28 +15,16 @@ void append(auto& all, const Numbers& some) {
   all.insert(all.end(), some.begin(), some.end());
 }
 
-/// A member, addressed by its group.
-struct MemberOf {
-  const MemberGroup* group;
-  std::size_t index;
-
-  const MemberEnd& end() const { return group->end(index); }
-  const Accumulators& accumulators(std::size_t q) const { return group->accumulators(index, q); }
-};
-
 class Results {
  public:
-  Results(const Plan& plan, std::span<const MemberGroup* const> groups, bool ensemble)
-      : plan_(plan), ensemble_(ensemble) {
-    for (const MemberGroup* group : groups)
-      for (std::size_t b = 0; b < group->size(); ++b) members_.push_back({group, b});
-  }
+  Results(const Plan& plan, std::span<const Member* const> members, bool ensemble)
+      : plan_(plan), members_(members), ensemble_(ensemble) {}
 
   std::vector<SummaryArray> all() {
     for (std::size_t q = 0; q < plan_.reads.size(); ++q) quantity(q);
     const auto count = [&](const char* name, auto value) {
       SummaryArray& out = add(name, SummaryArray::Type::count, {}, ensemble_);
-      for (const MemberOf& member : members_) out.counts.push_back(value(member.end()));
+      for (const Member* member : members_) out.counts.push_back(value(*member->end));
     };
     count("outcome",
           [](const MemberEnd& end) { return static_cast<std::int64_t>(end.status.outcome); });
@@ -64,9 +52,9 @@ class Results {
     const bool over = asked.over_members && ensemble_;
     std::optional<Accumulators> all;
     std::vector<const Accumulators*> of;
-    for (const MemberOf& member : members_) {
+    for (const Member* member : members_) {
       if (!plan_.reads_on_the_way) break;  // there are no accumulators
-      const Accumulators& one = member.accumulators(q);
+      const Accumulators& one = member->accumulators[q];
       if (over && all)
         all->merge(one);
       else if (over)
@@ -82,8 +70,7 @@ class Results {
           add(asked.name + "." + statistic_names[static_cast<std::size_t>(statistic)],
               counts ? SummaryArray::Type::count : real, read.shape, by_members);
       if (statistic == Statistic::last)
-        for (const MemberOf& member : members_)
-          append(out.numbers, member.group->last(member.index, q));
+        for (const Member* member : members_) append(out.numbers, plan_.last(member->last, q));
       else
         for (const Accumulators* one : of)
           counts ? append(out.counts, one->sign_changes())
@@ -107,16 +94,16 @@ class Results {
   }
 
   const Plan& plan_;
+  const std::span<const Member* const> members_;
   const bool ensemble_;
-  std::vector<MemberOf> members_;
   std::vector<SummaryArray> arrays_;
 };
 
 }  // namespace
 
-std::vector<SummaryArray> results(const Plan& plan, std::span<const MemberGroup* const> groups,
+std::vector<SummaryArray> results(const Plan& plan, std::span<const Member* const> members,
                                   bool ensemble) {
-  return Results(plan, groups, ensemble).all();
+  return Results(plan, members, ensemble).all();
 }
 
 std::uint64_t result_bytes(const Plan& plan, std::size_t members) {

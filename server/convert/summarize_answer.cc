@@ -29,15 +29,16 @@ std::string digest_of(v1::SummarizeRequest request) {
 }
 
 /// Prepares a summary, with what a simulation of the session has of an ensemble's members.
-Summary prepared(Session& session, const v1::SummarizeRequest& request, MemoryLease& memory) {
+std::unique_ptr<Summary> prepared(Session& session, const v1::SummarizeRequest& request,
+                                  MemoryLease& memory) {
   const auto times = static_cast<std::uint64_t>(request.times_size());
   memory.grow(memory_price({held_by(request), times * time_bytes}));
   SimulationPtr begun;
   if (session.members_are_numbers()) begun = session.acquire(session.cursor());
-  Summary summary = value_of(Summary::prepare(session.scene(), from_proto(request), begun.get()));
+  auto summary = value_of(Summary::prepare(session.scene(), from_proto(request), begun.get()));
   if (begun) session.release(std::move(begun));
-  memory.grow(memory_price({.workspace = summary_workspace(session, summary),
-                            .reply = summary.statistics_bytes(),
+  memory.grow(memory_price({.workspace = summary_workspace(session, *summary),
+                            .reply = summary->statistics_bytes(),
                             .reply_of = "quantities"}));
   return summary;
 }
@@ -50,11 +51,11 @@ SummarizeAnswer::SummarizeAnswer(SessionRef session, const v1::SummarizeRequest&
       request_(request),
       digest_(digest_of(request)),
       summary_(prepared(*session_, request, memory)),
-      messages_(*session_, summary_.description()) {
+      messages_(*session_, summary_->description()) {
   if (request.times_size() > 0 || request.events_size() > 0)
     memory.grow(memory_price({.reply = messages_.state_bytes()}));
   request.checkpoint().empty() ? go_to_first_state() : restore();
-  last_mark_ = summary_.step();
+  last_mark_ = summary_->step();
 }
 
 void SummarizeAnswer::go_to_first_state() {
@@ -62,7 +63,7 @@ void SummarizeAnswer::go_to_first_state() {
   auto simulation = session_->acquire(request_.from());
   std::vector<double> saved(simulation->saved_size());
   simulation->save(saved);
-  summary_.start_at(simulation->step(), saved);
+  summary_->start_at(simulation->step(), saved);
   session_->release(std::move(simulation));
 }
 
@@ -73,7 +74,7 @@ void SummarizeAnswer::restore() {
   if (!content->starts_with(digest_))
     throw errors::invalid("checkpoint", std::to_string(bytes.size()) + " bytes",
                           "must come from a Summarize of the same request");
-  if (!summary_.restore(content->substr(digest_.size())))
+  if (!summary_->restore(content->substr(digest_.size())))
     throw errors::checkpoint_refused({CheckpointFault::corrupt, {}}, bytes.size(), "Summarize");
 }
 
@@ -86,46 +87,46 @@ std::int64_t SummarizeAnswer::next_mark() const {
 }
 
 void SummarizeAnswer::advance(double slice, const std::stop_token& stop) {
-  summary_.advance(slice, next_mark(), stop);
-  if (summary_.interrupted()) throw Stopped();  // a reading may be incomplete
-  messages_.add(summary_.take_events());
-  messages_.add(summary_.take_states());
-  if (summary_.done())
-    messages_.add(summary_.statistics());
-  else if (summary_.step() >= next_mark())
+  summary_->advance(slice, next_mark(), stop);
+  if (summary_->interrupted()) throw Stopped();  // a reading may be incomplete
+  messages_.add(summary_->take_events());
+  messages_.add(summary_->take_states());
+  if (summary_->done())
+    messages_.add(summary_->statistics());
+  else if (summary_->step() >= next_mark())
     add_checkpoint();
 }
 
 bool SummarizeAnswer::save(bool interrupted) {
   if (interrupted) return false;
   const bool asked = request_.return_checkpoint() || request_.checkpoint_every() > 0;
-  if (asked && !summary_.done() && summary_.aligned() && summary_.step() != last_mark_)
+  if (asked && !summary_->done() && summary_->aligned() && summary_->step() != last_mark_)
     add_checkpoint();
-  return has_results() || summary_.done();
+  return has_results() || summary_->done();
 }
 
 void SummarizeAnswer::add_checkpoint() {
-  last_mark_ = summary_.step();
+  last_mark_ = summary_->step();
   messages_.add_checkpoint(last_mark_,
-                           seal_checkpoint(*session_, summary_format, {digest_, summary_.save()}));
+                           seal_checkpoint(*session_, summary_format, {digest_, summary_->save()}));
 }
 
 bool SummarizeAnswer::next(v1::SummarizeResponse& message) {
   message.Clear();
-  message.set_step(summary_.step());
-  message.set_computed_steps(summary_.computed_steps());
+  message.set_step(summary_->step());
+  message.set_computed_steps(summary_->computed_steps());
   if (has_results()) messages_.next(message);
   // Members that an event has ended have no states at later times.
   const bool ends = std::ranges::any_of(request_.events(), &v1::Event::terminal);
   finite_ = finite_ &&
             (ends || (is_finite(message.events().fields()) &&
                       is_finite(message.states().fields()) && is_finite(message.statistics())));
-  const bool last = summary_.done() && !has_results();
+  const bool last = summary_->done() && !has_results();
   if (last) {
     v1::RunStatus& status = *message.mutable_run_status();
-    to_proto(summary_.status(), &status);
-    if (!summary_.status().reached())
-      status.set_message(to_sentence(summary_.status(), session_->scene(), summary_.rate()));
+    to_proto(summary_->status(), &status);
+    if (!summary_->status().reached())
+      status.set_message(to_sentence(summary_->status(), session_->scene(), summary_->rate()));
     demand_finite(finite_, &status);
   }
   return last;

@@ -30,7 +30,7 @@ class SummarizeAnswer {
   /// Makes a last checkpoint, if the request asks for any and all members are at one step. Returns
   /// whether there is anything to send; nothing after a stop that `interrupted` a reading.
   bool save(bool interrupted);
-  std::int64_t computed_steps() const { return summary_.computed_steps(); }
+  std::int64_t computed_steps() const { return summary_->computed_steps(); }
 
   /// Whether there are results to send.
   bool has_results() const { return !messages_.empty(); }
@@ -48,7 +48,7 @@ class SummarizeAnswer {
   const SessionRef session_;
   const v1::SummarizeRequest& request_;
   const std::string digest_;  ///< of everything in the request that determines its summary
-  Summary summary_;
+  std::unique_ptr<Summary> summary_;
   SummaryMessages messages_;
   std::int64_t last_mark_ = 0;
   bool finite_ = true;  ///< what was sent

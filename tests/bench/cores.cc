@@ -99,9 +99,9 @@ Case beginning(int members, const MethodDescription& method) {
   what.to = what.every = 1;
   return {"a summary of one step, " + method.name, "us a member", [=] {
             return 1e6 / members * bench::seconds([&] {
-                     Summary summary = Summary::prepare(*scene, what).value();
-                     while (!summary.done()) summary.advance(1e9, 1, {});
-                     if (summary.statistics().empty()) throw std::runtime_error("no statistics");
+                     const auto summary = Summary::prepare(*scene, what).value();
+                     while (!summary->done()) summary->advance(1e9, 1, {});
+                     if (summary->statistics().empty()) throw std::runtime_error("no statistics");
                    });
           }};
 }

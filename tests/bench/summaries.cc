@@ -27,8 +27,7 @@ double unread(const Scene& scene, std::int64_t steps) {
 double read(const Scene& scene, std::int64_t steps) {
   SummaryDescription what{.to = steps};
   what.quantities = {{"energy", {Statistic::drift}}, {"quaternion", {Statistic::last}}};
-  auto summary = Summary::prepare(scene, what);
-  if (!summary) throw std::runtime_error(summary.error().front().rule);
+  const auto summary = Summary::prepare(scene, what).value();
   const double time = bench::processor_seconds([&] {
     while (!summary->done()) summary->advance(slice, steps);
   });

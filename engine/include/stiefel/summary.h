@@ -135,13 +135,12 @@ class Summary {
   /// violations name the fields of the description, "quantities[0].name". What `begun`, a
   /// simulation of the scene, holds of an ensemble's members is not computed again; it need not
   /// outlive the call.
-  static std::expected<Summary, Violations> prepare(const Scene& scene, SummaryDescription what,
-                                                    const Simulation* begun = nullptr);
-  Summary(Summary&&) noexcept;
-  ~Summary();
+  static std::expected<std::unique_ptr<Summary>, Violations> prepare(
+      const Scene& scene, SummaryDescription what, const Simulation* begun = nullptr);
+  virtual ~Summary() = default;
 
   /// Starts from a state that `Simulation::save` wrote at `step` ≤ from, in place of step 0.
-  void start_at(std::int64_t step, std::span<const double> saved);
+  virtual void start_at(std::int64_t step, std::span<const double> saved) = 0;
   /// Advances by a slice: the work, on each thread, of `slice` steps of all members (but at least
   /// one step of one), not beyond the step `bound`. Returns earlier when many events or states wait
   /// to be taken. Checks `stop` before every step.
@@ -149,55 +148,50 @@ class Summary {
   /// With many members one call advances only a part of the members, by many more steps; the next
   /// calls bring the other members to the same step, whatever their `bound`. This way a member is
   /// fetched from memory once for all of these steps.
-  void advance(double slice, std::int64_t bound, const std::stop_token& stop = {});
+  virtual void advance(double slice, std::int64_t bound, const std::stop_token& stop = {}) = 0;
   /// Ends the summary at its current step; members that have not ended get `cancelled`.
-  void cancel();
+  virtual void cancel() = 0;
 
   /// The step up to which all is done.
-  std::int64_t step() const;
-  bool done() const;
+  virtual std::int64_t step() const = 0;
+  virtual bool done() const = 0;
   /// Whether the last `advance` was stopped on its way.
-  bool interrupted() const;
+  virtual bool interrupted() const = 0;
   /// Whether all members that have not ended are at step `step()`.
-  bool aligned() const;
+  virtual bool aligned() const = 0;
 
   /// Return the events and the states found since the last call, once all members have passed them:
   /// events by step, then member, then time; states by time.
-  std::vector<Event> take_events();
-  std::vector<StateAtTime> take_states();
+  virtual std::vector<Event> take_events() = 0;
+  virtual std::vector<StateAtTime> take_states() = 0;
 
   /// Returns how the motion ended; valid once `done()`. For an ensemble the status of the member
   /// that stopped first.
-  RunStatus status() const;
+  virtual RunStatus status() const = 0;
   /// Returns Simulation::rate at the last good state of the member of `status()`.
-  double rate() const;
+  virtual double rate() const = 0;
   /// Returns the statistics, valid once `done()`: in the order of the quantities, then "outcome",
   /// "last_step", "ended_by" and "samples".
-  std::vector<SummaryArray> statistics() const;
+  virtual std::vector<SummaryArray> statistics() const = 0;
   /// Returns how many bytes the numbers of `statistics()` take.
-  std::uint64_t statistics_bytes() const;
+  virtual std::uint64_t statistics_bytes() const = 0;
 
   /// `save` returns everything that determines the rest of the summary; call it only when
   /// `aligned()`. `restore` returns false for data that `save` cannot have written for the same
   /// scene and description; `to` may differ.
-  std::string save() const;
-  bool restore(std::string_view saved);
+  virtual std::string save() const = 0;
+  virtual bool restore(std::string_view saved) = 0;
 
   /// Returns the number of steps so far, summed over all members.
-  std::int64_t computed_steps() const;
+  virtual std::int64_t computed_steps() const = 0;
   /// Returns the sum of Simulation::map_steps over all members, for the steps that this object has
   /// computed; without the shortened steps to events and times.
-  std::int64_t map_steps() const;
+  virtual std::int64_t map_steps() const = 0;
   /// Whether the summary reads samples at every step of the grid or looks for events. This takes
   /// work beside that of the steps.
-  bool reads_on_the_way() const;
+  virtual bool reads_on_the_way() const = 0;
 
-  const SummaryDescription& description() const;
-
- private:
-  struct Parts;
-  explicit Summary(std::unique_ptr<Parts> parts);
-  std::unique_ptr<Parts> parts_;
+  virtual const SummaryDescription& description() const = 0;
 };
 
 }  // namespace stiefel

@@ -19,9 +19,9 @@ TEST(EventsForLong, AreWhereTheClosedFormHasThem) {
   auto summary = Summary::prepare(scene, what).value();
   int found = 0;
   double worst = 0;
-  while (!summary.done()) {
-    summary.advance(10'000, what.to);
-    for (const Event& event : summary.take_events()) {
+  while (!summary->done()) {
+    summary->advance(10'000, what.to);
+    for (const Event& event : summary->take_events()) {
       const auto exact = static_cast<double>(++found * half_period);
       worst = std::max(worst, std::abs(event.time - exact) / exact);
     }

@@ -46,26 +46,26 @@ TEST(SummaryOfAnEnsemble, OfManyMembersIsTheSameInPartsAndResumed) {
   const auto what = everything(3, 900, 11);
   const auto whole = run(ensemble, what, 900).bits();
   EXPECT_EQ(run(ensemble, what, 1).bits(), whole);
-  Summary summary = prepare(ensemble, what);
+  const auto summary = prepare(ensemble, what);
   int in_parts = 0, resumed = 0;
-  while (!summary.done()) {
-    const std::int64_t before = summary.step();
-    summary.advance(40, what.to);
-    EXPECT_GE(summary.step(), before);
-    EXPECT_TRUE(summary.aligned() || summary.step() == before);
-    if (!summary.aligned()) {
+  while (!summary->done()) {
+    const std::int64_t before = summary->step();
+    summary->advance(40, what.to);
+    EXPECT_GE(summary->step(), before);
+    EXPECT_TRUE(summary->aligned() || summary->step() == before);
+    if (!summary->aligned()) {
       ++in_parts;
       continue;
     }
-    Summary next = prepare(ensemble, what);
-    ASSERT_TRUE(next.restore(summary.save()));
-    EXPECT_EQ(next.save(), summary.save());
-    EXPECT_EQ(finish(next, 7).bits(), whole) << "from step " << next.step();
+    const auto next = prepare(ensemble, what);
+    ASSERT_TRUE(next->restore(summary->save()));
+    EXPECT_EQ(next->save(), summary->save());
+    EXPECT_EQ(finish(*next, 7).bits(), whole) << "from step " << next->step();
     ++resumed;
   }
   EXPECT_GE(in_parts, 3);
   EXPECT_GE(resumed, 3);
-  EXPECT_EQ(finish(summary).bits(), whole);
+  EXPECT_EQ(finish(*summary).bits(), whole);
 }
 
 /// What a simulation of the ensemble has computed serves the summaries after it.
@@ -78,8 +78,8 @@ TEST(SummaryOfAnEnsemble, IsTheSameAfterASimulation) {
     const auto expected = run(ensemble, what).bits();
     const auto simulation = make_simulation(ensemble);
     ASSERT_TRUE(simulation->advance(7).reached());
-    Summary summary = Summary::prepare(ensemble, what, simulation.get()).value();
-    EXPECT_EQ(finish(summary).bits(), expected) << method;
+    const auto summary = Summary::prepare(ensemble, what, simulation.get()).value();
+    EXPECT_EQ(finish(*summary).bits(), expected) << method;
   }
 }
 
@@ -104,16 +104,16 @@ TEST(SummaryOfAnEnsemble, OfManyMembersGoesOnAfterAStop) {
   SummaryDescription what{.to = 500};
   what.quantities = {{"energy", {Statistic::drift}}};
   const auto whole = run(ensemble, what, 500).bits();
-  Summary summary = prepare(ensemble, what);
+  const auto summary = prepare(ensemble, what);
   std::stop_source stop;
   stop.request_stop();
-  while (!summary.done()) {
-    summary.advance(20, what.to, stop.get_token());
-    EXPECT_TRUE(summary.interrupted() && !summary.aligned());
-    summary.advance(20, what.to);
-    EXPECT_FALSE(summary.interrupted());
+  while (!summary->done()) {
+    summary->advance(20, what.to, stop.get_token());
+    EXPECT_TRUE(summary->interrupted() && !summary->aligned());
+    summary->advance(20, what.to);
+    EXPECT_FALSE(summary->interrupted());
   }
-  EXPECT_EQ(finish(summary).bits(), whole);
+  EXPECT_EQ(finish(*summary).bits(), whole);
 }
 
 /// Runs the items on the calling thread, the last one first, and counts them.
@@ -206,15 +206,15 @@ TEST(SummaryOfAnEnsemble, ReadsADriftAloneAsAmongOthers) {
       Done expected = run(ensemble, among);
       std::erase_if(expected.statistics, [](const auto& one) { return one.name == "energy.min"; });
       EXPECT_EQ(run(ensemble, alone).bits(), expected.bits()) << method << " every " << every;
-      Summary first = prepare(ensemble, alone);
+      const auto first = prepare(ensemble, alone);
       Done resumed;
-      while (first.step() < 450) {
-        first.advance(7, 450);
-        resumed.take(first);
+      while (first->step() < 450) {
+        first->advance(7, 450);
+        resumed.take(*first);
       }
-      Summary second = prepare(ensemble, alone);
-      ASSERT_TRUE(second.restore(first.save()));
-      Done rest = finish(second, 13);
+      const auto second = prepare(ensemble, alone);
+      ASSERT_TRUE(second->restore(first->save()));
+      Done rest = finish(*second, 13);
       rest.states = resumed.states;
       EXPECT_EQ(rest.bits(), expected.bits()) << method << " every " << every;
     }

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <iterator>
+#include <memory>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -20,7 +21,7 @@ inline Scene resolved(SceneDescription description) {
   return Scene::resolve(std::move(description)).value();
 }
 
-inline Summary prepare(const Scene& scene, SummaryDescription what) {
+inline std::unique_ptr<Summary> prepare(const Scene& scene, SummaryDescription what) {
   auto summary = Summary::prepare(scene, std::move(what));
   if (!summary) throw std::logic_error(summary.error().front().rule);
   return *std::move(summary);
@@ -73,8 +74,7 @@ inline Done finish(Summary& summary, std::int64_t steps = 1000) {
 }
 
 inline Done run(const Scene& scene, const SummaryDescription& what, std::int64_t steps = 1000) {
-  Summary summary = prepare(scene, what);
-  return finish(summary, steps);
+  return finish(*prepare(scene, what), steps);
 }
 
 inline const std::vector<Statistic> every_statistic = {

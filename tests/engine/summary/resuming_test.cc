@@ -26,15 +26,15 @@ TEST(Summary, ResumesAtAnyStepWithTheSameBits) {
   const auto what = with_all(everything(5, 302, 7), scene.step());
   const auto whole = run(scene, what).bits();
   for (std::int64_t at = 0; at < 302; at += 13) {
-    Summary first = prepare(scene, what);
+    const auto first = prepare(scene, what);
     Done done;
-    while (first.step() < at) first.advance(50, at);
-    done.take(first);
-    Summary second = prepare(scene, what);
-    ASSERT_TRUE(second.restore(first.save())) << at;
-    EXPECT_EQ(second.step(), first.step());
-    EXPECT_EQ(second.save(), first.save());
-    Done rest = finish(second);
+    while (first->step() < at) first->advance(50, at);
+    done.take(*first);
+    const auto second = prepare(scene, what);
+    ASSERT_TRUE(second->restore(first->save())) << at;
+    EXPECT_EQ(second->step(), first->step());
+    EXPECT_EQ(second->save(), first->save());
+    Done rest = finish(*second);
     std::ranges::move(rest.events, std::back_inserter(done.events));
     std::ranges::move(rest.states, std::back_inserter(done.states));
     done.statistics = rest.statistics;
@@ -45,28 +45,28 @@ TEST(Summary, ResumesAtAnyStepWithTheSameBits) {
 TEST(Summary, DoesNotTakeDamagedBytes) {
   const Scene scene = random_scene(3, 4, 0.25, "rk4");
   const auto what = with_all(everything(5, 302, 7), scene.step());
-  Summary first = prepare(scene, what);
-  first.advance(100, 100);
-  const std::string saved = first.save();
+  const auto first = prepare(scene, what);
+  first->advance(100, 100);
+  const std::string saved = first->save();
   for (std::size_t length = 0; length < saved.size(); length += 7)
-    EXPECT_FALSE(prepare(scene, what).restore(std::string_view(saved).substr(0, length)));
-  EXPECT_FALSE(prepare(scene, what).restore(saved + '\0'));
-  EXPECT_FALSE(prepare(scene, everything(5, 302, 7)).restore(saved));
+    EXPECT_FALSE(prepare(scene, what)->restore(std::string_view(saved).substr(0, length)));
+  EXPECT_FALSE(prepare(scene, what)->restore(saved + '\0'));
+  EXPECT_FALSE(prepare(scene, everything(5, 302, 7))->restore(saved));
 }
 
 TEST(Summary, EndsWhenItIsAskedToStop) {
   const Scene scene = random_scene(3, 5, 0.1, "rk4");
-  Summary summary = prepare(scene, everything(0, 1000, 1));
-  summary.advance(10, 1000);
-  EXPECT_FALSE(summary.interrupted());
+  const auto summary = prepare(scene, everything(0, 1000, 1));
+  summary->advance(10, 1000);
+  EXPECT_FALSE(summary->interrupted());
   std::stop_source stop;
   stop.request_stop();
-  summary.advance(10, 1000, stop.get_token());
-  EXPECT_TRUE(summary.interrupted());
-  EXPECT_FALSE(summary.done());
-  summary.cancel();
-  EXPECT_TRUE(summary.done());
-  EXPECT_EQ(summary.status().outcome, Outcome::cancelled);
+  summary->advance(10, 1000, stop.get_token());
+  EXPECT_TRUE(summary->interrupted());
+  EXPECT_FALSE(summary->done());
+  summary->cancel();
+  EXPECT_TRUE(summary->done());
+  EXPECT_EQ(summary->status().outcome, Outcome::cancelled);
 }
 
 }  // namespace
