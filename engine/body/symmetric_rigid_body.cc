@@ -140,7 +140,9 @@ struct Pair : OtherVariables<Pair<on_the_right>> {
 constexpr TwoForm form = {
     {"Omega_gl", {"Q", "P"}, "1/2 tr(eta_2^T xi_1 - eta_1^T xi_2) of (xi_i, eta_i)", "[RB] (3.5)"},
     {"Q", "P"},
-    [](const Scene&) { return space_of(PairsOfRotations<double>()); }};
+    [](const Scene& s) {
+      return space_of(PairsOfRotations<double>{Eigen::VectorXd::Ones(s.dimension())});
+    }};
 
 /// Returns the observables of (Q, P), stacked to 2N × N: the blocks, M = (QᵀP − PᵀQ)/ε, the
 /// constant PQᵀ, and the invariants of M.

@@ -164,7 +164,7 @@ constexpr TwoForm form_of_frames = {
      "1/2 tr(u_1 Lambda v_2^T - v_1 Lambda u_2^T) of u = (u_1, u_2), v = (v_1, v_2)",
      "[RB] (7.8)"},
     {"Q_prev", "Q"},
-    [](const Scene& s) { return space_of(ConsecutiveRotations<double>{s.inertia()}); }};
+    [](const Scene& s) { return space_of(PairsOfRotations<double>{s.inertia()}); }};
 
 /// Writes [RB] (7.15)–(7.21) in the paper's variables.
 WithinDomain<FormBlocks> write_interpolation(const Phase& x, const ConversionTarget&,

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/structure/forms.h"
+#include "engine/structure/tangent_spaces.h"
 #include "stiefel/diagnosis.h"
 
 namespace stiefel {

@@ -175,7 +175,7 @@ double bracket_of_form(const D& Q, const D& P, const PairFactors& F, const PairF
     const D& u = basis[static_cast<std::size_t>(a)];
     dF(a) = along(f, u), dK(a) = along(k, u);
     for (Eigen::Index b = 0; b < size; ++b)
-      form(a, b) = Omega_gl(u, basis[static_cast<std::size_t>(b)]);
+      form(a, b) = omega_pairs(u, basis[static_cast<std::size_t>(b)]) / 2;
   }
   const Eigen::PartialPivLU<D> lu(form.transpose());
   const Vector<double> X_F = lu.solve(dF), X_K = lu.solve(dK);

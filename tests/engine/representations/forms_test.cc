@@ -2,7 +2,7 @@
 
 #include "engine/body/discrete_pairs.h"
 #include "engine/frame/stiefel_momenta.h"
-#include "engine/structure/derivative.h"
+#include "engine/structure/symplectic_defect.h"
 #include "engine/structure/tangent_spaces.h"
 #include "tests/support/linalg/j_d_inverse.h"
 #include "tests/support/scenes/random_matrices.h"
@@ -77,8 +77,7 @@ class Forms : public ::testing::TestWithParam<int> {
   const W pair = stacked(d.Q, d.Q_next);  // (Q_{k−1}, Q_k)
   const W QM = d.Sigma_L_(pair), QP = d.psi_(pair);
   const CotangentOfRotations<Wide> omega{};
-  const PairsOfRotations<Wide> gl{};
-  const ConsecutiveRotations<Wide> L{d.lambda};
+  const PairsOfRotations<Wide> gl{Vector<Wide>::Ones(GetParam())}, L{d.lambda};
 };
 INSTANTIATE_TEST_SUITE_P(Dimensions, Forms, ::testing::Values(2, 3, 4));
 

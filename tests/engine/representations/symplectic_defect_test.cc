@@ -67,7 +67,9 @@ TEST(SymplecticDefect, HasALowerFloorInAWiderScalar) {
     return x * testing::J_D_inverse<Wide>(body.lambda, Psi<Wide>(x.topRows(3), x.bottomRows(3)));
   };
   const Matrix<Wide> pair = stacked(Q, *Psi_inverse<Wide>(Q, M, h));
-  EXPECT_LT(*symplectic_defect<Wide>(PairsOfRotations<Wide>(), symmetric, pair), 1e-15);
+  EXPECT_LT(
+      *symplectic_defect<Wide>(PairsOfRotations<Wide>{Vector<Wide>::Ones(3)}, symmetric, pair),
+      1e-15);
 }
 
 /// The variational step for n = 1, where it is a quadratic equation, on (q, s), s = q̇Λ; and

@@ -4,7 +4,7 @@
 
 #include "engine/motion/system_entry.h"
 #include "engine/motion/two_form.h"
-#include "engine/structure/derivative.h"
+#include "engine/structure/symplectic_defect.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/random_matrices.h"

@@ -6,7 +6,7 @@
 
 #include "engine/dense/so_3.h"
 #include "engine/growth/tangent_of.h"
-#include "engine/structure/derivative.h"
+#include "engine/structure/symplectic_defect.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/linearization.h"
 #include "tests/support/scenes/any_scene.h"
