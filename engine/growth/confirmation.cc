@@ -5,7 +5,6 @@
 #include <limits>
 #include <span>
 
-#include "engine/growth/tangent_of.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/conversion.h"

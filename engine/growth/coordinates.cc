@@ -2,14 +2,66 @@
 
 #include <Eigen/Householder>
 #include <cmath>
+#include <random>
 
 #include "engine/dense/decompositions.h"
-#include "engine/growth/tangent_of.h"
+#include "engine/motion/system_entry.h"
+#include "stiefel/linearization.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {
 
 using Dense = Eigen::MatrixXd;
+
+namespace {
+
+void append(std::string& list, std::string_view name) {
+  if (!list.empty()) list += ", ";
+  list += name;
+}
+
+/// Returns the element whose value is coordinate k of a skew N × N matrix.
+std::pair<Eigen::Index, Eigen::Index> element(Eigen::Index N, Eigen::Index k) {
+  if (N == 3) return {(k + 2) % 3, (k + 1) % 3};
+  Eigen::Index i = 0;
+  for (; k >= N - 1 - i; ++i) k -= N - 1 - i;
+  return {i, i + 1 + k};
+}
+
+}  // namespace
+
+const Tangents* tangents_of(std::string_view system) {
+  const SystemEntry* entry = system_entry(system);
+  return entry ? entry->tangents : nullptr;
+}
+
+const MethodTangent* tangent_of(const Scene& scene, std::string_view method) {
+  const Tangents* tangents = tangents_of(scene.system());
+  if (!tangents) return nullptr;
+  for (const MethodTangent& of : tangents->methods)
+    if (of.method == method && (of.dimension == 0 || of.dimension == scene.dimension())) return &of;
+  return nullptr;
+}
+
+Violations without_tangent(const Scene& scene) {
+  if (!scene.members().empty())
+    return {Violation{"", std::to_string(scene.members().size()) + " members",
+                      "the scene must have no `members`"}};
+  if (tangent_of(scene, scene.method())) return {};
+  std::string have;
+  if (const Tangents* tangents = tangents_of(scene.system())) {
+    for (const MethodTangent& of : tangents->methods)
+      append(have, std::string(of.method) +
+                       (of.dimension > 0 ? " (N = " + std::to_string(of.dimension) + ")" : ""));
+    return {Violation{"method", scene.method(),
+                      "has no tangent for " + scene.system() +
+                          " at N = " + std::to_string(scene.dimension()) + "; " + have + " have"}};
+  }
+  for (const SystemEntry& entry : system_entries())
+    if (entry.tangents) append(have, entry.info.name);
+  return {
+      Violation{"system", scene.system(), "has no tangent by any method; " + have + " have one"}};
+}
 
 Dense by_columns(const Dense& V, Eigen::Index rows, Eigen::Index cols) {
   Dense out(V.rows(), V.cols());
@@ -28,18 +80,6 @@ Dense blocks_of(const Simulation& motion) {
   }
   return x;
 }
-
-namespace {
-
-/// Returns the element whose value is coordinate k of a skew N × N matrix.
-std::pair<Eigen::Index, Eigen::Index> element(Eigen::Index N, Eigen::Index k) {
-  if (N == 3) return {(k + 2) % 3, (k + 1) % 3};
-  Eigen::Index i = 0;
-  for (; k >= N - 1 - i; ++i) k -= N - 1 - i;
-  return {i, i + 1 + k};
-}
-
-}  // namespace
 
 TangentChart::TangentChart(const Scene& scene, const Dense& x)
     : space_(tangents_of(scene.system())->space(scene)), rows_(x.rows()), cols_(x.cols()) {}
@@ -141,6 +181,60 @@ Dense TangentChart::tangent(const Dense& x, const Dense& G) const {
   const Dense Q = x.topRows(cols_), dQ = G.topRows(cols_);
   out.topRows(cols_) = Q * skew_part(Lu<double>(Q).solve(dQ));
   return out;
+}
+
+GrowthVectors::GrowthVectors(const Scene& scene, const Simulation& start)
+    : chart_(scene, blocks_of(start)) {
+  const Dense x = blocks_of(start);
+  Dense weights(x.rows(), x.cols());
+  for (Eigen::Index top = 0, b = 0; top < x.rows(); ++b) {
+    const Eigen::Index height = start.fields()[static_cast<std::size_t>(b)].rows;
+    const double norm = x.middleRows(top, height).norm();
+    weights.middleRows(top, height)
+        .setConstant(norm > 0 ? std::sqrt(static_cast<double>(height)) / norm : 1);
+    top += height;
+  }
+  weights_ = weights.reshaped();
+}
+
+std::int64_t GrowthVectors::dimension(const Dense& x) const {
+  if (chart_.is_body()) return x.cols() * (x.cols() - 1) / 2 * (x.rows() > x.cols() ? 2 : 1);
+  if (size() > Linearization::largest_in_coordinates) return 0;
+  return orthonormal_range(weights_.asDiagonal() * chart_.tangents_of_units(x) *
+                           weights_.cwiseInverse().asDiagonal())
+      .cols();
+}
+
+Dense GrowthVectors::random(const Dense& x, Eigen::Index k, std::uint64_t seed) const {
+  std::mt19937_64 bits(seed);
+  Dense V(size(), k);
+  for (Eigen::Index j = 0; j < k; ++j) {
+    stop_point();
+    for (double& v : V.col(j)) v = static_cast<double>(bits() >> 11) * 0x1p-52 - 1;  // in (−1, 1)
+  }
+  V = weights_.cwiseInverse().asDiagonal() * V;
+  orthonormalise(x, V);
+  return V;
+}
+
+Dense GrowthVectors::orthonormalise(const Dense& x, Dense& V) const {
+  const Eigen::Index k = V.cols();
+  Dense R = Dense::Zero(k, k);
+  for (Eigen::Index j = 0; j < k; ++j) {
+    stop_point(static_cast<double>((4 * j + 8 * x.cols()) * size()));
+    V.col(j) =
+        weights_.cwiseProduct(chart_.tangent(x, V.col(j).reshaped(x.rows(), x.cols())).reshaped());
+    for (int pass = 0; pass < 2; ++pass)
+      for (Eigen::Index i = 0; i < j; ++i) {
+        const double part = V.col(i).dot(V.col(j));
+        V.col(j) -= part * V.col(i);
+        R(i, j) += part;
+      }
+    R(j, j) = V.col(j).norm();
+    V.col(j) /= R(j, j);
+  }
+  V = weights_.cwiseInverse().asDiagonal() * V;
+  return R;
 }
 
 StateExtent extent_of(const Scene& scene) {

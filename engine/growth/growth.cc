@@ -23,7 +23,7 @@ Growth::Growth(Eigen::Index k)
     : sums_(Numbers::Zero(k)),
       directions_(Dense::Identity(k, k)),
       lengths_(Numbers::Zero(k)),
-      open_{0, {}, Numbers::Zero(k)} {}
+      open_{0, Eigen::Vector3d::Zero(), Numbers::Zero(k)} {}
 
 void Growth::add(double duration, const Dense& R) {
   const Numbers logs = R.diagonal().array().log();
@@ -41,26 +41,20 @@ void Growth::add(double duration, const Dense& R) {
   const Numbers gali = log_gali();
   open_.time += duration;
   open_.growth += logs;
-  open_.levels.first += duration * sums_(0);
-  if (gali.size() > 0) {
-    open_.levels.gali_2 += duration * gali(0);
-    open_.levels.gali_k += duration * gali(gali.size() - 1);
-  }
+  const bool volumes = gali.size() > 0;
+  open_.levels += duration * Eigen::Vector3d(sums_(0), volumes ? gali(0) : 0,
+                                             volumes ? gali(gali.size() - 1) : 0);
   if (++open_length_ == block_length_) close_block();
 }
 
 void Growth::close_block() {
   blocks_.push_back(open_);
-  open_ = {0, {}, Numbers::Zero(count())};
+  open_ = {0, Eigen::Vector3d::Zero(), Numbers::Zero(count())};
   open_length_ = 0;
   if (blocks_.size() < most_blocks) return;
   for (std::size_t i = 0; i < most_blocks / 2; ++i) {
-    Block& a = blocks_[i];
     const Block &one = blocks_[2 * i], &two = blocks_[2 * i + 1];
-    a = {one.time + two.time,
-         {one.levels.first + two.levels.first, one.levels.gali_2 + two.levels.gali_2,
-          one.levels.gali_k + two.levels.gali_k},
-         one.growth + two.growth};
+    blocks_[i] = {one.time + two.time, one.levels + two.levels, one.growth + two.growth};
   }
   blocks_.resize(most_blocks / 2);
   block_length_ *= 2;
@@ -117,15 +111,13 @@ Growth::BatchMeans Growth::batch_means() const {
 
 Growth::Levels Growth::mean(int j) const {
   const std::size_t end = blocks_.size() >> j, begin = end / 2;
-  Levels sum;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double time = 0;
   for (std::size_t i = begin; i < end; ++i) {
     time += blocks_[i].time;
-    sum.first += blocks_[i].levels.first;
-    sum.gali_2 += blocks_[i].levels.gali_2;
-    sum.gali_k += blocks_[i].levels.gali_k;
+    sum += blocks_[i].levels;
   }
-  return {sum.first / time, sum.gali_2 / time, sum.gali_k / time};
+  return {sum(0) / time, sum(1) / time, sum(2) / time};
 }
 
 template <class Self, class Visit>
@@ -133,10 +125,7 @@ void Growth::each(Self& self, const Visit& visit) {
   const auto all = [&](auto&& numbers) {
     for (auto&& x : numbers) visit(x);
   };
-  const auto block = [&](auto& of) {
-    visit(of.time), visit(of.levels.first), visit(of.levels.gali_2), visit(of.levels.gali_k);
-    all(of.growth);
-  };
+  const auto block = [&](auto& of) { visit(of.time), all(of.levels), all(of.growth); };
   visit(self.block_length_), visit(self.open_length_);
   visit(self.time_), visit(self.highest_), visit(self.deepest_fall_);
   all(self.sums_), all(self.lengths_), all(self.directions_.reshaped());
@@ -152,7 +141,7 @@ void Growth::save(ByteWriter& out) const {
 void Growth::restore(ByteReader& in) {
   std::uint64_t blocks = 0;
   in.get(blocks);
-  blocks_.assign(std::min<std::uint64_t>(blocks, most_blocks), {0, {}, Numbers::Zero(count())});
+  blocks_.assign(std::min<std::uint64_t>(blocks, most_blocks), open_);
   each(*this, [&](auto& number) { in.get(number); });
   in.require(open_length_ < block_length_);
 }

@@ -6,7 +6,6 @@
 
 #include "engine/dense/so_3.h"
 #include "engine/growth/coordinates.h"
-#include "engine/growth/tangent_of.h"
 #include "engine/motion/observed_simulation.h"
 #include "engine/numbers/to_text.h"
 #include "engine/scene/scene_draft.h"

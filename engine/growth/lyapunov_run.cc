@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "engine/growth/confirmation.h"
-#include "engine/growth/tangent_of.h"
 #include "stiefel/price.h"
 #include "stiefel/stop.h"
 

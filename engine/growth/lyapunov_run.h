@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "engine/growth/growth_vectors.h"
-#include "engine/growth/verdict.h"
+#include "engine/growth/coordinates.h"
+#include "engine/growth/growth.h"
 #include "stiefel/linearization.h"
 #include "stiefel/lyapunov.h"
 

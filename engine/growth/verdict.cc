@@ -1,5 +1,3 @@
-#include "engine/growth/verdict.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "engine/growth/confirmation.h"
-#include "engine/growth/growth_vectors.h"
-#include "engine/growth/tangent_of.h"
+#include "engine/growth/coordinates.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/spectra.h"

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/growth/verdict.h"
+#include "engine/growth/growth.h"
 
 namespace stiefel {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "engine/dense/so_3.h"
-#include "engine/growth/tangent_of.h"
+#include "engine/growth/coordinates.h"
 #include "engine/structure/symplectic_defect.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/linearization.h"
