@@ -22,9 +22,6 @@ template void solve_positive(const Matrix<double>& L, Matrix<double>& B);
 template void solve_positive(const Matrix<long double>& L, Matrix<long double>& B);
 template void solve_positive(const Matrix<Quad>& L, Matrix<Quad>& B);
 
-template class SymmetricEigen<double>;
-template class SymmetricEigen<long double>;
-
 template Vector<double> symmetric_eigenvalues(const Matrix<double>& A);
 
 template SkewEigen<double> skew_eigen(const Matrix<double>& A);
@@ -68,6 +65,17 @@ Matrix<double> repaired(const Matrix<double>& Q) {
 
 double determinant(const Matrix<double>& A) { return A.determinant(); }
 
+SymmetricEigen symmetric_eigen(const Matrix<double>& A) {
+  stop_point();
+  const Eigen::SelfAdjointEigenSolver<Matrix<double>> solver(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+Matrix<double> symmetric_inverse_root(const Matrix<double>& A) {
+  stop_point();
+  return Eigen::SelfAdjointEigenSolver<Matrix<double>>(A).operatorInverseSqrt();
+}
+
 void solve_positive(const Matrix<double>& L, Vector<double>& b) {
   L.triangularView<Eigen::Lower>().solveInPlace(b);
   L.adjoint().triangularView<Eigen::Upper>().solveInPlace(b);
@@ -86,12 +94,6 @@ void divide_by_lower(const Matrix<double>& L, Matrix<double>& B) {
 Matrix<double> triangular_factor(const Matrix<double>& A) {
   const Eigen::HouseholderQR<Matrix<double>> qr(A);
   return qr.matrixQR().topRows(A.cols()).triangularView<Eigen::Upper>();
-}
-
-Vector<double> least_squares(const Matrix<double>& A, const Vector<double>& b, double threshold) {
-  Eigen::ColPivHouseholderQR<Matrix<double>> qr(A);
-  qr.setThreshold(threshold);
-  return qr.solve(b);
 }
 
 RealSchur real_schur(const Matrix<double>& A) {

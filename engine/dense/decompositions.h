@@ -51,27 +51,18 @@ void solve_positive(const Matrix<double>& L, Vector<double>& b);
 /// Replaces B by L⁻¹B, with a check for a stop request before each 32 columns.
 void divide_by_lower(const Matrix<double>& L, Matrix<double>& B);
 
-/// The eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix, of which it
-/// reads the lower triangle. For double and long double.
-template <class Scalar>
-class SymmetricEigen {
- public:
-  SymmetricEigen() = default;
-  explicit SymmetricEigen(const Matrix<Scalar>& A);
-
-  void factor(const Matrix<Scalar>& A);
-
-  const Vector<Scalar>& values() const { return solver_.eigenvalues(); }
-  const Matrix<Scalar>& vectors() const { return solver_.eigenvectors(); }
-
-  /// Returns A^{−1/2}.
-  Matrix<Scalar> inverse_root() const;
-
- private:
-  Eigen::SelfAdjointEigenSolver<Matrix<Scalar>> solver_;
+/// The eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix, of which the
+/// lower triangle is read.
+struct SymmetricEigen {
+  Vector<double> values;
+  Matrix<double> vectors;
 };
+SymmetricEigen symmetric_eigen(const Matrix<double>& A);
 template <class Scalar>
 Vector<Scalar> symmetric_eigenvalues(const Matrix<Scalar>& A);
+
+/// Returns A^{−1/2} of a symmetric positive definite A.
+Matrix<double> symmetric_inverse_root(const Matrix<double>& A);
 
 /// The eigenvalues, ascending, and eigenvectors of a symmetric 3 × 3 matrix. For double, long
 /// double and Quad.
@@ -114,11 +105,6 @@ Matrix<Scalar> orthonormal_columns(const Matrix<Scalar>& A, Eigen::Index k, Eige
 
 /// Returns R, k × k, of the QR decomposition of a matrix with k columns and as many rows or more.
 Matrix<double> triangular_factor(const Matrix<double>& A);
-
-/// Returns the x that minimises ‖Ax − b‖ by QR with pivoting. Columns whose pivot is below
-/// `threshold` times the largest do not count.
-Vector<double> least_squares(const Matrix<double>& A, const Vector<double>& b,
-                             double threshold = std::numeric_limits<double>::epsilon());
 
 /// The real Schur form A = ZTZᵀ, T with blocks of one and two rows on the diagonal. For N = 512 it
 /// takes more than a second.

@@ -99,21 +99,6 @@ void solve_positive(const Matrix<Scalar>& L, Matrix<Scalar>& B) {
   L.template triangularView<Eigen::Lower>().solveInPlace(B);
   L.adjoint().template triangularView<Eigen::Upper>().solveInPlace(B);
 }
-template <class Scalar>
-SymmetricEigen<Scalar>::SymmetricEigen(const Matrix<Scalar>& A) {
-  factor(A);
-}
-
-template <class Scalar>
-void SymmetricEigen<Scalar>::factor(const Matrix<Scalar>& A) {
-  stop_point();
-  solver_.compute(A);
-}
-
-template <class Scalar>
-Matrix<Scalar> SymmetricEigen<Scalar>::inverse_root() const {
-  return solver_.operatorInverseSqrt();
-}
 
 template <class Scalar>
 Vector<Scalar> symmetric_eigenvalues(const Matrix<Scalar>& A) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Jacobi>
 #include <cmath>
 #include <vector>
 
@@ -107,27 +107,17 @@ class NewtonKrylov {
 
   /// Applies Givens rotations, which make the Hessenberg matrix triangular.
   void rotate(Eigen::Index k) {
-    using std::sqrt;
     auto column = hessenberg_.col(k);
-    for (Eigen::Index i = 0; i < k; ++i) rotations_[std::size_t(i)].apply(column(i), column(i + 1));
-    const Scalar r = sqrt(column(k) * column(k) + column(k + 1) * column(k + 1));
-    Rotation& last = rotations_[std::size_t(k)];
-    last = {column(k) / r, column(k + 1) / r};
-    last.apply(column(k), column(k + 1));
-    last.apply(right_(k), right_(k + 1));
+    for (Eigen::Index i = 0; i < k; ++i)
+      column.applyOnTheLeft(i, i + 1, rotations_[std::size_t(i)].adjoint());
+    auto& last = rotations_[std::size_t(k)];
+    last.makeGivens(column(k), column(k + 1), &column(k));
+    column(k + 1) = 0;
+    right_.applyOnTheLeft(k, k + 1, last.adjoint());
   }
 
-  struct Rotation {
-    Scalar c = 1, s = 0;
-    void apply(Scalar& a, Scalar& b) const {
-      const Scalar turned = c * a + s * b;
-      b = c * b - s * a;
-      a = turned;
-    }
-  };
-
   Matrix<Scalar> g_, f_, delta_, moved_, basis_, hessenberg_;
-  std::vector<Rotation> rotations_;
+  std::vector<Eigen::JacobiRotation<Scalar>> rotations_;
   Vector<Scalar> right_;
 };
 

@@ -94,7 +94,7 @@ Nodes pieces(const VectorXd& breaks, int K) {
   nodes.times(size - 1) = 1;
   nodes.start.head(K + 1) = one.start / breaks(1);
   const MatrixXd inner = nodes.stiffness.block(1, 1, size - 2, size - 2);
-  nodes.inverse_root = SymmetricEigen<double>(inner).inverse_root();
+  nodes.inverse_root = symmetric_inverse_root(inner);
   nodes.breaks = breaks;
   return nodes;
 }

@@ -121,7 +121,7 @@ class Model {
 
 MatrixXd polar(const MatrixXd& A) {
   const MatrixXd square = A * A.transpose();
-  const MatrixXd Q = SymmetricEigen<double>(square).inverse_root() * A;
+  const MatrixXd Q = symmetric_inverse_root(square) * A;
   // Squaring a nearly singular A loses digits; one Newton–Schulz step restores them.
   return (3 * Q - (Q * Q.transpose()) * Q) / 2;
 }

@@ -86,11 +86,11 @@ void Relaxation::model() {
       for (Index i = 0; i < K_; ++i)
         block += root(k, i) * root(i, l) * Gamma_.middleCols(i * n_, n_);
     }
-  const SymmetricEigen<double> eigen(scaled);
-  d_ = eigen.values();
+  const SymmetricEigen eigen = symmetric_eigen(scaled);
+  d_ = eigen.values;
   X_.resize(m, m);
   for (Index c = 0; c < m; ++c)
-    X_.col(c).reshaped(n_, K_).noalias() = eigen.vectors().col(c).reshaped(n_, K_) * root;
+    X_.col(c).reshaped(n_, K_).noalias() = eigen.vectors.col(c).reshaped(n_, K_) * root;
 }
 
 /// Returns sym(Q_k δQ_kᵀ) of every node, its entries above the diagonal times √2, of some columns
