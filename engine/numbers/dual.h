@@ -49,25 +49,8 @@ class Dual {
     return each(quotient, [&](int k) { return (a.d[k] - quotient * b.d[k]) * inverse; });
   }
   // With a constant, whose derivatives are 0.
-  friend constexpr Dual operator+(const Dual& a, Real b) {
-    Dual c = a;
-    c.value += b;
-    return c;
-  }
-  friend constexpr Dual operator+(Real a, const Dual& b) { return b + a; }
-  friend constexpr Dual operator-(const Dual& a, Real b) { return a + (-b); }
-  friend constexpr Dual operator-(Real a, const Dual& b) {
-    return each(a - b.value, [&](int k) { return -b.d[k]; });
-  }
   friend constexpr Dual operator*(const Dual& a, Real b) { return a.chain(a.value * b, b); }
   friend constexpr Dual operator*(Real a, const Dual& b) { return b * a; }
-  friend constexpr Dual operator/(const Dual& a, Real b) {
-    return each(a.value / b, [&](int k) { return a.d[k] / b; });
-  }
-  friend constexpr Dual operator/(Real a, const Dual& b) {
-    const Real quotient = a / b.value;
-    return b.chain(quotient, -quotient / b.value);
-  }
 
   friend bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
   friend bool operator<(const Dual& a, const Dual& b) { return a.value < b.value; }
@@ -139,16 +122,6 @@ auto lane_of(const Eigen::Matrix<Dual<Real, lanes>, rows, cols>& X, int k) {
 template <class Real, int lanes>
 class std::numeric_limits<stiefel::Dual<Real, lanes>> : public std::numeric_limits<Real> {};
 
-template <class Real_, int lanes>
-struct Eigen::NumTraits<stiefel::Dual<Real_, lanes>>
-    : Eigen::GenericNumTraits<stiefel::Dual<Real_, lanes>> {
-  enum {
-    IsComplex = 0,
-    IsInteger = 0,
-    IsSigned = 1,
-    RequireInitialization = 0,
-    ReadCost = 1 + lanes,
-    AddCost = 1 + lanes,
-    MulCost = 1 + 2 * lanes,
-  };
-};
+template <class Real, int lanes>
+struct Eigen::NumTraits<stiefel::Dual<Real, lanes>>
+    : Eigen::GenericNumTraits<stiefel::Dual<Real, lanes>> {};
