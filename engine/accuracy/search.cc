@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace stiefel {
 namespace {
@@ -130,6 +131,20 @@ Run PointSearch::again(const Point& point, const std::stop_token& stop) {
       motions_.run(point.method, point.candidate.weight, {point.run.steps, Watch::time, stop});
   left_ -= run.spent;
   return run;
+}
+
+std::vector<std::size_t> pareto_front(const std::vector<CostAndError>& points) {
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, [&](std::size_t i, std::size_t j) {
+    const auto &a = points[i], &b = points[j];
+    return a.cost < b.cost || (a.cost == b.cost && a.error < b.error);
+  });
+  std::vector<std::size_t> front;
+  for (const std::size_t i : order)
+    if (front.empty() ? !std::isnan(points[i].error) : points[i].error < points[front.back()].error)
+      front.push_back(i);
+  return front;
 }
 
 }  // namespace stiefel

@@ -74,4 +74,13 @@ class PointSearch {
   std::size_t hardest_ = 0;  ///< the member with the largest error in the last run
 };
 
+struct CostAndError {
+  double cost;
+  double error;
+};
+
+/// Returns the indices of the points that no other point beats in both cost and error, the cheapest
+/// first. Of equal points only the first is on the front; a point whose error is NaN never is.
+std::vector<std::size_t> pareto_front(const std::vector<CostAndError>& points);
+
 }  // namespace stiefel

@@ -8,21 +8,10 @@
 
 namespace stiefel {
 
-/// The constants of Taylor series as references.
-namespace taylor {
-
-/// Units of work of an operation: the instructions of an addition or a multiplication.
-constexpr double operation_work = 8;
-/// Relative truncation error of a series.
-constexpr double epsilon = 1e-18;
-/// Truncation error of the second solution. The distance of the two is the error estimate. The
-/// second solution has series of a lower order and of another length. The factor between the two is
+/// Taylor series as reference. The distance of two solutions is the error estimate: the second one
+/// has series of a lower order and of another length. The factor between their truncation errors is
 /// small, so that over thousands of series the estimate stays below the tolerances that double
 /// precision can meet.
-constexpr double coarse_epsilon = 1e2 * epsilon;
-
-}  // namespace taylor
-
 template <class Series>
 class TaylorReference final : public Reference {
  public:
@@ -34,9 +23,9 @@ class TaylorReference final : public Reference {
         work_(series_work(start.x, order)),
         coarse_work_(series_work(start.x, coarse_order)),
         momentum_rows_(make(order).momentum_rows()),
-        fine_(make(order), start.x, taylor::epsilon),
+        fine_(make(order), start.x, epsilon),
         coarse_(make(coarse_order), perturbed_by_rounding(start.x, momentum_rows_),
-                taylor::coarse_epsilon) {}
+                coarse_epsilon) {}
 
   std::optional<Answer> at(double time, const std::stop_token& stop) override {
     // Begins no series that exceeds the budget.
@@ -61,7 +50,7 @@ class TaylorReference final : public Reference {
   }
   /// Both series by Horner's rule, two operations for each coefficient of each number.
   double answer_work() const override {
-    return taylor::operation_work * 4 * order * static_cast<double>(fine_.state().size());
+    return operation_work * 4 * order * static_cast<double>(fine_.state().size());
   }
 
   /// Predicts the work from the time that the first series spans. If the first series of both
@@ -77,11 +66,14 @@ class TaylorReference final : public Reference {
   }
 
  private:
-  inline static const int order = taylor_order(taylor::epsilon),
-                          coarse_order = taylor_order(taylor::coarse_epsilon);
+  /// Units of work of an operation: the instructions of an addition or a multiplication.
+  static constexpr double operation_work = 8;
+  static constexpr double epsilon = 1e-18, coarse_epsilon = 1e2 * epsilon;  ///< truncation errors
+  inline static const int order = taylor_order(epsilon),
+                          coarse_order = taylor_order(coarse_epsilon);
 
   static double series_work(const Matrix<long double>& start, int of_order) {
-    return taylor::operation_work * Series::operations(start.rows(), start.cols(), of_order);
+    return operation_work * Series::operations(start.rows(), start.cols(), of_order);
   }
   /// Returns the start of the second solution, which has a momentum larger by `order` roundings.
   /// The start and its first series are rounded in the same way in both solutions, so only a

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/accuracy/pareto_front.h"
 #include "engine/accuracy/search.h"
 #include "engine/motion/step_weight.h"
 #include "engine/numbers/to_text.h"

@@ -23,6 +23,24 @@ void raise(double& largest, double x) {
 /// alone.
 bool before(double a, double b) { return a < b || (a == b && std::signbit(a) && !std::signbit(b)); }
 
+/// Computes quantiles by linear interpolation between neighbours in sorted order, at position
+/// q·(count − 1). The result is NaN if a value is NaN or there is none. Sorts `values`.
+void write_quantiles(std::vector<double>& values, std::span<const double> fractions, double* out) {
+  if (values.empty() || std::ranges::any_of(values, [](double x) { return std::isnan(x); })) {
+    std::fill_n(out, fractions.size(), canonical(std::nan("")));
+    return;
+  }
+  std::ranges::sort(values, before);
+  for (const double fraction : fractions) {
+    const double position = fraction * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(position);
+    const double a = values[below], b = values[std::min(below + 1, values.size() - 1)];
+    const double t = position - static_cast<double>(below);
+    // Interpolates from the nearer neighbour, so that both ends are exact.
+    *out++ = canonical(t == 0 || a == b ? a : t < 0.5 ? a + (b - a) * t : b - (b - a) * (1 - t));
+  }
+}
+
 }  // namespace
 
 double canonical(double x) {
@@ -124,22 +142,6 @@ std::vector<double> Accumulators::quantiles() const {
     write_quantiles(one, quantity_->quantiles, out.data() + i * count);
   }
   return out;
-}
-
-void write_quantiles(std::vector<double>& values, std::span<const double> fractions, double* out) {
-  if (values.empty() || std::ranges::any_of(values, [](double x) { return std::isnan(x); })) {
-    std::fill_n(out, fractions.size(), canonical(std::nan("")));
-    return;
-  }
-  std::ranges::sort(values, before);
-  for (const double fraction : fractions) {
-    const double position = fraction * static_cast<double>(values.size() - 1);
-    const auto below = static_cast<std::size_t>(position);
-    const double a = values[below], b = values[std::min(below + 1, values.size() - 1)];
-    const double t = position - static_cast<double>(below);
-    // Interpolates from the nearer neighbour, so that both ends are exact.
-    *out++ = canonical(t == 0 || a == b ? a : t < 0.5 ? a + (b - a) * t : b - (b - a) * (1 - t));
-  }
 }
 
 template <class Self, class Visit>

@@ -76,8 +76,4 @@ class Accumulators {
   std::vector<std::int64_t> bins_;
 };
 
-/// Computes quantiles by linear interpolation between neighbours in sorted order, at position
-/// q·(count − 1). The result is NaN if a value is NaN or there is none. Sorts `values`.
-void write_quantiles(std::vector<double>& values, std::span<const double> fractions, double* out);
-
 }  // namespace stiefel

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/accuracy/candidates.h"
-#include "engine/accuracy/pareto_front.h"
+#include "engine/accuracy/search.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/price.h"
 #include "tests/support/exact_motion.h"
