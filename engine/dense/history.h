@@ -24,20 +24,16 @@ class History {
   bool predict(Block& next) const {
     const int p = points();
     if (p == 0) return false;
-    constexpr Eigen::Index chunk = 1024;  // a chunk stays in the cache
     const auto predict_range = [&](Eigen::Index begin, Eigen::Index end) {
-      for (Eigen::Index start = begin; start < end; start += chunk) {
-        const Eigen::Index length = std::min(chunk, end - start);
-        Eigen::Map<Vector<Scalar>> sum(next.data() + start, length);
-        Scalar coefficient = Scalar(p);
-        sum = coefficient * numbers(0, start, length);
-        for (int k = 1; k < p; ++k) {
-          coefficient = -coefficient * Scalar(p - k) / Scalar(k + 1);
-          sum += coefficient * numbers(k, start, length);
-        }
+      Eigen::Map<Vector<Scalar>> sum(next.data() + begin, end - begin);
+      Scalar coefficient = Scalar(p);
+      sum = coefficient * numbers(0, begin, end - begin);
+      for (int k = 1; k < p; ++k) {
+        coefficient = -coefficient * Scalar(p - k) / Scalar(k + 1);
+        sum += coefficient * numbers(k, begin, end - begin);
       }
     };
-    in_ranges(next.size(), chunk, static_cast<double>(p * next.size()), predict_range);
+    in_ranges(next.size(), 1024, static_cast<double>(p * next.size()), predict_range);
     return true;
   }
 

@@ -1,7 +1,6 @@
 // The references for motions of rigid bodies.
 #include <cmath>
 
-#include "engine/accuracy/closed_form_reference.h"
 #include "engine/accuracy/taylor_reference.h"
 #include "engine/body/exact/turned_body.h"
 #include "engine/body/rigid_body_data.h"
@@ -68,7 +67,7 @@ double body_rate(const Start& start) {
   return std::sqrt(sum);
 }
 
-ClosedForm top_form(const Start& start, bool quadruple) {
+ComparedForm top_form(const Start& start, bool quadruple) {
   if (quadruple)
     return {top<Quad>(start), top<long double>(start),
             in_quadruple,     body_rate(start),

@@ -1,5 +1,4 @@
 // The references for geodesics on V(n, N).
-#include "engine/accuracy/closed_form_reference.h"
 #include "engine/accuracy/taylor_reference.h"
 #include "engine/frame/geodesics/isotropic_geodesic.h"
 #include "engine/frame/stiefel_forms.h"
