@@ -252,9 +252,7 @@ LyapunovExponents::Made LyapunovExponents::resume(const Scene& scene,
   const LyapunovHeader header = LyapunovHeader::read(in), asked = LyapunovHeader::of(what);
   const bool fits = in.sound() && header.is == LyapunovHeader::format &&
                     header.step == now.step() && header.step >= what.from &&
-                    header.step <= what.to && header.interval >= 1 && header.from == asked.from &&
-                    header.count == asked.count && header.asked_interval == asked.asked_interval &&
-                    header.seed == asked.seed;
+                    header.step <= what.to && header.interval >= 1 && header.asked == asked.asked;
   auto run = std::make_unique<LyapunovRun>(scene, what);
   if (Violations violations = fits ? run->prepare(now, header) : Violations(); !violations.empty())
     return std::unexpected(std::move(violations));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,22 +18,20 @@ class Confirmation;
 /// start.
 struct LyapunovHeader {
   /// The version of the bytes.
-  static constexpr std::uint64_t format = 0x5354464c4c594133;
+  static constexpr std::uint64_t format = 0x5354464c4c594134;
 
   std::uint64_t is = format;
-  std::int64_t step = 0, from = 0, count = 0, asked_interval = 0, interval = 0;
-  std::uint64_t seed = 0;
+  std::int64_t step = 0, interval = 0;
   double rate = 0, fastest = 0;
+  std::array<std::int64_t, 4> asked{};  ///< what a request fixes
 
   void each(auto&& visit) {
-    visit(is), visit(step), visit(from), visit(count), visit(asked_interval), visit(interval);
-    visit(seed), visit(rate), visit(fastest);
+    visit(is), visit(step), visit(interval), visit(rate), visit(fastest);
+    for (auto& number : asked) visit(number);
   }
 
-  /// Returns what a request fixes.
   static LyapunovHeader of(const LyapunovDescription& what) {
-    return {
-        .from = what.from, .count = what.count, .asked_interval = what.interval, .seed = what.seed};
+    return {.asked = {what.from, what.count, what.interval, static_cast<std::int64_t>(what.seed)}};
   }
   static LyapunovHeader read(ByteReader& in) {
     LyapunovHeader header;
