@@ -22,21 +22,12 @@ struct SoN {
   static auto M(const State& x) { return x.bottomRows(x.cols()); }
 
   /// Computes J⁻¹: Ω_ij = M_ij / (λ_i + λ_j).
-  static void inverse_inertia(const Lambda& lambda, const State& x, Algebra& Omega) {
-    const Eigen::Index N = x.cols(), top = x.rows() - N;
-    for (Eigen::Index j = 0; j < N; ++j) {
-      Omega(j, j) = 0;
-      for (Eigen::Index i = 0; i < j; ++i) {
-        Omega(i, j) = x(top + i, j) / (lambda(i) + lambda(j));
-        Omega(j, i) = -Omega(i, j);
-      }
-    }
-  }
-
   class InverseInertia {
    public:
     explicit InverseInertia(Lambda lambda) : lambda_(std::move(lambda)) {}
-    void operator()(const State& x, Algebra& Omega) const { inverse_inertia(lambda_, x, Omega); }
+    void operator()(const State& x, Algebra& Omega) const {
+      inverse_inertia(lambda_, M(x), Scalar(2), Omega);
+    }
 
    private:
     Lambda lambda_;

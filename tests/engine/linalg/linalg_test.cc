@@ -38,7 +38,7 @@ TEST(So3, AgreesWithSoN) {
     Eigen::Vector3d omega, other = Eigen::Vector3d(0.3, -0.2, 0.5) * seed / 10, bracket;
     Eigen::MatrixXd Omega(3, 3), Bracket(3, 3);
     So3<double, true>::inverse_inertia(body.lambda, at.q, omega);
-    SoN<double>::inverse_inertia(body.lambda, at.X, Omega);
+    SoN<double>::InverseInertia(body.lambda)(at.X, Omega);
     EXPECT_LT(largest(hat(omega) - Omega), 1e-15);
 
     So3<double, true>::bracket(omega, other, bracket);

@@ -173,7 +173,7 @@ TEST(ParametricMoserVeselov, TendsToTheParametricRigidBody) {
     auto state = map.start(x);
     EXPECT_TRUE(map.step(state).reached());
     MatrixXd Omega(4, 4);
-    SoN<double>::inverse_inertia(body.lambda, body.M, Omega);
+    SoN<double>::InverseInertia(body.lambda)(body.M, Omega);
     const MatrixXd velocity = top(x) * (Omega + rate * diagonal(body.lambda));
     return ((top(state.x.value) - top(x)) / h - velocity).norm();
   };
