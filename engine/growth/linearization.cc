@@ -208,8 +208,8 @@ std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool
   const Tangents* tangents = tangents_of(scene.system());
   if (!tangents) return 0;
   // Counted with malloc: copies of the vectors and of the values of a step, and the bases of a
-  // tangent space. Columns of frames are stored in rows of 64. A view keeps its first vectors too.
-  constexpr double of_values = 8, of_bases = 4, object = 1 << 14, row = 64;
+  // tangent space. A view keeps its first vectors too.
+  constexpr double of_values = 8, of_bases = 4, object = 1 << 14;
   const double copies = tangents->view ? 6.5 : 5.5;
   const StateExtent x = extent_of(scene);
   const auto N = static_cast<double>(scene.inertia().size());
@@ -217,9 +217,8 @@ std::uint64_t linearization_bytes(const Scene& scene, std::int64_t vectors, bool
   const double basis = !in_coordinates || x.size > Linearization::largest_in_coordinates ? 0
                        : x.is_body ? x.dimension
                                    : of_bases * x.size;
-  const double kept = x.is_body || tangents->view ? x.size : x.size / N * row * std::ceil(N / row);
-  return static_cast<std::uint64_t>(
-             sizeof(double) * (kept * (copies * m + of_values) + x.size * basis) + object) +
+  return static_cast<std::uint64_t>(sizeof(double) * x.size * (copies * m + of_values + basis) +
+                                    object) +
          simulation_bytes(scene);
 }
 
