@@ -26,12 +26,6 @@ Matrix<Scalar> spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M
   return Q * M * Q.transpose();
 }
 
-/// Returns m_r = Q_rᵀM_rQ_r, the constant momentum of the right-invariant body; [RB] Prop. 2.1.
-template <class Scalar>
-Matrix<Scalar> right_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& M) {
-  return Q.transpose() * M * Q;
-}
-
 /// Returns the coefficients of μ^j in tr((M + μB)^k), j = 0..k, for a square M and a B of the same
 /// size, which may be diagonal: result[k][j], k = 0..K. On a stop request returns the powers k
 /// computed so far.

@@ -57,8 +57,9 @@ void rigid_body_invariants(Side side, const Eigen::VectorXd& lambda, const Eigen
   const Eigen::VectorXd w = casimirs<double>(M);
   const double norm = at_rest ? terms : w(0);
   if (out.wants(family::spatial_momentum) && Q.size() > 0) {
+    // [RB] Prop. 2.1: m_r = Q_rᵀM_rQ_r of the right-invariant body.
     const Eigen::MatrixXd m =
-        side == Side::left ? spatial_momentum<double>(Q, M) : right_momentum<double>(Q, M);
+        spatial_momentum<double>(side == Side::left ? Q : Eigen::MatrixXd(Q.transpose()), M);
     out.add_skew(family::spatial_momentum, m, norm);
   }
   if (out.wants(family::casimirs))

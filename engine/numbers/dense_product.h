@@ -20,7 +20,7 @@ using Strided =
 /// Computes out = αAB, out + αAB or out − αAB with the bits of Eigen's product, for A m × k, B k ×
 /// c and `out` m × c, which overlaps neither. The threads of the crew share the columns of products
 /// of large matrices, before each of which is a stop point (stiefel/stop.h). dense_product.cc
-/// compiles it for float, double, long double and Quad and both orders of each operand.
+/// compiles it for double, long double and Quad and both orders of each operand.
 template <Into into, class Scalar, int left, int right>
 void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Scalar, left>& A,
                    const Strided<const Scalar, right>& B, Scalar alpha);
@@ -31,7 +31,8 @@ void upper_gram(const Eigen::MatrixXd& A, Eigen::MatrixXd& out);
 
 /// Whether dense_product is compiled for a Scalar.
 template <class Scalar>
-inline constexpr bool is_multiplied_once = std::is_floating_point_v<Scalar>;
+inline constexpr bool is_multiplied_once =
+    std::is_same_v<Scalar, double> || std::is_same_v<Scalar, long double>;
 
 /// A matrix of any size, its transpose, a block of one, or a multiple of these.
 template <class A>
