@@ -11,7 +11,7 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/errors.h"
-#include "stiefel/scene_fields.h"
+#include "server/sessions/scene_fields.h"
 
 namespace stiefel::server {
 namespace {

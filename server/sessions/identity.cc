@@ -5,7 +5,7 @@
 #include <span>
 
 #include "server/sessions/checkpoints/secrets.h"
-#include "stiefel/scene_fields.h"
+#include "server/sessions/scene_fields.h"
 #include "stiefel/version.h"
 
 namespace stiefel::server {

@@ -6,10 +6,12 @@
 
 #include "server/convert/convert.h"
 #include "server/convert/place.h"
-#include "stiefel/scene_fields.h"
+#include "server/sessions/scene_fields.h"
 
 namespace stiefel {
 namespace {
+
+using server::Description, server::for_each_field;
 
 template <Description T>
 std::set<std::string> names() {

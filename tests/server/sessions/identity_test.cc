@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "server/sessions/checkpoints/secrets.h"
-#include "stiefel/scene_fields.h"
+#include "server/sessions/scene_fields.h"
 #include "tests/server/scene_cases.h"
 
 namespace stiefel::server {

@@ -5,7 +5,7 @@
 
 #include "stiefel/scene.h"
 
-namespace stiefel {
+namespace stiefel::server {
 
 /// A field of a description: its name, also in proto and in files, and the member variable that
 /// holds it.
@@ -70,4 +70,4 @@ static_assert(lists_every_member<MethodDescription>);
 static_assert(lists_every_member<BodyDescription>);
 static_assert(lists_every_member<SceneDescription>);
 
-}  // namespace stiefel
+}  // namespace stiefel::server
