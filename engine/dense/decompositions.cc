@@ -5,55 +5,33 @@
 #include "engine/dense/decompositions.h"
 #include "engine/dense/decompositions_of.h"
 #include "engine/dense/orthogonal.h"
-#include "engine/numbers/quadruple.h"
 
 namespace stiefel {
 
 using Eigen::Index;
 
 template class Lu<double>;
-template class Lu<long double>;
-template class Lu<Quad>;
 
 template bool factor_positive(Matrix<double>& A);
-template bool factor_positive(Matrix<long double>& A);
-template bool factor_positive(Matrix<Quad>& A);
 template void solve_positive(const Matrix<double>& L, Matrix<double>& B);
-template void solve_positive(const Matrix<long double>& L, Matrix<long double>& B);
-template void solve_positive(const Matrix<Quad>& L, Matrix<Quad>& B);
 
 template Vector<double> symmetric_eigenvalues(const Matrix<double>& A);
 
 template SkewEigen<double> skew_eigen(const Matrix<double>& A);
-template SkewEigen<long double> skew_eigen(const Matrix<long double>& A);
 template Vector<double> skew_eigenvalues(const Matrix<double>& A);
 
 template double skew_norm(const Matrix<double>& M);
 
 template Matrix<double> orthonormal_columns(const Matrix<double>&, Index, Index);
-template Matrix<long double> orthonormal_columns(const Matrix<long double>&, Index, Index);
-
-template <class Scalar>
-SymmetricEigen3<Scalar> symmetric_eigen_3(const Eigen::Matrix<Scalar, 3, 3>& A) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<Scalar, 3, 3>> solver(A);
-  return {solver.eigenvalues(), solver.eigenvectors()};
-}
 
 template SymmetricEigen3<double> symmetric_eigen_3(const Eigen::Matrix<double, 3, 3>& A);
-template SymmetricEigen3<long double> symmetric_eigen_3(const Eigen::Matrix<long double, 3, 3>& A);
-template SymmetricEigen3<Quad> symmetric_eigen_3(const Eigen::Matrix<Quad, 3, 3>& A);
 
 template class Lyapunov<double>;
-template class Lyapunov<long double>;
 template class SymmetricLyapunov<double>;
-template class SymmetricLyapunov<long double>;
-template class SymmetricLyapunov<Quad>;
 template class ConstraintRiccati<double>;
 
 template class Exponential<double>;
-template class Exponential<long double>;
 template class SkewFlow<double>;
-template class SkewFlow<long double>;
 template class CayleyMidpoint<SoN<double>>;
 
 template Matrix<double> nearest_orthogonal(Matrix<double> Q);

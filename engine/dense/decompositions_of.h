@@ -139,6 +139,12 @@ Scalar skew_norm(const Matrix<Scalar>& M) {
 }
 
 template <class Scalar>
+SymmetricEigen3<Scalar> symmetric_eigen_3(const Eigen::Matrix<Scalar, 3, 3>& A) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<Scalar, 3, 3>> solver(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+template <class Scalar>
 Matrix<Scalar> orthonormal_columns(const Matrix<Scalar>& A, Eigen::Index k, Eigen::Index first) {
   const Eigen::HouseholderQR<Matrix<Scalar>> qr(A);
   const Eigen::Index N = A.rows();

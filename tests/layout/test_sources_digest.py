@@ -38,5 +38,4 @@ def test_it_changes_with_each_source_and_with_nothing_else(tmp_path: Path) -> No
 def test_every_source_that_git_knows_has_a_suffix_that_counts() -> None:
     known = subprocess.run(["git", "-C", ROOT, "ls-files", "engine"], capture_output=True, text=True).stdout.split()
     others = {path for path in known if not re.search(r"\.(cc|h|cc\.in|inc)$|/README\.md$", path)}
-    assert others <= {"engine/CMakeLists.txt", "engine/stiefelConfig.cmake", "engine/eigen_copy.cmake",
-                      "engine/sources_digest.cmake"}
+    assert others <= {"engine/CMakeLists.txt", "engine/stiefelConfig.cmake", "engine/sources_digest.cmake"}
