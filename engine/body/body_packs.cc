@@ -81,10 +81,6 @@ bool takes(const Scene& scene) {
   return stays_normal(scene, scene.inertia(), body_momentum(scene));
 }
 
-bool takes_body(const Scene& like, const Body3& body) {
-  return is_exact_body(like) || stays_normal(like, body.lambda, hat(body.m));
-}
-
 /// Bodies in three dimensions by the method `exact`. Those without a motion in theta functions are
 /// left to their own Simulations.
 class PackedClosedForms final : public PackedBodies {
@@ -335,6 +331,6 @@ std::unique_ptr<PackedBodies> pack_bodies(const Scene& like, std::span<const Pac
                          : pack_bodies_in<double>(like, bodies);
 }
 
-const Packs body_packs = {takes, takes_body, lanes_of, pack, is_flat, flat};
+const Packs body_packs = {takes, lanes_of, pack, is_flat, flat};
 
 }  // namespace stiefel

@@ -28,19 +28,14 @@ Outline outline_of(const Scene& ensemble,
   const Members members = ensemble.members();
   const Scene first = members.front();
   const auto one = make_simulation(first);
-  GivenMembers given(ensemble.description(), first);
-  const bool by_numbers = given.any() && can_be_packed(first);
-  const Packs* packs = system_entry(first.system())->packs;
-  std::size_t packed = 0;
-  for (std::size_t b = 0; b < members.size(); ++b) {
+  const bool alike = GivenMembers(ensemble.description(), first).any() && can_be_packed(first);
+  const std::size_t seen = alike ? 1 : members.size();
+  std::size_t packed = members.size() - seen;
+  for (std::size_t b = 0; b < seen; ++b) {
     stop_point();
-    if (const auto body = b > 0 && by_numbers ? given[b] : std::nullopt) {
-      packed += packs->takes_body(first, *body);
-    } else {
-      const Scene member = members[b];
-      look(member, *make_simulation(member));
-      packed += can_be_packed(member);
-    }
+    const Scene member = members[b];
+    look(member, *make_simulation(member));
+    packed += can_be_packed(member);
   }
   Outline out = outline_of(*one);
   for (Field& field : out.fields) field.members = static_cast<int>(members.size());

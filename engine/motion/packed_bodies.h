@@ -29,14 +29,11 @@ class PackedBodies {
 };
 
 class FlatBodies;
-struct Body3;
 
 /// How scenes of a system advance together, for SystemEntry::packs.
 struct Packs {
   /// Whether a scene can advance together with others like it.
   bool (*takes)(const Scene&);
-  /// Whether a body can advance together with a scene of the same ensemble that `takes` accepts.
-  bool (*takes_body)(const Scene& like, const Body3&);
   /// Returns the number of lanes on this machine for scenes like this one.
   int (*lanes)(const Scene&);
   /// Packs at most as many scenes of one ensemble as there are lanes; lanes without a scene repeat
