@@ -14,9 +14,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
-using Index = Eigen::Index;
-
 template <class Square>
 Square symmetric_part(const Square& A) {
   return (A + A.transpose()) / 2;

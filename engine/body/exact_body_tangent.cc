@@ -9,8 +9,6 @@ namespace stiefel {
 namespace {
 
 using Wide = long double;
-using Dense = Eigen::MatrixXd;
-using Index = Eigen::Index;
 using Vec = Vector3<Wide>;
 using Columns = Eigen::Matrix<Wide, 6, Eigen::Dynamic>;
 

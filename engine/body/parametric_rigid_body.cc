@@ -12,9 +12,9 @@
 #include "engine/dense/decompositions.h"
 #include "engine/dense/orthogonal.h"
 #include "engine/motion/make_simulation.h"
+#include "engine/motion/observables.h"
 #include "engine/motion/representation.h"
 #include "engine/motion/series_start.h"
-#include "engine/motion/observables.h"
 #include "engine/motion/system_entry.h"
 #include "engine/scene/scene_draft.h"
 #include "stiefel/invariant_names.h"
@@ -22,8 +22,6 @@
 
 namespace stiefel {
 namespace {
-
-using Dense = Eigen::MatrixXd;
 
 // Between (Q, M) and the (Q, P) with parameter μ, [RB] (8.5), Q ∈ GL(N), with the scaling of Prop.
 // 3.13 (ε = 1 in the paper). For the discrete body, (8.10), replace μ by μ/h; ε = h gives the

@@ -8,7 +8,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
 using Point = Observables::Point;
 
 /// Reports a body in three dimensions in the caller's axes.

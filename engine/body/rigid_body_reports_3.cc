@@ -10,7 +10,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
 using Square = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 Eigen::Vector4d q(const double* x) { return Eigen::Map<const Eigen::Vector4d>(x); }

@@ -9,9 +9,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
-using Index = Eigen::Index;
-
 // Two spaces of states x. `field` computes (QY, [Λ, ½(ΩY + YΩ)]), bilinear in (Q, Ω) and Y: ẋ for
 // Y = Ω.
 

@@ -16,8 +16,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
-
 /// A form of (Q, P), left- or right-invariant: the right one is the left one with Qᵀ, Pᵀ and −M,
 /// [RB] Prop. 2.1, 3.4.
 template <bool on_the_right>

@@ -13,7 +13,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
 using Two = BodyView::Two;
 
 /// The motion is that of the left-invariant body with Qᵀ and −M, [RB] Prop. 2.1.

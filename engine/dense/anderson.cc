@@ -7,8 +7,6 @@
 
 namespace stiefel {
 
-using Eigen::Index;
-
 Anderson::Anderson(Index rows, Index cols, Index depth) {
   depth = std::min({depth, most, rows * cols});
   g_.assign(static_cast<std::size_t>(depth) + 1, Matrix<double>(rows, cols));

@@ -8,8 +8,6 @@
 
 namespace stiefel {
 
-using Eigen::Index;
-
 template class Lu<double>;
 
 template bool factor_positive(Matrix<double>& A);

@@ -5,8 +5,6 @@
 
 namespace stiefel {
 
-using Eigen::Index;
-
 template class Lu<long double>;
 template class Lu<Quad>;
 template bool factor_positive(Matrix<long double>& A);

@@ -11,9 +11,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
-using Index = Eigen::Index;
-
 void check(SceneDraft& draft) {
   if (!check_stiefel_frame(draft)) return;
   const auto& Q = draft.scene().Q();

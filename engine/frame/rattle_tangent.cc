@@ -8,9 +8,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
-using Index = Eigen::Index;
-
 /// Moves vectors (δQ, δS) by the steps of RATTLE on V(n, N), one by one. With B and Z for Y/h and
 /// Y′/h in the letters of RattleStiefel, a step is
 ///

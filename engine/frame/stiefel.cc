@@ -15,9 +15,6 @@ template class SimulationOf<Composition<RattleStiefel<double>>>;
 
 namespace {
 
-using Dense = Eigen::MatrixXd;
-using Index = Eigen::Index;
-
 void check(SceneDraft& draft) {
   if (check_stiefel_frame(draft)) set_tangent(draft, "Q", "S", false);
 }

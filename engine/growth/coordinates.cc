@@ -11,8 +11,6 @@
 
 namespace stiefel {
 
-using Dense = Eigen::MatrixXd;
-
 namespace {
 
 void append(std::string& list, std::string_view name) {

@@ -38,8 +38,6 @@ Eigen::MatrixXd blocks_of(const Simulation& motion);
 /// column by column.
 class TangentChart {
  public:
-  using Dense = Eigen::MatrixXd;
-
   /// Takes a scene that has tangents, and one of its states.
   TangentChart(const Scene& scene, const Dense& x);
 
@@ -79,8 +77,6 @@ class TangentChart {
 /// numbers: each block is divided by its norm at the first state over the root of its rows.
 class GrowthVectors {
  public:
-  using Dense = Eigen::MatrixXd;
-
   /// The most vectors of states whose tangent space is too large to be counted.
   static constexpr std::int64_t most_of_large = 64;
 

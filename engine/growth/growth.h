@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Dense>
 #include <string>
 #include <vector>
 
 #include "engine/numbers/byte_stream.h"
+#include "engine/numbers/scalar.h"
 #include "stiefel/lyapunov.h"
 
 namespace stiefel {
@@ -13,7 +13,6 @@ namespace stiefel {
 /// sums, their batches, and the volume of the vectors. Times are durations, > 0.
 class Growth {
  public:
-  using Dense = Eigen::MatrixXd;
   using Numbers = Eigen::VectorXd;
 
   explicit Growth(Eigen::Index k);

@@ -15,8 +15,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
-
 constexpr double tangency = 1e-8;
 
 /// Returns the point, in principal axes. A scene without members has no other simulation.

@@ -12,8 +12,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
-
 /// Returns the steps of about one radian of the motion.
 std::int64_t chosen_interval(const Scene& scene, double rate) {
   const double steps = std::ceil(1 / (rate * std::abs(scene.step())));

@@ -43,8 +43,6 @@ struct LyapunovHeader {
 /// The run of a LyapunovExponents: the growth of vectors beside a motion, and after it, where its
 /// verdict needs one, the confirmation.
 class LyapunovRun final : public LyapunovExponents {
-  using Dense = Eigen::MatrixXd;
-
  public:
   /// The least number of vectors that move, where there are so many: GALI needs some.
   static constexpr std::int64_t least_vectors = 4;

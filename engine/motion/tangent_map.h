@@ -1,12 +1,12 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
 
+#include "engine/numbers/scalar.h"
 #include "stiefel/run_status.h"
 #include "stiefel/scene.h"
 
@@ -47,7 +47,6 @@ struct TangentParameters {
 
 /// The tangent spaces of a scene's states.
 struct TangentSpace {
-  using Dense = Eigen::MatrixXd;
   /// Returns the tangent part of any G at x, linear in G. x is the state's blocks stacked by rows.
   /// Null for the states (Q, M) of a body, whose coordinates are (η, δM) with δQ = Qη; those of
   /// others belong to an orthonormal basis.

@@ -4,14 +4,14 @@
 #include <functional>
 #include <string_view>
 
+#include "engine/numbers/scalar.h"
 #include "stiefel/catalogue.h"
 #include "stiefel/scene.h"
 
 namespace stiefel {
 
-/// A tangent space with its two-form: one of laws/tangent_spaces.h.
+/// A tangent space with its two-form: one of structure/tangent_spaces.h.
 struct FormSpace {
-  using Dense = Eigen::MatrixXd;
   /// Returns the part of G that is tangent at x.
   std::function<Dense(const Dense& x, const Dense& G)> tangent;
   std::function<double(const Dense& x, const Dense& u, const Dense& v)> form;
@@ -19,7 +19,6 @@ struct FormSpace {
 
 template <class Space>
 FormSpace space_of(Space of) {
-  using Dense = FormSpace::Dense;
   return {[of](const Dense& x, const Dense& G) { return of.tangent(x, G); },
           [of](const Dense& x, const Dense& u, const Dense& v) { return of.form(x, u, v); }};
 }

@@ -49,7 +49,6 @@ constexpr double operation_nanoseconds = std::is_same_v<Scalar, double> ? 0.13 :
 template <Into into, class Scalar, int left, int right>
 void large_product(Strided<Scalar, Eigen::ColMajor>& out, const Strided<const Scalar, left>& A,
                    const Strided<const Scalar, right>& B, Scalar alpha) {
-  using Eigen::Index;
   using Product =
       Eigen::internal::generic_product_impl<Strided<const Scalar, left>,
                                             Strided<const Scalar, right>, Eigen::DenseShape,
@@ -112,7 +111,6 @@ void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Sca
 }
 
 void upper_gram(const Eigen::MatrixXd& A, Eigen::MatrixXd& out) {
-  using Eigen::Index;
   constexpr Index width = 48, unit = 12;
   const Index N = A.cols();
   Crew* const crew = N < least_divided_order ? nullptr : crew_to_divide();

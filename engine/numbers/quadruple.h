@@ -3,6 +3,7 @@
 #include <quadmath.h>
 
 #include <Eigen/Core>
+#include <compare>
 #include <limits>
 #include <type_traits>
 
@@ -45,17 +46,13 @@ class Quad {
   friend constexpr Quad operator/(Quad a, Quad b) { return Quad(a.x_ / b.x_); }
 
   friend constexpr bool operator==(Quad a, Quad b) { return a.x_ == b.x_; }
-  friend constexpr bool operator<(Quad a, Quad b) { return a.x_ < b.x_; }
-  friend constexpr bool operator>(Quad a, Quad b) { return a.x_ > b.x_; }
-  friend constexpr bool operator<=(Quad a, Quad b) { return a.x_ <= b.x_; }
-  friend constexpr bool operator>=(Quad a, Quad b) { return a.x_ >= b.x_; }
+  friend constexpr auto operator<=>(Quad a, Quad b) { return a.x_ <=> b.x_; }
 
   friend Quad abs(Quad x) { return fabsq(x.x_); }
   friend Quad sqrt(Quad x) { return sqrtq(x.x_); }
   friend Quad exp(Quad x) { return expq(x.x_); }
   friend Quad log(Quad x) { return logq(x.x_); }
   friend Quad pow(Quad x, Quad y) { return powq(x.x_, y.x_); }
-  friend Quad hypot(Quad x, Quad y) { return hypotq(x.x_, y.x_); }
   friend Quad sin(Quad x) { return sinq(x.x_); }
   friend Quad cos(Quad x) { return cosq(x.x_); }
   friend Quad tan(Quad x) { return tanq(x.x_); }

@@ -14,6 +14,8 @@ template <class Scalar>
 using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 template <class Scalar>
 using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
+using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
+using Dense = MatrixXd;
 
 /// The wider scalar in which compensated arithmetic computes a last residual and an increment. 11
 /// more bits are enough, because the sums carry the rest.

@@ -14,28 +14,24 @@ namespace stiefel {
 /// to so few bits that HᵀH is exact, and the rest is YᵀZ + ZᵀY with Y = H + ½L, Z = L + ε. The
 /// result is `high`, of which only the upper triangle is set, plus `low` plus the transpose of
 /// `low`.
-template <class Scalar>
 class SplitProduct {
  public:
   explicit SplitProduct(Eigen::Index N) : H_(N, N), L_(N, N) {
-    constexpr int digits = std::numeric_limits<Scalar>::digits;
     const int carries =
         static_cast<int>(std::ceil(std::log2(std::max(1.0, static_cast<double>(N)))));
     kept_ = (digits - carries) / 2;
   }
 
-  void operator()(const Matrix<Scalar>& X, const Matrix<Scalar>& epsilon, Matrix<Scalar>& high,
-                  Matrix<Scalar>& low) {
-    constexpr int digits = std::numeric_limits<Scalar>::digits;
-    using std::ilogb;
+  void operator()(const Eigen::MatrixXd& X, const Eigen::MatrixXd& epsilon, Eigen::MatrixXd& high,
+                  Eigen::MatrixXd& low) {
     const double of_column = static_cast<double>(X.rows());
     in_column_ranges(X.cols(), of_column, [&](Eigen::Index begin, Eigen::Index end) {
       for (Eigen::Index j = begin; j < end; ++j) {
-        const Scalar largest = X.col(j).cwiseAbs().maxCoeff();
-        const Scalar unit =
-            largest > 0 ? Scalar(1.5) * two_to<Scalar>(ilogb(largest) + digits - kept_) : Scalar(0);
+        const double largest = X.col(j).cwiseAbs().maxCoeff();
+        const double unit =
+            largest > 0 ? 1.5 * two_to<double>(std::ilogb(largest) + digits - kept_) : 0;
         for (Eigen::Index i = 0; i < X.rows(); ++i) {
-          const Scalar lifted = X(i, j) + unit;
+          const double lifted = X(i, j) + unit;
           H_(i, j) = lifted - unit;
           L_(i, j) = X(i, j) - H_(i, j);
         }
@@ -51,8 +47,10 @@ class SplitProduct {
   }
 
  private:
+  static constexpr int digits = std::numeric_limits<double>::digits;
+
   int kept_;
-  Matrix<Scalar> H_, L_;
+  Eigen::MatrixXd H_, L_;
 };
 
 }  // namespace stiefel

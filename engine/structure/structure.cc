@@ -15,8 +15,6 @@
 namespace stiefel {
 namespace {
 
-using Dense = Eigen::MatrixXd;
-
 constexpr double tangency = 1e-8;
 
 Dense state_of(const TwoForm& form, const Simulation& now) {

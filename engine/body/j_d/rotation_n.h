@@ -45,7 +45,6 @@ inline auto packed_column(Eigen::VectorXd& S, Eigen::Index j) {
 /// √(1 − s²)), in each sweep: 1/20 at h‖Ω‖ = 0.1, 1/4 at 0.5.
 class RotationEquation {
  public:
-  using Dense = Eigen::MatrixXd;
   using Packed = Eigen::VectorXd;
 
   explicit RotationEquation(const Eigen::VectorXd& lambda)
@@ -145,7 +144,6 @@ class RotationEquation {
 /// compensated arithmetic the residual of the last one is computed to nearly twice the precision.
 class RotationN {
  public:
-  using Dense = Eigen::MatrixXd;
   using State = Accumulator<Dense>;
 
   RotationN(const Eigen::VectorXd& lambda, double h)
@@ -319,7 +317,7 @@ class RotationN {
   Eigen::VectorXd lambda_;
   Vector<Wide> wide_lambda_;
   RotationEquation equation_;
-  SplitProduct<double> split_;
+  SplitProduct split_;
   Eigen::VectorXd S_, f_, delta_;  ///< delta: what is to be added to S
   Dense hOmega_, X_, G_, epsilon_, low_;
 };

@@ -7,8 +7,6 @@
 namespace stiefel {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using Wide = long double;
 constexpr Wide pi = std::numbers::pi_v<Wide>;
 

@@ -18,9 +18,6 @@
 namespace stiefel {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using std::numbers::pi;
 
 /// A point where the Jacobi fields J of unit speed, J(0) = 0, D_sJ(0) = E_i, become dependent.

@@ -39,10 +39,6 @@ std::optional<refusal::Invalid> metric_fault(const Eigen::VectorXd& inertia, Eig
 
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 bool is_body(const MatrixXd& Q) { return Q.rows() == Q.cols(); }
 
 /// Returns max |QQᵀ − I| from QQᵀ; infinite where it is not finite.

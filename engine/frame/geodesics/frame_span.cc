@@ -9,9 +9,6 @@
 namespace stiefel {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
 template <int n>
 using Columns = Eigen::Map<const Eigen::Matrix<double, n, Eigen::Dynamic>>;
 

@@ -10,9 +10,6 @@ template class TaylorMotion<TaylorStiefel<double>>;
 
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 constexpr int terms = 24;
 
 /// `velocity` returns Q̇ of Q and the momentum.

@@ -12,9 +12,6 @@
 namespace stiefel {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using State = JacobiFlow::State;
 
 /// n < N ([ST] (37)–(39)): Q̇ = SΛ⁻¹, Ṡ = BQ, KB + BK = −2Q̇Q̇ᵀ, K = QΛ⁻¹Qᵀ.

@@ -15,10 +15,6 @@
 namespace stiefel {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 constexpr double accurate = 1e-12;  ///< the residual to which velocities are refined
 constexpr double coarse = 1e-3, fine = 1e-5, rough = 0.03;
 constexpr int most_direct = 100, most_refined = 40;

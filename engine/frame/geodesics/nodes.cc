@@ -10,10 +10,6 @@
 
 namespace stiefel {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 namespace {
 
 /// Returns P_K(x).

@@ -17,10 +17,6 @@
 namespace stiefel {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 std::size_t steps(const Path& path) { return path.size() - 1; }
 
 double sums(const Path& path) {

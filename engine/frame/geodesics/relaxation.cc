@@ -9,10 +9,6 @@
 
 namespace stiefel {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 namespace {
 
 double real(Index k) { return static_cast<double>(k); }

@@ -17,10 +17,6 @@
 namespace stiefel {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// Matrices whose columns are padded with zeros to a multiple of 8 numbers, which is what
 /// `small_product` takes.
 Index padded(Index rows) { return (rows + 7) / 8 * 8; }

@@ -12,9 +12,6 @@
 
 namespace stiefel {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 using std::numbers::pi;
 
 PlaneRotations::PlaneRotations(const MatrixXd& R) {

@@ -153,7 +153,7 @@ TEST(SplitProduct, IsExactFarBelowRounding) {
     Eigen::MatrixXd X(N, N), epsilon(N, N), high(N, N), low(N, N);
     for (double& x : X.reshaped()) x = uniform();
     for (double& x : epsilon.reshaped()) x = 0x1p-54 * uniform();
-    SplitProduct<double> product(N);
+    SplitProduct product(N);
     product(X, epsilon, high, low);
     const Matrix<long double> exact_X = X.cast<long double>() + epsilon.cast<long double>();
     const Matrix<long double> exact = exact_X.transpose() * exact_X;
