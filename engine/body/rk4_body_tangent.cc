@@ -15,6 +15,9 @@ namespace {
 /// Matrices, Q over M or M alone.
 struct Matrices : SoN<double> {
   static auto momentum(auto& x) { return x.bottomRows(x.cols()); }
+  static void inverse_inertia(const Lambda& lambda, const State& x, Algebra& Omega) {
+    stiefel::inverse_inertia(lambda, momentum(x), 2.0, Omega);
+  }
   static Algebra J(const Lambda& lambda, const Algebra& Omega) {
     return lambda.asDiagonal() * Omega + Omega * lambda.asDiagonal();
   }
