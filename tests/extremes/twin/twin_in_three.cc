@@ -1,8 +1,21 @@
 #include "engine/body/body_invariants.h"
+#include "engine/body/exact/euler_top.h"
 #include "tests/extremes/twin/twin_of.h"
 #include "tests/support/linalg/quadruple.h"
 
-namespace stiefel::extremes {
+namespace stiefel {
+
+/// The twin of `exact`.
+auto map_of(Exact, const RigidBody<So3<Quad, true>>& body, Quad h, const MethodOptions&) {
+  using Point = So3<Quad, true>::State;
+  return closed_form_map<Point>(
+      [body](const Point& start) {
+        return EulerTop<Quad>(PrincipalMoments3<Quad>(body.lambda()), start);
+      },
+      h);
+}
+
+namespace extremes {
 
 std::unique_ptr<Twin> twin_in_three(const Scene& scene, Perturbation moved) {
   using Body = RigidBody<So3<Quad, true>>;
@@ -20,4 +33,5 @@ std::unique_ptr<Twin> twin_in_three(const Scene& scene, Perturbation moved) {
   return twin_of(scene, body, x, read, energy);
 }
 
-}  // namespace stiefel::extremes
+}  // namespace extremes
+}  // namespace stiefel

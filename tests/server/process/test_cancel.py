@@ -58,14 +58,16 @@ def joined(N, restarts):
                              pairs=[pb.FramePair(q_0=matrix(np.eye(N)), q_t=matrix(Q))])
 
 
-def blocks(p, q, **method):
-    """A double bracket of p x q blocks of norm 1."""
-    random = np.random.default_rng(1)
+def blocks(p, q, members=1, **method):
+    """A double bracket of p x q blocks of norm 1, or an ensemble of them."""
+    random, shape = np.random.default_rng(1), (members * p, q)
     scene = pb.Scene(system="double_bracket", step=0.01, inertia_u=1 + np.arange(p) / p, inertia_v=1 + np.arange(q) / q)
+    if members > 1:
+        scene.members = members
     for name in "QP":
         block = scene.initial[name]
-        block.CopyFrom(matrix(random.standard_normal((p, q)) / np.sqrt(p * q)))
-        block.imaginary.extend(random.standard_normal(p * q) / np.sqrt(p * q))
+        block.CopyFrom(matrix(random.standard_normal(shape) / np.sqrt(p * q)))
+        block.imaginary.extend(random.standard_normal(shape).ravel() / np.sqrt(p * q))
     if method:
         scene.method.CopyFrom(pb.Method(**method))
     return scene
@@ -110,7 +112,7 @@ CALLS = {
         session_id="s", symplectic_test=pb.SymplecticTest(pairs=1000)), body(32, name="variational")),
     "Diagnose, a step that takes minutes": to_far(body(8, step=1e10, name="implicit_midpoint"), "Diagnose"),
     "Diagnose, double_bracket": Call("Diagnose", pb.DiagnoseRequest(session_id="s"), blocks(256, 256, name="rk4")),
-    "CreateSession, double_bracket": Call("CreateSession", pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256))),
+    "CreateSession, double_bracket": Call("CreateSession", pb.CreateSessionRequest(session_id="s", scene=blocks(256, 256, members=6))),
     "ForkSession, ensemble": Call("ForkSession", pb.ForkSessionRequest(
         session_id="t", from_session_id="s", from_step=FAR), bodies(1 << 17)),
     "MeasureTradeoff": Call("MeasureTradeoff", pb.MeasureTradeoffRequest(scene=body(512), budget=1e16)),
