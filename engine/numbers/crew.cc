@@ -65,7 +65,8 @@ class OwnCrew final : public Crew {
       wanted_.pop_front();
       ++busy_;
       lock.unlock();
-      team->help([] { return false; }, [] { return 0.0; });
+      team->help([this] { return busy_.load(std::memory_order_relaxed) >= threads_at_hand(); },
+                 [] { return 0.0; });
       lock.lock();
       --busy_;
       team.reset();

@@ -113,7 +113,7 @@ TEST(Crew, SeveralLeadersAtOnceGetTheirOwnItems) {
 }
 
 TEST(Crew, NeverHasMoreThreadsThanItsLimit) {
-  for (const int limit : {1, 2, 3}) {
+  for (const int limit : {1, 2, 3, 1, 3, 2}) {
     const Threads some(limit);
     std::atomic<int> working = 0, at_most = 0;
     share_out(*crew_to_divide(), 200, 1e9, [&](std::size_t) {
