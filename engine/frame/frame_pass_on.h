@@ -85,9 +85,9 @@ struct TileProduct {
     std::ptrdiff_t i = 0;
     if constexpr (fits<T>(R))
 #pragma GCC unroll 4
-      for (; i + R <= n; i += R) add_rows<R>(A, B, i, symmetric ? i : 0, n, filled, sum);
+      for (; i + R <= n; i += R) add_rows<R, symmetric>(A, B, i, n, filled, sum);
 #pragma GCC unroll 4
-    for (; i < n; ++i) add_rows<1>(A, B, i, symmetric ? i : 0, n, filled, sum);
+    for (; i < n; ++i) add_rows<1, symmetric>(A, B, i, n, filled, sum);
   }
 
  private:
@@ -96,9 +96,14 @@ struct TileProduct {
     return T::rows == any_rows || T::rows >= rows;
   }
 
-  template <int r, class T, class Sum>
-  [[gnu::always_inline]] static void add_rows(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
-                                              std::ptrdiff_t n, std::ptrdiff_t filled, Sum& sum) {
+  template <int r, bool symmetric, class T, class Sum>
+  [[gnu::always_inline]] static void add_rows(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t n,
+                                              std::ptrdiff_t filled, Sum& sum) {
+    std::ptrdiff_t j = symmetric ? i : 0;
+    if constexpr (symmetric && r > 1 && r == C) {
+      add_block<r, C, true>(A, B, i, j, filled, sum);
+      j += C;
+    }
     if constexpr (fits<T>(C))
       for (; j + C <= n; j += C) add_block<r, C>(A, B, i, j, filled, sum);
     if constexpr (fits<T>(2) && C > 2)
@@ -106,23 +111,28 @@ struct TileProduct {
     for (; j < n; ++j) add_block<r, 1>(A, B, i, j, filled, sum);
   }
 
-  template <int r, int c, class T, class Sum>
+  /// Of a block on the diagonal, the elements on and above it.
+  template <int r, int c, bool on_diagonal = false, class T, class Sum>
   [[gnu::always_inline]] static void add_block(T& A, T& B, std::ptrdiff_t i, std::ptrdiff_t j,
                                                std::ptrdiff_t filled, Sum& sum) {
+    const auto skipped = [](int k, int l) { return on_diagonal && k > l; };
     decltype(sum.load(0, 0)) s[r][c];
 #pragma GCC unroll 4
-    for (int k = 0; k < r; ++k)
+    for (int l = 0; l < c; ++l)
 #pragma GCC unroll 4
-      for (int l = 0; l < c; ++l) s[k][l] = sum.load(i + k, j + l);
+      for (int k = 0; k < r; ++k)
+        if (!skipped(k, l)) s[k][l] = sum.load(i + k, j + l);
     for (std::ptrdiff_t p = 0; p < filled; ++p)
 #pragma GCC unroll 4
       for (int l = 0; l < c; ++l)
 #pragma GCC unroll 4
-        for (int k = 0; k < r; ++k) s[k][l] = s[k][l] + A[i + k][p] * B[j + l][p];
+        for (int k = 0; k < r; ++k)
+          if (!skipped(k, l)) s[k][l] = s[k][l] + A[i + k][p] * B[j + l][p];
 #pragma GCC unroll 4
-    for (int k = 0; k < r; ++k)
+    for (int l = 0; l < c; ++l)
 #pragma GCC unroll 4
-      for (int l = 0; l < c; ++l) sum.store(i + k, j + l, s[k][l]);
+      for (int k = 0; k < r; ++k)
+        if (!skipped(k, l)) sum.store(i + k, j + l, s[k][l]);
   }
 };
 

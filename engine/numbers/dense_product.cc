@@ -111,10 +111,15 @@ void dense_product(Strided<Scalar, Eigen::ColMajor> out, const Strided<const Sca
 }
 
 void upper_gram(const Eigen::MatrixXd& A, Eigen::MatrixXd& out) {
-  constexpr Index width = 48, unit = 12;
+  constexpr Index width = 48, least_width = 24, unit = 12;
   const Index N = A.cols();
   Crew* const crew = N < least_divided_order ? nullptr : crew_to_divide();
-  const Index blocks = crew && crew->threads_at_hand() > 1 ? (N + width - 1) / width : 1;
+  const auto threads = crew ? static_cast<Index>(crew->threads_at_hand()) : 1;
+  Index blocks = 1;
+  if (threads > 1) {
+    blocks = (N + width - 1) / width;
+    while (blocks * blocks < 4 * threads && (blocks + 1) * least_width <= N) ++blocks;
+  }
   const auto edge = [&](Index block) {
     return block == blocks ? N : N / unit * block / blocks * unit;
   };
@@ -131,10 +136,12 @@ void upper_gram(const Eigen::MatrixXd& A, Eigen::MatrixXd& out) {
   };
   if (blocks == 1) return tile(0, 0);
   const double operations = static_cast<double>(A.size()) * static_cast<double>(N) / 2;
-  share_out(*crew, static_cast<std::size_t>(blocks * (blocks + 1) / 2),
+  const Index pairs = blocks * (blocks - 1) / 2;  // i < j; the triangles take half as long
+  share_out(*crew, static_cast<std::size_t>(pairs + blocks),
             operations * operation_nanoseconds<double>, [&](std::size_t k) {
-              Index i = static_cast<Index>(k), j = 0;
-              while (i > j) i -= ++j;
+              Index i = static_cast<Index>(k), j = 1;
+              if (i >= pairs) return tile(i - pairs, i - pairs);
+              while (i >= j) i -= j++;
               tile(i, j);
             });
 }

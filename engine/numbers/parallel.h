@@ -78,10 +78,10 @@ template <class From, class To>
 template <class Work>
 void in_wide_ranges(Eigen::Index columns, double nanoseconds, const Work& work) {
   constexpr double least_nanoseconds = 2.5e5;
-  constexpr Eigen::Index unit = 32, ranges_a_thread = 2;
+  constexpr Eigen::Index ranges_a_thread = 2;
   if (nanoseconds < least_nanoseconds) return work(Eigen::Index{0}, columns);
   stop_point();
-  in_ranges(columns, unit, nanoseconds, work, ranges_a_thread);
+  in_ranges(columns, columns < 512 ? 16 : 32, nanoseconds, work, ranges_a_thread);
 }
 
 /// Calls work(begin, end) like `in_ranges` over the columns of a matrix of at least

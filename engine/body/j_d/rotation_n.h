@@ -65,12 +65,18 @@ class RotationEquation {
   double norm(const Dense& Omega) {
     constexpr int steps = 6;
     Eigen::Index longest;
-    Omega.cwiseAbs().colwise().maxCoeff().maxCoeff(&longest);
+    in_column_ranges(N_, column_nanoseconds() / 4, [&](Eigen::Index begin, Eigen::Index end) {
+      v_.segment(begin, end - begin) =
+          Omega.middleCols(begin, end - begin).cwiseAbs().colwise().maxCoeff();
+    });
+    v_.maxCoeff(&longest);
     v_ = Omega.col(longest);
     double norm = v_.stableNorm();
     for (int k = 0; k < steps && norm > 0; ++k) {
       v_ /= norm;
-      Omega_v_.noalias() = Omega * v_;
+      in_column_ranges(N_, column_nanoseconds() / 4, [&](Eigen::Index begin, Eigen::Index end) {
+        Omega_v_.segment(begin, end - begin).noalias() = Omega.middleRows(begin, end - begin) * v_;
+      });
       norm = Omega_v_.stableNorm();
       v_.swap(Omega_v_);
     }
@@ -178,7 +184,7 @@ class RotationN {
     if (!(sine_ < 1)) return false;
     const double rounding = 0x1p-53 * size,
                  enough = compensated ? 0x1p-45 * sine_ * sine_ : rounding;
-    f_.setZero();
+    if (compensated) f_.setZero();
     if (!find(S_, X_, enough, 64 * rounding)) return false;
     equation_.weighted(S_, X_, &hOmega_);
     return on_branch();
