@@ -102,15 +102,16 @@ void report_geodesic(Observables& observables, const SOfState& S) {
                     [S](const auto& x, auto out) { out = S.Qdot(x); });
   observables.all_invariants = [=](const Eigen::MatrixXd& x, InvariantList& out) {
     using Wide = long double;
-    const Matrix<Wide> wide_Q = x.topRows(S.n).cast<Wide>(), wide_S = S(x).cast<Wide>();
-    const Wide of_terms = S.terms(x), of_S = wide_S.stableNorm();
+    const Eigen::MatrixXd lower = S(x);
+    const Wide of_terms = S.terms(x), of_S = lower.cast<Wide>().stableNorm();
     const bool at_rest = is_rounding(static_cast<double>(of_S), static_cast<double>(of_terms));
     if (out.wants(family::energy)) {
-      const Wide E = stiefel_energy<Wide>(S.lambda.cast<Wide>(), wide_S);
+      const Wide E = stiefel_energy<Wide>(S.lambda, lower);
       out.add(family::energy, E, at_rest ? of_terms * of_terms / (2 * S.lambda.maxCoeff()) : E);
     }
     if (!out.wants(family::spatial_momentum)) return;
-    out.add_skew(family::spatial_momentum, momentum_m<Wide>(wide_Q, wide_S),
+    out.add_skew(family::spatial_momentum,
+                 momentum_m<Wide>(x.topRows(S.n).cast<Wide>(), lower.cast<Wide>()),
                  at_rest ? of_terms : of_S);
   };
   observables.frame_defect = [n = S.n](const Eigen::MatrixXd& x) {

@@ -65,10 +65,11 @@ std::vector<std::vector<Scalar>> power_traces(const Vector<Scalar>& D, int d,
 /// Invariants on V(n, N). Frames and S are n × N. Nothing here is N × N.
 
 /// Returns E = ½ tr(SΛ⁻¹Sᵀ), S = Q̇Λ.
-template <class Scalar>
-Scalar stiefel_energy(const Vector<Scalar>& lambda, const Matrix<Scalar>& S) {
+template <class Scalar, class Lambda, class Frame>
+Scalar stiefel_energy(const Lambda& lambda, const Frame& S) {
   Scalar E = 0;
-  for (Eigen::Index j = 0; j < S.cols(); ++j) E += S.col(j).squaredNorm() / lambda(j);
+  for (Eigen::Index j = 0; j < S.cols(); ++j)
+    E += S.col(j).template cast<Scalar>().squaredNorm() / Scalar(lambda(j));
   return E / 2;
 }
 

@@ -20,9 +20,10 @@ constexpr double of_simulation = 4000;  // nanoseconds, to make a small one
 }  // namespace
 
 JointMotion::JointMotion(const Scene& scene, std::shared_ptr<const FlatBodies> flat,
-                         std::size_t first, std::size_t count)
+                         std::size_t first, std::size_t count, std::unique_ptr<Simulation> made)
     : scene_(scene), flat_(std::move(flat)), members_(count), simulations_(count) {
   std::iota(members_.begin(), members_.end(), first);
+  if (made) simulations_.front() = std::move(made);
   form_groups();
 }
 
@@ -40,8 +41,12 @@ void JointMotion::form_groups() {
       const auto i = static_cast<std::size_t>(&one - simulations_.data());
       if (can_be_packed[i]) return;
       stop_point();
+      if (scene_.members().empty()) {
+        if (!one) one = make_simulation(scene_);
+        return;
+      }
       const Scene its = scene(i);
-      can_be_packed[i] = !flat_ && !scene_.members().empty() && stiefel::can_be_packed(its);
+      can_be_packed[i] = !flat_ && stiefel::can_be_packed(its);
       if (!one) one = make_simulation(its);
     });
   if (size() > 0) each_saved_ = first().saved_size();

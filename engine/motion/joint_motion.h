@@ -35,9 +35,10 @@ class JointMotion {
   };
 
   /// Takes `count` members of an ensemble from `first` on; of a single scene, one from 0 on. `flat`
-  /// is flat_bodies(scene). The scene must outlive this object.
+  /// is flat_bodies(scene), `made` may be the simulation of member `first` at step 0. The scene
+  /// must outlive this object.
   JointMotion(const Scene& scene, std::shared_ptr<const FlatBodies> flat, std::size_t first,
-              std::size_t count);
+              std::size_t count, std::unique_ptr<Simulation> made = nullptr);
 
   std::size_t size() const { return members_.size(); }
   /// Returns the index in the ensemble.

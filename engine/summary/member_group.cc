@@ -7,20 +7,29 @@ namespace stiefel {
 
 MemberGroup::MemberGroup(const Scene& scene, std::shared_ptr<const FlatBodies> flat,
                          std::size_t first, std::size_t count, const Plan& plan)
+    : MemberGroup(JointMotion(scene, std::move(flat), first, count), scene, first, plan) {}
+
+MemberGroup::MemberGroup(const Scene& scene, std::unique_ptr<Simulation> start, const Plan& plan)
+    : MemberGroup(JointMotion(scene, nullptr, 0, 1, std::move(start)), scene, 0, plan) {}
+
+MemberGroup::MemberGroup(JointMotion motion, const Scene& scene, std::size_t first,
+                         const Plan& plan)
     : first_(first),
       plan_(plan),
-      motion_(scene, std::move(flat), first, count),
+      motion_(std::move(motion)),
       direct_(motion_.first().direct()),
       events_(plan, motion_.first()),
-      lasts_(count * plan.last_size) {
-  const bool common = motion_.flat() && std::ranges::all_of(plan.reads, [](const auto& read) {
-                        return read.common != nullptr;
-                      });
-  members_.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
+      lasts_(motion_.size() * plan.last_size) {
+  const bool single = scene.members().empty();
+  const bool common =
+      (single || motion_.flat()) &&
+      std::ranges::all_of(plan.reads, [](const auto& read) { return read.common != nullptr; });
+  members_.reserve(motion_.size());
+  for (std::size_t i = 0; i < motion_.size(); ++i) {
     members_.emplace_back(scene, first + i, plan,
                           std::span(lasts_).subspan(plan.last_size * i, plan.last_size));
-    if (!common || !motion_.is_packed(i)) members_[i].make_readings(motion_.read(i), plan);
+    const bool reads_in_common = common && (single || motion_.is_packed(i));
+    if (!reads_in_common) members_[i].make_readings(motion_.read(i), plan);
   }
   std::size_t most = 0;
   for (const Plan::Read& read : plan.reads) most = std::max(most, read.size);

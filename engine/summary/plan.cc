@@ -80,7 +80,7 @@ class Check {
     const auto of = field(asked.name);
     read.complex = of && of->complex;
     statistics(i, asked, read);
-    if (of && !read.drift) read.common = std::move(reading);
+    if (!first_ || (of && !read.drift)) read.common = std::move(reading);
     read.first = plan_.last_size;
     plan_.last_size += read.size;
     plan_.reads_on_the_way = plan_.reads_on_the_way || read.on_the_way;

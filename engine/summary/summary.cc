@@ -20,12 +20,12 @@ constexpr double of_body = 200, of_member = 8000;  ///< nanoseconds to begin
 /// The groups of a scene's members, which advance in rounds.
 class SummaryOfGroups final : public Summary {
  public:
-  SummaryOfGroups(const Scene& scene, Plan plan, const Simulation& start,
+  SummaryOfGroups(const Scene& scene, Plan plan, std::unique_ptr<Simulation> start,
                   const std::shared_ptr<const FlatBodies>& flat)
-      : scene_(scene), plan_(std::move(plan)), direct_(start.direct()) {
+      : scene_(scene), plan_(std::move(plan)), direct_(start->direct()) {
     if (scene.members().empty()) {
-      step_cost_ = start.step_cost();
-      groups_.push_back(std::make_unique<MemberGroup>(scene, nullptr, 0, 1, plan_));
+      step_cost_ = start->step_cost();
+      groups_.push_back(std::make_unique<MemberGroup>(scene, std::move(start), plan_));
       return;
     }
     members_ = scene.members().size();
@@ -40,7 +40,7 @@ class SummaryOfGroups final : public Summary {
     });
     std::size_t packed = 0;
     for (const auto& group : groups_) packed += group->packed();
-    step_cost_ = stiefel::step_cost(first, start, members_, packed);
+    step_cost_ = stiefel::step_cost(first, *start, members_, packed);
   }
 
   void start_at(std::int64_t step, std::span<const double> saved) override {
@@ -261,10 +261,10 @@ std::expected<std::unique_ptr<Summary>, Violations> Summary::prepare(const Scene
   const auto members = scene.members();
   const auto* ensemble = dynamic_cast<const Ensemble*>(begun);
   const auto flat = ensemble ? ensemble->flat() : flat_bodies(scene);
-  const auto start = members.empty() ? make_simulation(scene) : make_simulation(members.front());
+  auto start = members.empty() ? make_simulation(scene) : make_simulation(members.front());
   auto plan = make_plan(scene, *start, std::move(what));
   if (!plan) return std::unexpected(std::move(plan.error()));
-  return std::make_unique<SummaryOfGroups>(scene, *std::move(plan), *start, flat);
+  return std::make_unique<SummaryOfGroups>(scene, *std::move(plan), std::move(start), flat);
 }
 
 }  // namespace stiefel
