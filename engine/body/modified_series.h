@@ -15,8 +15,8 @@ using PowerSeries = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, 40
 /// Returns coefficient k of ab.
 template <class Scalar>
 Scalar product_at(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b, Eigen::Index k) {
-  Scalar sum = 0;
-  for (Eigen::Index l = 0; l <= k; ++l) sum += a[l] * b[k - l];
+  Scalar sum = a[0] * b[k];
+  for (Eigen::Index l = 1; l <= k; ++l) sum += a[l] * b[k - l];
   return sum;
 }
 
@@ -27,11 +27,11 @@ PowerSeries<Scalar> product(const PowerSeries<Scalar>& a, const PowerSeries<Scal
   return ab;
 }
 
-/// Returns a/b, b₀ ≠ 0.
+/// Returns a/b, b₀ = 1.
 template <class Scalar>
 PowerSeries<Scalar> quotient(const PowerSeries<Scalar>& a, const PowerSeries<Scalar>& b) {
   PowerSeries<Scalar> q = PowerSeries<Scalar>::Zero(a.size());
-  for (Eigen::Index k = 0; k < a.size(); ++k) q[k] = (a[k] - product_at(b, q, k)) / b[0];
+  for (Eigen::Index k = 0; k < a.size(); ++k) q[k] = a[k] - product_at(b, q, k);
   return q;
 }
 
@@ -64,15 +64,15 @@ struct MotionSeries {
   Series e;
 
   /// Computes the first `terms` coefficients from the squares p of the momenta.
-  MotionSeries(const PrincipalMoments3<Scalar>& body, const Vec& p, Eigen::Index terms)
-      : e(Series::Zero(terms)) {
+  MotionSeries(const PrincipalMoments3<Scalar>& body, const Vec& p, Eigen::Index terms) {
     const Vec& I = body.moments;
     const Vec a = body.differences.cwiseQuotient(cyclic_product<Scalar>(I, I));
     const Vec p_over_I = p.cwiseQuotient(I);
     // p_j a_l/I_l and p_l a_j/I_j for (i, j, l) = (1, 2, 3) and cyclic
     const Vec of_j = cyclic_product<Scalar>(p, a).cwiseQuotient(Vec(I(2), I(0), I(1))),
               of_l = cyclic_product<Scalar>(a, p).cwiseQuotient(Vec(I(1), I(2), I(0)));
-    f = b = c = {e, e, e};
+    for (Series* series : {&f[0], &f[1], &f[2], &b[0], &b[1], &b[2], &c[0], &c[1], &c[2], &e})
+      series->setZero(terms);
     e[0] = f[0][0] = f[1][0] = f[2][0] = 1;
     for (Eigen::Index k = 0; k < terms; ++k) {
       const Scalar odd = static_cast<Scalar>(2 * k + 1), even = static_cast<Scalar>(2 * k + 2);
@@ -80,11 +80,10 @@ struct MotionSeries {
         const int j = (i + 1) % 3, l = (i + 2) % 3;
         b[i][k] = product_at(f[j], f[l], k);
         c[i][k] = product_at(e, f[i], k) / I(i);
-        if (k > 0) {
-          b[i][k] += p(i) * a(j) * a(l) * product_at(b[j], b[l], k - 1);
-          c[i][k] +=
-              of_j(i) * product_at(c[j], b[l], k - 1) - of_l(i) * product_at(c[l], b[j], k - 1);
-        }
+        if (k == 0) continue;
+        b[i][k] += p(i) * a(j) * a(l) * product_at(b[j], b[l], k - 1);
+        c[i][k] +=
+            of_j(i) * product_at(c[j], b[l], k - 1) - of_l(i) * product_at(c[l], b[j], k - 1);
         b[i][k] /= odd;
         c[i][k] /= odd;
       }
