@@ -78,7 +78,7 @@ RealSchur real_schur(const Matrix<double>& A) {
 }
 
 RightSingular right_singular(const Matrix<double>& A) {
-  const Eigen::JacobiSVD<Matrix<double>> svd(A, Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Matrix<double>, Eigen::NoQRPreconditioner> svd(A, Eigen::ComputeFullV);
   return {svd.singularValues(), svd.matrixV()};
 }
 

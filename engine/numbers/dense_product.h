@@ -34,12 +34,16 @@ template <class Scalar>
 inline constexpr bool is_multiplied_once =
     std::is_same_v<Scalar, double> || std::is_same_v<Scalar, long double>;
 
-/// A matrix of any size, its transpose, a block of one, or a multiple of these.
+/// A matrix of any size, or an expression of one.
 template <class A>
 concept DenseOperand = is_multiplied_once<typename A::Scalar> &&
                        (A::MaxRowsAtCompileTime == Eigen::Dynamic) &&
-                       (A::MaxColsAtCompileTime == Eigen::Dynamic) &&
-                       bool(Eigen::internal::blas_traits<A>::HasUsableDirectAccess);
+                       (A::MaxColsAtCompileTime == Eigen::Dynamic);
+
+/// Whether an expression is a matrix in memory, its transpose, a block of one, or a multiple of
+/// these.
+template <class A>
+inline constexpr bool is_in_memory = bool(Eigen::internal::blas_traits<A>::HasUsableDirectAccess);
 
 template <class A>
 inline constexpr bool is_strided = false;
@@ -52,11 +56,16 @@ template <class A, class B>
 concept MultipliedOnce = std::is_same_v<typename A::Scalar, typename B::Scalar> &&
     DenseOperand<A> && DenseOperand<B> && !(is_strided<A> && is_strided<B>);
 
-/// Calls dense_product on the memory of out, A and B.
+/// Calls dense_product on the memory of out, A and B, of which others than matrices in memory are
+/// evaluated before.
 template <Into into, class Out, class A, class B>
 void multiply(Out& out, const A& a, const B& b) {
   using Scalar = typename Out::Scalar;
-  if constexpr (Out::IsRowMajor) {
+  if constexpr (!is_in_memory<A>) {
+    multiply<into>(out, typename A::PlainObject(a), b);
+  } else if constexpr (!is_in_memory<B>) {
+    multiply<into>(out, a, typename B::PlainObject(b));
+  } else if constexpr (Out::IsRowMajor) {
     auto turned = out.transpose();
     multiply<into>(turned, b.transpose(), a.transpose());
   } else {
