@@ -24,7 +24,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index cols, unsigned see
 
 Eigen::MatrixXd random_frame(Eigen::Index n, Eigen::Index N, unsigned seed) {
   Eigen::MatrixXd Q = orthonormal_columns(random_matrix(N, n, seed), n).transpose();
-  if (n == N && Q.determinant() < 0) Q.row(0) = -Q.row(0);
+  if (n == N && determinant(Q) < 0) Q.row(0) = -Q.row(0);
   return Q;
 }
 

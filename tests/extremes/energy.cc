@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "engine/dense/decompositions.h"
 #include "tests/extremes/bodies.h"
 #include "tests/extremes/extremes.h"
 #include "tests/extremes/twin/twin.h"
@@ -22,12 +23,12 @@ double modified_part(const Scene& scene, const Simulation& simulation) {
   const Eigen::VectorXd inverse = scene.inertia().cwiseInverse();
   const Eigen::MatrixXd Q = simulation.get("Q");
   const Eigen::MatrixXd Qdot = simulation.get("S") * inverse.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> K(Q * inverse.asDiagonal() * Q.transpose());
-  const Eigen::MatrixXd Z = K.eigenvectors(), W = Z.transpose() * Qdot * Qdot.transpose() * Z;
+  const auto [kappa, Z] = symmetric_eigen(Q * inverse.asDiagonal() * Q.transpose());
+  const Eigen::MatrixXd W = Z.transpose() * Qdot * Qdot.transpose() * Z;
   double sum = 0;
   for (Eigen::Index j = 0; j < W.cols(); ++j)
     for (Eigen::Index i = 0; i < W.rows(); ++i)
-      sum += 2 * W(i, j) * W(i, j) / (K.eigenvalues()(i) + K.eigenvalues()(j));
+      sum += 2 * W(i, j) * W(i, j) / (kappa(i) + kappa(j));
   return scene.step() * scene.step() / 24 * sum;
 }
 

@@ -1,4 +1,5 @@
 #include "engine/methods/exact.h"
+#include "engine/dense/decompositions.h"
 
 #include <gtest/gtest.h>
 
@@ -196,7 +197,7 @@ TEST(Exact, AgreesWithTheReferenceSolutions) {
     if (lambda.size() != 3) continue;
     ++cases;
     const auto Q_0 = c.matrix<long double>("Q0"), M_0 = c.matrix<long double>("M0");
-    const int sign = Q_0.determinant() < 0 ? -1 : 1;
+    const int sign = determinant(Q_0.cast<double>()) < 0 ? -1 : 1;
     Top::Point x;
     x << quaternion_of(sign * Q_0), vee(M_0);
     Top top(PrincipalMoments3<long double>(lambda), x);

@@ -1,4 +1,5 @@
 #include "stiefel/connect.h"
+#include "engine/dense/decompositions.h"
 
 #include <gtest/gtest.h>
 
@@ -38,7 +39,7 @@ MatrixXd frame_at(const VectorXd& lambda, const MatrixXd& Q_0, const MatrixXd& Q
     for (Index i = 0; i < n; ++i)
       for (Index j = 0; j < n; ++j)
         sum.block(i * n, j * n, n, n) = K(i, j) * I + (i == j ? K : WideMatrix::Zero(n, n));
-    const WideMatrix B = sum.partialPivLu().solve(rate.reshaped()).reshaped(n, n);
+    const WideMatrix B = Lu<Real>(sum).solve(rate.reshaped()).reshaped(n, n);
     Eigen::Map<WideMatrix>(dx.data(), n, N) = V;
     Eigen::Map<WideMatrix>(dx.data() + size, n, N) = B * QL;
   };

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/dense/decompositions.h"
 #include "engine/growth/growth.h"
 
 namespace stiefel {
@@ -33,11 +34,10 @@ Growth henon_heiles(double energy, double y) {
     V.bottomRows(2) -= h * hessian * V.topRows(2);
     drift();
     if (k % interval != 0) continue;
-    const Eigen::HouseholderQR<Dense> qr(V);
-    const Eigen::Vector4d sign = qr.matrixQR().diagonal().array().sign();
-    growth.add(interval * h,
-               sign.asDiagonal() * Dense(qr.matrixQR().triangularView<Eigen::Upper>()));
-    V = qr.householderQ() * Dense(sign.asDiagonal());
+    const Dense R = triangular_factor(V);
+    const Eigen::Vector4d sign = R.diagonal().array().sign();
+    growth.add(interval * h, sign.asDiagonal() * R);
+    V = orthonormal_columns(V, 4) * sign.asDiagonal();
   }
   return growth;
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "engine/dense/decompositions.h"
 #include "engine/dense/so_3.h"
 #include "engine/growth/coordinates.h"
 #include "engine/structure/symplectic_defect.h"
@@ -41,11 +42,10 @@ void make_tangent_to_frames(SceneDescription& description) {
   const Dense Q = description.initial["Q"].values, S = description.initial["S"].values;
   const Eigen::Map<const Eigen::VectorXd> lambda(description.inertia.data(), Q.cols());
   const Dense G = lambda.cwiseInverse().asDiagonal() * Q.transpose(), R = S * G;
-  const Eigen::SelfAdjointEigenSolver<Dense> K(Q * G);
-  const Dense V = K.eigenvectors();
+  const auto [k, V] = symmetric_eigen(Q * G);
   Dense Y = V.transpose() * (R + R.transpose()) * V;
   for (Eigen::Index j = 0; j < Y.cols(); ++j)
-    for (Eigen::Index i = 0; i < Y.rows(); ++i) Y(i, j) /= K.eigenvalues()(i) + K.eigenvalues()(j);
+    for (Eigen::Index i = 0; i < Y.rows(); ++i) Y(i, j) /= k(i) + k(j);
   description.initial["S"] = Block(RowMatrix(S - V * Y * V.transpose() * Q));
 }
 

@@ -33,9 +33,9 @@ Matrix<Scalar> J_D_inverse(const Vector<Scalar>& lambda, const Matrix<Scalar>& K
       Jacobian.col(k) = coordinates(lambda.asDiagonal() * E + E * lambda.asDiagonal() +
                                     (E * K * (I + C) - (I - C) * K * E) / 2);
     }
-    C -= matrix(Jacobian.partialPivLu().solve(coordinates(F)));
+    C -= matrix(Lu<Scalar>(Jacobian).solve(coordinates(F)));
   }
-  return (I - C).partialPivLu().solve(I + C);
+  return Lu<Scalar>(I - C).solve(I + C);
 }
 
 }  // namespace stiefel::testing

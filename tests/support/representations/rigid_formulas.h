@@ -27,8 +27,8 @@ double condition_Psi_inverse(const Matrix<Scalar>& M, Scalar epsilon = 1) {
 /// too.
 template <class Scalar>
 Matrix<Scalar> parametric_spatial_momentum(const Matrix<Scalar>& Q, const Matrix<Scalar>& P) {
-  const Matrix<Scalar> A = Q.transpose().partialPivLu().solve(P.transpose()).transpose();
-  const Matrix<Scalar> B = P.transpose().partialPivLu().solve(Q.transpose()).transpose();
+  const Matrix<Scalar> A = Lu<Scalar>(Q.transpose()).solve(P.transpose()).transpose();
+  const Matrix<Scalar> B = Lu<Scalar>(P.transpose()).solve(Q.transpose()).transpose();
   return A - B;
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include "engine/dense/decompositions.h"
 #include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
 #include "tests/support/scenes/random_frame.h"
@@ -57,9 +58,7 @@ void fill_parametric(SceneDescription& d, unsigned seed) {
   Eigen::MatrixXd W = h * body.M;
   W.diagonal() += mu * body.lambda.cwiseAbs2();
   W /= 2;
-  const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(4, 4);
-  Eigen::MatrixXd root = I, square = I + W * W;
-  for (int k = 0; k < 40; ++k) root = (root + root.partialPivLu().solve(square)) / 2;
+  const Eigen::MatrixXd root = principal_root(Eigen::MatrixXd::Identity(4, 4) + W * W);
   d.inertia = numbers(body.lambda);
   d.parameter = mu;
   d.initial["Q"] = rows(body.Q);

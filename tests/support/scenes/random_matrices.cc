@@ -23,7 +23,7 @@ Matrix<Scalar> RandomMatrices<Scalar>::skew(Eigen::Index N) {
 template <class Scalar>
 Matrix<Scalar> RandomMatrices<Scalar>::frame(Eigen::Index n, Eigen::Index N) {
   Matrix<Scalar> Q = orthonormal_columns<Scalar>(matrix(N, n), n);
-  if (n == N && Q.template cast<double>().determinant() < 0) Q.col(0) *= Scalar(-1);
+  if (n == N && determinant(Q.template cast<double>()) < 0) Q.col(0) *= Scalar(-1);
   return Q.transpose();
 }
 

@@ -20,7 +20,7 @@ RandomBody::RandomBody(int N, unsigned seed, double spread) : lambda(N), Q(N, N)
   lambda(N - 1) = spread;
   fill(Q);
   Q = orthonormal_columns(Q, N);
-  if (Q.determinant() < 0) Q.col(0) = -Q.col(0);
+  if (determinant(Q) < 0) Q.col(0) = -Q.col(0);
   Eigen::MatrixXd Omega(N, N);
   fill(Omega);
   Omega = (Omega - Omega.transpose()).eval();

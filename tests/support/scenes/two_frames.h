@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 
+#include "engine/dense/decompositions.h"
 #include "engine/frame/geodesics/path.h"
 #include "stiefel/connect.h"
 
@@ -19,7 +20,7 @@ inline TwoPointProblem random_frames(int n, int N, double spread, std::uint64_t 
     Eigen::MatrixXd A(n, N);
     for (double& x : A.reshaped()) x = 2 * uniform() - 1;
     A = polar(A);
-    if (n == N && A.determinant() < 0) A.row(0) = -A.row(0);
+    if (n == N && determinant(A) < 0) A.row(0) = -A.row(0);
     return A;
   };
   TwoPointProblem problem;

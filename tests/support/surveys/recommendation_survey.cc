@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "engine/accuracy/measurement.h"
+#include "engine/dense/decompositions.h"
 #include "engine/motion/system_entry.h"
 #include "stiefel/price.h"
 #include "tests/support/scenes/random_frame.h"
@@ -94,9 +95,7 @@ class SceneMaker {
     Eigen::MatrixXd W = M;
     W.diagonal() += mu * body.lambda.cwiseAbs2();
     W /= 2;
-    const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(N, N);
-    Eigen::MatrixXd root = I, square = I + W * W;
-    for (int k = 0; k < 40; ++k) root = (root + root.partialPivLu().solve(square)) / 2;
+    const Eigen::MatrixXd root = principal_root(Eigen::MatrixXd::Identity(N, N) + W * W);
     d_.inertia = numbers(body.lambda);
     d_.parameter = mu;
     d_.initial["Q"] = body.Q;

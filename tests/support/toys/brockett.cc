@@ -1,6 +1,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "engine/dense/decompositions.h"
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/observables.h"
 #include "engine/motion/system_entry.h"
@@ -42,8 +43,7 @@ std::unique_ptr<Simulation> make_brockett(const Scene& scene) {
   Observables observables(scene.block("H"));
   observables.block("H", 0, N);
   observables.all_invariants = [](const Eigen::MatrixXd& H, InvariantList& out) {
-    const Eigen::VectorXd values =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(H, Eigen::EigenvaluesOnly).eigenvalues();
+    const Eigen::VectorXd values = symmetric_eigenvalues(H);
     for (Eigen::Index k = 0; k < values.size(); ++k)
       out.add("eigenvalues", indexed("eigenvalues", k + 1), values(k),
               values.cwiseAbs().maxCoeff());
