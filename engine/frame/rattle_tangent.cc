@@ -102,22 +102,31 @@ class RattleTangent final : public TangentMap {
 
   void move(Vector& x, const Step& at, double by_h) {
     stop_point(work());
-    const Dense shift = at.half * (at.h * x.by_inverse + by_h * inverse_).asDiagonal();
-    Dense kick = map_.B().lazyProduct(x.Q.value);
-    const Dense W = x.Q.value + at.h * (x.S.value + kick) * inverse_.asDiagonal() + shift;
-    kick += symmetric(C_, W * at.next.transpose() / -at.h).lazyProduct(at.Q);
-    x.Q.add(at.h * (x.S.value + kick) * inverse_.asDiagonal() + shift);
-    kick += map_.Z().lazyProduct(x.Q.value);
-    const Dense R = x.Q.value * at.V1.transpose() + (x.S.value + kick) * at.G1.transpose() +
-                    at.end * x.by_inverse.asDiagonal() * at.next.transpose();
-    x.S.add(kick + symmetric(K_, -R).lazyProduct(at.next));
+    const bool varies = by_h != 0 || !x.by_inverse.isZero(0);
+    if (varies) shift_ = at.half * (at.h * x.by_inverse + by_h * inverse_).asDiagonal();
+    kick_.noalias() = map_.B().lazyProduct(x.Q.value);
+    change_ = at.h * (x.S.value + kick_) * inverse_.asDiagonal();
+    if (varies) change_ += shift_;
+    change_ += x.Q.value;  // W
+    R_.noalias() = change_ * at.next.transpose() / -at.h;
+    kick_.noalias() += symmetric_by(C_).lazyProduct(at.Q);
+    change_ = at.h * (x.S.value + kick_) * inverse_.asDiagonal();
+    if (varies) change_ += shift_;
+    x.Q.add(change_);
+    kick_.noalias() += map_.Z().lazyProduct(x.Q.value);
+    change_ = x.S.value + kick_;
+    R_.noalias() = -x.Q.value * at.V1.transpose();
+    R_.noalias() -= change_ * at.G1.transpose();
+    if (varies) R_ -= at.end * x.by_inverse.asDiagonal() * at.next.transpose();
+    kick_.noalias() += symmetric_by(K_).lazyProduct(at.next);
+    x.S.add(kick_);
   }
 
   /// Returns the symmetric X with XC + CᵀX = R + Rᵀ.
-  static Dense symmetric(auto& C, const Dense& R) {
-    Dense X = R + R.transpose();
-    C.solve(X, X);
-    return X;
+  const Dense& symmetric_by(auto& C) {
+    X_ = R_ + R_.transpose();
+    C.solve(X_, X_);
+    return X_;
   }
 
   Index n_;
@@ -132,6 +141,7 @@ class RattleTangent final : public TangentMap {
   Lyapunov<double> C_;
   SymmetricLyapunov<double> K_;
   std::vector<Vector> vectors_;
+  Dense shift_, kick_, change_, R_, X_;  ///< workspace of `move`
 };
 
 }  // namespace
