@@ -3,7 +3,6 @@
 #include <limits>
 #include <vector>
 
-#include "engine/accuracy/candidates.h"
 #include "engine/accuracy/reference.h"
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"

@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "engine/accuracy/candidates.h"
 #include "engine/accuracy/measurement.h"
 
 namespace stiefel {

@@ -12,7 +12,6 @@
 #include "engine/dense/principal_moments_3.h"
 #include "engine/dense/so_3.h"
 #include "engine/methods/exact.h"
-#include "engine/methods/preprocessed_variational.h"
 #include "engine/methods/rk4.h"
 #include "engine/methods/variational.h"
 #include "engine/motion/body_view.h"
@@ -23,7 +22,6 @@
 #include "engine/motion/two_form.h"
 #include "engine/scene/given_body.h"
 #include "engine/structure/tangent_spaces.h"
-#include "stiefel/invariant_names.h"
 
 namespace stiefel {
 namespace {

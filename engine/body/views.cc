@@ -1,5 +1,4 @@
 // The rigid body in other variables: right-invariant, of McLachlan and Scovel, and as two frames.
-#include <cmath>
 
 #include "engine/body/discrete_pairs.h"
 #include "engine/body/rigid_body_data.h"

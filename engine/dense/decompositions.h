@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <complex>
-#include <limits>
 
 #include "engine/numbers/scalar.h"
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <type_traits>
-
 #include "engine/dense/decompositions.h"
 #include "engine/methods/method.h"
 #include "stiefel/stop.h"

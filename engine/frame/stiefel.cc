@@ -4,7 +4,6 @@
 #include "engine/motion/make_simulation.h"
 #include "engine/motion/two_form.h"
 #include "engine/structure/tangent_spaces.h"
-#include "stiefel/invariant_names.h"
 #include "stiefel/stop.h"
 
 namespace stiefel {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <vector>
 
 #include "engine/dense/decompositions.h"
 #include "engine/dense/taylor_motion.h"

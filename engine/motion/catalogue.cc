@@ -1,7 +1,6 @@
 #include "stiefel/catalogue.h"
 
 #include <algorithm>
-#include <functional>
 
 #include "engine/motion/method_entry.h"
 #include "engine/motion/system_entry.h"

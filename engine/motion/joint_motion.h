@@ -34,9 +34,9 @@ class JointMotion {
     std::size_t member = 0;
   };
 
-  /// Takes `count` members of an ensemble from `first` on; of a single scene, one from 0 on. `flat`
-  /// is flat_bodies(scene), `made` may be the simulation of member `first` at step 0. The scene
-  /// must outlive this object.
+  /// Takes `count` members of an ensemble from `first` on, or a scene alone; the scene must outlive
+  /// this object. `flat` is flat_bodies(scene), `made` may be the simulation of the first at step
+  /// 0.
   JointMotion(const Scene& scene, std::shared_ptr<const FlatBodies> flat, std::size_t first,
               std::size_t count, std::unique_ptr<Simulation> made = nullptr);
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <expected>
-
 #include "stiefel/catalogue.h"
 #include "stiefel/scene.h"
 

@@ -40,8 +40,7 @@ concept DenseOperand = is_multiplied_once<typename A::Scalar> &&
                        (A::MaxRowsAtCompileTime == Eigen::Dynamic) &&
                        (A::MaxColsAtCompileTime == Eigen::Dynamic);
 
-/// Whether an expression is a matrix in memory, its transpose, a block of one, or a multiple of
-/// these.
+/// Whether an expression is a matrix in memory, a block, transpose or multiple of one.
 template <class A>
 inline constexpr bool is_in_memory = bool(Eigen::internal::blas_traits<A>::HasUsableDirectAccess);
 
@@ -56,8 +55,7 @@ template <class A, class B>
 concept MultipliedOnce = std::is_same_v<typename A::Scalar, typename B::Scalar> &&
     DenseOperand<A> && DenseOperand<B> && !(is_strided<A> && is_strided<B>);
 
-/// Calls dense_product on the memory of out, A and B, of which others than matrices in memory are
-/// evaluated before.
+/// Calls dense_product on the memory of out, A and B; expressions without memory are evaluated.
 template <Into into, class Out, class A, class B>
 void multiply(Out& out, const A& a, const B& b) {
   using Scalar = typename Out::Scalar;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <expected>
-#include <limits>
 #include <span>
 #include <string_view>
 

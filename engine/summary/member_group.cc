@@ -5,16 +5,8 @@
 
 namespace stiefel {
 
-MemberGroup::MemberGroup(const Scene& scene, std::shared_ptr<const FlatBodies> flat,
-                         std::size_t first, std::size_t count, const Plan& plan)
-    : MemberGroup(JointMotion(scene, std::move(flat), first, count), scene, first, plan) {}
-
-MemberGroup::MemberGroup(const Scene& scene, std::unique_ptr<Simulation> start, const Plan& plan)
-    : MemberGroup(JointMotion(scene, nullptr, 0, 1, std::move(start)), scene, 0, plan) {}
-
-MemberGroup::MemberGroup(JointMotion motion, const Scene& scene, std::size_t first,
-                         const Plan& plan)
-    : first_(first),
+MemberGroup::MemberGroup(const Scene& scene, JointMotion motion, const Plan& plan)
+    : first_(motion.index(0)),
       plan_(plan),
       motion_(std::move(motion)),
       direct_(motion_.first().direct()),
@@ -26,10 +18,10 @@ MemberGroup::MemberGroup(JointMotion motion, const Scene& scene, std::size_t fir
       std::ranges::all_of(plan.reads, [](const auto& read) { return read.common != nullptr; });
   members_.reserve(motion_.size());
   for (std::size_t i = 0; i < motion_.size(); ++i) {
-    members_.emplace_back(scene, first + i, plan,
+    members_.emplace_back(scene, first_ + i, plan,
                           std::span(lasts_).subspan(plan.last_size * i, plan.last_size));
-    const bool reads_in_common = common && (single || motion_.is_packed(i));
-    if (!reads_in_common) members_[i].make_readings(motion_.read(i), plan);
+    const bool reads_alone = !common || !(single || motion_.is_packed(i));
+    if (reads_alone) members_[i].make_readings(motion_.read(i), plan);
   }
   std::size_t most = 0;
   for (const Plan::Read& read : plan.reads) most = std::max(most, read.size);

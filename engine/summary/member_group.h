@@ -17,12 +17,8 @@ namespace stiefel {
 /// leave the group, and the others go on.
 class MemberGroup {
  public:
-  /// Takes `count` members from `first` on. Scene and plan must outlive the group; `flat` is
-  /// flat_bodies(scene).
-  MemberGroup(const Scene& scene, std::shared_ptr<const FlatBodies> flat, std::size_t first,
-              std::size_t count, const Plan& plan);
-  /// Takes the one scene of the plan, whose simulation is `start`.
-  MemberGroup(const Scene& scene, std::unique_ptr<Simulation> start, const Plan& plan);
+  /// Takes members of the scene in their motion. Scene and plan must outlive the group.
+  MemberGroup(const Scene& scene, JointMotion motion, const Plan& plan);
 
   /// Starts from the states of its members at `step`, one after another.
   void start_at(std::int64_t step, std::span<const double> saved);
@@ -55,7 +51,6 @@ class MemberGroup {
   void restore(std::int64_t step, bool begun, ByteReader& in);
 
  private:
-  MemberGroup(JointMotion motion, const Scene& scene, std::size_t first, const Plan& plan);
   /// Returns the number of members that have not ended; i below counts these.
   std::size_t left() const { return motion_.size(); }
   Member& member(std::size_t i) { return members_[motion_.index(i) - first_]; }

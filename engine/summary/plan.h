@@ -29,8 +29,7 @@ struct Plan {
     bool on_the_way = false;  ///< read at every sample, not only at the last one
     bool drift = false;
     std::size_t first = 0;  ///< where the values stand in Member::last
-    /// Reads the states of the one scene, or of every body of an ensemble of FlatBodies; null there
-    /// for what depends on the start.
+    /// Reads the one scene, or every body of FlatBodies; there null for what depends on the start.
     std::shared_ptr<Reading> common = nullptr;
   };
 

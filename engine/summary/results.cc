@@ -1,6 +1,5 @@
 #include "engine/summary/member.h"
 
-#include <algorithm>
 #include <optional>
 
 namespace stiefel {

@@ -25,7 +25,8 @@ class SummaryOfGroups final : public Summary {
       : scene_(scene), plan_(std::move(plan)), direct_(start->direct()) {
     if (scene.members().empty()) {
       step_cost_ = start->step_cost();
-      groups_.push_back(std::make_unique<MemberGroup>(scene, std::move(start), plan_));
+      JointMotion motion(scene, nullptr, 0, 1, std::move(start));
+      groups_.push_back(std::make_unique<MemberGroup>(scene, std::move(motion), plan_));
       return;
     }
     members_ = scene.members().size();
@@ -35,8 +36,8 @@ class SummaryOfGroups final : public Summary {
     const double nanoseconds = static_cast<double>(members_) * (flat ? of_body : of_member);
     for_each_in_parallel(std::span(groups_), nanoseconds, [&](auto& group) {
       const std::size_t from = size * static_cast<std::size_t>(&group - groups_.data());
-      group =
-          std::make_unique<MemberGroup>(scene, flat, from, std::min(size, members_ - from), plan_);
+      JointMotion motion(scene, flat, from, std::min(size, members_ - from));
+      group = std::make_unique<MemberGroup>(scene, std::move(motion), plan_);
     });
     std::size_t packed = 0;
     for (const auto& group : groups_) packed += group->packed();

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <span>
 #include <string_view>
 #include <vector>
 

@@ -6,13 +6,14 @@
 #include "engine/structure/symplectic_defect.h"
 #include "stiefel/linearization.h"
 #include "tests/support/linalg/quadruple.h"
+#include "tests/support/one_step.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {
 namespace {
 
-using testing::Quad;
+using testing::one_step, testing::Quad;
 using Dense = Eigen::MatrixXd;
 
 /// The largest relative error that a tangent may have.

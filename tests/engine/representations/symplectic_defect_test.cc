@@ -7,13 +7,14 @@
 #include "engine/structure/symplectic_defect.h"
 #include "engine/structure/tangent_spaces.h"
 #include "tests/support/linalg/j_d_inverse.h"
+#include "tests/support/one_step.h"
 #include "tests/support/scenes/random_matrices.h"
 
 namespace stiefel {
 namespace {
 
 using Space = SoN<double>;
-using testing::stacked;
+using testing::one_step, testing::stacked;
 
 template <class Scalar>
 struct Body {

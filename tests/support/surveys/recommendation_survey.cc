@@ -7,6 +7,7 @@
 #include <random>
 #include <sstream>
 
+#include "engine/accuracy/candidates.h"
 #include "engine/accuracy/measurement.h"
 #include "engine/dense/decompositions.h"
 #include "engine/motion/system_entry.h"
