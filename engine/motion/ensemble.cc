@@ -90,22 +90,15 @@ void Ensemble::go(std::span<JointMotion::Group> groups, const std::stop_token& s
 
 void Ensemble::save(std::span<double> out) const {
   const std::size_t each = motion_.each_saved();
-  for_each_in_parallel(motion_.groups(), static_cast<double>(saved_size()),
-                       [&](const JointMotion::Group& group) {
-                         for (const std::size_t i : group.members)
-                           motion_.save(i, out.subspan(each * i, each));
-                       });
+  for (std::size_t i = 0; i < motion_.size(); ++i) motion_.save(i, out.subspan(each * i, each));
 }
 
 void Ensemble::restore(std::int64_t step, std::span<const double> saved) {
   step_ = step;
   give_up_round();
   const std::size_t each = motion_.each_saved();
-  for_each_in_parallel(motion_.groups(), static_cast<double>(saved_size()),
-                       [&](JointMotion::Group& group) {
-                         for (const std::size_t i : group.members)
-                           motion_.restore(i, step, saved.subspan(each * i, each));
-                       });
+  for (std::size_t i = 0; i < motion_.size(); ++i)
+    motion_.restore(i, step, saved.subspan(each * i, each));
 }
 
 void Ensemble::write(std::size_t index, std::span<double> out) const {

@@ -1,6 +1,7 @@
 #include "tests/support/scenes/rigid_forms.h"
 
 #include <cmath>
+#include <complex>
 
 #include "engine/dense/decompositions.h"
 
@@ -20,8 +21,12 @@ Eigen::MatrixXd symmetric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& M, 
 double epsilon_for(const Eigen::MatrixXd& M) { return 0.9 / operator_norm(M); }
 
 Eigen::MatrixXd parametric_P(const Eigen::MatrixXd& Q, const Eigen::MatrixXd& Y) {
-  const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(Y.rows(), Y.cols());
-  return Q * (Y / 2 + principal_root(I + Y * Y / 4));
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(Y);
+  const Eigen::MatrixXcd V = solver.eigenvectors();
+  const Eigen::VectorXcd roots = solver.eigenvalues().unaryExpr(
+      [](std::complex<double> y) { return y / 2.0 + std::sqrt(1.0 + y * y / 4.0); });
+  const Eigen::MatrixXcd X = V * roots.asDiagonal() * V.inverse();
+  return Q * X.real();
 }
 
 }  // namespace stiefel::testing
