@@ -35,8 +35,7 @@ class JointMotion {
   };
 
   /// Takes `count` members of an ensemble from `first` on, or a scene alone; the scene must outlive
-  /// this object. `flat` is flat_bodies(scene), `made` may be the simulation of the first at step
-  /// 0.
+  /// this object. `flat` is flat_bodies(scene); `made`, if given, simulates the first at step 0.
   JointMotion(const Scene& scene, std::shared_ptr<const FlatBodies> flat, std::size_t first,
               std::size_t count, std::unique_ptr<Simulation> made = nullptr);
 

@@ -116,6 +116,7 @@ void upper_gram(const Eigen::MatrixXd& A, Eigen::MatrixXd& out) {
   Crew* const crew = N < least_divided_order ? nullptr : crew_to_divide();
   const auto threads = crew ? static_cast<Index>(crew->threads_at_hand()) : 1;
   Index blocks = threads > 1 ? (N + width - 1) / width : 1;
+  // at least two tiles a thread, unless they would be too small
   while (threads > 1 && blocks * blocks < 4 * threads && (blocks + 1) * least_width <= N) ++blocks;
   const auto edge = [&](Index block) {
     return block == blocks ? N : N / unit * block / blocks * unit;

@@ -79,9 +79,10 @@ template <class Work>
 void in_wide_ranges(Eigen::Index columns, double nanoseconds, const Work& work) {
   constexpr double least_nanoseconds = 2.5e5;
   constexpr Eigen::Index ranges_a_thread = 2;
+  const Eigen::Index unit = columns < 512 ? 16 : 32;  // a range for each of 16 threads from 256 on
   if (nanoseconds < least_nanoseconds) return work(Eigen::Index{0}, columns);
   stop_point();
-  in_ranges(columns, columns < 512 ? 16 : 32, nanoseconds, work, ranges_a_thread);
+  in_ranges(columns, unit, nanoseconds, work, ranges_a_thread);
 }
 
 /// Calls work(begin, end) like `in_ranges` over the columns of a matrix of at least

@@ -184,7 +184,7 @@ class RotationN {
     if (!(sine_ < 1)) return false;
     const double rounding = 0x1p-53 * size,
                  enough = compensated ? 0x1p-45 * sine_ * sine_ : rounding;
-    if (compensated) f_.setZero();
+    f_.setZero();
     if (!find(S_, X_, enough, 64 * rounding)) return false;
     equation_.weighted(S_, X_, &hOmega_);
     return on_branch();

@@ -1,5 +1,4 @@
 #include "engine/methods/exact.h"
-#include "engine/dense/decompositions.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 #include "engine/body/exact/top_in_time.h"
 #include "engine/body/rigid_body_maps.h"
 #include "engine/dense/carlson.h"
+#include "engine/dense/decompositions.h"
 #include "engine/dense/jacobi_elliptic.h"
 #include "engine/frame/stiefel_maps.h"
 #include "engine/methods/variational.h"

@@ -1,5 +1,4 @@
 #include "stiefel/connect.h"
-#include "engine/dense/decompositions.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/dense/decompositions.h"
 #include "stiefel/conjugate_points.h"
 #include "tests/support/exact_motion.h"
 #include "tests/support/reference_cases.h"

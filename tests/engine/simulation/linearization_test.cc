@@ -1,8 +1,8 @@
 #include "stiefel/linearization.h"
-#include "engine/dense/decompositions.h"
 
 #include <gtest/gtest.h>
 
+#include "engine/dense/decompositions.h"
 #include "engine/motion/system_entry.h"
 #include "engine/motion/two_form.h"
 #include "engine/structure/symplectic_defect.h"

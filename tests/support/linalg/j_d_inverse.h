@@ -6,8 +6,8 @@
 namespace stiefel::testing {
 
 /// Returns the U near the identity with UΛ − ΛUᵀ = K, in any scalar and without the engine's
-/// solvers: U = (I − C)⁻¹(I + C), with C by Newton's method for ΛC + CΛ = ½(I − C)K(I + C) and its
-/// explicit Jacobian on so(N).
+/// solvers of it: U = (I − C)⁻¹(I + C), with C by Newton's method for ΛC + CΛ = ½(I − C)K(I + C)
+/// and its explicit Jacobian on so(N).
 template <class Scalar>
 Matrix<Scalar> J_D_inverse(const Vector<Scalar>& lambda, const Matrix<Scalar>& K) {
   const Eigen::Index N = K.cols(), size = N * (N - 1) / 2;

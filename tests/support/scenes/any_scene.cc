@@ -1,7 +1,5 @@
 #include "tests/support/scenes/any_scene.h"
 
-#include <Eigen/LU>
-
 #include "engine/dense/decompositions.h"
 #include "engine/motion/system_entry.h"
 #include "stiefel/catalogue.h"
