@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-using Wide = Matrix<long double>;
+using WideMatrix = Matrix<long double>;
 
 const Field* field_of(const Simulation& now, std::string_view name) {
   const auto found = std::ranges::find(now.fields(), name, &Field::name);
@@ -18,9 +18,9 @@ const Field* field_of(const Simulation& now, std::string_view name) {
 }
 
 /// Returns the largest modulus of an element.
-long double largest(const Wide& A, bool complex) {
+long double largest(const WideMatrix& A, bool complex) {
   if (!complex) return A.cwiseAbs().maxCoeff();
-  using EverySecondColumn = Eigen::Map<const Wide, 0, Eigen::OuterStride<>>;
+  using EverySecondColumn = Eigen::Map<const WideMatrix, 0, Eigen::OuterStride<>>;
   const Eigen::OuterStride<> two_columns(2 * A.rows());
   const EverySecondColumn real(A.data(), A.rows(), A.cols() / 2, two_columns),
       imaginary(A.data() + A.rows(), A.rows(), A.cols() / 2, two_columns);
@@ -47,7 +47,7 @@ void read_other_blocks(const Simulation& now, MotionState& state) {
     return;
   }
   for (const Field* field : others) {
-    const Wide block = now.get(field->name).cast<long double>();
+    const WideMatrix block = now.get(field->name).cast<long double>();
     const Eigen::Index size = state.momentum.size();
     state.momentum.conservativeResize(size + block.size(), 1);
     state.momentum.bottomRows(block.size()) = block.reshaped<Eigen::RowMajor>();
@@ -57,7 +57,7 @@ void read_other_blocks(const Simulation& now, MotionState& state) {
 }  // namespace
 
 MotionState read_motion(const Scene& scene, const Simulation& now) {
-  const auto get = [&](const char* name) -> Wide { return now.get(name).cast<long double>(); };
+  const auto get = [&](const char* name) -> WideMatrix { return now.get(name).cast<long double>(); };
   MotionState state;
   for (const char* name : {"Q", "q"})
     if (const Field* field = field_of(now, name)) {

@@ -14,15 +14,6 @@
 namespace stiefel {
 namespace {
 
-template <class Square>
-Square symmetric_part(const Square& A) {
-  return (A + A.transpose()) / 2;
-}
-template <class Square>
-Square skew_part(const Square& A) {
-  return (A - A.transpose()) / 2;
-}
-
 // What the tangent takes of a step: M, U − I, and δU, the solution of δUΛ − ΛδUᵀ = K with K and
 // UᵀδU skew, and its symmetric part S.
 
@@ -123,7 +114,7 @@ class Step3 {
   void differential(const Square& X, const Square& K, Square& dU, Square& S) {
     const Square upsilon = hat(lu_.solve(U_.transpose() * vee(K)));
     dU = U_ * upsilon;
-    S = symmetric_part<Square>(X * upsilon);
+    S = symmetric_part(Square(X * upsilon));
   }
 
  private:

@@ -206,7 +206,7 @@ Observables parametric_observables(const Scene& scene, double h) {
 }
 
 template <bool discrete>
-constexpr Representation representation = {
+constexpr Representation parametric_representation = {
     .square = true,
     .read = read_parametric,
     .write =
@@ -216,7 +216,7 @@ constexpr Representation representation = {
     .has_epsilon = true,
     .has_parameter = true};
 
-constexpr auto start = [](const auto& g) {
+constexpr auto parametric_start = [](const auto& g) {
   const auto Q = g.block("Q");
   auto made = g.start(Q, parametric_momentum(Q, g.block("P")) / g.epsilon);
   made.reported.diagonal = g.mu * g.lambda.cwiseAbs2();
@@ -229,7 +229,7 @@ bool turns_evenly(const Scene& scene) {
   return lambda.size() == 2 || (lambda.array() == lambda(0)).all();
 }
 
-constexpr std::array recommendations = {
+constexpr std::array for_parametric = {
     Recommendation{.where = "N = 2, or Lambda a multiple of the identity",
                    .takes = turns_evenly,
                    .method = "munthe_kaas4",
@@ -262,9 +262,9 @@ SystemEntry parametric_rigid_body_entry() {
           .check = [](SceneDraft& draft) { check_parametric(draft, 1); },
           .make = make_parametric_rigid_body,
           .methods = methods_on<ParametricRigidBody<double>>,
-          .recommended = recommendations,
-          .representation = &representation<false>,
-          .motion = &in_both<parametric_equations, start>,
+          .recommended = for_parametric,
+          .representation = &parametric_representation<false>,
+          .motion = &in_both<parametric_equations, parametric_start>,
           .example_step = 0.4};
 }
 
@@ -281,7 +281,7 @@ SystemEntry parametric_moser_veselov_entry() {
           .check = [](SceneDraft& draft) { check_parametric(draft, draft.step()); },
           .make = make_parametric_moser_veselov,
           .methods = keeps_all,
-          .representation = &representation<true>};
+          .representation = &parametric_representation<true>};
 }
 
 }  // namespace stiefel

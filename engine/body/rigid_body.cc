@@ -138,20 +138,20 @@ SeriesStart<Scalar> start_of_given(const SceneNumbers<Scalar>& g, const BodyDesc
   return start;
 }
 
-constexpr auto start = [](const auto& g) {
+constexpr auto body_start = [](const auto& g) {
   if (const auto& given = g.scene.description().body) return start_of_given(g, *given);
   return g.start(g.block("Q"), g.block("M"));
 };
 
-WithinDomain<Phase> read(const Scene& scene, Margins&) {
+WithinDomain<Phase> read_body(const Scene& scene, Margins&) {
   return phase_of_body(scene, scene.Q(), scene.M());
 }
-WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
+WithinDomain<FormBlocks> write_body(const Phase& x, const ConversionTarget&, Margins&) {
   return FormBlocks{{{"Q", x.Q}, {"M", x.M}}};
 }
-constexpr Representation representation = {true, read, write};
+constexpr Representation body_representation = {true, read_body, write_body};
 
-constexpr TwoForm form = {
+constexpr TwoForm form_of_body = {
     {"omega",
      {"Q", "M"},
      "<Z_2, xi_1> - <Z_1, xi_2> + <M, [xi_1, xi_2]> of (Q xi_i, Z_i), <A, B> = -1/2 tr(A B)",
@@ -170,7 +170,7 @@ bool away_from_separatrix(const Scene& scene) {
          body_rates.separatrix(scene.inertia(), vee(body_momentum(scene))) >= next_to_separatrix;
 }
 
-constexpr std::array recommendations = {
+constexpr std::array for_bodies = {
     Recommendation{.where = "ensembles, N = 3, no member next to the separatrix",
                    .takes = away_from_separatrix,
                    .members_only = true,
@@ -213,9 +213,9 @@ SystemEntry rigid_body_family() {
           .body_of = body_of,
           .make = make_rigid_body,
           .methods = methods_of_rigid_bodies,
-          .two_forms = {&form},
-          .representation = &representation,
-          .motion = &in_both<body_equations, start>,
+          .two_forms = {&form_of_body},
+          .representation = &body_representation,
+          .motion = &in_both<body_equations, body_start>,
           .rate = Rate::angular_speed,
           .packs = &body_packs,
           .rates = &body_rates};
@@ -255,7 +255,7 @@ SystemEntry rigid_body_entry() {
   info.equations = "Q' = Q Omega, M' = [M, Omega], M = Lambda Omega + Omega Lambda";
   info.source = "[RB] (2.2), (2.3)";
   info.file = "engine/body/rigid_body.h";
-  entry.recommended = recommendations;
+  entry.recommended = for_bodies;
   entry.in_float = true;
   entry.tangents = &body_tangents;
   return entry;

@@ -135,7 +135,7 @@ struct Pair : OtherVariables<Pair<on_the_right>> {
   }
 };
 
-constexpr TwoForm form = {
+constexpr TwoForm form_of_symmetric = {
     {"Omega_gl", {"Q", "P"}, "1/2 tr(eta_2^T xi_1 - eta_1^T xi_2) of (xi_i, eta_i)", "[RB] (3.5)"},
     {"Q", "P"},
     [](const Scene& s) {
@@ -206,7 +206,7 @@ SystemEntry symmetric_rigid_body_entry() {
           .make = make_symmetric_rigid_body,
           .methods = methods_on<SymmetricRigidBody<double>, Variational, Exact>,
           .recommended = for_products,
-          .two_forms = {&form},
+          .two_forms = {&form_of_symmetric},
           .dirac_bracket = true,
           .representation = &Pair<false>::representation,
           .motion = &in_both<body_equations, Pair<false>::Start{}>,

@@ -34,7 +34,7 @@ bool check_positive(SceneDraft& draft, const std::string& field, const std::vect
   return true;
 }
 
-void check(SceneDraft& draft) {
+void check_double_bracket(SceneDraft& draft) {
   auto& given = draft.given();
   draft.refuse_if(given.body.has_value(), "body");
   draft.refuse_if(given.epsilon.has_value(), "epsilon");
@@ -61,7 +61,7 @@ Eigen::VectorXd vector(const std::vector<double>& l) {
   return Eigen::VectorXd::Map(l.data(), static_cast<Eigen::Index>(l.size()));
 }
 
-constexpr auto start = [](const auto& g) {
+constexpr auto double_bracket_start = [](const auto& g) {
   auto made = g.start(g.block("Q"), g.block("P"));
   made.lambda = g.numbers(vector(g.scene.description().inertia_u));
   made.lambda_v = g.numbers(vector(g.scene.description().inertia_v));
@@ -73,7 +73,7 @@ bool of_scalars(const Scene& scene) {
   return scene.description().inertia_u.size() == 1 && scene.description().inertia_v.size() == 1;
 }
 
-constexpr std::array recommendations = {
+constexpr std::array for_double_bracket = {
     // U and V are constant, so a step by the exponential is exact.
     Recommendation{
         .where = "1 x 1 blocks", .takes = of_scalars, .method = "munthe_kaas4", .order = 4},
@@ -182,11 +182,11 @@ SystemEntry double_bracket_entry() {
   info.source = "[RB] (5.6)-(5.11)";
   info.file = "engine/bracket/double_bracket.h";
   return {.info = info,
-          .check = check,
+          .check = check_double_bracket,
           .make = make_double_bracket,
           .methods = methods_on<DoubleBracket<double>>,
-          .recommended = recommendations,
-          .motion = &in_both<double_bracket_equations, start>,
+          .recommended = for_double_bracket,
+          .motion = &in_both<double_bracket_equations, double_bracket_start>,
           .size = size};
 }
 

@@ -57,6 +57,16 @@ Matrix<Scalar> J_D(const Vector<Scalar>& lambda, const Matrix<Scalar>& U) {
   return W - W.transpose();
 }
 
+/// Return (A + Aᵀ)/2 and (A − Aᵀ)/2.
+template <class Square>
+typename Square::PlainObject symmetric_part(const Eigen::MatrixBase<Square>& A) {
+  return (A + A.transpose()) / 2;
+}
+template <class Square>
+typename Square::PlainObject skew_part(const Eigen::MatrixBase<Square>& A) {
+  return (A - A.transpose()) / 2;
+}
+
 /// Replaces a square block X by X − Xᵀ, exactly skew.
 template <class Block>
 void subtract_transpose(Block&& X) {

@@ -11,7 +11,7 @@
 namespace stiefel {
 namespace {
 
-void check(SceneDraft& draft) {
+void check_discrete(SceneDraft& draft) {
   if (!check_stiefel_frame(draft)) return;
   const auto& Q = draft.scene().Q();
   if (const RowMatrix* Q_prev = draft.block("Q_prev", Q.rows(), Q.cols()))
@@ -25,16 +25,18 @@ OutsideDomain not_square(const Eigen::MatrixXd& Q) {
   return {"n = N", static_cast<double>(Q.rows()), static_cast<double>(Q.cols())};
 }
 
-WithinDomain<Phase> read(const Scene& scene, Margins& margins) {
+WithinDomain<Phase> read_discrete(const Scene& scene, Margins& margins) {
   const Eigen::MatrixXd& Q = scene.Q();
   if (Q.rows() != Q.cols()) return outside(not_square(Q), "initial.Q");
   return representations::moser_veselov_pair.read(scene, margins);
 }
-WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget& target, Margins& margins) {
+WithinDomain<FormBlocks> write_discrete(const Phase& x, const ConversionTarget& target,
+                                        Margins& margins) {
   if (!x.square()) return outside(not_square(x.Q), "to");
   return representations::moser_veselov_pair.write(x, target, margins);
 }
-constexpr Representation representation = {.square = false, .read = read, .write = write};
+constexpr Representation discrete_representation = {
+    .square = false, .read = read_discrete, .write = write_discrete};
 
 std::unique_ptr<Simulation> make_discrete_stiefel(const Scene& scene) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
@@ -137,7 +139,7 @@ std::unique_ptr<TangentMap> discrete_stiefel_tangent(const Scene& scene,
 }
 
 constexpr MethodTangent tangent_of_map[] = {{"", discrete_stiefel_tangent}};
-constexpr Tangents tangents = {pairs_of_frames, tangent_of_map};
+constexpr Tangents discrete_tangents = {pairs_of_frames, tangent_of_map};
 
 }  // namespace
 
@@ -166,11 +168,11 @@ SystemEntry discrete_stiefel_entry() {
   info.file = "engine/frame/discrete_stiefel.h";
   info.discrete = true;
   return {.info = info,
-          .check = check,
+          .check = check_discrete,
           .make = make_discrete_stiefel,
           .methods = keeps_all,
-          .representation = &representation,
-          .tangents = &tangents};
+          .representation = &discrete_representation,
+          .tangents = &discrete_tangents};
 }
 
 }  // namespace stiefel

@@ -14,7 +14,7 @@ extern template class SimulationOf<Composition<RattleStiefel<double>>>;
 
 namespace {
 
-void check(SceneDraft& draft) {
+void check_ellipsoid(SceneDraft& draft) {
   if (!check_stiefel_frame(draft, "q")) return;
   if (draft.scene().block("q").rows() != 1)
     return draft.refuse("initial.q", shape_text(draft.scene().block("q").rows(), 0),
@@ -28,33 +28,32 @@ void check(SceneDraft& draft) {
 }
 
 bool has_costate(const Scene& scene) { return scene.block("p").size() > 0; }
-constexpr std::array recommendations = {
+constexpr std::array for_ellipsoid = {
     restricted("given p", has_costate, with_error_control(5e-12, 0.15)), with_error_control(5e-14)};
 
 /// Reads (q, p) or (q, qdot), n = 1.
-WithinDomain<Phase> read(const Scene& scene, Margins&) {
+WithinDomain<Phase> read_ellipsoid(const Scene& scene, Margins&) {
   const Eigen::MatrixXd &q = scene.block("q"), &p = scene.block("p");
   if (p.size() > 0) return phase_of_costate(scene, q, p);
   Phase x{scene.inertia(), scene.step(), q, {}, {}};
   x.S = S_of_Qdot<double>(x.lambda, scene.block("qdot"));
   return x;
 }
-WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
+WithinDomain<FormBlocks> write_ellipsoid(const Phase& x, const ConversionTarget&, Margins&) {
   const auto n = static_cast<double>(x.Q.rows());
   if (x.Q.rows() != 1) return outside({"V(1, N)", n, 1}, "to");
   return FormBlocks{{{"q", x.Q}, {"qdot", Qdot_of_S(x.lambda, x.S)}}};
 }
-constexpr Representation representation = {false, read, write};
+constexpr Representation ellipsoid_representation = {false, read_ellipsoid, write_ellipsoid};
 
-constexpr auto start = [](const auto& g) {
+constexpr auto ellipsoid_start = [](const auto& g) {
   if (has_costate(g.scene)) return start_of_costate(g, "q", "p");
   const decltype(g.block("q")) q = g.block("q"), qdot = g.block("qdot");
   return g.start(q, S_of_Qdot(g.lambda, qdot));
 };
 
-using Wide = long double;
-
 std::unique_ptr<Simulation> make_ellipsoid(const Scene& scene) {
+  using Wide = long double;
   const bool costate = has_costate(scene);
   const int N = scene.dimension();
   const Eigen::VectorXd lambda = scene.inertia();
@@ -131,13 +130,13 @@ SystemEntry ellipsoid_entry() {
   info.source = "[ST] (9), (14), (16)";
   info.file = "engine/frame/stiefel.h";
   return {.info = info,
-          .check = check,
+          .check = check_ellipsoid,
           .make = make_ellipsoid,
           .methods = methods_on<Stiefel<double>, Variational, Exact>,
           .refusal = refusal,
-          .recommended = recommendations,
-          .representation = &representation,
-          .motion = &in_both<frame_equations, start>};
+          .recommended = for_ellipsoid,
+          .representation = &ellipsoid_representation,
+          .motion = &in_both<frame_equations, ellipsoid_start>};
 }
 
 }  // namespace stiefel

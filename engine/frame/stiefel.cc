@@ -14,23 +14,23 @@ template class SimulationOf<Composition<RattleStiefel<double>>>;
 
 namespace {
 
-void check(SceneDraft& draft) {
+void check_stiefel(SceneDraft& draft) {
   if (check_stiefel_frame(draft)) set_tangent(draft, "Q", "S", false);
 }
 
-WithinDomain<Phase> read(const Scene& scene, Margins&) {
+WithinDomain<Phase> read_stiefel(const Scene& scene, Margins&) {
   Phase x = phase_of_costate(scene, scene.Q(), scene.block("S"));
   if (!x.square()) x.S = scene.block("S");
   return x;
 }
-WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
+WithinDomain<FormBlocks> write_stiefel(const Phase& x, const ConversionTarget&, Margins&) {
   return FormBlocks{{{"Q", x.Q}, {"S", S_of(x)}}};
 }
-constexpr Representation representation = {false, read, write};
+constexpr Representation stiefel_representation = {false, read_stiefel, write_stiefel};
 
-constexpr auto start = [](const auto& g) { return g.start(g.block("Q"), g.block("S")); };
+constexpr auto stiefel_start = [](const auto& g) { return g.start(g.block("Q"), g.block("S")); };
 
-constexpr TwoForm form_of_pairs = {
+constexpr TwoForm form_of_stiefel = {
     {"omega_pairs",
      {"Q", "S"},
      "tr(u_1^T v_2) - tr(u_2^T v_1) of u = (u_1, u_2), v = (v_1, v_2)",
@@ -75,7 +75,7 @@ bool has_four_dimensions(const Scene& scene) { return scene.dimension() == 4; }
 // and a larger tolerance suffices to keep the error below 1e-8 times the condition. A few, mostly
 // in four dimensions, have a condition of only 100; for N > 4 the bound on the step suffices for
 // them.
-constexpr std::array recommendations = {
+constexpr std::array for_stiefel = {
     Recommendation{.where = "Lambda a multiple of the identity",
                    .takes = is_isotropic,
                    .method = "exact",
@@ -134,7 +134,7 @@ TangentSpace cotangent_of_frames(const Scene& scene) {
 }
 
 constexpr MethodTangent tangent_of_variational[] = {{Variational::traits.name, rattle_tangent}};
-constexpr Tangents tangents = {cotangent_of_frames, tangent_of_variational};
+constexpr Tangents stiefel_tangents = {cotangent_of_frames, tangent_of_variational};
 
 }  // namespace
 
@@ -147,14 +147,14 @@ SystemEntry stiefel_entry() {
   info.source = "[ST] (37)-(39)";
   info.file = "engine/frame/stiefel.h";
   return {.info = info,
-          .check = check,
+          .check = check_stiefel,
           .make = make_stiefel,
           .methods = methods_on<Stiefel<double>, Variational, Exact>,
-          .recommended = recommendations,
-          .two_forms = {&form_of_pairs, &form_of_cotangent_pairs},
-          .representation = &representation,
-          .tangents = &tangents,
-          .motion = &in_both<frame_equations, start>,
+          .recommended = for_stiefel,
+          .two_forms = {&form_of_stiefel, &form_of_cotangent_pairs},
+          .representation = &stiefel_representation,
+          .tangents = &stiefel_tangents,
+          .motion = &in_both<frame_equations, stiefel_start>,
           .rate = Rate::frame_speed};
 }
 

@@ -9,21 +9,21 @@
 namespace stiefel {
 namespace {
 
-void check(SceneDraft& draft) {
+void check_costate(SceneDraft& draft) {
   if (!check_stiefel_frame(draft)) return;
   const auto& Q = draft.scene().Q();
   if (const RowMatrix* P = draft.block("P", Q.rows(), Q.cols())) set_costate(draft, "P", *P);
 }
 
 /// Writes P_0 by 𝔐, [ST] Prop. 6.
-WithinDomain<FormBlocks> write(const Phase& x, const ConversionTarget&, Margins&) {
+WithinDomain<FormBlocks> write_costate(const Phase& x, const ConversionTarget&, Margins&) {
   return FormBlocks{{{"Q", x.Q}, {"P", Legendre(x.Q, S_of(x))}}};
 }
-constexpr Representation representation = {false, read_costate, write};
+constexpr Representation costate_representation = {false, read_costate, write_costate};
 
-constexpr auto start = [](const auto& g) { return start_of_costate(g, "Q", "P"); };
+constexpr auto costate_start = [](const auto& g) { return start_of_costate(g, "Q", "P"); };
 
-constexpr TwoForm form_of_pairs = {
+constexpr TwoForm form_of_costates = {
     {"omega_pairs",
      {"Q", "P"},
      "tr(u_1^T v_2) - tr(u_2^T v_1) of u = (u_1, u_2), v = (v_1, v_2)",
@@ -59,7 +59,7 @@ WithinDomain<FormBlocks> write_momentum(const Phase& x, const ConversionTarget&,
 constexpr Representation momentum_representation = {false, read_costate, write_momentum};
 
 /// `with_M`: reports M in place of P.
-std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
+std::unique_ptr<Simulation> make_of_costates(const Scene& scene, bool with_M) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();
   const int rows = static_cast<int>(n), columns = static_cast<int>(N);
   const Observables::Value M = [n](const auto& x, auto out) {
@@ -84,15 +84,15 @@ std::unique_ptr<Simulation> make(const Scene& scene, bool with_M) {
 }
 
 template <bool with_M>
-SystemEntry entry(SystemInfo info) {
+SystemEntry entry_of_costates(SystemInfo info) {
   info.file = "engine/frame/stiefel_costate.h";
   return {.info = std::move(info),
-          .check = with_M ? check_momentum : check,
-          .make = [](const Scene& scene) { return make(scene, with_M); },
+          .check = with_M ? check_momentum : check_costate,
+          .make = [](const Scene& scene) { return make_of_costates(scene, with_M); },
           .methods = methods_on<StiefelCostate<double>>,
           .recommended = for_costates,
-          .representation = with_M ? &momentum_representation : &representation,
-          .motion = &in_both<frame_equations, start>,
+          .representation = with_M ? &momentum_representation : &costate_representation,
+          .motion = &in_both<frame_equations, costate_start>,
           .rate = Rate::frame_speed};
 }
 
@@ -110,8 +110,8 @@ SystemEntry stiefel_costate_entry() {
   info.equations =
       "Q' = Q U, P' = P U - Q A, A = [Q^T Q, U Lambda U], Q^T Q U Lambda + Lambda U Q^T Q = M";
   info.source = "[ST] (68)-(69)";
-  SystemEntry made = entry<false>(std::move(info));
-  made.two_forms = {&form_of_pairs};
+  SystemEntry made = entry_of_costates<false>(std::move(info));
+  made.two_forms = {&form_of_costates};
   return made;
 }
 
@@ -123,7 +123,7 @@ SystemEntry stiefel_momentum_entry() {
   info.equations =
       "Q' = Q U, M' = [M, U] - A, A = [Q^T Q, U Lambda U], Q^T Q U Lambda + Lambda U Q^T Q = M";
   info.source = "[ST] (46)";
-  return entry<true>(std::move(info));
+  return entry_of_costates<true>(std::move(info));
 }
 
 }  // namespace stiefel

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <cstdint>
 
+#include "engine/dense/inertia_operator.h"
 #include "engine/motion/tangent_map.h"
 #include "stiefel/simulation.h"
 #include "stiefel/violation.h"
@@ -16,8 +17,6 @@ const MethodTangent* tangent_of(const Scene& scene, std::string_view method);
 /// Returns the refusal of a scene that has no tangent, an ensemble or one by its method, which
 /// names the methods that have one; empty if it has one.
 Violations without_tangent(const Scene& scene);
-
-inline Eigen::MatrixXd skew_part(const Eigen::MatrixXd& A) { return (A - A.transpose()) / 2; }
 
 /// Returns an orthonormal basis of the range of A, without directions shorter than 1e-7 of the
 /// longest column.

@@ -8,8 +8,10 @@ namespace stiefel {
 /// Returns the simulation that a method makes of its maps of(h, options), as the scene chooses
 /// them; of a discrete system by the method's default order.
 template <class MapOfStep>
-std::unique_ptr<Simulation> simulation_by(const MethodTraits& method, const Scene& scene,
-                                          const SharedObservables& observables, MapOfStep of) {
+[[gnu::cold]] std::unique_ptr<Simulation> simulation_by(const MethodTraits& method,
+                                                        const Scene& scene,
+                                                        const SharedObservables& observables,
+                                                        MapOfStep of) {
   const MethodOptions options(scene.order() > 0 ? scene.order() : method.default_order,
                               scene.arithmetic(), scene.tolerance());
   const auto of_length = [of, options, h = scene.step() / scene.substeps()](double t) {
@@ -23,8 +25,8 @@ std::unique_ptr<Simulation> simulation_by(const MethodTraits& method, const Scen
 
 /// Returns the simulation of `system` by Method, as the scene chooses it.
 template <class Method, class S>
-std::unique_ptr<Simulation> make_simulation_by(const Scene& scene, const S& system,
-                                               const SharedObservables& observables) {
+[[gnu::cold]] std::unique_ptr<Simulation> make_simulation_by(const Scene& scene, const S& system,
+                                                             const SharedObservables& observables) {
   return simulation_by(
       Method::traits, scene, observables, [system](double h, const MethodOptions& options) {
         return map_of(Method(), system, static_cast<typename S::Scalar>(h), options);

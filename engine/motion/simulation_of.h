@@ -25,7 +25,8 @@ class SimulationOf final : public ObservedSimulation {
 
   /// With `make`, the largest step in the status of a step that left the domain is that of all
   /// substeps; without, the map's.
-  SimulationOf(const Scene& scene, F map, SharedObservables observables, Make make = nullptr)
+  [[gnu::cold]] SimulationOf(const Scene& scene, F map, SharedObservables observables,
+                             Make make = nullptr)
       : ObservedSimulation(scene, std::move(observables)),
         map_(std::move(map)),
         make_(std::move(make)),
@@ -70,11 +71,11 @@ class SimulationOf final : public ObservedSimulation {
     since_copy_ = between_copies;
   }
 
-  std::optional<double> largest_step(double limit) const override {
+  [[gnu::cold]] std::optional<double> largest_step(double limit) const override {
     return map_.largest_step(state_, limit);
   }
 
-  std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& blocks) const override {
+  [[gnu::cold]] std::optional<Eigen::MatrixXd> image(const Eigen::MatrixXd& blocks) const override {
     Eigen::MatrixXd x = observables_->from_blocks(blocks);
     auto state = map_.start(Converted::of(x));
     if (!map_.step(state).reached() || !state.x.value.allFinite()) return std::nullopt;
@@ -182,7 +183,7 @@ class SimulationOf final : public ObservedSimulation {
     return std::isfinite(squared_norm()) && fields_are_finite(state_.x.value.size());
   }
 
-  bool has_all_substeps(double t) const override {
+  [[gnu::cold]] bool has_all_substeps(double t) const override {
     F map = make_(t);
     auto trial = map.start(state_.x.value);
     for (int k = 0; k < substeps_; ++k) {

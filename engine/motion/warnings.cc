@@ -20,7 +20,7 @@ namespace {
 
 /// Part of the largest moment by which a triangle inequality of the moments may fail, because the
 /// moments or their tensor were rounded.
-constexpr double rounding = 16 * 0x1p-53;
+constexpr double lambda_rounding = 16 * 0x1p-53;
 
 std::string numbered(const char* name, Eigen::Index i) { return name + std::to_string(i + 1); }
 
@@ -29,7 +29,7 @@ std::string of_moments(const Eigen::Vector3d& I) {
   const double largest = I.maxCoeff(&k);
   const Eigen::Index i = k == 0 ? 1 : 0, j = k == 2 ? 1 : 2;
   const double sum = I(i) + I(j);
-  if (!(sum < largest * (1 - rounding))) return "";
+  if (!(sum < largest * (1 - lambda_rounding))) return "";
   return numbered("I", i) + " + " + numbered("I", j) + " = " + to_text(sum) + " < " +
          numbered("I", k) + " = " + to_text(largest) + ": no rigid body has these moments";
 }
@@ -38,7 +38,7 @@ std::string of_inertia(const Eigen::VectorXd& lambda) {
   if (lambda.size() == 0) return "";
   Eigen::Index k;
   const double least = lambda.minCoeff(&k);
-  if (!(least < -rounding * lambda.maxCoeff())) return "";
+  if (!(least < -lambda_rounding * lambda.maxCoeff())) return "";
   const std::string name = numbered("lambda", k) + " = " + to_text(least) + " < 0";
   if (lambda.size() != 3) return name + ": no rigid body has this second moment of mass";
   const std::string moments =

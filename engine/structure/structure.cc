@@ -22,7 +22,7 @@ Dense state_of(const TwoForm& form, const Simulation& now) {
 }
 
 /// After so many violations of one bracket the others are not looked for.
-constexpr std::size_t most_violations = 64;
+constexpr std::size_t most_refused_factors = 64;
 
 /// Describes the shape of a block and its faults: "3 x 4, complex, not finite".
 std::string value_of(const Block& block) {
@@ -191,7 +191,7 @@ std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simula
         "", scene.system(),
         "has no Dirac bracket; symmetric_rigid_body and symmetric_moser_veselov have one"});
   const auto check = [&](const std::string& field, const PairFactors& given) {
-    for (std::size_t k = 0; k < given.factors.size() && violations.size() < most_violations; ++k) {
+    for (std::size_t k = 0; k < given.factors.size() && violations.size() < most_refused_factors; ++k) {
       const auto& [A, B] = given.factors[k];
       for (const auto& [name, matrix] : {std::pair(".A", &A), std::pair(".B", &B)})
         if (matrix->rows() != N || matrix->cols() != N || !matrix->allFinite())

@@ -8,7 +8,7 @@ namespace stiefel {
 namespace {
 
 using Wide = long double;
-constexpr Wide pi = std::numbers::pi_v<Wide>;
+constexpr Wide half_turn = std::numbers::pi_v<Wide>;
 
 /// The circle q = a cos φ + b sin φ, where a and b are the axes of the smaller and of the larger λ,
 /// whose lengths are ∫ w dφ, w² = cos²φ + r sin²φ, in units of √λ.
@@ -36,8 +36,8 @@ class Circle {
  private:
   /// Returns ∫ w dφ from 0 to φ.
   Wide length(Wide phi) const {
-    const Wide halves = std::round(phi / pi);
-    return 2 * halves * quarter(1) + quarter(std::sin(phi - halves * pi));
+    const Wide halves = std::round(phi / half_turn);
+    return 2 * halves * quarter(1) + quarter(std::sin(phi - halves * half_turn));
   }
 
   /// Returns the integral for |φ| ≤ π/2, s = sin φ, in terms that are all positive (DLMF 19.25.10).

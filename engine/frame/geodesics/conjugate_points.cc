@@ -230,10 +230,6 @@ class ConjugateSearch {
   double length_ = 0, next_ = 0;
 };
 
-std::string shape(const MatrixXd& Q) {
-  return std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
-}
-
 std::optional<ConnectRefusal> refused(const GeodesicRay& ray) {
   using refusal::Invalid;
   const Index n = ray.Q.rows(), N = ray.Q.cols();

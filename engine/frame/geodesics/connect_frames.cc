@@ -52,10 +52,6 @@ bool is_bent(const TwoPointProblem& p) {
   return p.beta && *p.beta != 1 && p.Q_0.rows() > 1 && !is_body(p.Q_0);
 }
 
-std::string shape(const MatrixXd& Q) {
-  return std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
-}
-
 std::optional<ConnectRefusal> refused(const TwoPointProblem& p) {
   using refusal::Invalid;
   const Index n = p.Q_0.rows(), N = p.Q_0.cols();

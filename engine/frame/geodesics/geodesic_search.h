@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/frame/geodesics/path.h"
@@ -14,6 +15,10 @@ namespace stiefel {
 /// Returns what is wrong with Λ as a metric tr(ΛQ̇ᵀQ̇) on V(n, N), for n = N on SO(N).
 std::optional<refusal::Invalid> metric_fault(const Eigen::VectorXd& inertia, Eigen::Index n,
                                              Eigen::Index N);
+/// Returns "n x N" of a refusal.
+inline std::string shape(const Eigen::MatrixXd& Q) {
+  return std::to_string(Q.rows()) + " x " + std::to_string(Q.cols());
+}
 
 /// What the search for a geodesic found, at the time scale 1.
 struct Found {

@@ -151,7 +151,7 @@ struct Trial {
   bool tried = false;
 };
 
-constexpr double same = 1e-2;  ///< the distance of relaxed paths that are one
+constexpr double same_path = 1e-2;  ///< the distance of relaxed paths that are one
 
 /// Relaxes starts with fewer nodes, where a step costs little, and moves to `nodes` those that lead
 /// to other paths than the earlier ones. Leaves the others empty; returns whether all settled.
@@ -165,7 +165,7 @@ bool thin(const Posed& p, const Nodes& fewer, const Nodes& nodes, std::vector<Pa
     complete = complete && settled;
     Path path = relaxation.path();
     if (!settled ||
-        std::ranges::any_of(seen, [&](const Path& other) { return distance(other, path) < same; }))
+        std::ranges::any_of(seen, [&](const Path& other) { return distance(other, path) < same_path; }))
       continue;
     start = moved(path, fewer, nodes);
     seen.push_back(std::move(path));
@@ -261,7 +261,7 @@ void by_multipliers(const Posed& p, const TwoPointProblem& problem, Found& best)
       doubtful = doubtful || !settled || track->relaxation().shifted();
       Trial trial{nullptr, start, track->at(nodes), track->relaxation().action()};
       if (!settled || std::ranges::any_of(trials, [&](const Trial& t) {
-            return distance(t.path, trial.path) < same;
+            return distance(t.path, trial.path) < same_path;
           }))
         continue;
       if (std::ranges::all_of(trials, [&](const Trial& t) { return trial.action < t.action; })) {
