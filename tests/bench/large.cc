@@ -17,6 +17,7 @@
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/scenes/resolved.h"
 
 namespace {
 
@@ -109,10 +110,9 @@ void steps(int repeats, int N, double duration) {
   }
 }
 
-Scene resolved(SceneDescription d) { return Scene::resolve(std::move(d)).value(); }
 
 Scene body(int N, const char* arithmetic) {
-  return resolved(testing::description(testing::RandomBody(N, 1), 0.1, "variational", arithmetic));
+  return testing::resolved(testing::description(testing::RandomBody(N, 1), 0.1, "variational", arithmetic));
 }
 
 Scene frame(int N) {
@@ -124,7 +124,7 @@ Scene frame(int N) {
   d.initial["Q"] = at.Q;
   d.initial["S"] = at.S;
   d.step = 0.05;
-  return resolved(std::move(d));
+  return testing::resolved(std::move(d));
 }
 
 Scene ensemble(int members) {
@@ -132,7 +132,7 @@ Scene ensemble(int members) {
   for (int b = 0; b < members; ++b)
     scenes.push_back(testing::description(testing::RandomBody(3, static_cast<unsigned>(b + 1)), 0.1,
                                           "variational"));
-  return resolved(testing::ensemble_of(scenes));
+  return testing::resolved(testing::ensemble_of(scenes));
 }
 
 /// Returns the seconds that `steps` steps take, measured for `duration` after as long a start.

@@ -7,9 +7,12 @@
 #include "stiefel/diagnosis.h"
 #include "tests/fuzz/small.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/saved.h"
 
 namespace stiefel::fuzz {
 namespace {
+
+using testing::saved;
 
 std::optional<Scene> resolved(const v1::Scene& scene) {
   try {
@@ -24,12 +27,6 @@ std::optional<Scene> resolved(const v1::Scene& scene) {
             "it names field and rule");
   }
   return std::nullopt;
-}
-
-std::vector<double> saved(const Simulation& simulation) {
-  std::vector<double> out(simulation.saved_size());
-  simulation.save(out);
-  return out;
 }
 
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {

@@ -14,12 +14,12 @@
 namespace stiefel::testing {
 namespace {
 
-constexpr double epsilon = 1e-30;
+constexpr double largest_error = 1e-30;
 
 template <class Series>
 std::function<MotionState(double)> motion(Series series, const SeriesStart<Quad>& start) {
   const Eigen::Index momentum_rows = series.momentum_rows();
-  const auto made = std::make_shared<TaylorMotion<Series>>(std::move(series), start.x, epsilon);
+  const auto made = std::make_shared<TaylorMotion<Series>>(std::move(series), start.x, largest_error);
   return [=, as = start.reported](double t) {
     if (!made->go_to(t, [] { return false; })) throw std::runtime_error("the motion ends");
     return present(as, made->state(), momentum_rows);
@@ -31,7 +31,7 @@ std::function<MotionState(double)> motion(Series series, const SeriesStart<Quad>
 std::function<MotionState(double)> motion_in_quadruple(const Scene& scene) {
   const MotionStart& motion_of = *system_entry(scene.system())->motion;
   const auto start = motion_of.quadruple(scene);
-  const int order = taylor_order(epsilon);
+  const int order = taylor_order(largest_error);
   if (motion_of.equations == &body_equations)
     return motion(TaylorRigidBody<Quad>(start.lambda, order), start);
   if (motion_of.equations == &parametric_equations)

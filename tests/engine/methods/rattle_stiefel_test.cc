@@ -126,7 +126,7 @@ TEST(RattleStiefel, KeepsLargeFramesOrthonormal) {
   EXPECT_LT((momentum_m<double>(Q, S) - m).norm() / frame.S.norm(), 1e-14);
 }
 
-constexpr double u = 0x1p-53;
+constexpr double unit_roundoff = 0x1p-53;
 
 /// The relative error of the lower block after `steps` steps on the sphere with Λ = 3I. There the
 /// step is a rotation by asin(h‖Q̇‖) in the plane of Q and Q̇.
@@ -150,7 +150,7 @@ TEST(RattleStiefel, KeepsTheDigitsOfTheMomentumInSmallSteps) {
   for (const double h : {1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 0.125})
     for (const double speed : {1e-30, 1e-17, 1e-15, 1e-12, 1e-6, 1.0})
       for (const int steps : {1, 1000}) {
-        const double bound = 4 * u * (std::sqrt(steps) + steps * h * speed);
+        const double bound = 4 * unit_roundoff * (std::sqrt(steps) + steps * h * speed);
         EXPECT_LE(error_on_the_sphere(h, speed, steps), bound) << h << " " << speed;
       }
 }
@@ -177,7 +177,7 @@ TEST(RattleStiefel, KeepsTheDigitsOfTheMomentumForEveryInertia) {
         const Matrix<testing::Quad> S = wanted.x.value.bottomRows(n);
         const Matrix<double> mine = found.x.value.bottomRows(n),
                              error = (mine.cast<testing::Quad>() - S).cast<double>() / size;
-        EXPECT_LE(error.norm(), 8 * u * std::sqrt(steps) * mine.norm() / size)
+        EXPECT_LE(error.norm(), 8 * unit_roundoff * std::sqrt(steps) * mine.norm() / size)
             << n << " " << N << " 1:" << spread << " h = " << h << ", size " << size;
       }
 }

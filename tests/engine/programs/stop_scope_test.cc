@@ -17,9 +17,12 @@
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 #include "stiefel/tradeoff.h"
+#include "tests/support/scenes/resolved.h"
 
 namespace stiefel {
 namespace {
+
+using testing::resolved;
 
 const std::stop_token never;
 
@@ -99,10 +102,6 @@ SceneDescription body(int N, const std::string& method, double step = 0.05, doub
   scene.initial["Q"] = RowMatrix(RowMatrix::Identity(N, N));
   scene.initial["M"] = M;
   return scene;
-}
-
-Scene resolved(SceneDescription description) {
-  return Scene::resolve(std::move(description)).value();
 }
 
 /// The operations that `work` announces, and how many looks they come in.

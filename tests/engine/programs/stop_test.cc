@@ -11,9 +11,14 @@
 #include "stiefel/connect.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/simulation.h"
+#include "tests/support/saved.h"
+#include "tests/support/scenes/resolved.h"
 
 namespace stiefel {
 namespace {
+
+using testing::resolved;
+using testing::saved;
 
 using namespace std::chrono_literals;
 
@@ -31,16 +36,6 @@ SceneDescription body(int N, const std::string& method, int substeps) {
   scene.initial["Q"] = RowMatrix(RowMatrix::Identity(N, N));
   scene.initial["M"] = M;
   return scene;
-}
-
-Scene resolved(SceneDescription description) {
-  return Scene::resolve(std::move(description)).value();
-}
-
-std::vector<double> saved(const Simulation& simulation) {
-  std::vector<double> out(simulation.saved_size());
-  simulation.save(out);
-  return out;
 }
 
 /// How long `work(token)` goes on after it is told to stop, which is 50 ms after its start.

@@ -59,7 +59,7 @@ namespace stiefel {
 namespace {
 
 /// Objects beside matrices.
-constexpr double slack = 256 << 10;
+constexpr double tangent_slack = 256 << 10;
 
 /// Returns the most bytes that `work` holds at a time.
 double most_bytes(const auto& work) {
@@ -87,7 +87,7 @@ SceneDescription body(int N, const char* method) {
 /// Not below what is held, and at most `most` times it.
 void expect_price(std::uint64_t priced, double actual, const std::string& what, double most = 3) {
   EXPECT_GE(static_cast<double>(priced), actual) << what;
-  EXPECT_LE(static_cast<double>(priced), most * actual + slack) << what;
+  EXPECT_LE(static_cast<double>(priced), most * actual + tangent_slack) << what;
 }
 
 std::int64_t size_of(const Scene& scene) {

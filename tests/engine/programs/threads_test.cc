@@ -16,13 +16,18 @@
 #include "stiefel/simulation.h"
 #include "stiefel/stop.h"
 #include "tests/support/sanitizer.h"
+#include "tests/support/saved.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/every_pair.h"
 #include "tests/support/scenes/random_frame.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/scenes/resolved.h"
 
 namespace stiefel {
 namespace {
+
+using testing::resolved;
+using testing::saved;
 
 /// Sets the threads of the library while it lives.
 class Threads {
@@ -193,18 +198,6 @@ TEST(Divided, WideAndFlatProductsHaveTheBitsOfThoseInOnePiece) {
       EXPECT_TRUE(same_on_one<double>(3, [&](Eigen::MatrixXd& C) { C.noalias() = A * B; }))
           << n << " " << N;
     }
-}
-
-std::vector<double> saved(const Simulation& simulation) {
-  std::vector<double> out(simulation.saved_size());
-  simulation.save(out);
-  return out;
-}
-
-Scene resolved(SceneDescription description) {
-  auto made = Scene::resolve(std::move(description));
-  if (!made) throw std::runtime_error(made.error().front().field + made.error().front().rule);
-  return std::move(made).value();
 }
 
 std::vector<double> after(const Scene& scene, int steps, int threads) {

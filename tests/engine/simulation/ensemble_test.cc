@@ -8,8 +8,10 @@
 #include "engine/numbers/pack.h"
 #include "stiefel/diagnosis.h"
 #include "stiefel/price.h"
+#include "tests/support/saved.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/scenes/resolved.h"
 
 namespace stiefel {
 namespace {
@@ -17,14 +19,9 @@ namespace {
 using testing::description;
 using testing::ensemble_of;
 using testing::RandomBody;
+using testing::resolved;
+using testing::saved;
 
-Scene resolved(SceneDescription given) { return Scene::resolve(std::move(given)).value(); }
-
-std::vector<double> saved(const Simulation& simulation) {
-  std::vector<double> out(simulation.saved_size());
-  simulation.save(out);
-  return out;
-}
 
 /// Bodies of h‖Ω‖ from a tenth of `step` to `step`.
 std::vector<SceneDescription> bodies(int count, const std::string& method, std::optional<int> order,

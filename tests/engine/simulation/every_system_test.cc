@@ -6,28 +6,24 @@
 
 #include "stiefel/conversion.h"
 #include "stiefel/diagnosis.h"
+#include "tests/support/saved.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/every_pair.h"
+#include "tests/support/scenes/resolved.h"
 
 namespace stiefel {
 namespace {
 
 using testing::Pair;
+using testing::resolved;
+using testing::saved;
 
 class EverySystem : public ::testing::TestWithParam<Pair> {
  protected:
   Scene scene(unsigned seed, double step) const {
     return resolved(
         testing::any_scene(GetParam().system, GetParam().method, seed, step, GetParam().N));
-  }
-  static Scene resolved(SceneDescription description) {
-    auto made = Scene::resolve(std::move(description));
-    std::string why;
-    if (!made)
-      for (const auto& v : made.error()) why += v.field + ": " + v.value + ": " + v.rule + "; ";
-    EXPECT_TRUE(made) << why;
-    return std::move(made).value();
   }
 };
 INSTANTIATE_TEST_SUITE_P(Catalogue, EverySystem, ::testing::ValuesIn(testing::every_pair()),
@@ -37,12 +33,6 @@ std::vector<Pair> with_methods() {
   auto pairs = testing::every_pair();
   std::erase_if(pairs, [](const Pair& pair) { return pair.method.empty(); });
   return pairs;
-}
-
-std::vector<double> saved(const Simulation& s) {
-  std::vector<double> out(s.saved_size());
-  s.save(out);
-  return out;
 }
 
 TEST_P(EverySystem, TheStateAtAStepHasOneSetOfBits) {

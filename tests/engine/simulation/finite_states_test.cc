@@ -8,6 +8,7 @@
 
 #include "engine/motion/method_entry.h"
 #include "stiefel/simulation.h"
+#include "tests/support/saved.h"
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/every_pair.h"
@@ -16,14 +17,9 @@ namespace stiefel {
 namespace {
 
 using testing::Pair;
+using testing::saved;
 
 constexpr std::int64_t most_steps = 100;
-
-std::vector<double> saved(const Simulation& s) {
-  std::vector<double> out(s.saved_size());
-  s.save(out);
-  return out;
-}
 
 /// Returns the name of a field with a number that is not finite; empty if there is none.
 std::string not_finite(const Simulation& now) {

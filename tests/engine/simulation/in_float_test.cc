@@ -10,7 +10,7 @@
 namespace stiefel {
 namespace {
 
-constexpr double rounding = 0x1p-24;  // of a float
+constexpr double float_rounding = 0x1p-24;  // of a float
 
 struct Entry {
   SceneDescription scene;
@@ -63,9 +63,9 @@ TEST(InFloat, IsTheSameMapToItsRounding) {
       ASSERT_TRUE(single->advance(steps).reached()) << text;
       ASSERT_TRUE(twice->advance(steps).reached()) << text;
       const double apart = distance(*single, *twice);
-      EXPECT_LT(apart, 100 * rounding * (*arithmetic == 'p' ? steps : std::sqrt(steps)))
+      EXPECT_LT(apart, 100 * float_rounding * (*arithmetic == 'p' ? steps : std::sqrt(steps)))
           << text << " " << arithmetic;
-      EXPECT_GT(apart, rounding / 4) << text << " " << arithmetic;
+      EXPECT_GT(apart, float_rounding / 4) << text << " " << arithmetic;
     }
 }
 
@@ -78,7 +78,7 @@ TEST(InFloat, CompensatedArithmeticKeepsInvariantsForLong) {
     const auto diagnosis = diagnose(Scene::resolve(scene).value(), *single);
     for (const auto& invariant : diagnosis.invariants) {
       if (invariant.conservation != Conservation::exact) continue;
-      EXPECT_LT(invariant.drift(), 10 * rounding * std::sqrt(steps))
+      EXPECT_LT(invariant.drift(), 10 * float_rounding * std::sqrt(steps))
           << text << " " << invariant.name;
     }
   }

@@ -12,11 +12,13 @@
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/surveys/measured_tradeoff.h"
 
 namespace stiefel {
 namespace {
 
 using testing::ensemble_of;
+using testing::measured_tradeoff;
 using testing::RandomBody;
 
 /// Bodies of ‖Ω‖ = 0.2 … 1 in that order, so that the last is the fastest.
@@ -182,23 +184,10 @@ TEST(ChoiceForMembers, AFaultOfAllMembersIsToldOnce) {
   EXPECT_NE(refused.error().front().value.find("(member 0 and others)"), std::string::npos);
 }
 
-struct Table {
-  TradeoffSetup setup;
-  std::vector<TradeoffPoint> points;
-};
-
-Table measure(SceneDescription scene, double horizon, double budget) {
-  Table table;
-  auto tradeoff = Tradeoff::prepare({std::move(scene), horizon, budget, 1}).value();
-  table.setup = tradeoff->solve_reference({}).value();
-  while (auto point = tradeoff->next({})) table.points.push_back(*std::move(point));
-  return table;
-}
-
 TEST(TradeoffOfMembers, HasTheErrorOfTheWorstAndTheWorkOfAll) {
   const auto all = bodies(4, 4);
   const auto scenes = scenes_of(all, 0.25);
-  const Table table = measure(ensemble_of(scenes), 5, 2e9);
+  const auto table = measured_tradeoff(ensemble_of(scenes), 5, 2e9);
   EXPECT_EQ(table.setup.steps, 20);
   EXPECT_EQ(table.setup.reference_steps, 20);
   ASSERT_GT(table.points.size(), 40u);
@@ -221,7 +210,7 @@ TEST(TradeoffOfMembers, HasTheErrorOfTheWorstAndTheWorkOfAll) {
     EXPECT_NEAR(point.error->momentum, momentum, 1e-3 * momentum + 5e-16);
   }
   // A method with fixed steps takes as many times the work of one.
-  const Table alone = measure(scenes.front(), 5, 2e9);
+  const auto alone = measured_tradeoff(scenes.front(), 5, 2e9);
   int compared = 0;
   for (const auto& point : table.points)
     for (const auto& one : alone.points)

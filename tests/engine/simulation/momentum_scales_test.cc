@@ -12,11 +12,13 @@
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/ensemble_of.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/scenes/resolved.h"
 
 namespace stiefel {
 namespace {
 
 using testing::RandomBody;
+using testing::resolved;
 
 constexpr double unit_roundoff = 0x1p-53;
 
@@ -41,12 +43,6 @@ SceneDescription body(const Scale& scale, const std::string& method, unsigned se
   d.initial.at("M").values *= scale.momentum;
   *d.step *= scale.step();
   return d;
-}
-
-Scene resolved(const SceneDescription& d) {
-  auto scene = Scene::resolve(d);
-  if (!scene) ADD_FAILURE() << d.system << ": " << scene.error().front().rule;
-  return std::move(scene).value();
 }
 
 Conversion converted(const Scene& scene, const ConversionTarget& target) {

@@ -6,18 +6,14 @@
 
 #include "stiefel/diagnosis.h"
 #include "tests/support/exact_motion.h"
+#include "tests/support/saved.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {
 namespace {
 
 using testing::RandomBody;
-
-std::vector<double> saved(const Simulation& s) {
-  std::vector<double> out(s.saved_size());
-  s.save(out);
-  return out;
-}
+using testing::saved;
 
 class EveryMethod : public ::testing::TestWithParam<std::tuple<int, std::string>> {};
 

@@ -13,26 +13,13 @@
 #include "tests/support/scenes/any_scene.h"
 #include "tests/support/scenes/every_pair.h"
 #include "tests/support/scenes/random_scene.h"
+#include "tests/support/surveys/measured_tradeoff.h"
 
 namespace stiefel {
 namespace {
 
+using testing::measured_tradeoff;
 using testing::RandomBody;
-
-struct Table {
-  TradeoffSetup setup;
-  std::vector<TradeoffPoint> points;
-  std::vector<std::size_t> front;
-};
-
-Table measure(SceneDescription scene, double horizon, double budget = 2e9) {
-  Table table;
-  auto tradeoff = Tradeoff::prepare({std::move(scene), horizon, budget, 1}).value();
-  table.setup = tradeoff->solve_reference({}).value();
-  while (auto point = tradeoff->next({})) table.points.push_back(*std::move(point));
-  table.front = tradeoff->front();
-  return table;
-}
 
 bool same_entry(const TradeoffPoint& a, const TradeoffPoint& b) {
   return a.method.name == b.method.name && a.method.order == b.method.order &&
@@ -48,7 +35,7 @@ TEST(Tradeoff, MeasuresTheErrorsOfAttitudeAndMomentum) {
     const RandomBody body(N, 7);
     const SceneDescription scene = testing::description(body, 0.25, "variational");
     const auto exact = testing::exact_motion(body.lambda, body.Q, body.M, 5);
-    const Table table = measure(scene, 5);
+    const auto table = measured_tradeoff(scene, 5);
     EXPECT_EQ(table.setup.steps, 20);
     ASSERT_GT(table.points.size(), 60u);
     for (const auto& point : table.points) {
@@ -67,7 +54,7 @@ TEST(Tradeoff, MeasuresTheErrorsOfAttitudeAndMomentum) {
 }
 
 TEST(Tradeoff, KnowsEveryMethodInEachOrderAndArithmetic) {
-  const Table table = measure(testing::description(RandomBody(4, 1), 0.25, "rk4"), 2.5);
+  const auto table = measured_tradeoff(testing::description(RandomBody(4, 1), 0.25, "rk4"), 2.5);
   for (const auto& on : catalogue().system("rigid_body")->methods)
     for (const int order : catalogue().method(on.method)->orders)
       for (const char* arithmetic : {"plain", "compensated"}) {
@@ -89,7 +76,7 @@ TEST(Tradeoff, KnowsEveryMethodInEachOrderAndArithmetic) {
 
 TEST(Tradeoff, CountsWorkAndNotTime) {
   const auto scene = testing::description(RandomBody(3, 2), 0.25, "rk4");
-  const Table once = measure(scene, 10), again = measure(scene, 10);
+  const auto once = measured_tradeoff(scene, 10), again = measured_tradeoff(scene, 10);
   ASSERT_EQ(once.points.size(), again.points.size());
   for (std::size_t i = 0; i < once.points.size(); ++i) {
     const auto &a = once.points[i], &b = again.points[i];
@@ -107,7 +94,7 @@ TEST(Tradeoff, CountsWorkAndNotTime) {
 }
 
 TEST(Tradeoff, MarksWhatNoOtherPointBeats) {
-  const Table table = measure(testing::description(RandomBody(4, 4), 0.25, "rk4"), 10);
+  const auto table = measured_tradeoff(testing::description(RandomBody(4, 4), 0.25, "rk4"), 10);
   const auto error = [&](const TradeoffPoint& p) {
     return std::max(p.error->largest(), table.setup.reference_error);
   };
@@ -140,7 +127,7 @@ TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const int N = 3 + seed % 3;
     const auto scene = testing::description(RandomBody(N, seed), 0.25, "rk4");
-    const Table whole = measure(scene, 100, 5e10), part = measure(scene, 100,
+    const auto whole = measured_tradeoff(scene, 100, 5e10), part = measured_tradeoff(scene, 100,
                                                                   N == 3   ? 1e8
                                                                   : N == 4 ? 4e8
                                                                            : 4e9);
@@ -173,9 +160,9 @@ TEST(Tradeoff, ExtrapolatesRoundingErrorsAsSuch) {
   int compensated = 0;
   for (const unsigned seed : {3, 9}) {
     const auto scene = testing::description(RandomBody(3, seed), 0.25, "rk4");
-    const Table whole = measure(scene, 100, 2e10);
+    const auto whole = measured_tradeoff(scene, 100, 2e10);
     for (const double budget : {1.4e8, 8e7})
-      for (const auto& p : measure(scene, 100, budget).points) {
+      for (const auto& p : measured_tradeoff(scene, 100, budget).points) {
         if (!p.extrapolated) continue;
         for (const auto& q : whole.points) {
           if (!same_entry(p, q) || q.extrapolated || !q.error) continue;
@@ -193,7 +180,7 @@ TEST(Tradeoff, ExtrapolatesRoundingErrorsAsSuch) {
 
 /// For so small a budget the reference is in extended precision.
 TEST(Tradeoff, HasNoErrorBelowThatOfTheReference) {
-  const Table table = measure(testing::any_scene("double_bracket", "rk4", 1, 0.25), 40);
+  const auto table = measured_tradeoff(testing::any_scene("double_bracket", "rk4", 1, 0.25), 40);
   EXPECT_GT(table.setup.reference_error, 1e-17);
   for (const auto& p : table.points) {
     if (!p.error) continue;
@@ -210,7 +197,7 @@ TEST(Tradeoff, HasNoErrorBelowThatOfTheReference) {
 TEST(Tradeoff, NeverSaysThatAnErrorIsZero) {
   SceneDescription rest = testing::description(RandomBody(4, 2), 0.25, "rk4");
   rest.initial["M"] = RowMatrix(RowMatrix::Zero(4, 4));
-  const Table table = measure(rest, 5);
+  const auto table = measured_tradeoff(rest, 5);
   ASSERT_GT(table.setup.reference_error, 0);
   ASSERT_GT(table.points.size(), 5u);
   int below = 0;
@@ -224,7 +211,7 @@ TEST(Tradeoff, NeverSaysThatAnErrorIsZero) {
 }
 
 TEST(Tradeoff, LooksAtTheInvariantsOverTheRun) {
-  const Table table = measure(testing::description(RandomBody(4, 3), 0.25, "rk4"), 25);
+  const auto table = measured_tradeoff(testing::description(RandomBody(4, 3), 0.25, "rk4"), 25);
   for (const auto& p : table.points) {
     if (!p.error) continue;
     if (p.method.name == "variational") {
@@ -236,7 +223,7 @@ TEST(Tradeoff, LooksAtTheInvariantsOverTheRun) {
 }
 
 TEST(Tradeoff, OfAStepTooLongSaysSoAndGoesOn) {
-  const Table table = measure(testing::description(RandomBody(4, 3), 3, "rk4"), 30);
+  const auto table = measured_tradeoff(testing::description(RandomBody(4, 3), 3, "rk4"), 30);
   const auto stopped = std::ranges::count_if(table.points, [](const TradeoffPoint& p) {
     return p.status.outcome == Outcome::left_domain && !p.error;
   });

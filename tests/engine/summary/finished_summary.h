@@ -13,13 +13,10 @@
 #include "stiefel/scene.h"
 #include "stiefel/simulation.h"
 #include "stiefel/summary.h"
+#include "tests/support/scenes/resolved.h"
 
 /// Summaries as the tests run and compare them.
 namespace stiefel::testing {
-
-inline Scene resolved(SceneDescription description) {
-  return Scene::resolve(std::move(description)).value();
-}
 
 inline std::unique_ptr<Summary> prepare(const Scene& scene, SummaryDescription what) {
   auto summary = Summary::prepare(scene, std::move(what));

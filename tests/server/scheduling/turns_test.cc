@@ -14,11 +14,10 @@ namespace stiefel::server {
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = Turns::Clock;
 
-std::atomic<Clock::duration> passed = 0ns;
-Clock::time_point now() { return Clock::time_point(passed.load()); }
-void compute(Clock::duration time) { passed = passed.load() + time; }
+std::atomic<Turns::Clock::duration> passed = 0ns;
+Turns::Clock::time_point now() { return Turns::Clock::time_point(passed.load()); }
+void compute(Turns::Clock::duration time) { passed = passed.load() + time; }
 
 void wait_until(const auto& is_so) {
   while (!is_so()) std::this_thread::yield();
@@ -51,7 +50,7 @@ struct Caller {
 };
 
 /// A call that has computed for `time`, without a place.
-std::unique_ptr<Caller> caller_after(Clock::duration time, Turns& turns, Turns::Share& share) {
+std::unique_ptr<Caller> caller_after(Turns::Clock::duration time, Turns& turns, Turns::Share& share) {
   auto caller = std::make_unique<Caller>(turns, share);
   compute(time);
   caller->turn.pass();

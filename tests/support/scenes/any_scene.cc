@@ -10,7 +10,6 @@
 namespace stiefel::testing {
 namespace {
 
-std::vector<double> numbers(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
 RowMatrix rows(const Eigen::MatrixXd& A) { return A; }
 
 /// Returns the frame after a step of the flow, computed to first order and projected onto the

@@ -1,12 +1,18 @@
 #pragma once
 
 #include <random>
+#include <vector>
 
 #include "engine/numbers/quadruple.h"
 #include "engine/numbers/scalar.h"
 #include "tests/support/scenes/stacked.h"
 
 namespace stiefel::testing {
+
+/// Returns Λ as a description has it.
+inline std::vector<double> numbers(const Eigen::VectorXd& lambda) {
+  return {lambda.begin(), lambda.end()};
+}
 
 /// Seeded random matrices of any scalar. Each number is a sum of two doubles, so that the digits
 /// beyond double precision are not zeros.

@@ -7,16 +7,11 @@
 
 #include "stiefel/lyapunov.h"
 #include "tests/support/scenes/random_matrices.h"
+#include "tests/support/scenes/resolved.h"
 
 namespace stiefel::testing {
 
 using Dense = Eigen::MatrixXd;
-
-inline Scene resolved(SceneDescription description) {
-  auto scene = Scene::resolve(std::move(description));
-  if (!scene) throw std::runtime_error(scene.error().front().rule);
-  return *std::move(scene);
-}
 
 /// A geodesic of V(n, N) from a random frame, of unit speed.
 inline SceneDescription geodesic(Eigen::Index n, const std::vector<double>& inertia, unsigned seed,

@@ -21,8 +21,6 @@ namespace {
 
 constexpr double rotations = 100, wanted = 1e-8;
 
-std::vector<double> numbers(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
-
 class SceneMaker {
  public:
   SceneMaker(const std::string& system, unsigned seed, int largest_N)
