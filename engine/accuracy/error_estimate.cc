@@ -30,7 +30,8 @@ struct Measured {
 
   /// Returns the smaller of the two errors, at least `state_rounding`.
   double least() const {
-    return std::max(state_rounding, std::min(error.attitude.value_or(error.momentum), error.momentum));
+    return std::max(state_rounding,
+                    std::min(error.attitude.value_or(error.momentum), error.momentum));
   }
 };
 

@@ -57,7 +57,9 @@ void read_other_blocks(const Simulation& now, MotionState& state) {
 }  // namespace
 
 MotionState read_motion(const Scene& scene, const Simulation& now) {
-  const auto get = [&](const char* name) -> WideMatrix { return now.get(name).cast<long double>(); };
+  const auto get = [&](const char* name) -> WideMatrix {
+    return now.get(name).cast<long double>();
+  };
   MotionState state;
   for (const char* name : {"Q", "q"})
     if (const Field* field = field_of(now, name)) {

@@ -191,7 +191,8 @@ std::expected<double, Violations> dirac_bracket(const Scene& scene, const Simula
         "", scene.system(),
         "has no Dirac bracket; symmetric_rigid_body and symmetric_moser_veselov have one"});
   const auto check = [&](const std::string& field, const PairFactors& given) {
-    for (std::size_t k = 0; k < given.factors.size() && violations.size() < most_refused_factors; ++k) {
+    for (std::size_t k = 0; k < given.factors.size() && violations.size() < most_refused_factors;
+         ++k) {
       const auto& [A, B] = given.factors[k];
       for (const auto& [name, matrix] : {std::pair(".A", &A), std::pair(".B", &B)})
         if (matrix->rows() != N || matrix->cols() != N || !matrix->allFinite())

@@ -110,9 +110,9 @@ void steps(int repeats, int N, double duration) {
   }
 }
 
-
 Scene body(int N, const char* arithmetic) {
-  return testing::resolved(testing::description(testing::RandomBody(N, 1), 0.1, "variational", arithmetic));
+  return testing::resolved(
+      testing::description(testing::RandomBody(N, 1), 0.1, "variational", arithmetic));
 }
 
 Scene frame(int N) {

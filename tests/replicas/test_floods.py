@@ -19,7 +19,7 @@ from stiefel._wire import failures
 FLOODS = Path(__file__).parents[1] / "server/attack/floods.py"
 NAMES = ["continuations", "large_continuations", "resets", "metadata", "calls", "settings"]
 CONNECTIONS = 16 if LONG else 4
-SECONDS = 10 if LONG else 4
+SECONDS = 10 if LONG else 2
 SCENE = {"system": "rigid_body", "step": 0.05, "body": {"moments": [1, 2, 3], "angular_velocity": [0.1, 1, 0.2]}}
 MIB = 1 << 20
 

@@ -15,7 +15,7 @@ from conftest import LONG, long
 from use import Resumptions, Use
 
 COUNT = 20_000
-SECONDS = float(os.environ.get("STIEFEL_REPLICAS_SECONDS", "600" if LONG else "30"))  # of kills, one a second
+SECONDS = float(os.environ.get("STIEFEL_REPLICAS_SECONDS", "600" if LONG else "15"))  # of kills, one a second
 # Seconds from a failure to the next byte. The short form runs beside other tests, on a machine of any load.
 RESUMED = 2.0 if LONG else 20.0
 

@@ -19,7 +19,8 @@ constexpr double largest_error = 1e-30;
 template <class Series>
 std::function<MotionState(double)> motion(Series series, const SeriesStart<Quad>& start) {
   const Eigen::Index momentum_rows = series.momentum_rows();
-  const auto made = std::make_shared<TaylorMotion<Series>>(std::move(series), start.x, largest_error);
+  const auto made =
+      std::make_shared<TaylorMotion<Series>>(std::move(series), start.x, largest_error);
   return [=, as = start.reported](double t) {
     if (!made->go_to(t, [] { return false; })) throw std::runtime_error("the motion ends");
     return present(as, made->state(), momentum_rows);

@@ -164,8 +164,8 @@ bool thin(const Posed& p, const Nodes& fewer, const Nodes& nodes, std::vector<Pa
     const bool settled = relaxation.relax(coarse, most_refined);
     complete = complete && settled;
     Path path = relaxation.path();
-    if (!settled ||
-        std::ranges::any_of(seen, [&](const Path& other) { return distance(other, path) < same_path; }))
+    if (!settled || std::ranges::any_of(
+                        seen, [&](const Path& other) { return distance(other, path) < same_path; }))
       continue;
     start = moved(path, fewer, nodes);
     seen.push_back(std::move(path));

@@ -8,6 +8,7 @@
 #include "tests/support/linalg/quadruple.h"
 #include "tests/support/one_step.h"
 #include "tests/support/scenes/random_frame.h"
+#include "tests/support/scenes/random_matrices.h"
 #include "tests/support/scenes/random_scene.h"
 
 namespace stiefel {
@@ -43,14 +44,16 @@ Scene scene_of(const std::string& system, const std::string& method, int order,
 }
 
 /// Compares the tangent of a step with the step in quadruple precision, differentiated by
-/// differences whose error is 1e-29.
+/// differences whose error is 1e-29, in four random directions: a linear map that is another
+/// differs in one of them.
 template <class Map>
 void expect_derivative(const Scene& scene, const char* lower, Map map, const std::string& what) {
   const auto motion = make_simulation(scene);
   const auto coordinates = Linearization::make(scene, {}, *motion);
   ASSERT_TRUE(coordinates) << what;
-  const Dense basis = (*coordinates)->basis(*motion);
-  auto tangent = Linearization::make(scene, {basis, true, false, false}, *motion);
+  const Dense basis = (*coordinates)->basis(*motion),
+              directions = basis * testing::RandomMatrices<double>(5).matrix(basis.cols(), 4);
+  auto tangent = Linearization::make(scene, {directions, true, false, false}, *motion);
   ASSERT_TRUE(tangent) << what;
   const Eigen::Index rows = (*tangent)->rows(), cols = (*tangent)->cols();
   Dense x(rows, cols);
@@ -59,8 +62,8 @@ void expect_derivative(const Scene& scene, const char* lower, Map map, const std
   const Dense moved = (*tangent)->vectors(*motion);
   const auto phi = one_step(map);
   double worst = 0;
-  for (Eigen::Index k = 0; k < basis.cols(); ++k) {
-    const Dense u = basis.col(k).reshaped<Eigen::RowMajor>(rows, cols),
+  for (Eigen::Index k = 0; k < directions.cols(); ++k) {
+    const Dense u = directions.col(k).reshaped<Eigen::RowMajor>(rows, cols),
                 v = moved.col(k).reshaped<Eigen::RowMajor>(rows, cols);
     const auto exact =
         derivative<Quad>(phi, Matrix<Quad>(x.cast<Quad>()), Matrix<Quad>(u.cast<Quad>()));

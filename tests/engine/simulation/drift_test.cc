@@ -27,7 +27,7 @@ struct Worst {
   double largest() const { return std::max({energy, momentum, manakov}); }
 };
 
-constexpr int scene_count = testing::sanitized ? 4 : 32;
+constexpr int scene_count = testing::sanitized ? 4 : 16;
 
 /// A dimension, and the number of steps of the first decade, from which three others follow.
 struct Length {

@@ -22,7 +22,6 @@ using testing::RandomBody;
 using testing::resolved;
 using testing::saved;
 
-
 /// Bodies of h‖Ω‖ from a tenth of `step` to `step`.
 std::vector<SceneDescription> bodies(int count, const std::string& method, std::optional<int> order,
                                      const std::string& arithmetic, double step, bool frame,

@@ -127,10 +127,11 @@ TEST(Tradeoff, ExtrapolatesWhatTheBudgetDoesNotReach) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const int N = 3 + seed % 3;
     const auto scene = testing::description(RandomBody(N, seed), 0.25, "rk4");
-    const auto whole = measured_tradeoff(scene, 100, 5e10), part = measured_tradeoff(scene, 100,
-                                                                  N == 3   ? 1e8
-                                                                  : N == 4 ? 4e8
-                                                                           : 4e9);
+    const auto whole = measured_tradeoff(scene, 100, 5e10),
+               part = measured_tradeoff(scene, 100,
+                                        N == 3   ? 1e8
+                                        : N == 4 ? 4e8
+                                                 : 4e9);
     for (const auto& p : part.points) {
       EXPECT_EQ(p.extrapolated, p.measured_steps < 400 && p.error);
       if (!p.extrapolated) continue;

@@ -114,18 +114,17 @@ def test_members_take_three_times_their_request(serve):
         assert stub.Step(pb.StepRequest(session_id="many", to=2, fields=["quaternion"]), timeout=120).sample.step == 2
 
 
-@pytest.mark.parametrize("N, most", [(64, 100), (256, 400)])
-def test_a_hundred_streams_of_one_session_that_nobody_reads(serve, N, most):
+def test_a_hundred_streams_of_one_session_that_nobody_reads(serve):
     process = serve("--log-level", "off")
     idle = process.resident()
     with process.channel() as channel:
         stub = rpc.SimulationServiceStub(channel)
-        stub.CreateSession(creation("s", body(N)))
+        stub.CreateSession(creation("s", body(256)))
         unread = [stub.Stream(pb.StreamRequest(session_id="s", to=10**12)) for _ in range(100)]
         for stream in unread:
             next(stream)
         sizes = settled(process)
-        assert max(sizes) - idle < most * 10**6, [(size - idle) / 1e6 for size in sizes]
+        assert max(sizes) - idle < 400 * 10**6, [(size - idle) / 1e6 for size in sizes]
         for stream in unread:
             stream.cancel()
 

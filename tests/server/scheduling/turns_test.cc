@@ -50,7 +50,8 @@ struct Caller {
 };
 
 /// A call that has computed for `time`, without a place.
-std::unique_ptr<Caller> caller_after(Turns::Clock::duration time, Turns& turns, Turns::Share& share) {
+std::unique_ptr<Caller> caller_after(Turns::Clock::duration time, Turns& turns,
+                                     Turns::Share& share) {
   auto caller = std::make_unique<Caller>(turns, share);
   compute(time);
   caller->turn.pass();
