@@ -17,7 +17,7 @@ namespace {
 constexpr double accurate_enough = 0.25;
 /// Smaller errors are not distinguished: they are of the size of the rounding of a state to
 /// doubles.
-constexpr double state_rounding = 2e-15;
+constexpr double least_error = 2e-15;
 /// Least ratio of the work in quadruple precision to that in extended precision.
 constexpr double quadruple_over_extended = 12;
 
@@ -28,10 +28,9 @@ struct Measured {
   std::optional<double> angle;
   double reference_error;
 
-  /// Returns the smaller of the two errors, at least `state_rounding`.
+  /// Returns the smaller of the two errors, at least `least_error`.
   double least() const {
-    return std::max(state_rounding,
-                    std::min(error.attitude.value_or(error.momentum), error.momentum));
+    return std::max(least_error, std::min(error.attitude.value_or(error.momentum), error.momentum));
   }
 };
 

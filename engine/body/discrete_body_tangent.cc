@@ -8,6 +8,7 @@
 #include "engine/dense/decompositions.h"
 #include "engine/dense/inertia_operator.h"
 #include "engine/methods/symmetric_stages.h"
+#include "engine/motion/method_entry.h"
 #include "engine/numbers/dual.h"
 #include "stiefel/stop.h"
 
@@ -278,10 +279,9 @@ class DiscreteBodyTangent final : public TangentMap {
 }  // namespace
 
 std::unique_ptr<TangentMap> discrete_body_tangent(const Scene& scene, const TangentParameters& at) {
-  const bool modified = scene.method() == PreprocessedVariational::traits.name;
-  const int least =
-      (modified ? PreprocessedVariational::traits : Variational::traits).default_order;
-  const int order = scene.order() > 0 ? scene.order() : least;
+  const bool modified = scene.method() == method_name::preprocessed;
+  const MethodEntry* method = method_entry(scene.method());
+  const int order = scene.order() > 0 ? scene.order() : method ? method->traits.default_order : 2;
   if (modified)
     return std::make_unique<DiscreteBodyTangent<Step3<ModifiedJDInverse3<double, true>>>>(scene, at,
                                                                                           order);

@@ -33,7 +33,7 @@ class ExactBody final : public ClosedForm<Point> {
 }  // namespace
 
 bool is_exact_body(const Scene& scene) {
-  return scene.dimension() == 3 && scene.method() == Exact::traits.name;
+  return scene.dimension() == 3 && scene.method() == method_name::exact;
 }
 
 std::unique_ptr<Simulation> exact_body(const Scene& scene) {

@@ -1,10 +1,8 @@
 #pragma once
 
+#include "engine/dense/inertia_operator.h"
 #include "engine/dense/so_3.h"
-#include "engine/methods/exact.h"
-#include "engine/methods/preprocessed_variational.h"
-#include "engine/methods/rk4.h"
-#include "engine/methods/variational.h"
+#include "engine/methods/names.h"
 #include "engine/motion/tangent_map.h"
 
 namespace stiefel {
@@ -19,10 +17,10 @@ std::unique_ptr<TangentMap> exact_body_tangent(const Scene& scene, const Tangent
 
 /// Those of the methods that move bodies, and of the discrete body.
 inline constexpr MethodTangent tangents_of_bodies[] = {
-    {Exact::traits.name, exact_body_tangent, 3},
-    {Variational::traits.name, discrete_body_tangent},
-    {PreprocessedVariational::traits.name, discrete_body_tangent},
-    {Rk4::traits.name, rk4_body_tangent}};
+    {method_name::exact, exact_body_tangent, 3},
+    {method_name::variational, discrete_body_tangent},
+    {method_name::preprocessed, discrete_body_tangent},
+    {method_name::rk4, rk4_body_tangent}};
 inline constexpr MethodTangent tangents_of_maps[] = {{"", discrete_body_tangent}};
 
 /// Returns Q at a point of Observables that has a frame.
@@ -36,10 +34,8 @@ inline Eigen::MatrixXd in_body(const Eigen::MatrixXd& point, const Eigen::Vector
   const Eigen::Index N = point.cols() > 1 ? point.cols() : 3;
   Eigen::MatrixXd x = v.reshaped(v.size() / N, N);
   if (x.rows() > N) x.topRows(N) = (frame_at(point).transpose() * x.topRows(N)).eval();
-  for (Eigen::Index top = 0; top < x.rows(); top += N) {
-    auto block = x.middleRows(top, N);
-    block = ((block - block.transpose()) / 2).eval();
-  }
+  for (Eigen::Index top = 0; top < x.rows(); top += N)
+    x.middleRows(top, N) = skew_part(x.middleRows(top, N));
   return x;
 }
 /// Returns the vector of (η, δM).

@@ -35,8 +35,7 @@ WithinDomain<FormBlocks> write_discrete(const Phase& x, const ConversionTarget& 
   if (!x.square()) return outside(not_square(x.Q), "to");
   return representations::moser_veselov_pair.write(x, target, margins);
 }
-constexpr Representation discrete_representation = {
-    .square = false, .read = read_discrete, .write = write_discrete};
+constexpr Representation discrete_representation = {false, read_discrete, write_discrete};
 
 std::unique_ptr<Simulation> make_discrete_stiefel(const Scene& scene) {
   const Eigen::Index n = scene.Q().rows(), N = scene.dimension();

@@ -36,9 +36,8 @@ namespace stiefel {
 /// by (h²/24) tr(BKB), K = QΛ⁻¹Qᵀ, while (h‖Q̇‖)² λ_max/λ_min stays well below 1. With longer steps
 /// and chaotic motion it drifts.
 ///
-/// Internally Λ is divided by a power of two that makes the largest λ about 1, and h by
-/// the same number: the step depends only on the ratio Λ : h, and products of
-/// two λ then never overflow.
+/// Internally Λ is divided by a power of two that makes the largest λ about 1, and h by the same
+/// number: the step depends only on the ratio Λ : h, and products of two λ then never overflow.
 ///
 /// State: Q over S, 2n × N.
 template <class Scalar_>

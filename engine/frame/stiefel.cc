@@ -133,7 +133,7 @@ TangentSpace cotangent_of_frames(const Scene& scene) {
           [lambda = frames.lambda](const Dense& x) { return frames_by_inertia(lambda, x); }};
 }
 
-constexpr MethodTangent tangent_of_variational[] = {{Variational::traits.name, rattle_tangent}};
+constexpr MethodTangent tangent_of_variational[] = {{method_name::variational, rattle_tangent}};
 constexpr Tangents stiefel_tangents = {cotangent_of_frames, tangent_of_variational};
 
 }  // namespace

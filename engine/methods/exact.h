@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/methods/method.h"
+#include "engine/methods/names.h"
 
 namespace stiefel {
 
@@ -18,7 +19,7 @@ namespace stiefel {
 ///     V(n, N), Λ = λI                IsotropicGeodesic
 struct Exact {
   static constexpr MethodTraits traits = {
-      .name = "exact",
+      .name = method_name::exact,
       .summary = "closed form; in three dimensions Jacobi's elliptic functions",
       .source =
           "Jacobi 1849; Celledoni, Fasso, Safstrom and Zanna 2008; Edelman, Arias and Smith 1998",

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/methods/method.h"
+#include "engine/methods/names.h"
 
 namespace stiefel {
 
@@ -8,7 +9,7 @@ namespace stiefel {
 /// each at the cost of order 2: the Moser–Veselov map with modified moments of inertia.
 struct PreprocessedVariational {
   static constexpr MethodTraits traits = {
-      .name = "preprocessed_variational",
+      .name = method_name::preprocessed,
       .summary = "Moser-Veselov map with modified moments of inertia, N = 3",
       .source = "Hairer and Vilmart 2006",
       .file = "engine/methods/preprocessed_variational.h",

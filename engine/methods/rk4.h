@@ -2,6 +2,7 @@
 
 #include "engine/methods/concepts.h"
 #include "engine/methods/method.h"
+#include "engine/methods/names.h"
 
 namespace stiefel {
 
@@ -11,7 +12,7 @@ namespace stiefel {
 ///     x′ = x + h/6 (k1 + 2(k2 + k3) + k4).
 struct Rk4 {
   static constexpr MethodTraits traits = {
-      .name = "rk4",
+      .name = method_name::rk4,
       .summary = "classical Runge-Kutta",
       .source = "Kutta 1901",
       .file = "engine/methods/rk4.h",

@@ -8,6 +8,7 @@
 
 #include "engine/dense/continuation.h"
 #include "engine/methods/method.h"
+#include "engine/methods/names.h"
 #include "engine/methods/symmetric_stages.h"
 
 namespace stiefel {
@@ -16,7 +17,7 @@ namespace stiefel {
 /// N the two are the same map. The orders 4, 6 and 8 are symmetric compositions of it.
 struct Variational {
   static constexpr MethodTraits traits = {
-      .name = "variational",
+      .name = method_name::variational,
       .summary = "discrete variational principle; at n = N the Moser-Veselov map",
       .source = "[RB] (4.5), Moser and Veselov 1991; Andersen 1983; Suzuki 1990, Kahan and Li 1997",
       .file = "engine/methods/variational.h",

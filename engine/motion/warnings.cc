@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "engine/dense/so_3.h"
-#include "engine/methods/exact.h"
+#include "engine/methods/names.h"
 #include "engine/motion/body_view.h"
 #include "engine/motion/given_members.h"
 #include "engine/motion/step_weight.h"
@@ -68,7 +68,7 @@ class Warnings {
  public:
   /// Takes a scene, or the first member of an ensemble.
   explicit Warnings(const Scene& scene)
-      : step_(scene.step()), exact_(scene.method() == Exact::traits.name) {
+      : step_(scene.step()), exact_(scene.method() == method_name::exact) {
     const SystemEntry& entry = *system_entry(scene.system());
     const bool keeps = exact_ && scene.members().empty();
     if (entry.rates && !entry.info.discrete && scene.dimension() == 3 && !keeps)

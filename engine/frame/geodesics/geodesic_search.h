@@ -121,8 +121,7 @@ class FrameSpan {
 /// (Edelman, Arias and Smith 1998). An iteration takes the miss at t = 1 back to t = 0 by
 /// projections onto the tangent spaces at t = 1, 3/4, 1/2, 1/4 and 0 and subtracts it from (A, B)
 /// (Zimmermann and Hüper 2022, "p-shooting"), and Anderson's method accelerates the iterations. It
-/// takes 6 to 16 of them for lengths up to 0.8 π, and its work is proportional to
-/// Nn² + (n + p)³.
+/// takes 6 to 16 of them for lengths up to 0.8 π, and its work is proportional to Nn² + (n + p)³.
 ///
 /// Where the length is not within a proved bound of the injectivity radius, it also searches from
 /// Q_T to Q_0, and where one of the two does not converge, shortens a broken geodesic: so the

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/dense/decompositions.h"
+#include "engine/dense/inertia_operator.h"
 #include "engine/dense/orthogonal.h"
 
 namespace stiefel {
@@ -14,8 +15,7 @@ namespace stiefel {
 ///     Y(t) = [Y K] exp(tW) [I; 0] e^{(1−2β)tA},   Ẏ(t) = [Y K] exp(tW) [A; R] e^{(1−2β)tA},
 ///     W = [[2βA, −Rᵀ], [R, 0]].
 ///
-/// β = 1 is Λ = λI.
-/// Costs O(Nn² + n³). States are Q over S = λQ̇.
+/// β = 1 is Λ = λI. Costs O(Nn² + n³). States are Q over S = λQ̇.
 template <class Scalar>
 class IsotropicGeodesic {
  public:
@@ -47,13 +47,12 @@ class IsotropicGeodesic {
         YK_(completed(Y, H)),
         AR_(YK_.transpose() * H),
         by_W_(W(n_, AR_, beta)),
-        by_A_(skew(AR_.topRows(n_))),
+        by_A_(skew_part(AR_.topRows(n_))),
         turned_(YK_),
         product_(Y),
         AR_back_(AR_),
         x_(2 * n_, Y.rows()) {}
 
-  static Matrix<Scalar> skew(const Matrix<Scalar>& A) { return (A - A.transpose()) / 2; }
   /// Returns [Y K], with K from the QR factors of [Y H].
   static Matrix<Scalar> completed(const Matrix<Scalar>& Y, const Matrix<Scalar>& H) {
     const Eigen::Index N = Y.rows(), n = Y.cols(), k = std::min(n, N - n);
@@ -66,7 +65,7 @@ class IsotropicGeodesic {
   static Matrix<Scalar> W(Eigen::Index n, const Matrix<Scalar>& AR, Scalar beta) {
     const Eigen::Index k = AR.rows() - n;
     Matrix<Scalar> W = Matrix<Scalar>::Zero(n + k, n + k);
-    W.topLeftCorner(n, n) = 2 * beta * skew(AR.topRows(n));
+    W.topLeftCorner(n, n) = 2 * beta * skew_part(AR.topRows(n));
     W.bottomLeftCorner(k, n) = AR.bottomRows(k);
     W.topRightCorner(n, k) = -AR.bottomRows(k).transpose();
     return W;

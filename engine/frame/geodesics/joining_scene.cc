@@ -5,7 +5,7 @@
 
 #include "engine/frame/geodesics/isotropic_geodesic.h"
 #include "engine/frame/stiefel.h"
-#include "engine/methods/variational.h"
+#include "engine/methods/names.h"
 #include "engine/motion/representation.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/simulation.h"
@@ -53,7 +53,7 @@ std::expected<JoiningScene, ConnectRefusal> discrete(const TwoPointProblem& prob
                                                      bool with_scene) {
   const auto answer = connect(problem, steps);
   if (!answer) return std::unexpected(answer.error());
-  auto scene = scene_of(problem, *answer, answer->Q[0], {Variational::traits.name, 2, 1, ""},
+  auto scene = scene_of(problem, *answer, answer->Q[0], {method_name::variational, 2, 1, ""},
                         problem.time / steps);
   if (!scene) return std::unexpected(std::move(scene.error()));
   JoiningScene out{
@@ -74,7 +74,7 @@ std::expected<JoiningScene, ConnectRefusal> continuous(const TwoPointProblem& pr
     const double wanted = std::ceil(answer->Qdot.norm() * step / turn_per_step);
     const int substeps = static_cast<int>(std::clamp(wanted, 1.0, 1e6));
     auto scene =
-        scene_of(problem, *answer, answer->Q, {Variational::traits.name, 8, substeps, ""}, step);
+        scene_of(problem, *answer, answer->Q, {method_name::variational, 8, substeps, ""}, step);
     if (!scene) return std::unexpected(scene.error());
     out.trajectory = followed(*scene, samples, problem.stop);
     if (with_scene) out.scene = *std::move(scene);

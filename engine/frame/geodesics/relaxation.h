@@ -48,8 +48,7 @@ Eigen::VectorXd defects(const Path& path, const Nodes& nodes);
 /// N. By Sylvester's law the Hessian is positive along the frames if and only if their matrix M = C
 /// H⁻¹ Cᵀ has as many negative eigenvalues as all H_j together. With the positive eigenvalues alone
 /// M is LLᵀ, so that M = L(I − YYᵀ)Lᵀ with a column of Y for each negative one, and it is positive
-/// if and only if YᵀY − I is. The work is O(N (Kn)² (K + n) n +
-/// (Kn²)³).
+/// if and only if YᵀY − I is. The work is O(N (Kn)² (K + n) n + (Kn²)³).
 ///
 /// More than `most_dense` equations are solved by conjugate gradients, an iteration at O(N (Kn)²),
 /// with S ⊗ I as the preconditioner; the shift then makes every H_j positive.
