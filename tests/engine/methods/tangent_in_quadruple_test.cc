@@ -44,8 +44,8 @@ Scene scene_of(const std::string& system, const std::string& method, int order,
 }
 
 /// Compares the tangent of a step with the step in quadruple precision, differentiated by
-/// differences whose error is 1e-29, in four random directions: a linear map that is another
-/// differs in one of them.
+/// differences whose error is 1e-29, in four random directions: a wrong linear map differs from
+/// the right one in almost every direction.
 template <class Map>
 void expect_derivative(const Scene& scene, const char* lower, Map map, const std::string& what) {
   const auto motion = make_simulation(scene);
