@@ -109,19 +109,18 @@ class Step3 {
     X = 2 * (x.value(0) * v + v * v);
     U_ = Square::Identity() + X;
     const Square A = lambda_.asDiagonal() * U_;
-    lu_.compute(A.trace() * Square::Identity() - A);
+    of_upsilon_ = A.trace() * Square::Identity() - A;
   }
 
   void differential(const Square& X, const Square& K, Square& dU, Square& S) {
-    const Square upsilon = hat(lu_.solve(U_.transpose() * vee(K)));
+    const Square upsilon = hat(solve_3(of_upsilon_, U_.transpose() * vee(K)));
     dU = U_ * upsilon;
     S = symmetric_part(Square(X * upsilon));
   }
 
  private:
   Eigen::Vector3d lambda_;
-  Square U_;
-  Eigen::PartialPivLU<Square> lu_;
+  Square U_, of_upsilon_;  ///< U, tr A − A
 };
 
 /// Sets Λ and its derivatives to those of the modified moments J, functions of the m at the start,

@@ -2,7 +2,7 @@
 
 #include "engine/dense/inertia_operator.h"
 #include "engine/dense/so_3.h"
-#include "engine/methods/names.h"
+#include "engine/methods/method.h"
 #include "engine/motion/tangent_map.h"
 
 namespace stiefel {

@@ -41,6 +41,10 @@ Matrix<double> repaired(const Matrix<double>& Q) {
 
 double determinant(const Matrix<double>& A) { return A.determinant(); }
 
+Eigen::Vector3d solve_3(const Eigen::Matrix3d& A, const Eigen::Vector3d& b) {
+  return A.partialPivLu().solve(b);
+}
+
 SymmetricEigen symmetric_eigen(const Matrix<double>& A) {
   stop_point();
   const Eigen::SelfAdjointEigenSolver<Matrix<double>> solver(A);

@@ -36,6 +36,9 @@ class Lu {
 
 double determinant(const Matrix<double>& A);
 
+/// Returns A⁻¹b of a 3 × 3 matrix.
+Eigen::Vector3d solve_3(const Eigen::Matrix3d& A, const Eigen::Vector3d& b);
+
 /// Replaces the lower triangle of a symmetric A, of which it reads nothing else, by that of L, A =
 /// LLᵀ. Returns false, with A lost, where A is not positive definite. For double, long double and
 /// Quad.

@@ -6,7 +6,6 @@
 #include <span>
 
 #include "engine/methods/method.h"
-#include "engine/methods/names.h"
 
 namespace stiefel {
 

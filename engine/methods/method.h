@@ -12,6 +12,12 @@
 
 namespace stiefel {
 
+/// The names of methods that others ask for: a change of a method then compiles its steps alone.
+namespace method_name {
+inline constexpr const char *exact = "exact", *preprocessed = "preprocessed_variational",
+                            *rk4 = "rk4", *variational = "variational";
+}
+
 /// What a system says of itself to a method, as values. A general method
 /// decides by these whether it applies to a system, and what it does to an invariant, without being
 /// compiled for that system. A null pointer means that the system says nothing.

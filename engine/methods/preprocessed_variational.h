@@ -1,7 +1,6 @@
 #pragma once
 
 #include "engine/methods/method.h"
-#include "engine/methods/names.h"
 
 namespace stiefel {
 

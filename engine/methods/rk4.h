@@ -2,7 +2,6 @@
 
 #include "engine/methods/concepts.h"
 #include "engine/methods/method.h"
-#include "engine/methods/names.h"
 
 namespace stiefel {
 

@@ -8,7 +8,6 @@
 
 #include "engine/dense/continuation.h"
 #include "engine/methods/method.h"
-#include "engine/methods/names.h"
 #include "engine/methods/symmetric_stages.h"
 
 namespace stiefel {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "engine/dense/so_3.h"
-#include "engine/methods/names.h"
+#include "engine/methods/method.h"
 #include "engine/motion/body_view.h"
 #include "engine/motion/given_members.h"
 #include "engine/motion/step_weight.h"

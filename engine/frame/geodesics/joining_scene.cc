@@ -5,7 +5,7 @@
 
 #include "engine/frame/geodesics/isotropic_geodesic.h"
 #include "engine/frame/stiefel.h"
-#include "engine/methods/names.h"
+#include "engine/methods/method.h"
 #include "engine/motion/representation.h"
 #include "engine/numbers/to_text.h"
 #include "stiefel/simulation.h"
