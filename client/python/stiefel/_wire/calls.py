@@ -132,10 +132,12 @@ class Calls:
             self._checkpoint = step, checkpoint
 
     def checkpoint_every(self) -> int:
-        """Returns how many steps of a stream lie between two checkpoints: about a second of work. 0 for none."""
+        """Returns how many steps of a stream lie between two checkpoints: about a second of one core's work, or eight for an
+        ensemble, whose members the cores share and whose checkpoints are large. 0 for none."""
         if self._scene is None or self._step_work <= 0:
             return 0
-        return max(1, round(min(WORK_BETWEEN_CHECKPOINTS / self._step_work, 2.0**53)))
+        work = WORK_BETWEEN_CHECKPOINTS * (8 if self._scene.members else 1)
+        return max(1, round(min(work / self._step_work, 2.0**53)))
 
     def wants_checkpoint(self, to: int) -> bool:
         """Returns whether neither step 0 nor the kept checkpoint lies within the `checkpoint_every()` steps before `to`,
