@@ -159,22 +159,18 @@ class FlatBodies3 final : public FlatBodies {
         reports_(like_),
         saved_(first().saved_size()),
         bodies_(size()) {
-    constexpr std::size_t portion = 256;
-    constexpr double of_member = 200;  // nanoseconds
-    std::vector<std::size_t> starts;
-    for (std::size_t b = 0; b < size(); b += portion) starts.push_back(b);
+    const double nanoseconds = 200 * static_cast<double>(size());
     std::vector<char> packable(size());
     const bool exact = is_exact_body(like_);
-    for_each_in_parallel(
-        std::span(starts), of_member * static_cast<double>(size()), [&](std::size_t from) {
-          GivenMembers given(ensemble().description(), like_);
-          for (std::size_t b = from; b < std::min(from + portion, size()); ++b) {
-            stop_point();
-            const auto found = given.any() ? given[b] : std::nullopt;
-            bodies_[b] = Reported3(found ? *found : body_3(ensemble().members()[b]));
-            packable[b] = exact || stays_normal(like_, bodies_[b].lambda, hat(bodies_[b].m));
-          }
-        });
+    in_ranges(std::ssize(bodies_), 256, nanoseconds, [&](auto from, auto end) {
+      GivenMembers given(ensemble().description(), like_);
+      for (auto b = static_cast<std::size_t>(from); b < static_cast<std::size_t>(end); ++b) {
+        stop_point();
+        const auto found = given.any() ? given[b] : std::nullopt;
+        bodies_[b] = Reported3(found ? *found : body_3(ensemble().members()[b]));
+        packable[b] = exact || stays_normal(like_, bodies_[b].lambda, hat(bodies_[b].m));
+      }
+    });
     std::vector<std::size_t> together;
     for (std::size_t b = 0; b < size(); ++b)
       if (packable[b]) together.push_back(b);
@@ -300,11 +296,14 @@ BodiesSideBySide<Scalar> side_by_side(const Scene& like, std::span<const PackedB
   if (packing == Packing::vector_field) {
     out.lambda = in_lanes<typename decltype(out.lambda)::value_type>(bodies, lanes, lambda);
   } else if (packing == Packing::modified_inertia) {
+    std::optional<ModifiedJDInverse3<Scalar, false>> inverse;  // of consecutive bodies with one λ
+    const PackedBody* before = nullptr;
     out.stages_3.push_back(
         in_lanes<DiscreteInertia3<Scalar>>(bodies, lanes, [&](const PackedBody& body) {
-          const ModifiedJDInverse3<Scalar, false> inverse(lambda(body).template head<3>(), h,
-                                                          like.order());
-          return inverse.memory(rounded_to<Scalar>(body.m));
+          if (!before || before->lambda != body.lambda)
+            inverse.emplace(lambda(body).template head<3>(), h, like.order());
+          before = &body;
+          return inverse->memory(rounded_to<Scalar>(body.m));
         }));
   } else {
     for (const Scalar gamma : symmetric_stages<Scalar>(std::max(like.order(), 2)))

@@ -140,8 +140,8 @@ void modify(const TangentParameters& given, int order, const Eigen::Vector3d& m,
       }
       h.d[k] = given.by_h(first + k);
     }
-    const Vector3<Wide> of_J =
-        ModifiedSeries<Wide>(PrincipalMoments3<Wide>(lambda), wide_m, order)(h).lambda();
+    const BodyOfSeries<Wide> body{PrincipalMoments3<Wide>(lambda)};
+    const Vector3<Wide> of_J = ModifiedSeries<Wide>(body, wide_m, order)(h).lambda();
     at.lambda = values_of(of_J).cast<double>();
     for (int k = 0; k < width; ++k) at.by_lambda.col(first + k) = lane_of(of_J, k).cast<double>();
   }

@@ -43,6 +43,22 @@ Scalar polynomial(const PowerSeries<Scalar>& a, const Scalar& x) {
   return sum;
 }
 
+/// A body in units of the sum of its moments, with what the series of all its motions share.
+template <class Scalar>
+struct BodyOfSeries {
+  Scalar unit;
+  Vector3<Scalar> moments, differences;
+  Vector3<Scalar> over_I, products, a;  ///< 1/I_1, I_2I_3, a_1 = 1/I_3 − 1/I_2, and cyclic
+
+  explicit BodyOfSeries(const PrincipalMoments3<Scalar>& body)
+      : unit(body.moments.sum()),
+        moments(body.moments / unit),
+        differences(body.differences / unit),
+        over_I(moments.cwiseInverse()),
+        products(cyclic_product<Scalar>(moments, moments)),
+        a(differences.cwiseQuotient(products)) {}
+};
+
 /// The free motion of a body in three dimensions as power series in time about the state at t = 0.
 /// With τ = t², p_i = m_i(0)² and a_1 = 1/I_3 − 1/I_2, cyclic,
 ///
@@ -64,9 +80,8 @@ struct MotionSeries {
   Series e;
 
   /// Computes the first `terms` coefficients from the squares p of the momenta.
-  MotionSeries(const PrincipalMoments3<Scalar>& body, const Vec& p, Eigen::Index terms) {
-    const Vec& I = body.moments;
-    const Vec a = body.differences.cwiseQuotient(cyclic_product<Scalar>(I, I));
+  MotionSeries(const BodyOfSeries<Scalar>& body, const Vec& p, Eigen::Index terms) {
+    const Vec &I = body.moments, &a = body.a;
     const Vec p_over_I = p.cwiseQuotient(I);
     // p_j a_l/I_l and p_l a_j/I_j for (i, j, l) = (1, 2, 3) and cyclic
     const Vec of_j = cyclic_product<Scalar>(p, a).cwiseQuotient(Vec(I(2), I(0), I(1))),
@@ -118,13 +133,10 @@ class ModifiedSeries {
  public:
   using Vec = Vector3<Wide>;
 
-  /// Computes the series for the motion through m.
-  ModifiedSeries(const PrincipalMoments3<Wide>& body, const Vec& m, int order)
-      : unit_(body.moments.sum()),
-        momentum_(m.cwiseAbs().maxCoeff()),
-        body_(body.moments / unit_, body.differences / unit_) {
-    const bool rests = !(momentum_ > Wide(0));
-    const Vec p = rests ? Vec(Vec::Zero()) : Vec((m / momentum_).cwiseAbs2());
+  /// Computes the series for the motion through m. The body must outlive them.
+  ModifiedSeries(const BodyOfSeries<Wide>& body, const Vec& m, int order)
+      : momentum_(m.cwiseAbs().maxCoeff()), body_(body) {
+    const Vec p = momentum_ > Wide(0) ? Vec((m / momentum_).cwiseAbs2()) : Vec(Vec::Zero());
     const auto [f, b, c, e] = MotionSeries<Wide>(body_, p, static_cast<Eigen::Index>(order / 2));
     int i = 0;  // the axis with the smallest 1/I_i, for which d has the least cancellation
     body_.moments.maxCoeff(&i);
@@ -136,19 +148,17 @@ class ModifiedSeries {
 
   /// Returns J for the step h.
   PrincipalMoments3<Wide> operator()(const Wide& h) const {
-    const Vec& I = body_.moments;
-    const Wide t = h * momentum_ / (2 * unit_);
+    const Wide t = h * momentum_ / (2 * body_.unit);
     const Wide s = polynomial(s_, Wide(t * t)), d = polynomial(d_, Wide(t * t));
-    const Vec J = (s * I.cwiseInverse().array() + d).inverse();
+    const Vec J = (s * body_.over_I.array() + d).inverse(), JJ = cyclic_product<Wide>(J, J);
     // J₂ − J₃ = J₂J₃(1/J₃ − 1/J₂) without cancellation
-    const Vec dJ = s * body_.differences.cwiseProduct(cyclic_product<Wide>(J, J))
-                           .cwiseQuotient(cyclic_product<Wide>(I, I));
-    return {unit_ * J, unit_ * dJ};
+    const Vec dJ = s * body_.differences.cwiseProduct(JJ).cwiseQuotient(body_.products);
+    return {body_.unit * J, body_.unit * dJ};
   }
 
  private:
-  Wide unit_, momentum_;  ///< units of the moments and of m
-  PrincipalMoments3<Wide> body_;
+  Wide momentum_;  ///< unit of m
+  const BodyOfSeries<Wide>& body_;
   PowerSeries<Wide> s_, d_;  ///< power series in t²
 };
 

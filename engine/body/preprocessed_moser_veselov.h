@@ -16,7 +16,7 @@ class ModifiedJDInverse3 {
   struct Memory : DiscreteInertia3<Scalar>, NoMemory {};
 
   ModifiedJDInverse3(const Vector<Scalar>& lambda, Scalar h, int order, bool moves_frame = true)
-      : h_(h), order_(order), body_moments_(lambda), body_(moves_frame) {}
+      : h_(h), order_(order), given_(lambda), of_series_(given_), body_(moves_frame) {}
 
   /// Returns the J of the motion through x. Marks J as not positive where the branch of U from the
   /// identity ends at a shorter step t·h, t < 1: J(t·h) varies with t, and a U beyond a gap without
@@ -26,7 +26,8 @@ class ModifiedJDInverse3 {
   Memory memory(const Point& x) const {
     const Series series = through(x);
     Memory whole = at(series, 1);
-    if (turn(x) <= 1) return whole;
+    if ((h_ / of_series_.unit * m(x).cwiseProduct(of_series_.over_I)).squaredNorm() <= 1)
+      return whole;  // h|ω| ≤ 1
     Body body;
     const State first(x, Arithmetic::plain);
     const auto solve = [&](double t) { return body.continue_to(first, at(series, t)); };
@@ -49,7 +50,7 @@ class ModifiedJDInverse3 {
   using Series = ModifiedSeries<Wide>;
 
   static Vector3<Wide> m(const Point& x) { return x.template tail<3>().template cast<Wide>(); }
-  Series through(const Point& x) const { return Series(body_moments_, m(x), order_); }
+  Series through(const Point& x) const { return Series(of_series_, m(x), order_); }
   Memory at(const Series& series, double t) const {
     const Scalar h = static_cast<Scalar>(t) * h_;
     return {{series(h), h}, {}};
@@ -57,12 +58,13 @@ class ModifiedJDInverse3 {
   /// Returns h|ω|.
   double turn(const Point& x) const {
     using std::abs;
-    return static_cast<double>(abs(h_) * m(x).cwiseQuotient(body_moments_.moments).norm());
+    return static_cast<double>(abs(h_) * m(x).cwiseQuotient(given_.moments).norm());
   }
 
   Scalar h_;
   int order_;
-  PrincipalMoments3<Wide> body_moments_;
+  PrincipalMoments3<Wide> given_;
+  BodyOfSeries<Wide> of_series_;
   Body body_;
 };
 

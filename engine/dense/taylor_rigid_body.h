@@ -80,8 +80,6 @@ class TaylorRigidBody {
   Eigen::Index N_;
   Matrix<Scalar> xi_, Y_;
 };
-template <class Scalar>
-using TaylorParametricRigidBody = TaylorRigidBody<Scalar, true>;
 
 // Compiled once, in body_references.cc.
 extern template class TaylorRigidBody<long double>;

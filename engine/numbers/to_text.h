@@ -14,17 +14,15 @@ inline std::string to_text(double x) {
 }
 
 /// Rounds a number to `digits` significant digits: to_text(2 / 3., 2) is "0.67".
-inline std::string to_text(double x, int digits) {
+inline std::string to_text(double x, int digits,
+                           std::chars_format format = std::chars_format::general) {
   char text[64];
-  return {text, std::to_chars(text, text + sizeof text, x, std::chars_format::general, digits).ptr};
+  return {text, std::to_chars(text, text + sizeof text, x, format, digits).ptr};
 }
 
 /// Writes a number with `digits` ≤ 50 significant digits and always an exponent: "2.1e-09".
 inline std::string scientific_text(double x, int digits) {
-  char text[64];
-  return {
-      text,
-      std::to_chars(text, text + sizeof text, x, std::chars_format::scientific, digits - 1).ptr};
+  return to_text(x, digits - 1, std::chars_format::scientific);
 }
 
 /// Writes a number with two significant digits: "2.1e-09".

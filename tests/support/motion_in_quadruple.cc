@@ -36,7 +36,7 @@ std::function<MotionState(double)> motion_in_quadruple(const Scene& scene) {
   if (motion_of.equations == &body_equations)
     return motion(TaylorRigidBody<Quad>(start.lambda, order), start);
   if (motion_of.equations == &parametric_equations)
-    return motion(TaylorParametricRigidBody<Quad>(start.lambda, start.mu, order), start);
+    return motion(TaylorRigidBody<Quad, true>(start.lambda, start.mu, order), start);
   if (motion_of.equations == &frame_equations)
     return motion(TaylorStiefel<Quad>(start.lambda, start.x.rows() / 2, order), start);
   if (motion_of.equations == &double_bracket_equations)

@@ -77,7 +77,7 @@ TEST(PreprocessedVariational, HasThePublishedSeries) {
     for (const int order : {4, 6, 8, 10}) {
       const auto published = testing::PrintedSeries<Quad>(I, order).inverse(m, h);
       for (const Vector3<Quad>& point : {m, later}) {
-        const auto J = ModifiedSeries<Quad>(I, point, order)(h);
+        const auto J = ModifiedSeries<Quad>(BodyOfSeries<Quad>(I), point, order)(h);
         EXPECT_LT(
             static_cast<double>((J.moments.cwiseProduct(published).array() - 1).abs().maxCoeff()),
             1e-31);
@@ -97,8 +97,9 @@ TEST(PreprocessedVariational, ConvergesToExactSteps) {
     const PrincipalMoments3<Quad> I(start.lambda);
     const Vector3<Quad> m = start.x.tail<3>();
     const Quad h = Quad(0.5) / m.cwiseQuotient(I.moments).norm();
-    const auto twenty = ModifiedSeries<Quad>(I, m, 40)(h),
-               twice = ModifiedSeries<Quad>(I, m, 80)(h);
+    const BodyOfSeries<Quad> of_series(I);
+    const auto twenty = ModifiedSeries<Quad>(of_series, m, 40)(h),
+               twice = ModifiedSeries<Quad>(of_series, m, 80)(h);
     EXPECT_LT(static_cast<double>((twenty.moments - twice.moments).norm()), 1e-20);
     DiscreteBody3<Quad, true> body;
     Accumulator<Body::State> x(start.x, Arithmetic::compensated);

@@ -98,8 +98,8 @@ TEST(TaylorMotion, OfTheParametricRigidBodyIsThePrintedOne) {
       // Off the manifold on which M is skew, too.
       Matrix<Quad> start(2 * N, N);
       start << random.frame(N, N), random.frame(N, N) + random.matrix(N, N) / 20;
-      expect_the_flow(TaylorParametricRigidBody<Quad>(lambda, mu, taylor_order(1e-30)), printed,
-                      start, [&](const Matrix<Quad>& x) {
+      expect_the_flow(TaylorRigidBody<Quad, true>(lambda, mu, taylor_order(1e-30)), printed, start,
+                      [&](const Matrix<Quad>& x) {
                         Matrix<Quad> made(2 * N, N);
                         made << x.topRows(N), printed.M(x);
                         made.bottomRows(N).diagonal() += Quad(mu) * lambda.cwiseAbs2();
