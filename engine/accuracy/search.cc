@@ -82,9 +82,9 @@ std::optional<Point> PointSearch::next(const RunBounds& bounds, double times) {
       curves_.erase(curve);
       continue;
     }
-    // A tighter tolerance may not change the steps yet.
+    // A tighter tolerance may not change the steps yet, or not those of a run that ended early.
     const bool another = point->cost != std::exchange(curve->cost, point->cost);
-    if (another) {
+    if (another && (!curve->candidate.own_steps || point->run.steps >= bounds.to)) {
       auto course = point->run.course();
       const bool useful = is_useful(curve->course, course);
       curve->useless = useful ? 0 : curve->useless + 1;
