@@ -176,7 +176,7 @@ int main(int, char** argv) {
     compare(beginning(members, {name, {}, {}, ""}), repeats);
   compare(steps_of_ensemble(members, {"rk4", {}, {}, "plain"}), repeats);
   compare(steps_of_ensemble(members, {"variational", 2, {}, "compensated"}), repeats);
-  for (const int N : {largest / 2, largest})
+  for (const int N : {largest / 4, largest / 2, largest})
     for (const double h_omega : {0.05, 0.2}) compare(steps_of_body(N, h_omega), repeats);
   for (const int N : {columns / 5, columns}) compare_with_copying(N, repeats);
 }

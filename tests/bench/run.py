@@ -65,7 +65,7 @@ def measure(build: Path, counts: dict[str, float]) -> list[dict]:
     run("steps", repeats, counts["seconds"], counts["largest"])
     run("large", repeats, counts["largest"], counts["seconds"])
     run("large", "cores", repeats, counts["largest"], min(counts["columns"], 1_000_000), 10 * counts["seconds"])
-    run("cores", min(repeats, 3), min(counts["members"], 48_000), 2 * counts["largest"], min(counts["columns"], 1_000_000))
+    run("cores", min(repeats, 3), min(counts["members"], 48_000), 4 * counts["largest"], min(counts["columns"], 1_000_000))
     largest, columns = counts["largest"], min(counts["columns"], 200_000)
     for size in ((largest, 0.05), (largest, 0.2), (2 * largest, 0.2), ("frames", columns)):
         run("divided", *size, 20, 2, 4, 8, 16)

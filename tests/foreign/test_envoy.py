@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import os
 import re
 import shutil
@@ -108,8 +109,9 @@ def test_the_lines_of_the_documentation(envoy: Proxy) -> None:
     replies = [json.loads(one) for one in done.stdout.split("---\n") if one.strip()]
     assert len(replies) == len(lines)
     said = dict(zip(lines, replies))
-    assert said["Describe"]["limits"]["max_dimension"] == 512
+    assert said["Describe"]["limits"]["max_dimension"] == 1024
     assert said["CreateSession"]["created"] and said["ForkSession"]["created"]
     assert said["Step"]["sample"]["step"] == "100" and said["Step"]["run_status"] == {"outcome": "OUTCOME_REACHED"}
     assert said["Diagnose"]["invariants"][0]["drift"] < 1e-12
+    assert said["Convert"]["blocks"][0]["name"] == "Q" and abs(said["ConjugatePoints"]["points"][0]["time"] - math.pi) < 1e-9
     assert len(said["Stream"][0]["steps"]) > 0

@@ -78,7 +78,7 @@ class Members;
 class Scene {
  public:
   /// Largest N where n = N, and largest n.
-  static constexpr int max_dimension = 512;
+  static constexpr int max_dimension = 1024;
   /// Largest n·N where n < N.
   static constexpr int max_elements = 1 << 24;
   /// Largest number of members of an ensemble.
