@@ -11,11 +11,11 @@ namespace stiefel::server {
 namespace {
 
 /// Returns the initial number of steps between two checkpoints: a millisecond of work, more if the
-/// states are large, so that a second of one core's work fills at most 16 MB with checkpoints. The
-/// members of an ensemble are divided among cores, but a checkpoint is written by one: 2 MB.
-std::int64_t first_spacing(double step_cost, std::size_t bytes, bool ensemble) {
-  const double bytes_a_nanosecond = (ensemble ? 2e6 : 16e6) / 1e9;
-  constexpr double least_nanoseconds = 1e6;
+/// states are large, so that a second of one core's work fills at most 16 MB with checkpoints, or 2
+/// MB where all cores share a step: one of them writes a checkpoint.
+std::int64_t first_spacing(double step_cost, std::size_t bytes) {
+  constexpr double least_nanoseconds = 1e6, of_shared_step = 1e5;
+  const double bytes_a_nanosecond = (step_cost < of_shared_step ? 16e6 : 2e6) / 1e9;
   const double work = std::max(least_nanoseconds, static_cast<double>(bytes) / bytes_a_nanosecond);
   return static_cast<std::int64_t>(
       std::bit_floor(static_cast<std::uint64_t>(std::max(work / std::max(step_cost, 1.0), 1.0))));
@@ -133,8 +133,7 @@ Session::Session(Scene scene, MemoryBudget& memory)
     set_work(members.front(), members.size(), rate);
   }
   default_fields_ = stiefel::default_fields(scene_, fields(), outline_.block_count);
-  checkpoints_ = Checkpoints(
-      first_spacing(step_cost(), saved_size() * sizeof(double), !members.empty()));
+  checkpoints_ = Checkpoints(first_spacing(step_cost(), saved_size() * sizeof(double)));
   spacing_ = checkpoints_.spacing();
   if (!simulation) return;
   checkpoints_.put(0, save(*simulation, {memory, state_bytes(saved_size())}));

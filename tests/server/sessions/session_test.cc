@@ -155,6 +155,7 @@ TEST(Session, LargeStatesAreKeptMoreRarely) {
   for (const int N : {3, 8, 64})
     EXPECT_LE(rate(*session_of({.dimension = N})), 32e6)
         << N << ": twice what is meant, as the spacing is a power of two";
+  EXPECT_LE(rate(*session_of({.dimension = 128})), 4e6) << "the cores share a step";
   EXPECT_LE(rate(*session_of_many(20'000)), 4e6);
 }
 

@@ -21,6 +21,7 @@ from stiefel.errors import BuildChanged, DeadlineExceeded, NotFound, StiefelErro
 ATTEMPTS = 6  #: at a server that was never reached, or has too much at once
 TOLD_AFTER = 3.0  #: seconds of pauses, after which stderr is told
 WORK_PER_SECOND = WORK_BETWEEN_CHECKPOINTS = 5e9  #: units of work (instructions) that a core does in a second
+SHARED_WORK = 5e5  #: of a step that a server divides among its cores
 T = TypeVar("T")
 _ROUTABLE = re.compile(r"[A-Za-z0-9._-]{1,128}")
 
@@ -132,11 +133,11 @@ class Calls:
             self._checkpoint = step, checkpoint
 
     def checkpoint_every(self) -> int:
-        """Returns how many steps of a stream lie between two checkpoints: about a second of one core's work, or eight for an
-        ensemble, whose members the cores share and whose checkpoints are large. 0 for none."""
+        """Returns how many steps of a stream lie between two checkpoints: about a second of one core's work, or eight where the
+        cores share a step, because its checkpoints are large. 0 for none."""
         if self._scene is None or self._step_work <= 0:
             return 0
-        work = WORK_BETWEEN_CHECKPOINTS * (8 if self._scene.members else 1)
+        work = WORK_BETWEEN_CHECKPOINTS * (8 if self._step_work >= SHARED_WORK else 1)
         return max(1, round(min(work / self._step_work, 2.0**53)))
 
     def wants_checkpoint(self, to: int) -> bool:
