@@ -184,7 +184,7 @@ class DiscreteBodyTangent final : public TangentMap {
       stop_point();
       const Dense x = in_body(point, V.col(v));
       vectors_.push_back({{x.topRows(N), arithmetic_}, {x.bottomRows(N), arithmetic_}});
-      dm.col(v) = vee(x.bottomRows(N));
+      if constexpr (Step::modified) dm.col(v) = vee(x.bottomRows(N));
     }
     M_ = Step::M(point);
     if constexpr (Step::modified) modify(given_, order_, vee(M_), dm, at_);

@@ -167,7 +167,7 @@ void iterate_schur(Eigen::ComplexSchur<Matrix<Complex>>& schur, const Matrix<Com
   piece(T, U);
   for (Eigen::Index k = of_piece; k < most_of_row * T.rows(); k += of_piece) {
     if (schur.info() == Eigen::Success) return;
-    piece(schur.matrixT(), schur.matrixU());
+    piece(schur.matrixT(), vectors ? schur.matrixU() : U);
   }
 }
 
