@@ -11,8 +11,9 @@ namespace stiefel::server {
 namespace {
 
 /// Returns the initial number of steps between two checkpoints: a millisecond of work, more if the
-/// states are large, so that a second of one core's work fills at most 16 MB with checkpoints, or 2
-/// MB where all cores share a step: one of them writes a checkpoint.
+/// states are large, so that a second of one core's work fills at most 16 MB with checkpoints.
+/// Where cores may share a step, from 0.1 ms on, at most 2 MB, because one core alone writes a
+/// checkpoint.
 std::int64_t first_spacing(double step_cost, std::size_t bytes) {
   constexpr double least_nanoseconds = 1e6, of_shared_step = 1e5;
   const double bytes_a_nanosecond = (step_cost < of_shared_step ? 16e6 : 2e6) / 1e9;

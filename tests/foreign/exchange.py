@@ -19,7 +19,7 @@ from stiefel.v1.simulation_pb2_grpc import SimulationServiceStub
 sys.path.insert(0, str(Path(__file__).parents[1] / "calls"))
 from every_call import STREAMS, every_call  # noqa: E402
 
-VOLATILE = {"create_time", "expire_time", "cpu_seconds_per_second", "steps_per_second", "work"}  # clocks
+VOLATILE = {"create_time", "expire_time", "cpu_seconds_per_second", "steps_per_second"}  # clocks
 N = 512
 LARGE = {"system": "rigid_body", "step": 0.01, "method": "rk4", "inertia": np.linspace(1, 2, N),
          "initial": {"Q": np.eye(N), "M": (np.tri(N) - np.tri(N).T) / N}}
@@ -105,9 +105,9 @@ def whole(replies: list[Any]) -> dict[str, Any]:
 
 
 def forget(message: Message) -> None:
-    """Clears VOLATILE; the work of a Price is predicted, and stays."""
+    """Clears VOLATILE, and the measured work of a call; other work is predicted."""
     for descriptor, value in message.ListFields():
-        if descriptor.name in VOLATILE and descriptor.containing_type.name != "Price":
+        if descriptor.name in VOLATILE or descriptor.name == "work" and descriptor.containing_type.name.endswith("Response"):
             message.ClearField(descriptor.name)
         elif descriptor.message_type and not descriptor.message_type.GetOptions().map_entry:
             for each in [value] if isinstance(value, Message) else value:

@@ -37,8 +37,9 @@ SceneDescription asked(double tolerance, double horizon, int N = 4, double step 
   return d;
 }
 
+/// With seed 163 runs of `adaptive` at several tolerances end early before one is good.
 TEST(Choice, StaysWithinTheToleranceAtAboutTheLeastCost) {
-  for (unsigned seed = 1; seed <= 2; ++seed) {
+  for (const unsigned seed : {1u, 2u, 163u}) {
     const auto outcome = testing::survey_choice(seed);
     EXPECT_TRUE(outcome.made) << outcome.scene << ": " << outcome.chosen;
     EXPECT_LE(outcome.error, 1) << outcome.scene << ": " << outcome.chosen;

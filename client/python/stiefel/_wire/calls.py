@@ -21,7 +21,7 @@ from stiefel.errors import BuildChanged, DeadlineExceeded, NotFound, StiefelErro
 ATTEMPTS = 6  #: at a server that was never reached, or has too much at once
 TOLD_AFTER = 3.0  #: seconds of pauses, after which stderr is told
 WORK_PER_SECOND = WORK_BETWEEN_CHECKPOINTS = 5e9  #: units of work (instructions) that a core does in a second
-SHARED_WORK = 5e5  #: of a step that a server divides among its cores
+SHARED_WORK = 5e5  #: the least work of a step that a server may divide among its cores
 T = TypeVar("T")
 _ROUTABLE = re.compile(r"[A-Za-z0-9._-]{1,128}")
 
@@ -133,8 +133,8 @@ class Calls:
             self._checkpoint = step, checkpoint
 
     def checkpoint_every(self) -> int:
-        """Returns how many steps of a stream lie between two checkpoints: about a second of one core's work, or eight where the
-        cores share a step, because its checkpoints are large. 0 for none."""
+        """Returns how many steps of a stream lie between two checkpoints: about a second of one core's work, or eight where
+        cores may share a step, because one core alone writes a checkpoint. 0 for none."""
         if self._scene is None or self._step_work <= 0:
             return 0
         work = WORK_BETWEEN_CHECKPOINTS * (8 if self._step_work >= SHARED_WORK else 1)
